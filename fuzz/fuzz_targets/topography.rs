@@ -47,7 +47,7 @@ fuzz_target!(|bytes: &[u8]| -> Corpus {
                 assert_eq!(map.heights().len(), x * y);
                 let is_sound = |(height, missing): (&f64, &bool)| height.is_finite() != *missing;
                 assert!(map.heights().iter().zip(map.missing()).all(is_sound));
-                assert!(Statistics::of(&map).missing <= x * y);
+                assert!(Statistics::new(&map).missing <= x * y);
             }
         }
     }

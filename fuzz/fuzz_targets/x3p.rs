@@ -24,7 +24,7 @@ fuzz_target!(|bytes: &[u8]| {
         Ok(file) => {
             let map = file.channels()[0].map();
             let [x, y] = map.nodes();
-            assert!(Statistics::of(&map).missing <= x * y);
+            assert!(Statistics::new(&map).missing <= x * y);
         }
     }
 });

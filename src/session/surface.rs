@@ -118,7 +118,7 @@ pub fn describe(
 
 impl DescribedChannel {
     fn of(number: usize, channel: &Channel<'_>, map: &HeightMap) -> DescribedChannel {
-        let statistics = Statistics::of(map);
+        let statistics = Statistics::new(map);
         let heights = statistics.heights.as_ref();
         DescribedChannel {
             number,
@@ -147,7 +147,7 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Sess
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             UnknownName::new(error.to_string(), wanted, &names).into()
         }
-        ChannelError::Beyond { .. } | ChannelError::Ambiguous { .. } => {
+        ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
             SessionError::Refused(error.to_string())
         }
     })

@@ -86,7 +86,7 @@ fn a_file_that_cannot_be_read_is_named_with_the_reason() {
     fs::write(&path, b"PK\x03\x04").unwrap();
     let message = refused(&bench, &[path.to_str().unwrap()], 1);
     let start = format!(
-        "error: cannot read surface file `{}`: not a sound file of X3P, ISO 25178-72 (x3p): ",
+        "error: cannot read surface file `{}`: damaged or unsupported x3p file (X3P, ISO 25178-72): ",
         path.display()
     );
     assert!(message.starts_with(&start), "{message}");

@@ -1,6 +1,6 @@
-//! Formats of a binary header and binary numbers, most of them of optical profilometers: FRT,
-//! MetroPro, OPD, PLU and Digital Surf. The constant of each says how its lines lie and what its
-//! size is.
+//! Formats with a binary header and binary numbers, most of them of optical profilometers: FRT,
+//! MetroPro, OPD, PLU and Digital Surf. The constant of each format documents its line order and
+//! size.
 
 use std::borrow::Cow;
 
@@ -8,26 +8,26 @@ use flate2::read::ZlibDecoder;
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, factor, inflate};
-use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes};
+use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-/// FRT's MicroProf: blocks, each with a number and a length, of which 0x0B and 0x7D hold maps.
+/// FRT MicroProf format, a sequence of blocks with a number and a length.
 ///
-/// Sides are those of the whole map, in metres. Lines run along x, and the first has the largest y.
-/// The number 1 marks missing points.
+/// The blocks 0x0B and 0x7D hold maps. The sides are those of the whole map, in metres. Lines run
+/// along x; the first line has the largest y. The number 1 marks missing points.
 pub const FRT: Format =
     Format { name: "frt", title: "FRT MicroProf", version: 1, has_signature: true, read: read_frt };
 
-// Blocks: nodes and bits of a number, sides, metres of a number, the map, several maps.
+// Numbers of the blocks. The grid is the numbers of nodes and the bits per number; the scale is in
+// metres per unit of the stored numbers.
 const FRT_GRID: u16 = 0x66;
 const FRT_SIDES: u16 = 0x67;
 const FRT_SCALE: u16 = 0x6c;
 const FRT_MAP: u16 = 0x0b;
 const FRT_MAPS: u16 = 0x7d;
 
-/// Kinds of maps that are heights: topography, thickness, thickness of the sample, force
-/// microscopy.
+/// Types of maps that are heights: topography, thickness, sample thickness, force microscopy.
 const FRT_HEIGHTS: u32 = 0x0004 | 0x0080 | 0x0800 | 0x1000;
 
 fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -47,7 +47,12 @@ fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let scale = factor("scale of heights", scale.double()?)?;
     if let Ok(mut map) = block(FRT_MAP, "the map") {
         let raster = frt_raster(&mut block(FRT_GRID, "the nodes")?, &mut map)?;
-        return Ok(vec![Channel::new("heights", Unit::of("m"), size, raster.scaled(scale, 0.0))]);
+        return Ok(vec![Channel::new(
+            "heights",
+            Unit::parse("m"),
+            size,
+            raster.scaled(scale, 0.0),
+        )]);
     }
     let mut maps = block(FRT_MAPS, "the maps")?;
     maps.skip(8)?;
@@ -60,13 +65,13 @@ fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         if kind & FRT_HEIGHTS != 0 {
             let name = format!("heights {}", channels.len() + 1);
             let raster = raster.scaled(scale, 0.0);
-            channels.push(Ok(Channel::new(name, Unit::of("m"), size, raster)));
+            channels.push(Ok(Channel::new(name, Unit::parse("m"), size, raster)));
         }
     }
     at_least_one(channels, "block 0x0b, the map")
 }
 
-/// A map whose nodes and bits of a number are read from one place and its numbers from another.
+/// Reads a map: numbers of nodes and bits per number from `header`, the numbers from `stored`.
 fn frt_raster<'a>(
     header: &mut Cursor<'_>,
     stored: &mut Cursor<'a>,
@@ -77,15 +82,15 @@ fn frt_raster<'a>(
         32 => Element::I32,
         bits => {
             let allowed = "16 or 32";
-            return Err(FormatError::value("bits of a number", bits, allowed));
+            return Err(FormatError::value("bits per number", bits, allowed));
         }
     };
-    let stored = stored.take(bytes_of(nodes, element))?;
+    let stored = stored.take(map_bytes(nodes, element))?;
     let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
     Ok(raster.missing(Missing::Value(1.0)).upside_down())
 }
 
-/// Numbers and contents of all blocks.
+/// Returns the numbers and contents of all blocks.
 fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
     let mut cursor = Cursor::at(bytes, 12);
     let version = cursor.text(4)?;
@@ -107,13 +112,13 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
     Ok(blocks)
 }
 
-/// Zygo's MetroPro: a header of 834 or 4096 bytes, big end first, intensities, and phases as whole
-/// numbers of four bytes.
+/// Zygo MetroPro format, with a header of 834 or 4096 bytes, intensities, and phases as `i32`.
 ///
-/// Size is nodes × lateral resolution, in metres, and unknown where that is zero. A height is phase
-/// × S W O / R of the MetroPro Reference Guide: scale factor of the interferometer, wavelength,
-/// obliquity, and steps of the phase in a wavelength. Lines run along x and the first has y = 0.
-/// Phases from 2147483640 on are missing.
+/// All numbers are big-endian. The size is nodes × lateral resolution, in metres; it is unknown if
+/// the resolution is zero. A height is phase × S W O / R (MetroPro Reference Guide), with the scale
+/// factor S of the interferometer, the wavelength W, the obliquity factor O and R phase steps per
+/// wavelength. Lines run along x; the first line has y = 0. Phases from 2147483640 on mark missing
+/// points.
 pub const METROPRO: Format = Format {
     name: "metropro",
     title: "Zygo MetroPro",
@@ -128,12 +133,12 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some(b"\x88\x1b\x03\x71") => 4096,
         _ => return Err(FormatError::Signature),
     };
-    let single = |place| {
-        let bytes = Cursor::at(bytes, place).array()?;
+    let single = |offset| {
+        let bytes = Cursor::at(bytes, offset).array()?;
         Ok::<_, FormatError>(f64::from(f32::from_be_bytes(bytes)))
     };
-    let short = |place| {
-        let bytes = Cursor::at(bytes, place).array()?;
+    let short = |offset| {
+        let bytes = Cursor::at(bytes, offset).array()?;
         Ok::<_, FormatError>(i16::from_be_bytes(bytes))
     };
     let intensities = u32::from_be_bytes(Cursor::at(bytes, 60).array()?) as usize;
@@ -159,18 +164,18 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let raster = raster
         .missing(Missing::From(2147483640.0))
         .scaled(sign * interferometer * obliquity * wavelength / steps, 0.0);
-    Ok(vec![Channel::new("heights", Unit::of("m"), size, raster)])
+    Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
 }
 
-/// Wyko's OPD: a directory of blocks, of which one or more hold a raster and the others numbers.
+/// Wyko OPD format, a directory of blocks, each with a map or a single number.
 ///
-/// Size is nodes × `Pixel_size`, along y times `Aspect`. The numbers are in units of `Wavelength` /
-/// `Mult`, which is in nanometres. Lines run along y, and the first number of a line has the
-/// largest y. Missing are floats from 1e10 on, and whole numbers of two bytes from 32766 on.
+/// The size is nodes × `Pixel_size`, along y also × `Aspect`. The numbers are in units of
+/// `Wavelength` / `Mult`, in nanometres. Lines run along y; the first number of a line has the
+/// largest y. Floats from 1e10 on and integers of two bytes from 32766 on mark missing points.
 pub const OPD: Format =
     Format { name: "opd", title: "Wyko", version: 1, has_signature: true, read: read_opd };
 
-/// Bytes of an entry of the directory.
+/// Length of an entry of the directory, in bytes.
 const OPD_ENTRY: usize = 24;
 // Types of blocks.
 const OPD_ARRAY: i16 = 3;
@@ -178,7 +183,7 @@ const OPD_SHORT: i16 = 6;
 const OPD_FLOAT: i16 = 7;
 const OPD_DOUBLE: i16 = 8;
 const OPD_LONG: i16 = 12;
-/// Arrays of heights; others hold intensities.
+/// Names of blocks with heights; other arrays hold intensities.
 const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
 
 struct OpdBlock<'a> {
@@ -210,15 +215,15 @@ fn read_opd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             Some(step) => {
                 let aspect = number("Aspect").unwrap_or(1.0);
                 let sides = [nodes[0] * step, nodes[1] * step * aspect];
-                Size::of(sides, &Unit::of("mm"))?
+                Size::new(sides, &Unit::parse("mm"))?
             }
         };
-        Ok(Channel::new(&*block.name, Unit::of("nm"), size, raster))
+        Ok(Channel::new(&*block.name, Unit::parse("nm"), size, raster))
     });
     at_least_one(channels, "Raw")
 }
 
-/// What the directory, the first block, lists; the blocks lie behind it in its order.
+/// Reads the blocks that the directory, the first block, lists. They follow it in the same order.
 fn opd_blocks(bytes: &[u8]) -> Result<Vec<OpdBlock<'_>>, FormatError> {
     let mut directory = Cursor::at(bytes, 2);
     let (_, _, length) = opd_entry(&mut directory)?;
@@ -234,7 +239,7 @@ fn opd_blocks(bytes: &[u8]) -> Result<Vec<OpdBlock<'_>>, FormatError> {
     Ok(blocks)
 }
 
-/// Name, type and length.
+/// Reads the name, type and length in bytes of a block.
 fn opd_entry(cursor: &mut Cursor<'_>) -> Result<(String, i16, usize), FormatError> {
     let name = cursor.text(16)?;
     let kind = i16::from_le_bytes(cursor.array()?);
@@ -244,7 +249,9 @@ fn opd_entry(cursor: &mut Cursor<'_>) -> Result<(String, i16, usize), FormatErro
 }
 
 impl OpdBlock<'_> {
-    /// Some programs call a number of two bytes a float.
+    /// Returns the number in the block.
+    ///
+    /// Some programs declare an integer of two bytes as a float.
     fn number(&self) -> Option<f64> {
         let mut cursor = Cursor::new(self.bytes);
         match (self.kind, self.bytes.len()) {
@@ -268,22 +275,22 @@ fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
         4 => (Element::F32, Missing::From(1e10)),
         size => {
             let allowed = "1, 2 or 4";
-            return Err(FormatError::value("bytes of a number", size, allowed));
+            return Err(FormatError::value("bytes per number", size, allowed));
         }
     };
     let raster = Raster::columns(nodes, element, ByteOrder::Little, cursor.rest())?;
     Ok(raster.missing(missing).upside_down())
 }
 
-/// Sensofar's PLU: a header of 500 bytes and layers of floats of single precision.
+/// Sensofar PLU format, with a header of 500 bytes and layers of `f32` numbers.
 ///
-/// Lengths are micrometres, size is nodes × size of a pixel. Lines run along x and the first has
-/// y = 0. The number 1000001 marks missing points. Such files have no signature: they are known by
-/// a date in words, a kind of measurement, and layers that fill the file.
+/// Lengths are in micrometres; the size is nodes × pixel size. Lines run along x; the first line
+/// has y = 0. The number 1000001 marks missing points. The format has no signature: a file is
+/// recognized by a date in words, a known type of measurement, and layers that fit into the file.
 pub const PLU: Format =
     Format { name: "plu", title: "Sensofar", version: 1, has_signature: false, read: read_plu };
 
-// Bytes before the calibration, the kind of measurement, the number of layers, the layers.
+// Offsets of the calibration, the type of measurement, the number of layers, and the layers.
 const PLU_CALIBRATION: usize = 128 + 4 + 256;
 const PLU_KIND: usize = PLU_CALIBRATION + 40;
 const PLU_LAYERS: usize = PLU_KIND + 20 + 40;
@@ -298,7 +305,7 @@ fn read_plu(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     match Cursor::at(bytes, PLU_KIND).u32()? {
         3 => {}
-        1 => return Err(FormatError::unsupported("a profile and no map")),
+        1 => return Err(FormatError::unsupported("the file holds a profile, not a map")),
         _ => return Err(FormatError::Signature),
     }
     let mut calibration = Cursor::at(bytes, PLU_CALIBRATION + 16);
@@ -306,15 +313,14 @@ fn read_plu(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let [layers] = Cursor::at(bytes, PLU_LAYERS + 1).array()?;
     let [images] = Cursor::at(bytes, PLU_LAYERS + 4).array()?;
     if layers == 0 {
-        return Err(FormatError::value("number of layers", layers, "positive"));
+        return Err(FormatError::value("number of layers", layers, "a positive number"));
     }
     let mut cursor = Cursor::at(bytes, PLU_DATA);
     let layers = (0..layers).map(|number| plu_layer(&mut cursor, number, images.into(), steps));
     layers.collect()
 }
 
-/// A layer: lines, columns, heights, the lowest and the highest, and pictures of three bytes a
-/// node.
+/// Reads a layer: numbers of lines and columns, heights, extremes, images of three bytes per node.
 fn plu_layer<'a>(
     cursor: &mut Cursor<'a>,
     number: u8,
@@ -323,28 +329,28 @@ fn plu_layer<'a>(
 ) -> Result<Channel<'a>, FormatError> {
     let [y, x] = [cursor.u32()?.into(), cursor.u32()?.into()];
     let nodes = checked_nodes([x, y])?;
-    let stored = cursor.take(bytes_of(nodes, Element::F32))?;
+    let stored = cursor.take(map_bytes(nodes, Element::F32))?;
     cursor.skip(8 + 3 * images * nodes[0] * nodes[1])?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
     let raster = raster.missing(Missing::Value(1000001.0));
     let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
-    let size = Size::of(sides, &Unit::of("µm"))?;
+    let size = Size::new(sides, &Unit::parse("µm"))?;
     let name = format!("layer{number}");
-    Ok(Channel::new(name, Unit::of("µm"), size, raster))
+    Ok(Channel::new(name, Unit::parse("µm"), size, raster))
 }
 
-/// Digital Surf's surfaces, which MountainsMap and several instruments write: a header of 512
-/// bytes, a comment, a private zone, whole numbers of two or four bytes.
+/// Digital Surf format, which MountainsMap and several instruments write.
 ///
-/// Size is nodes × spacing. Lines run along x and the first has y = 0, unless the header says that
-/// the map was turned over. The number `zmin` − 2 marks points that were not measured. Files that
-/// start with `DSCOMPRESSED` hold the numbers as zlib streams behind a directory of their lengths.
-/// Of several objects in a file the first is read.
+/// A header of 512 bytes, a comment and a private zone precede integers of two or four bytes. The
+/// size is nodes × spacing. Lines run along x; the first line has y = 0 unless the header declares
+/// an inversion. The number `zmin` − 2 marks missing points. Files that start with `DSCOMPRESSED`
+/// hold a directory of lengths and the numbers as zlib streams. If a file has several objects, the
+/// first is read.
 pub const SUR: Format =
     Format { name: "sur", title: "Digital Surf", version: 1, has_signature: true, read: read_sur };
 
-/// Kinds of objects that are maps of heights, alone or first: a surface, a series or layers of
-/// them, a surface with its image.
+/// Types of objects that are or begin with a height map: a surface, a series or layers of surfaces,
+/// a surface with its image.
 const SUR_KINDS: [u16; 6] = [2, 5, 8, 11, 13, 16];
 
 fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -354,12 +360,11 @@ fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         _ => return Err(FormatError::Signature),
     };
     let header = SurHeader::read(&mut Cursor::at(bytes, 12))?;
-    // Behind the header.
     let mut cursor = Cursor::at(bytes, 512);
-    cursor.skip(header.behind)?;
+    cursor.skip(header.extra)?;
     let stored = match is_compressed {
         true => {
-            let needed = bytes_of(header.nodes, header.element);
+            let needed = map_bytes(header.nodes, header.element);
             Cow::Owned(sur_decompressed(&mut cursor, needed)?)
         }
         false => Cow::Borrowed(cursor.rest()),
@@ -375,17 +380,17 @@ struct SurHeader {
     spacing: [f64; 3],
     units: [String; 3],
     inversion: u16,
-    /// Bytes of comment and private zone.
-    behind: usize,
+    /// Length of comment and private zone, in bytes.
+    extra: usize,
 }
 
 impl SurHeader {
-    /// What follows the signature.
+    /// Reads the header after the signature.
     fn read(cursor: &mut Cursor<'_>) -> Result<SurHeader, FormatError> {
         cursor.skip(6)?;
         let kind = cursor.u16()?;
         if !SUR_KINDS.contains(&kind) {
-            let allowed = "that of a surface (2, 5, 8, 11, 13 or 16)";
+            let allowed = "the type of a surface (2, 5, 8, 11, 13 or 16)";
             return Err(FormatError::value("type of the object", kind, allowed));
         }
         cursor.skip(66)?;
@@ -394,7 +399,7 @@ impl SurHeader {
         let element = match cursor.u16()? {
             16 => Element::I16,
             32 => Element::I32,
-            bits => return Err(FormatError::value("bits of a point", bits, "16 or 32")),
+            bits => return Err(FormatError::value("bits per point", bits, "16 or 32")),
         };
         let lowest = cursor.i32()?;
         cursor.skip(4)?;
@@ -406,8 +411,8 @@ impl SurHeader {
         cursor.skip(3 * 16 + 3 * 4 + 2)?;
         let inversion = cursor.u16()?;
         cursor.skip(42)?;
-        let behind = usize::from(cursor.u16()?) + usize::from(cursor.u16()?);
-        Ok(SurHeader { nodes, element, has_missing, lowest, spacing, units, inversion, behind })
+        let extra = usize::from(cursor.u16()?) + usize::from(cursor.u16()?);
+        Ok(SurHeader { nodes, element, has_missing, lowest, spacing, units, inversion, extra })
     }
 
     fn channel<'a>(&self, stored: Cow<'a, [u8]>) -> Result<Channel<'a>, FormatError> {
@@ -417,7 +422,7 @@ impl SurHeader {
             true => raster.missing(Missing::Value(f64::from(self.lowest) - 2.0)),
             false => raster,
         };
-        // As in Gwyddion: turned over, and mirrored along one of the axes with it.
+        // As in Gwyddion, an inversion negates the heights and may mirror the map along one axis.
         let raster = match self.inversion {
             2 => raster.mirrored(),
             3 => raster.upside_down(),
@@ -426,18 +431,18 @@ impl SurHeader {
         let sign = if (1..=3).contains(&self.inversion) { -1.0 } else { 1.0 };
         let scale = factor("spacing of z", self.spacing[2])?;
         let [unit_x, unit_y, unit_z] = &self.units;
-        // Both sides in the unit of the first.
+        // Convert the side along y to the unit of the side along x.
         let y = ratio(unit_y, unit_x).ok_or_else(|| {
-            FormatError::value("unit of y", unit_y, &format!("as that of x, `{unit_x}`"))
+            FormatError::value("unit of y", unit_y, &format!("a unit like that of x, `{unit_x}`"))
         })?;
         let sides = [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y];
-        let size = Size::of(sides, &Unit::of(unit_x))?;
+        let size = Size::new(sides, &Unit::parse(unit_x))?;
         let raster = raster.scaled(sign * scale, 0.0);
-        Ok(Channel::new("heights", Unit::of(unit_z), size, raster))
+        Ok(Channel::new("heights", Unit::parse(unit_z), size, raster))
     }
 }
 
-/// The bytes of all streams, one after another.
+/// Decompresses all streams and concatenates their bytes.
 fn sur_decompressed(cursor: &mut Cursor<'_>, needed: usize) -> Result<Vec<u8>, FormatError> {
     let streams = cursor.u32()?;
     let mut directory = Cursor::new(cursor.take((streams as usize).saturating_mul(8))?);
@@ -445,7 +450,7 @@ fn sur_decompressed(cursor: &mut Cursor<'_>, needed: usize) -> Result<Vec<u8>, F
     for number in 1..=streams {
         let raw = directory.u32()? as usize;
         let compressed = cursor.take(directory.u32()? as usize)?;
-        // Streams may hold more objects than the first.
+        // The streams may hold further objects after the first.
         let expected = raw.min(needed - bytes.len());
         let part = format!("stream {number} of {streams}");
         let reader = ZlibDecoder::new(compressed);

@@ -1,32 +1,32 @@
-//! One map of a file, and what it is like before anything is done to it.
+//! Channels of a file, their height maps and the statistics of a map.
 
 use super::FormatError;
 use super::raster::Raster;
 use super::unit::Unit;
 
-/// What the numbers of a channel are.
+/// Physical quantity of the numbers of a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
-    /// Heights in metres.
+    /// Heights, converted to metres when decoded.
     Height,
-    /// Numbers in no unit, which may well be heights.
+    /// Numbers without a unit, which may be heights.
     Unitless,
-    /// Something else, in the unit that the file gives.
+    /// Another quantity, such as a voltage, with its unit as in the file.
     Other(String),
 }
 
-/// Sides of a map along x and y: nodes × step.
+/// Side lengths of a map along x and y, nodes × step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
-    /// In metres.
+    /// Side lengths in metres, along x and y.
     Metres([f64; 2]),
-    /// In no unit.
+    /// Side lengths without a unit, along x and y.
     Unitless([f64; 2]),
-    /// The file does not say, or gives no lengths.
+    /// The file gives no side lengths, or gives them in a unit that is not a length.
     Unknown,
 }
 
-/// One map of a file, decoded when it is asked for.
+/// One map of a file with its name, quantity and size; [`Channel::map`] decodes the numbers.
 #[derive(Debug, Clone)]
 pub struct Channel<'a> {
     name: String,
@@ -35,10 +35,9 @@ pub struct Channel<'a> {
     raster: Raster<'a>,
 }
 
-/// Heights on the nodes of a rectangle, some of which may be missing.
+/// Heights at the nodes of a rectangular grid, some of which may be missing.
 ///
-/// Holding one means: there is a number for each node, and it is finite unless the point is
-/// missing.
+/// There is one number for each node. It is finite unless the point is missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightMap {
     nodes: [usize; 2],
@@ -48,57 +47,59 @@ pub struct HeightMap {
     missing: Vec<bool>,
 }
 
-/// Numbers of a map over its points that are not missing, in the unit of its heights.
+/// Summary of a map before any correction, in the unit of its heights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
-    /// Points that are missing.
+    /// Number of missing points in the map.
     pub missing: usize,
-    /// The rest, if there is any.
+    /// Statistics of the points that are not missing; `None` if all points are missing.
     pub heights: Option<HeightStatistics>,
-    /// The corners of the map; none where it is missing.
+    /// Heights at the four corners of the map.
     pub corners: Corners,
 }
 
-/// Numbers of heights, of which there is at least one.
+/// Statistics of the points of a map that are not missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeightStatistics {
-    /// Standard deviation of the heights.
+    /// Root-mean-square deviation of the heights from their mean.
     pub rms_height: f64,
-    /// Root of ⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩, from each node that has a next one along both axes to
-    /// either. Slopes from or to missing points do not count. None when the size is unknown or in
-    /// another unit than the heights, or no two points are neighbours along an axis.
+    /// Root-mean-square slope, √(⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩).
+    ///
+    /// The differences start at every node that has a next node along both axes. Differences from
+    /// or to missing points are left out. `None` if the size is unknown or has another unit than
+    /// the heights, or if one axis has no pair of neighbouring points.
     pub rms_slope: Option<f64>,
-    /// The lowest height.
+    /// Smallest height of the map.
     pub lowest: f64,
-    /// The highest height.
+    /// Largest height of the map.
     pub highest: f64,
 }
 
-/// Heights at the corners of a map, by which axes that were taken for each other are seen.
+/// Heights at the corners of a map, `None` at missing points; they reveal swapped axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corners {
-    /// First x, first y.
+    /// Height at the first x and the first y.
     pub first: Option<f64>,
-    /// Last x, first y.
+    /// Height at the last x and the first y.
     pub x_end: Option<f64>,
-    /// First x, last y.
+    /// Height at the first x and the last y.
     pub y_end: Option<f64>,
-    /// Last x, last y.
+    /// Height at the last x and the last y.
     pub last: Option<f64>,
 }
 
 impl Size {
-    /// Sides in a unit of length, or in none; in any other they are no sides.
+    /// Creates a size from sides in the given unit: `Unknown` if the unit is not a length.
     ///
     /// # Errors
-    /// When a side is not positive and finite.
-    pub(super) fn of(sides: [f64; 2], unit: &Unit) -> Result<Size, FormatError> {
+    /// Returns an error if a side is not positive and finite.
+    pub(super) fn new(sides: [f64; 2], unit: &Unit) -> Result<Size, FormatError> {
         let per_metre = unit.per_metre().unwrap_or(1.0);
         let scaled = sides.map(|side| side / per_metre);
         let is_length = |side: f64| side > 0.0 && side.is_finite();
         let wrong = sides.iter().zip(scaled).find(|(_, side)| !is_length(*side));
         if let Some((side, _)) = wrong {
-            let allowed = "positive and finite";
+            let allowed = "a positive, finite number";
             return Err(FormatError::value("side of the map", side, allowed));
         }
         match unit {
@@ -108,15 +109,15 @@ impl Size {
         }
     }
 
-    /// Sides in metres.
+    /// Creates a size from sides in metres.
     ///
     /// # Errors
-    /// When a side is not positive and finite.
+    /// Returns an error if a side is not positive and finite.
     pub(super) fn metres(sides: [f64; 2]) -> Result<Size, FormatError> {
-        Size::of(sides, &Unit::Length(1.0))
+        Size::new(sides, &Unit::Length(1.0))
     }
 
-    /// The sides, in metres or in no unit.
+    /// Returns the sides along x and y, in metres or without a unit, if they are known.
     pub fn sides(&self) -> Option<[f64; 2]> {
         match self {
             Size::Metres(sides) | Size::Unitless(sides) => Some(*sides),
@@ -126,7 +127,7 @@ impl Size {
 }
 
 impl<'a> Channel<'a> {
-    /// A channel whose numbers are in a unit; lengths become metres.
+    /// Creates a channel of numbers in the given unit; lengths are converted to metres.
     pub(super) fn new(
         name: impl Into<String>,
         unit: Unit,
@@ -141,27 +142,29 @@ impl<'a> Channel<'a> {
         Channel { name: name.into(), quantity, size, raster }
     }
 
-    /// What the file calls it, or `heights` where it says nothing. Several may have one name.
+    /// Returns the name of the channel in the file, or `heights` if the file has no name for it.
+    ///
+    /// Several channels of a file may have the same name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Nodes along x and y.
+    /// Returns the numbers of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.raster.nodes()
     }
 
-    /// Sides along x and y.
+    /// Returns the side lengths along x and y.
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// What its numbers are.
+    /// Returns the physical quantity of the numbers.
     pub fn quantity(&self) -> &Quantity {
         &self.quantity
     }
 
-    /// The unit of its numbers: `m` of heights.
+    /// Returns the unit of the decoded numbers, `m` for heights.
     pub fn unit(&self) -> Option<&str> {
         match &self.quantity {
             Quantity::Height => Some("m"),
@@ -170,12 +173,12 @@ impl<'a> Channel<'a> {
         }
     }
 
-    /// Whether its numbers are heights, or may be.
+    /// Returns true if the numbers are heights or have no unit.
     pub fn may_be_heights(&self) -> bool {
         !matches!(self.quantity, Quantity::Other(_))
     }
 
-    /// Decodes the map: its numbers are in [`Channel::unit`].
+    /// Decodes the map, whose numbers are in the unit [`Channel::unit`].
     pub fn map(&self) -> HeightMap {
         let heights = self.raster.decode();
         HeightMap {
@@ -189,18 +192,19 @@ impl<'a> Channel<'a> {
 }
 
 impl HeightMap {
-    /// Nodes along x and y.
+    /// Returns the numbers of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
 
-    /// Sides along x and y.
+    /// Returns the side lengths along x and y.
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// Distances between neighbours along x and y, in the unit of the heights; none where there is
-    /// no such unit.
+    /// Returns the distances between neighbouring nodes along x and y, in the unit of the heights.
+    ///
+    /// Returns `None` if the size is unknown or has another unit than the heights.
     pub fn steps(&self) -> Option<[f64; 2]> {
         let sides = match (&self.quantity, self.size) {
             (Quantity::Height, Size::Metres(sides)) => sides,
@@ -210,38 +214,38 @@ impl HeightMap {
         Some([0, 1].map(|axis| sides[axis] / self.nodes[axis] as f64))
     }
 
-    /// The heights, row-major with x along the first axis; NaN at missing points.
+    /// Returns the heights in row-major order with x along the first axis; NaN at missing points.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
 
-    /// Which points are missing: not measured, or marked as wrong.
+    /// Returns one flag for each height, true if the point is missing (not measured or masked).
     pub fn missing(&self) -> &[bool] {
         &self.missing
     }
 
-    /// The height at node (i, j), if it is not missing.
+    /// Returns the height at node (i, j), or `None` if the point is missing.
     ///
     /// # Panics
-    /// When the map has no such node.
+    /// Panics if `i * nodes[1] + j` is not below the number of nodes.
     pub fn get(&self, i: usize, j: usize) -> Option<f64> {
         let height = self.heights[i * self.nodes[1] + j];
         (!height.is_nan()).then_some(height)
     }
 
-    /// The heights as they are stored here, and which of them are missing.
+    /// Returns the vectors behind [`HeightMap::heights`] and [`HeightMap::missing`].
     pub fn into_parts(self) -> (Vec<f64>, Vec<bool>) {
         (self.heights, self.missing)
     }
 }
 
 impl Statistics {
-    /// Those of a map.
-    pub fn of(map: &HeightMap) -> Statistics {
+    /// Computes the statistics of a map.
+    pub fn new(map: &HeightMap) -> Statistics {
         let [end_x, end_y] = map.nodes().map(|nodes| nodes - 1);
         Statistics {
             missing: map.missing().iter().filter(|missing| **missing).count(),
-            heights: HeightStatistics::of(map),
+            heights: HeightStatistics::new(map),
             corners: Corners {
                 first: map.get(0, 0),
                 x_end: map.get(end_x, 0),
@@ -253,7 +257,7 @@ impl Statistics {
 }
 
 impl HeightStatistics {
-    fn of(map: &HeightMap) -> Option<HeightStatistics> {
+    fn new(map: &HeightMap) -> Option<HeightStatistics> {
         let valid = || map.heights().iter().copied().filter(|h| !h.is_nan());
         let mean = mean(valid())?;
         let square = |height: f64| (height - mean) * (height - mean);

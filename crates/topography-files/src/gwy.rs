@@ -1,8 +1,8 @@
-//! Gwyddion's own files: a tree of named and typed values, in which `/N/data` are the maps,
-//! `/N/data/title` their names, and `/N/mask` their masks.
+//! Gwyddion files, a tree of named and typed values with maps in `/N/data`, names of the maps in
+//! `/N/data/title` and masks in `/N/mask`.
 //!
-//! Sides are those of the whole map. Lines run along x and the first, the upper one of the picture,
-//! has y = 0. What the mask of a map marks is missing here.
+//! The sides are those of the whole map. Lines run along x; the first line, at the top of the
+//! image, has y = 0. Masked points are missing.
 
 use super::channel::{Channel, Size};
 use super::input::Cursor;
@@ -13,12 +13,12 @@ use super::{Format, FormatError, at_least_one};
 pub const FORMAT: Format =
     Format { name: "gwy", title: "Gwyddion", version: 1, has_signature: true, read };
 
-/// How deep objects may lie in each other.
-const DEEPEST: usize = 16;
+/// Largest depth of nested objects.
+const MAX_DEPTH: usize = 16;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if bytes.starts_with(b"GWYO") {
-        let what = "a file of Gwyddion 1; Gwyddion 2 reads it and writes a newer one";
+        let what = "files of Gwyddion 1 are not supported; open it in Gwyddion 2 and save it again";
         return Err(FormatError::unsupported(what));
     }
     if !bytes.starts_with(b"GWYP") {
@@ -52,7 +52,7 @@ fn channel<'a>(
         let mask = self::raster(mask)?;
         if mask.nodes() != raster.nodes() {
             let [x, y] = mask.nodes();
-            let allowed = "that of its map";
+            let allowed = "the size of the map";
             let found = format!("{x} × {y}");
             return Err(FormatError::value("size of a mask", found, allowed));
         }
@@ -61,13 +61,13 @@ fn channel<'a>(
     let unit = |name| {
         let unit = field.object(name).ok();
         let text = unit.and_then(|unit| unit.find("unitstr")?.text());
-        Unit::of(text.unwrap_or_default())
+        Unit::parse(text.unwrap_or_default())
     };
-    // Gwyddion takes a negative side for its magnitude.
+    // Gwyddion uses the magnitude of a negative side.
     let sides = [field.real("xreal")?.abs(), field.real("yreal")?.abs()];
     let size = match sides.contains(&0.0) {
         true => Size::Unknown,
-        false => Size::of(sides, &unit("si_unit_xy"))?,
+        false => Size::new(sides, &unit("si_unit_xy"))?,
     };
     Ok(Channel::new(title, unit("si_unit_z"), size, raster))
 }
@@ -80,7 +80,7 @@ fn raster<'a>(field: &Object<'a>) -> Result<Raster<'a>, FormatError> {
     }
 }
 
-/// Named values, in the order of the file.
+/// Object of a Gwyddion file, whose named values are in the order of the file.
 struct Object<'a> {
     components: Vec<(&'a str, Value<'a>)>,
 }
@@ -91,7 +91,7 @@ enum Value<'a> {
     Text(&'a str),
     Doubles(&'a [u8]),
     Object(Object<'a>),
-    /// What no map needs.
+    /// Value of a type that is skipped because no map needs it.
     Other,
 }
 
@@ -105,10 +105,10 @@ impl<'a> Value<'a> {
 }
 
 impl<'a> Object<'a> {
-    /// Its name, its length, its components.
+    /// Reads an object: its name, its length in bytes and its components.
     fn read(cursor: &mut Cursor<'a>, depth: usize) -> Result<Object<'a>, FormatError> {
-        if depth > DEEPEST {
-            let what = format!("objects lie more than {DEEPEST} deep in each other");
+        if depth > MAX_DEPTH {
+            let what = format!("objects are nested more than {MAX_DEPTH} levels deep");
             return Err(FormatError::unsupported(what));
         }
         text(cursor)?;
@@ -194,7 +194,7 @@ fn skip_array<'a>(cursor: &mut Cursor<'a>, size: usize) -> Result<Value<'a>, For
     array(cursor, size).map(|_| Value::Other)
 }
 
-/// Text up to the next zero.
+/// Reads text up to the next zero byte.
 fn text<'a>(cursor: &mut Cursor<'a>) -> Result<&'a str, FormatError> {
     let rest = cursor.rest();
     let length = rest.iter().position(|&byte| byte == 0);

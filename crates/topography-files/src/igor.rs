@@ -1,26 +1,27 @@
-//! Igor's binary waves, version 5, which Asylum Research's microscopes write: a stack of maps, all
-//! x of one y behind each other, and a note of lines `name: value`.
+//! Igor binary waves, version 5, as written by microscopes of Asylum Research: a stack of maps and
+//! a note of lines `name: value`.
 //!
-//! Size is nodes × step. The first number has the largest y. The wave has one unit for all
-//! channels; where there is a note, the unit of a channel follows from its name, since Asylum
-//! Research gives metres for phases, too.
+//! The size is nodes × step. Lines run along x; the first line has the largest y. A wave has one
+//! unit for all channels, which Asylum Research sets to metres even for phases. If the wave has a
+//! note, the unit of a channel therefore follows from the name of the channel.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, latin1};
-use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "ibw", title: "Igor binary wave", version: 1, has_signature: true, read };
 
-/// Bytes of the file's header, of the wave's header.
+/// Length of the file header, in bytes.
 const FILE: usize = 64;
+/// Length of the wave header, in bytes.
 const WAVE: usize = 320;
-/// Bytes of a label.
+/// Length of a label, in bytes.
 const LABEL: usize = 32;
 
-/// Units of Asylum Research's channels, by what their names start with; others are volts.
+/// Units of channels of Asylum Research by the start of their name; other channels are in volts.
 const UNITS: [(&str, &str); 11] = [
     ("Height", "m"),
     ("ZSensor", "m"),
@@ -37,18 +38,20 @@ const UNITS: [(&str, &str); 11] = [
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let order = match bytes {
-        [5, 0, ..] if checks(bytes, FILE + WAVE, i16::from_le_bytes) => ByteOrder::Little,
-        [0, 5, ..] if checks(bytes, FILE + WAVE, i16::from_be_bytes) => ByteOrder::Big,
-        // Their headers have 16 and 110 bytes.
-        [2, 0, ..] if checks(bytes, 126, i16::from_le_bytes) => return Err(version_2()),
-        [0, 2, ..] if checks(bytes, 126, i16::from_be_bytes) => return Err(version_2()),
+        [5, 0, ..] if has_valid_checksum(bytes, FILE + WAVE, i16::from_le_bytes) => {
+            ByteOrder::Little
+        }
+        [0, 5, ..] if has_valid_checksum(bytes, FILE + WAVE, i16::from_be_bytes) => ByteOrder::Big,
+        // The headers of version 2 have 16 and 110 bytes.
+        [2, 0, ..] if has_valid_checksum(bytes, 126, i16::from_le_bytes) => return Err(version_2()),
+        [0, 2, ..] if has_valid_checksum(bytes, 126, i16::from_be_bytes) => return Err(version_2()),
         _ => return Err(FormatError::Signature),
     };
     Wave::read(bytes, order)?.channels(bytes)
 }
 
-/// The numbers of two bytes in the header of a sound file add up to zero.
-fn checks(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -> bool {
+/// Returns true if the two-byte integers of the header add up to zero, as the format demands.
+fn has_valid_checksum(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -> bool {
     let Some(header) = bytes.get(..header) else {
         return false;
     };
@@ -58,7 +61,7 @@ fn checks(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -> bool {
 }
 
 fn version_2() -> FormatError {
-    FormatError::unsupported("a wave of version 2: a curve and no map; version 5 is read")
+    FormatError::unsupported("a wave of version 2 is a curve, not a map; maps have version 5")
 }
 
 struct Wave {
@@ -73,34 +76,33 @@ struct Wave {
     note: Entries,
 }
 
-/// Numbers of either order.
+/// Headers of the file and of the wave, in either byte order.
 struct Header<'a> {
     bytes: &'a [u8],
     order: ByteOrder,
 }
 
 impl Header<'_> {
-    fn number<const N: usize>(&self, place: usize) -> Result<[u8; N], FormatError> {
-        let mut number = Cursor::at(self.bytes, place).array()?;
+    fn number<const N: usize>(&self, offset: usize) -> Result<[u8; N], FormatError> {
+        let mut number = Cursor::at(self.bytes, offset).array()?;
         if self.order == ByteOrder::Big {
             number.reverse();
         }
         Ok(number)
     }
 
-    fn whole(&self, place: usize) -> Result<i64, FormatError> {
-        Ok(i32::from_le_bytes(self.number(place)?).into())
+    fn whole(&self, offset: usize) -> Result<i64, FormatError> {
+        Ok(i32::from_le_bytes(self.number(offset)?).into())
     }
 
-    /// A number of bytes.
-    fn length(&self, place: usize) -> Result<usize, FormatError> {
-        let length = self.whole(place)?;
-        let allowed = "not negative";
+    fn length(&self, offset: usize) -> Result<usize, FormatError> {
+        let length = self.whole(offset)?;
+        let allowed = "a number that is not negative";
         usize::try_from(length).map_err(|_| FormatError::value("length of a part", length, allowed))
     }
 
-    fn real(&self, place: usize) -> Result<f64, FormatError> {
-        Ok(f64::from_le_bytes(self.number(place)?))
+    fn real(&self, offset: usize) -> Result<f64, FormatError> {
+        Ok(f64::from_le_bytes(self.number(offset)?))
     }
 }
 
@@ -109,35 +111,35 @@ impl Wave {
         let header = Header { bytes, order };
         let dimension = |axis: usize| header.whole(FILE + 68 + 4 * axis);
         if dimension(3)? > 0 {
-            return Err(FormatError::unsupported("a wave of four dimensions"));
+            return Err(FormatError::unsupported("a wave of four dimensions is no stack of maps"));
         }
-        // What lies behind the numbers: formula, note, units of the numbers and of each dimension,
+        // After the numbers follow formula, note, units of the numbers and of each dimension, and
         // labels of each dimension.
-        let mut behind = Cursor::at(bytes, FILE);
-        behind.skip(header.length(4)?)?;
-        behind.skip(header.length(8)?)?;
-        let note = latin1(behind.take(header.length(12)?)?);
-        let long_unit = behind.text(header.length(16)?)?;
+        let mut trailer = Cursor::at(bytes, FILE);
+        trailer.skip(header.length(4)?)?;
+        trailer.skip(header.length(8)?)?;
+        let note = latin1(trailer.take(header.length(12)?)?);
+        let long_unit = trailer.text(header.length(16)?)?;
         let mut long_lateral = String::new();
         for axis in 0..4 {
-            let unit = behind.text(header.length(20 + 4 * axis)?)?;
+            let unit = trailer.text(header.length(20 + 4 * axis)?)?;
             if axis == 0 {
                 long_lateral = unit;
             }
         }
         let mut labels: Vec<Vec<String>> = Vec::new();
         for axis in 0..4 {
-            let bytes = behind.take(header.length(36 + 4 * axis)?)?;
+            let bytes = trailer.take(header.length(36 + 4 * axis)?)?;
             let (each, _) = bytes.as_chunks::<LABEL>();
-            // The first one is that of the dimension itself.
+            // The first label belongs to the dimension itself.
             let names = each.iter().skip(1).map(|bytes| Cursor::new(bytes).text(LABEL));
             labels.push(names.collect::<Result<_, _>>()?);
         }
         if dimension(1)? < 1 || (dimension(2)? < 1 && !labels[1].is_empty()) {
-            return Err(FormatError::unsupported("a wave of curves and no map"));
+            return Err(FormatError::unsupported("the wave holds curves, not a map"));
         }
         let nodes = checked_nodes([dimension(0)?, dimension(1)?])?;
-        let short = |place| Cursor::at(bytes, FILE + place).text(4);
+        let short = |offset| Cursor::at(bytes, FILE + offset).text(4);
         let or = |long: String, short: String| if long.is_empty() { short } else { long };
         Ok(Wave {
             order,
@@ -148,7 +150,7 @@ impl Wave {
             unit: or(long_unit, short(148)?),
             lateral: or(long_lateral, short(152)?),
             labels: labels.swap_remove(2),
-            note: Entries::of_lines(note.split(['\r', '\n']), ':'),
+            note: Entries::from_lines(note.split(['\r', '\n']), ':'),
         })
     }
 
@@ -156,17 +158,17 @@ impl Wave {
         let nodes = self.nodes;
         let mut cursor = Cursor::at(bytes, FILE + WAVE);
         let sides = [0, 1].map(|axis| nodes[axis] as f64 * self.steps[axis].abs());
-        let size = Size::of(sides, &Unit::of(&self.lateral))?;
+        let size = Size::new(sides, &Unit::parse(&self.lateral))?;
         let channels = (0..self.channels).map(|index| {
-            let stored = cursor.take(bytes_of(nodes, self.element))?;
+            let stored = cursor.take(map_bytes(nodes, self.element))?;
             let raster = Raster::rows(nodes, self.element, self.order, stored)?;
             let label = self.labels.get(index).filter(|label| !label.is_empty());
             let name = label.map_or_else(|| "heights".to_owned(), String::clone);
             let unit = match label.filter(|_| !self.note.is_empty()) {
-                Some(label) => of_asylum(label, &self.note),
+                Some(label) => asylum_unit(label, &self.note),
                 None => &self.unit,
             };
-            Ok(Channel::new(name, Unit::of(unit), size, raster.upside_down()))
+            Ok(Channel::new(name, Unit::parse(unit), size, raster.upside_down()))
         });
         channels.collect()
     }
@@ -183,14 +185,16 @@ fn element(code: i16) -> Result<Element, FormatError> {
         0x50 => Ok(Element::U16),
         0x60 => Ok(Element::U32),
         _ => {
-            let allowed = "that of real numbers";
+            let allowed = "a type of real numbers";
             Err(FormatError::value("type of the wave", code, allowed))
         }
     }
 }
 
-/// The unit of a channel of Asylum Research, without what tells its direction and modulation.
-fn of_asylum<'a>(label: &str, note: &'a Entries) -> &'a str {
+/// Returns the unit of a channel of Asylum Research.
+///
+/// Suffixes for the direction and the modulation, as in `HeightTraceMod0`, do not matter.
+fn asylum_unit<'a>(label: &str, note: &'a Entries) -> &'a str {
     let label = match label.rsplit_once("Mod") {
         Some((base, digits)) if digits.bytes().all(|byte| byte.is_ascii_digit()) => base,
         _ => label,

@@ -1,39 +1,37 @@
-//! What headers are read with: numbers and texts at a place of the file, named values, compressed
-//! parts.
+//! Helpers for reading headers: a cursor over the bytes of a file, named values, decompression.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
 use super::FormatError;
 
-/// Reads a file from a place on; nothing is read beyond its end.
+/// Position in the bytes of a file. Reading beyond the end is an error.
 #[derive(Debug, Clone)]
 pub struct Cursor<'a> {
     bytes: &'a [u8],
     position: usize,
 }
 
-/// Values by their names, of which the last of each counts.
+/// Named values of a header. If a name is repeated, its last value counts.
 #[derive(Debug, Clone, Default)]
 pub struct Entries {
     values: BTreeMap<String, String>,
 }
 
-/// No deflated byte makes more than this many.
-const MOST_TIMES: usize = 1032;
+/// Largest number of bytes that one deflated byte can expand to.
+const MAX_INFLATION: usize = 1032;
 
 impl<'a> Cursor<'a> {
-    /// At the start of the bytes.
     pub fn new(bytes: &'a [u8]) -> Cursor<'a> {
         Cursor { bytes, position: 0 }
     }
 
-    /// At a place, which may lie beyond the end until something is read.
+    /// Creates a cursor at a position, which may lie beyond the end until something is read.
     pub fn at(bytes: &'a [u8], position: usize) -> Cursor<'a> {
         Cursor { bytes, position }
     }
 
-    /// The next bytes.
+    /// Returns the next `count` bytes.
     pub fn take(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
         let end = self.position.saturating_add(count);
         let taken = self.bytes.get(self.position..end);
@@ -42,17 +40,16 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
-    /// Passes over bytes.
     pub fn skip(&mut self, count: usize) -> Result<(), FormatError> {
         self.take(count).map(|_| ())
     }
 
-    /// The next `N` bytes, for one number.
+    /// Returns the next `N` bytes, for the conversion to a number.
     pub fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
         Ok(self.take(N)?.try_into().expect("as many as were taken"))
     }
 
-    // The next number, whose low end comes first.
+    // The following methods read little-endian numbers.
 
     pub fn u16(&mut self) -> Result<u16, FormatError> {
         self.array().map(u16::from_le_bytes)
@@ -66,7 +63,7 @@ impl<'a> Cursor<'a> {
         self.array().map(i32::from_le_bytes)
     }
 
-    /// A number that is stored in single precision.
+    /// Reads an `f32` and widens it to `f64`.
     pub fn single(&mut self) -> Result<f64, FormatError> {
         self.array().map(|bytes| f32::from_le_bytes(bytes).into())
     }
@@ -75,22 +72,22 @@ impl<'a> Cursor<'a> {
         self.array().map(f64::from_le_bytes)
     }
 
-    /// The next bytes as text that ends with the first zero.
+    /// Reads `count` bytes as ISO-8859-1 text up to the first zero byte, without outer spaces.
     pub fn text(&mut self, count: usize) -> Result<String, FormatError> {
         let bytes = self.take(count)?;
         let end = bytes.iter().position(|&byte| byte == 0);
         Ok(latin1(&bytes[..end.unwrap_or(count)]).trim().to_owned())
     }
 
-    /// What is left.
+    /// Returns all bytes from the current position to the end.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.position..).unwrap_or_default()
     }
 }
 
 impl Entries {
-    /// The entries of lines of a name and a value; lines without the sign between them are none.
-    pub fn of_lines<'a>(lines: impl IntoIterator<Item = &'a str>, between: char) -> Entries {
+    /// Reads lines `name value` divided by `between`. Ignores lines without this separator.
+    pub fn from_lines<'a>(lines: impl IntoIterator<Item = &'a str>, between: char) -> Entries {
         let mut entries = Entries::default();
         for (name, value) in lines.into_iter().filter_map(|line| line.split_once(between)) {
             entries.insert(name, value);
@@ -98,84 +95,81 @@ impl Entries {
         entries
     }
 
-    /// Adds a value, in place of one of the same name.
+    /// Sets the value of a name and replaces an earlier one.
     pub fn insert(&mut self, name: &str, value: &str) {
         let value = value.trim().to_owned();
         self.values.insert(name.trim().to_owned(), value);
     }
 
-    /// Whether there is no value.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// The value of a name, if there is one.
     pub fn get(&self, name: &str) -> Option<&str> {
         self.values.get(name).map(String::as_str)
     }
 
-    /// The value of a name that has to be there.
+    /// Returns the value of a mandatory name.
     pub fn text(&self, name: &str) -> Result<&str, FormatError> {
         self.get(name).ok_or_else(|| FormatError::missing(name))
     }
 
-    /// A whole number.
     pub fn whole(&self, name: &str) -> Result<i64, FormatError> {
         let text = self.text(name)?;
         let number = text.parse();
-        number.map_err(|_| FormatError::value(name, text, "a whole number"))
+        number.map_err(|_| FormatError::value(name, text, "an integer"))
     }
 
-    /// A number, finite or not.
+    /// Returns the number of a mandatory name; it may be infinite or NaN.
     pub fn number(&self, name: &str) -> Result<f64, FormatError> {
         let text = self.text(name)?;
         let number = text.parse();
         number.map_err(|_| FormatError::value(name, text, "a number"))
     }
 
-    /// A number, if the name is there.
     pub fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
         self.get(name).map(|_| self.number(name)).transpose()
     }
 }
 
-/// Text of one byte a letter, ISO-8859-1.
+/// Decodes ISO-8859-1 text, which has one byte per character.
 pub fn latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
-/// Text in UTF-8, or in ISO-8859-1 where it is no UTF-8.
+/// Decodes UTF-8 text, or ISO-8859-1 text if the bytes are not valid UTF-8.
 pub fn utf8_or_latin1(bytes: &[u8]) -> String {
     str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned)
 }
 
-/// A number that is finite.
+/// Returns the value if it is finite.
 pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
     match value.is_finite() {
         true => Ok(value),
-        false => Err(FormatError::value(entry, value, "finite")),
+        false => Err(FormatError::value(entry, value, "a finite number")),
     }
 }
 
-/// A factor: finite and not zero.
+/// Returns the value if it is finite and not zero, as a scale factor must be.
 pub fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
     match value.is_finite() && value != 0.0 {
         true => Ok(value),
-        false => Err(FormatError::value(entry, value, "finite and not zero")),
+        false => Err(FormatError::value(entry, value, "a finite number other than zero")),
     }
 }
 
-/// Decompresses exactly `expected` bytes of the part of this name, of which `compressed` bytes are
-/// in the file.
+/// Reads exactly `expected` bytes from a decompressing `reader`.
+///
+/// `compressed` is the compressed length in the file; `part` names the data in errors.
 pub fn inflate(
     part: &str,
     reader: impl Read,
     compressed: usize,
     expected: usize,
 ) -> Result<Vec<u8>, FormatError> {
-    // What cannot be there is not made room for.
-    if expected > compressed.saturating_mul(MOST_TIMES) {
-        let reason = format!("{compressed} bytes cannot hold the {expected} that are needed");
+    // A damaged header must not cause a huge allocation.
+    if expected > compressed.saturating_mul(MAX_INFLATION) {
+        let reason = format!("{compressed} bytes cannot expand to the {expected} that are needed");
         return Err(FormatError::damaged(part, reason));
     }
     let mut bytes = Vec::with_capacity(expected);
@@ -184,7 +178,7 @@ pub fn inflate(
     match bytes.len() {
         found if found == expected => Ok(bytes),
         found => {
-            let reason = format!("it holds {found} bytes, {expected} are needed");
+            let reason = format!("it has {found} bytes, {expected} are needed");
             Err(FormatError::damaged(part, reason))
         }
     }
@@ -213,7 +207,7 @@ mod tests {
     #[test]
     fn no_more_is_made_room_for_than_can_be_there() {
         let error = inflate("data", [0; 4].as_slice(), 4, usize::MAX).unwrap_err();
-        assert!(error.to_string().contains("4 bytes cannot hold"), "{error}");
+        assert!(error.to_string().contains("4 bytes cannot expand"), "{error}");
     }
 
     #[test]

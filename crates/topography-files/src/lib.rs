@@ -1,26 +1,30 @@
-//! Surface topography as instruments and programs write it.
+//! Reader for the surface topography files of instruments and analysis programs.
 //!
-//! [`read`] finds out from the content of a file, not from its name, which format it has, and lists
-//! its channels. A [`Channel`] decodes its [`HeightMap`] when it is asked to, and [`Statistics`]
-//! say what that is like.
+//! [`read`] recognizes the format by the content of a file, not by its name, and lists its
+//! channels. [`Channel::map`] decodes a channel into a [`HeightMap`], which [`Statistics`]
+//! summarizes.
 //!
-//! Whatever the file does: heights are `[x, y]` with x along the first axis, lengths are metres
-//! where the file has a unit, points that were not measured are missing and never a number, and
-//! nothing is allocated before its size has been held against that of the file. The source of each
-//! format says how its lines lie and what its size is: nodes × step for all of them, or what the
-//! file gives as the size of the whole map.
+//! All formats follow the same conventions:
 //!
-//! | module | holds |
+//! - Heights are indexed `[x, y]` with x along the first axis.
+//! - Lengths are in metres if the file gives a unit of length.
+//! - Points that were not measured are missing. Their markers never appear as heights.
+//! - The sides of a map are nodes × step, or the size of the whole map if the file gives that.
+//! - A size claimed in a header is compared with the length of the file before memory is allocated.
+//!
+//! The source of each format documents its line order and which of the two sizes it stores.
+//!
+//! | module | contents |
 //! |---|---|
 //! | `lib` | [`TopographyFile`], [`Format`] and the errors |
 //! | `channel` | [`Channel`], [`HeightMap`], [`Quantity`], [`Size`], [`Statistics`] |
-//! | `raster` | stored numbers, and how they become a map: byte order, direction of lines, marks of missing points |
-//! | `unit` | units as files write them |
-//! | `input` | what headers are read with: numbers and texts at a place, named values, compressed parts |
-//! | `text_headers` | a text header and numbers behind it: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
-//! | `binary_headers` | a binary header and numbers: `frt`, `metropro`, `opd`, `plu`, `sur` |
+//! | `raster` | conversion of stored numbers to a map: byte order, line order, missing points |
+//! | `unit` | spellings of units |
+//! | `input` | helpers for headers: a cursor over bytes, named values, decompression |
+//! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
+//! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
 //! | `text` | numbers as text: a matrix, or triplets of x, y and height |
-//! | `gwy`, `igor`, `nanoscope`, `netcdf`, `npy`, `x3p` | a format each |
+//! | `gwy`, `igor`, `nanoscope`, `netcdf`, `npy`, `x3p` | one format each |
 //!
 //! ```
 //! use asperity_topography_files::{Quantity, Size, Statistics, read};
@@ -34,7 +38,7 @@
 //! let map = channel.map();
 //! assert_eq!(map.get(0, 1), Some(3e-6));
 //! assert_eq!(map.get(1, 1), None);
-//! assert_eq!(Statistics::of(&map).missing, 1);
+//! assert_eq!(Statistics::new(&map).missing, 1);
 //! # Ok::<(), asperity_topography_files::TopographyFileError>(())
 //! ```
 
@@ -62,7 +66,7 @@ pub use self::channel::{
 pub use self::npy::{NpyError, npy_array};
 pub use self::unit::{is_metre, length_ratio};
 
-/// All that are read: those that are known by their first bytes, then those that are not.
+/// All formats, in the order in which [`read`] tries them.
 static FORMATS: [Format; 17] = [
     x3p::FORMAT,
     binary_headers::SUR,
@@ -83,66 +87,67 @@ static FORMATS: [Format; 17] = [
     text::FORMAT,
 ];
 
-/// A file of one or more maps.
+/// A topography file with its format and at least one channel.
 #[derive(Debug)]
 pub struct TopographyFile<'a> {
     format: &'static Format,
     channels: Vec<Channel<'a>>,
 }
 
-/// Why a file cannot be read.
+/// Error of [`read`]. It does not name the file, whose path the crate does not know.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the messages document the variants")]
 pub enum TopographyFileError {
     #[error("the file is empty")]
     Empty,
-    #[error("not a sound file of {title} ({name})")]
+    #[error("damaged or unsupported {name} file ({title})")]
     Damaged { name: &'static str, title: &'static str, source: FormatError },
     #[error(
-        "no reader knows this file, which starts with {start}: {}; those of {} look for other \
-         first bytes",
+        "no reader accepts this file, which starts with {start}: {}; its first bytes match no \
+         signature of {}",
         attempts(tried), others.join(", ")
     )]
     Unknown {
         start: String,
-        /// Readers that know their files by more than the first bytes, and what they met.
+        /// Readers of formats without a signature, and the error of each.
         tried: Vec<(&'static str, FormatError)>,
-        /// The readers whose files start with other bytes.
+        /// Readers whose signature does not match the first bytes.
         others: Vec<&'static str>,
     },
 }
 
-/// A format of files.
+/// File format, one of [`formats`], with its reader.
 #[derive(Debug)]
 pub struct Format {
     name: &'static str,
     title: &'static str,
-    /// Raised whenever the reader finds other numbers in a file: what rests on it is computed
-    /// again.
+    /// Must increase when the reader decodes other numbers from the same file, so that dependent
+    /// results are recomputed.
     version: u32,
-    /// Whether files of no other format start like those of this one.
+    /// True if the first bytes identify the format. An error of the reader is then final.
     has_signature: bool,
     read: for<'a> fn(&'a [u8]) -> Result<Vec<Channel<'a>>, FormatError>,
 }
 
-/// Why bytes are not a file of one format.
+/// Error of the reader of one format.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the messages document the variants")]
 pub enum FormatError {
-    #[error("it does not start as such files do")]
+    #[error("the first bytes are not the signature of the format")]
     Signature,
-    #[error("the file ends after {found} bytes, {needed} are needed")]
+    #[error("the file is cut off: {needed} bytes are needed, it has {found}")]
     CutOff { needed: usize, found: usize },
     #[error("`{entry}` is missing")]
     Missing { entry: String },
-    #[error("`{entry}` is {value}, it must be {allowed}")]
+    #[error("`{entry}` is {value}; expected {allowed}")]
     Value { entry: String, value: String, allowed: String },
     #[error(
-        "{} × {} heights of {element} bytes need {needed} bytes, {found} are there",
+        "the map is cut off: {} × {} heights of {element} bytes need {needed} bytes, \
+         {found} are left",
         nodes[0], nodes[1]
     )]
     Heights { nodes: [usize; 2], element: usize, needed: u128, found: usize },
-    #[error("{} × {} nodes are more than the 2^30 that are read", nodes[0], nodes[1])]
+    #[error("{} × {} nodes exceed the limit of 2^30 nodes", nodes[0], nodes[1])]
     TooMany { nodes: [i64; 2] },
     #[error("line {line}: {problem}")]
     Line { line: usize, problem: String },
@@ -152,39 +157,41 @@ pub enum FormatError {
     Unsupported(String),
 }
 
-/// Why a channel of a file cannot be told.
+/// Error of [`TopographyFile::find`]: the wanted channel does not exist or is ambiguous.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the messages document the variants")]
 pub enum ChannelError {
     #[error("the file has no channel `{wanted}`")]
     Unknown {
         wanted: String,
-        /// What its channels are called.
+        /// Names of all channels of the file.
         names: Vec<String>,
     },
-    #[error("channels of the file have numbers from 1 to {count}, {number} is none of them")]
-    Beyond { number: usize, count: usize },
+    #[error("the file has no channel {number}; its channels have the numbers 1 to {count}")]
+    OutOfRange { number: usize, count: usize },
     #[error(
-        "the channels {} of the file are all called `{wanted}`: choose by number",
+        "the file has several channels `{wanted}`; select one by its number: {}",
         numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
     )]
     Ambiguous {
         wanted: String,
-        /// From 1 on.
+        /// Numbers of the channels with this name, counted from 1.
         numbers: Vec<usize>,
     },
 }
 
-/// The formats that are read.
+/// Returns all supported formats, in the order in which [`read`] tries them.
 pub fn formats() -> &'static [Format] {
     &FORMATS
 }
 
-/// Reads a file of any of the [`formats`]. Its maps are decoded when they are asked for.
+/// Reads the header of a file of any of the [`formats`] and lists its channels.
+///
+/// [`Channel::map`] decodes the heights later.
 ///
 /// # Errors
-/// When no format fits, or the file of one that does is damaged, cut off or of a kind that is not
-/// read. The error says which readers were tried and what each met.
+/// Returns an error if the file is empty, damaged, cut off, of an unsupported variant of its
+/// format, or of no known format. In the last case the error lists all readers.
 pub fn read(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
     if bytes.is_empty() {
         return Err(TopographyFileError::Empty);
@@ -209,28 +216,30 @@ pub fn read(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
 }
 
 impl<'a> TopographyFile<'a> {
-    /// The format of the file.
+    /// Returns the format of the file.
     pub fn format(&self) -> &'static Format {
         self.format
     }
 
-    /// Its maps, in the order of the file; at least one.
+    /// Returns the channels in the order of the file, at least one.
     pub fn channels(&self) -> &[Channel<'a>] {
         &self.channels
     }
 
-    /// The place of the channel that is called so, or, if none is, has this number, from 1 on.
+    /// Returns the index of the channel with this name or, if no name matches, with this number.
+    ///
+    /// Numbers count from 1, the index from 0.
     ///
     /// # Errors
-    /// When there is no such channel, or several are called so.
+    /// Returns an error if no channel matches, or if several channels have this name.
     pub fn find(&self, wanted: &str) -> Result<usize, ChannelError> {
         let numbered = self.channels.iter().enumerate();
         let named = numbered.filter(|(_, channel)| channel.name() == wanted);
-        let named: Vec<usize> = named.map(|(place, _)| place).collect();
+        let named: Vec<usize> = named.map(|(index, _)| index).collect();
         let number = wanted.parse::<usize>().ok();
         let by_number = number.filter(|number| (1..=self.channels.len()).contains(number));
         match (named.as_slice(), by_number) {
-            (&[place], _) => Ok(place),
+            (&[index], _) => Ok(index),
             ([], Some(number)) => Ok(number - 1),
             ([], None) => Err(ChannelError::Unknown {
                 wanted: wanted.to_owned(),
@@ -238,13 +247,14 @@ impl<'a> TopographyFile<'a> {
             }),
             _ => Err(ChannelError::Ambiguous {
                 wanted: wanted.to_owned(),
-                numbers: named.iter().map(|place| place + 1).collect(),
+                numbers: named.iter().map(|index| index + 1).collect(),
             }),
         }
     }
 
-    /// The place of the first channel of heights in metres, or else of the first that may hold
-    /// heights.
+    /// Returns the index of the first channel of heights in metres.
+    ///
+    /// If there is none, returns the index of the first channel without a unit.
     pub fn first_heights(&self) -> Option<usize> {
         let heights = |channel: &Channel<'_>| *channel.quantity() == Quantity::Height;
         let heights = self.channels.iter().position(heights);
@@ -253,17 +263,17 @@ impl<'a> TopographyFile<'a> {
 }
 
 impl Format {
-    /// A short name: the usual ending of such files.
+    /// Returns the short name of the format, in most cases the usual file extension.
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// The version of the numbers that are read.
+    /// Returns the version of the reader, which increases when the decoded numbers change.
     pub fn version(&self) -> u32 {
         self.version
     }
 
-    /// Whose format it is.
+    /// Returns the full name of the format, for messages.
     pub fn title(&self) -> &'static str {
         self.title
     }
@@ -276,33 +286,27 @@ impl PartialEq for Format {
 }
 
 impl FormatError {
-    /// An entry that has to be there is not.
     fn missing(entry: impl Into<String>) -> FormatError {
         FormatError::Missing { entry: entry.into() }
     }
 
-    /// An entry has a value that it cannot have.
     fn value(entry: &str, value: impl ToString, allowed: &str) -> FormatError {
-        // What a file holds in place of a number may be anything, and of any length.
+        // A damaged file may hold a value of any length.
         let value: String = value.to_string().chars().take(60).collect();
         FormatError::Value { entry: entry.to_owned(), value, allowed: allowed.to_owned() }
     }
 
-    /// A part of the file cannot be decoded.
     fn damaged(part: &str, reason: impl ToString) -> FormatError {
         FormatError::Damaged { part: part.to_owned(), reason: reason.to_string() }
     }
 
-    /// The file is sound, but nothing that can be read.
+    /// Creates the error for a file of a variant that the crate does not read.
     fn unsupported(what: impl Into<String>) -> FormatError {
         FormatError::Unsupported(what.into())
     }
 }
 
-/// The channels of a file that has at least one.
-///
-/// # Errors
-/// When one cannot be read, or there is none: the entry that describes them is then missing.
+/// Collects the channels of a file. If there are none, the error names `entry` as missing.
 fn at_least_one<'a>(
     channels: impl IntoIterator<Item = Result<Channel<'a>, FormatError>>,
     entry: &str,
@@ -314,13 +318,12 @@ fn at_least_one<'a>(
     }
 }
 
-/// What readers met, each with its name.
 fn attempts(tried: &[(&'static str, FormatError)]) -> String {
     let each = tried.iter().map(|(name, error)| format!("{name}: {error}"));
     each.collect::<Vec<_>>().join("; ")
 }
 
-/// The first bytes, as text where they are such.
+/// Formats the first bytes as text if they are printable, otherwise as hexadecimal numbers.
 fn start(bytes: &[u8]) -> String {
     let is_letter = |byte: &&u8| (b' '..=b'~').contains(byte);
     let text: Vec<u8> = bytes.iter().take_while(is_letter).take(24).copied().collect();
@@ -331,7 +334,7 @@ fn start(bytes: &[u8]) -> String {
     hexadecimal.collect::<Vec<_>>().join(" ")
 }
 
-/// The example of the README, which is compiled and run.
+/// Compiles and runs the example of the README as a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,15 +1,15 @@
-//! Nanoscope files of Digital Instruments, Veeco and Bruker: a text header of sections, and maps of
-//! whole numbers.
+//! Nanoscope files of Digital Instruments, Veeco and Bruker, with a text header of sections and
+//! maps of integers.
 //!
-//! Sides are those of the scan. Lines run along x, and the first has the largest y. A height is
-//! number × hard scale / 256^(bytes of a number) × soft scale: the first is in `@2:Z scale` of the
-//! image, the second in the entry of the scanner that it names, `@Sens. Zsens` for instance. Of a
-//! channel whose soft scale is of no length the unit is that of the scale, where SurfaceTopography
-//! leaves the numbers of the file as they are.
+//! The sides are those of the scan. Lines run along x; the first line has the largest y. A height
+//! is number × hard scale / 256^(bytes per number) × soft scale. `@2:Z scale` of the image gives
+//! the hard scale and names the scanner entry of the soft scale, for instance `@Sens. Zsens`. If
+//! the soft scale is not a length, the channel has the unit of that scale. SurfaceTopography leaves
+//! the stored numbers of such channels unchanged.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, factor, latin1};
-use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
@@ -21,7 +21,7 @@ pub const FORMAT: Format = Format {
     read,
 };
 
-/// From this version on all numbers have four bytes, whatever the header says.
+/// First version whose numbers may have four bytes although the header says two.
 const FOUR_BYTES: i64 = 0x0920_0000;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -30,28 +30,28 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::Signature);
     }
     if bytes.starts_with(b"?") {
-        let what = "a Nanoscope file of numbers as text; those of binary numbers are read";
+        let what = "the numbers of this Nanoscope file are text; save it with binary numbers";
         return Err(FormatError::unsupported(what));
     }
     let sections = Section::all(bytes);
-    let file = File::of(&sections)?;
+    let file = File::from_sections(&sections)?;
     let images = sections.iter().filter(|section| section.is_image());
     let channels = images.map(|image| file.channel(bytes, image));
     at_least_one(channels, "*Ciao image list")
 }
 
-/// What all images of a file share.
+/// Properties that all images of a file share.
 struct File<'a> {
     version: i64,
     scanner: Vec<&'a Section>,
-    /// Nodes of the whole scan.
+    /// Numbers of nodes of the whole scan along x and y.
     scan: Option<[i64; 2]>,
-    /// The side along y, where it is given on its own: that of the image can then be wrong.
+    /// Side along y and its unit (`Slow Axis Size`), which override the scan size of an image.
     slow_side: Option<(f64, String)>,
 }
 
 impl<'a> File<'a> {
-    fn of(sections: &'a [Section]) -> Result<File<'a>, FormatError> {
+    fn from_sections(sections: &'a [Section]) -> Result<File<'a>, FormatError> {
         let named = |names: &'static [&'static str]| {
             let of_name = move |section: &&Section| names.contains(&&*section.name);
             sections.iter().filter(of_name)
@@ -59,7 +59,7 @@ impl<'a> File<'a> {
         let entry = |names, key| named(names).find_map(|section| section.entries.get(key));
         let any = |key| sections.iter().rev().find_map(|section| section.entries.get(key));
         if any("operating mode") == Some("Force") || any("start context") == Some("FOL") {
-            return Err(FormatError::unsupported("force curves and no map"));
+            return Err(FormatError::unsupported("the file holds force curves, not a map"));
         }
         let version = entry(&["file list", "ec file list"], "version").unwrap_or("0");
         let version = i64::from_str_radix(version.trim_start_matches("0x"), 16);
@@ -96,13 +96,13 @@ impl<'a> File<'a> {
         };
         let nodes = self.nodes(own, element, length)?;
         let offset = image.entries.whole("data offset")?;
-        let offset = usize::try_from(offset);
-        let offset = offset.map_err(|_| FormatError::value("Data offset", -1, "positive"))?;
-        let stored = Cursor::at(bytes, offset).take(bytes_of(nodes, element))?;
+        let offset = usize::try_from(offset)
+            .map_err(|_| FormatError::value("Data offset", offset, "a positive number"))?;
+        let stored = Cursor::at(bytes, offset).take(map_bytes(nodes, element))?;
         let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?.upside_down();
         let (scale, unit) = self.scale(image, bytes_per_pixel)?;
-        let unit = match Unit::of(&unit) {
-            // Heights always have a unit: what has none is something else.
+        let unit = match Unit::parse(&unit) {
+            // Heights always have a unit in this format.
             Unit::None => Unit::Other("1".to_owned()),
             unit => unit,
         };
@@ -111,7 +111,9 @@ impl<'a> File<'a> {
         Ok(Channel::new(image.image_name(), unit, size, raster))
     }
 
-    /// Some files give wrong numbers of nodes for an image; those of the scan then fit its length.
+    /// Returns the numbers of nodes of an image.
+    ///
+    /// Some files give wrong numbers for the image. Those of the scan then fit its data length.
     fn nodes(
         &self,
         own: [usize; 2],
@@ -119,19 +121,19 @@ impl<'a> File<'a> {
         length: i64,
     ) -> Result<[usize; 2], FormatError> {
         let length = usize::try_from(length).unwrap_or(0);
-        let needed = bytes_of(own, element);
+        let needed = map_bytes(own, element);
         let Some(scan) = self.scan.filter(|_| length != needed) else {
             return Ok(own);
         };
         let scan = checked_nodes(scan)?;
-        let of_scan = bytes_of(scan, element);
+        let of_scan = map_bytes(scan, element);
         match length == of_scan || (needed > length && length >= of_scan) {
             true => Ok(scan),
             false => Ok(own),
         }
     }
 
-    /// Sides of the map: the image gives those of as many nodes as it claims.
+    /// Returns the size of the map, given that the scan size of the image covers `own` nodes.
     fn size(
         &self,
         image: &Section,
@@ -141,25 +143,25 @@ impl<'a> File<'a> {
         let (x, y, unit) = image.scan_size()?;
         if let Some((slow, slow_unit)) = &self.slow_side {
             let ratio = ratio(slow_unit, &unit).ok_or_else(|| {
-                FormatError::value("unit of Slow Axis Size", slow_unit, "a length")
+                FormatError::value("unit of Slow Axis Size", slow_unit, "a unit of length")
             })?;
-            // A scan that was stopped has fewer lines than its size is of.
+            // A scan that was stopped early has fewer lines than the slow axis size covers.
             let full = self.scan.map_or(nodes[1] as f64, |scan| scan[1] as f64);
             let share = match image.is_square() {
                 true => 1.0,
                 false => (nodes[1] as f64 / full).min(1.0),
             };
-            return Size::of([x, slow * ratio * share], &Unit::of(&unit));
+            return Size::new([x, slow * ratio * share], &Unit::parse(&unit));
         }
         let grown = [0, 1].map(|axis| nodes[axis] as f64 / own[axis] as f64);
-        Size::of([x * grown[0], y * grown[1]], &Unit::of(&unit))
+        Size::new([x * grown[0], y * grown[1]], &Unit::parse(&unit))
     }
 
-    /// What a number is to be multiplied with, and the unit that it then has.
+    /// Returns the factor from stored numbers to heights, and the unit of these heights.
     fn scale(&self, image: &Section, bytes_per_pixel: i64) -> Result<(f64, String), FormatError> {
         let scale = image.entries.get("@4:z scale").or_else(|| image.entries.get("@2:z scale"));
         let scale = scale.ok_or_else(|| {
-            FormatError::unsupported("a file of Nanoscope 4.2 or older, without `@2:Z scale`")
+            FormatError::unsupported("Nanoscope 4.2 or older (no `@2:Z scale`) is not supported")
         })?;
         let scale = Scale::parse("@2:Z scale", scale)?;
         let steps = if bytes_per_pixel == 4 { 4294967296.0 } else { 65536.0 };
@@ -180,7 +182,7 @@ impl<'a> File<'a> {
             None => Ok((hard * soft, soft_unit)),
             Some((unit, per)) => {
                 let ratio = ratio(&hard_unit, per).ok_or_else(|| {
-                    let allowed = format!("in the unit of the soft scale, `{per}`");
+                    let allowed = format!("a unit like that of the soft scale, `{per}`");
                     FormatError::value("unit of @2:Z scale", &hard_unit, &allowed)
                 })?;
                 Ok((hard * ratio * soft, unit.to_owned()))
@@ -189,22 +191,22 @@ impl<'a> File<'a> {
     }
 }
 
-/// A section; all names are in small letters.
+/// Section of the header, with all names in lower case.
 struct Section {
     name: String,
     entries: Entries,
 }
 
-/// A value such as `V [Sens. Zsens] (0.006713867 V/LSB) 2.910461 V`.
+/// Parsed value such as `V [Sens. Zsens] (0.006713867 V/LSB) 2.910461 V`.
 struct Scale {
-    /// What stands in brackets: the name of another entry.
+    /// Text in brackets, the name of the entry of the soft scale.
     soft: Option<String>,
-    /// What stands behind: a number and its unit.
+    /// Text after the brackets, a number and its unit.
     value: String,
 }
 
 impl Section {
-    /// The sections of a file, up to `\*File list end`.
+    /// Reads the sections of a file up to `\*File list end`.
     fn all(bytes: &[u8]) -> Vec<Section> {
         let mut sections: Vec<Section> = Vec::new();
         for line in bytes.split(|&byte| byte == b'\n') {
@@ -228,7 +230,7 @@ impl Section {
         sections
     }
 
-    /// Whether it describes a map; older programs have other names for such sections.
+    /// Returns true if the section describes a map. The names differ between program versions.
     fn is_image(&self) -> bool {
         let names = [
             "ciao image list",
@@ -240,7 +242,7 @@ impl Section {
         names.contains(&&*self.name)
     }
 
-    /// What the map is of: `Height`, for instance.
+    /// Returns the name of the measured quantity, for instance `Height`.
     fn image_name(&self) -> String {
         let keys = ["@2:image data", "@3:image data", "@4:image data"];
         let scale = keys.iter().find_map(|key| self.entries.get(key));
@@ -252,7 +254,7 @@ impl Section {
         name.trim_matches('"').to_owned()
     }
 
-    /// Sides of the scan and their unit; square scans of old files have one.
+    /// Returns both sides of the scan and their unit. Old files give one side for square scans.
     fn scan_size(&self) -> Result<(f64, f64, String), FormatError> {
         let text = self.entries.text("scan size")?;
         let (x, rest) = quantity("scan size", text)?;
@@ -260,7 +262,7 @@ impl Section {
         Ok((x, y, unit))
     }
 
-    /// Whether its nodes are as far apart along y as along x.
+    /// Returns true if the nodes have equal distances along x and y.
     fn is_square(&self) -> bool {
         let ratio = self.entries.get("aspect ratio").unwrap_or("1:1");
         let first = ratio.split(':').next().and_then(|first| first.parse().ok());
@@ -269,11 +271,13 @@ impl Section {
 }
 
 impl Scale {
+    /// Parses the value of an entry.
+    ///
     /// # Errors
-    /// When a bracket is not closed.
+    /// Returns an error if a bracket is not closed.
     fn parse(name: &str, text: &str) -> Result<Scale, FormatError> {
-        let open = || FormatError::value(name, text, "closed where a bracket is open");
-        // The letter in front says whether it is a value, a scale or a choice.
+        let open = || FormatError::value(name, text, "a value whose brackets are closed");
+        // The first letter stands for the type of the entry: value, scale or choice.
         let mut rest = text.trim();
         rest = rest.strip_prefix(char::is_alphabetic).unwrap_or(rest);
         let mut soft = None;
@@ -284,7 +288,7 @@ impl Scale {
             rest = behind.trim_start();
         }
         if rest.starts_with('(') {
-            // Units such as log(Arb) have parentheses of their own.
+            // Units such as log(Arb) contain parentheses.
             let mut depth = 0;
             let end = rest.char_indices().find_map(|(index, letter)| {
                 depth += i32::from(letter == '(') - i32::from(letter == ')');
@@ -297,11 +301,11 @@ impl Scale {
     }
 }
 
-/// A number and its unit, such as `2.910461 V`.
+/// Parses a number and its unit, such as `2.910461 V`.
 fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
     let text = text.trim();
     let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
     let number = number.parse();
-    let number = number.map_err(|_| FormatError::value(name, text, "a number, and its unit"))?;
+    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
     Ok((number, unit.trim().to_owned()))
 }

@@ -1,9 +1,10 @@
-//! NetCDF, versions 1 and 2 of the classic format, as SurfaceTopography's `to_netcdf` writes it: a
-//! variable `heights` over the dimensions `x` and `y`, whose variables have the attributes `length`
-//! and `unit`, and a variable `mask` that is not zero at missing points.
+//! NetCDF files in versions 1 and 2 of the classic format, as `to_netcdf` of SurfaceTopography
+//! writes them.
 //!
-//! `length` is that of the whole map. Where the first dimension is x, as SurfaceTopography has it,
-//! lines run along y.
+//! The variable `heights` has the dimensions `x` and `y`. The variables of these dimensions have
+//! the attributes `length`, the side of the whole map, and `unit`. An optional variable `mask` is
+//! not zero at missing points. Lines run along y if the first dimension is x, as in files of
+//! SurfaceTopography.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, factor, finite, utf8_or_latin1};
@@ -27,7 +28,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let mask = self::raster(&dataset, mask, bytes)?;
         if mask.nodes() != raster.nodes() {
             let found = format!("{:?}", mask.nodes());
-            return Err(FormatError::value("size of `mask`", found, "that of `heights`"));
+            return Err(FormatError::value("size of `mask`", found, "the size of `heights`"));
         }
         raster = raster.masked(mask);
     }
@@ -39,14 +40,16 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if let (Some(x), Some(y)) = (&lateral, &other)
         && x != y
     {
-        return Err(FormatError::value("unit of `y`", y, &format!("that of `x`, {x}")));
+        return Err(FormatError::value("unit of `y`", y, &format!("the unit of `x`, {x}")));
     }
     let size = match (length("x"), length("y")) {
-        (Some(x), Some(y)) => Size::of([x, y], &Unit::of(lateral.as_deref().unwrap_or_default()))?,
+        (Some(x), Some(y)) => {
+            Size::new([x, y], &Unit::parse(lateral.as_deref().unwrap_or_default()))?
+        }
         _ => Size::Unknown,
     };
     let unit = unit(heights).or(lateral).unwrap_or_default();
-    Ok(vec![Channel::new("heights", Unit::of(&unit), size, raster)])
+    Ok(vec![Channel::new("heights", Unit::parse(&unit), size, raster)])
 }
 
 fn raster<'a>(
@@ -73,19 +76,19 @@ fn raster<'a>(
     Ok(raster.missing(missing.map_or(Missing::None, Missing::Value)).scaled(scale, offset))
 }
 
-/// What the header of the classic format declares: dimensions, attributes, variables.
+/// Header of a file: dimensions with names and lengths, and variables.
 struct Dataset<'a> {
     dimensions: Vec<(&'a str, i64)>,
     variables: Vec<Variable<'a>>,
 }
 
-/// Numbers over dimensions.
+/// Array of a file, with its dimensions and attributes.
 struct Variable<'a> {
     name: &'a str,
     dimensions: Vec<usize>,
     attributes: Vec<Attribute<'a>>,
     kind: u32,
-    /// Where its numbers start.
+    /// Offset of the numbers in the file.
     begin: usize,
 }
 
@@ -95,7 +98,7 @@ struct Attribute<'a> {
     bytes: &'a [u8],
 }
 
-/// Codes of types.
+// Codes of the types of numbers.
 const BYTE: u32 = 1;
 const CHARACTER: u32 = 2;
 const SHORT: u32 = 3;
@@ -109,13 +112,13 @@ impl<'a> Dataset<'a> {
             [b'C', b'D', b'F', 1, ..] => false,
             [b'C', b'D', b'F', 2, ..] => true,
             [b'C', b'D', b'F', 5, ..] => {
-                let what = "netCDF in its format of 64-bit data; the classic format is read";
+                let what = "netCDF with 64-bit data is not supported; save the classic format";
                 return Err(FormatError::unsupported(what));
             }
             _ => return Err(FormatError::Signature),
         };
         let mut cursor = Cursor::at(bytes, 4);
-        // The number of records, which no map is made of.
+        // The number of records does not matter, since maps have no record dimension.
         whole(&mut cursor)?;
         let dimensions = list(&mut cursor, |cursor| Ok((name(cursor)?, whole(cursor)?.into())))?;
         list(&mut cursor, attribute)?;
@@ -129,7 +132,7 @@ impl<'a> Dataset<'a> {
         variable.ok_or_else(|| FormatError::missing(format!("variable {name}")))
     }
 
-    /// Names and lengths of a variable's dimensions.
+    /// Returns the names and lengths of the dimensions of a variable.
     fn dimensions(&self, variable: &Variable<'a>) -> Result<Vec<(&'a str, i64)>, FormatError> {
         let dimensions = variable.dimensions.iter().map(|&number| {
             let dimension = self.dimensions.get(number).copied();
@@ -149,7 +152,7 @@ impl<'a> Variable<'a> {
             DOUBLE => Ok(Element::F64),
             kind => {
                 let entry = format!("type of {}", self.name);
-                Err(FormatError::value(&entry, kind, "that of numbers"))
+                Err(FormatError::value(&entry, kind, "a type of numbers: 1, 3, 4, 5 or 6"))
             }
         }
     }
@@ -158,13 +161,13 @@ impl<'a> Variable<'a> {
         self.attributes.iter().find(|attribute| attribute.name == name)
     }
 
-    /// An attribute of text.
+    /// Returns the value of a text attribute.
     fn text(&self, name: &str) -> Option<String> {
         let attribute = self.attribute(name).filter(|found| found.kind == CHARACTER)?;
         Some(utf8_or_latin1(attribute.bytes))
     }
 
-    /// The first number of an attribute.
+    /// Returns the first number of a numeric attribute.
     fn number(&self, name: &str) -> Option<f64> {
         let attribute = self.attribute(name)?;
         let mut cursor = Cursor::new(attribute.bytes);
@@ -183,17 +186,17 @@ fn whole(cursor: &mut Cursor<'_>) -> Result<u32, FormatError> {
     Ok(u32::from_be_bytes(cursor.array()?))
 }
 
-/// A list: what it is of, or nothing, and how many there are.
+/// Reads a list: a tag, the number of elements and the elements.
 fn list<'a, T>(
     cursor: &mut Cursor<'a>,
     element: impl Fn(&mut Cursor<'a>) -> Result<T, FormatError>,
 ) -> Result<Vec<T>, FormatError> {
     whole(cursor)?;
-    // It grows as its elements are read: a count costs nothing.
+    // The vector grows as elements are read, so that a damaged count allocates nothing.
     (0..whole(cursor)?).map(|_| element(cursor)).collect()
 }
 
-/// Bytes, padded to a multiple of four.
+/// Reads `length` bytes and skips their padding to a multiple of four.
 fn padded<'a>(cursor: &mut Cursor<'a>, length: usize) -> Result<&'a [u8], FormatError> {
     let bytes = cursor.take(length)?;
     cursor.skip(length.next_multiple_of(4) - length)?;
@@ -231,7 +234,7 @@ fn variable<'a>(cursor: &mut Cursor<'a>, wide: bool) -> Result<Variable<'a>, For
     let dimensions = dimensions.collect::<Result<_, FormatError>>()?;
     let attributes = list(cursor, attribute)?;
     let kind = whole(cursor)?;
-    // Its bytes, which follow from its dimensions.
+    // The length in bytes follows from the dimensions.
     whole(cursor)?;
     let begin = match wide {
         true => usize::try_from(u64::from_be_bytes(cursor.array()?)).unwrap_or(usize::MAX),

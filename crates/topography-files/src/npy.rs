@@ -1,9 +1,8 @@
-//! NumPy's arrays of two dimensions, `[x, y]` as everywhere here: floats of single or double
-//! precision. There is no size and no unit; what is not finite is missing.
+//! NumPy files with one two-dimensional array `[x, y]` of little-endian `f32` or `f64`.
 //!
-//! Only the plain kind is read: one array of little-endian floats. Its header is a Python
-//! dictionary with three entries in a fixed notation. A header may claim sizes that overflow or
-//! exhaust memory, so every claim is held against the bytes of the file.
+//! The format has neither size nor unit. Numbers that are not finite are missing points. The header
+//! is a Python dictionary with three entries in a fixed notation. It may claim sizes that overflow
+//! or exhaust memory, so every size is compared with the length of the file.
 
 use thiserror::Error;
 
@@ -23,34 +22,37 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     };
     let counts = nodes.map(|count| i64::try_from(count).unwrap_or(i64::MAX));
     let nodes = checked_nodes(counts)?;
-    let raster = Raster::of_columns(nodes, heights);
+    let raster = Raster::from_columns(nodes, heights);
     Ok(vec![Channel::new("heights", Unit::None, Size::Unknown, raster)])
 }
 
-/// Why a file is not an array of heights.
+/// Error of [`npy_array`]. It does not name the file, whose path the crate does not know.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the messages document the variants")]
 pub enum NpyError {
     #[error("not a NumPy file: it does not start with `\\x93NUMPY`")]
     Magic,
-    #[error("NumPy format version {0} is unknown, 1 to 3 can be read")]
+    #[error("NumPy format version {0} is not supported; the versions 1 to 3 are")]
     Version(u8),
     #[error("the file ends within its header")]
     CutOff,
-    #[error("the header `{header}` lacks a readable `{entry}`")]
+    #[error("the header `{header}` has no valid `{entry}`")]
     Entry { entry: &'static str, header: String },
-    #[error("elements are of type `{found}`, heights must be `<f8` or `<f4`")]
+    #[error("the elements have the type `{found}`; convert the array to `<f8` or `<f4`")]
     Type { found: String },
-    #[error("the array has shape {found:?}, a height map has rows and columns, like [256, 256]")]
+    #[error("the array has shape {found:?}; a height map has two dimensions, such as [256, 256]")]
     Shape { found: Vec<u64> },
-    #[error("shape {shape:?} of type `{element}` needs {needed} bytes of data, {found} are there")]
+    #[error("shape {shape:?} of type `{element}` needs {needed} bytes, the file has {found}")]
     Length { shape: Vec<u64>, element: &'static str, needed: u128, found: usize },
 }
 
-/// Rows, columns and numbers of a `.npy` file, row by row; the numbers need not be finite.
+/// Reads a `.npy` file: the numbers of rows and columns, and the elements in row-major order.
+///
+/// The elements may be infinite or NaN.
 ///
 /// # Errors
-/// When the bytes are not such a file, or hold other numbers than heights.
+/// Returns an error if the bytes are not a NumPy file or do not hold one two-dimensional array of
+/// little-endian floats.
 ///
 /// ```
 /// use asperity_topography_files::{NpyError, npy_array};
@@ -70,7 +72,7 @@ pub enum NpyError {
 /// ```
 pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     let (header, data) = split(bytes)?;
-    let element = Element::of(header)?;
+    let element = Element::from_header(header)?;
     let columns_first = fortran_order(header)?;
     let shape = shape(header)?;
     let [rows, columns] = match shape[..] {
@@ -90,7 +92,7 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     }
     let nodes = [rows as usize, columns as usize];
     let heights = element.decode(data);
-    // Of no columns there can be any number of rows.
+    // An array without columns may claim so many rows that a loop over them would not end.
     match columns_first && !heights.is_empty() {
         true => Ok((nodes, transposed(&heights, nodes))),
         false => Ok((nodes, heights)),
@@ -104,13 +106,13 @@ enum Element {
 }
 
 impl Element {
-    fn of(header: &str) -> Result<Self, NpyError> {
+    fn from_header(header: &str) -> Result<Self, NpyError> {
         let text = value(header, "descr")?;
         match quoted(text) {
             Some("<f8") => Ok(Self::Double),
             Some("<f4") => Ok(Self::Single),
             found => Err(NpyError::Type {
-                // A structured type is a list of its own, of which the start tells enough.
+                // A structured type is a list. Its first characters identify it.
                 found: found.map_or_else(|| text.chars().take(40).collect(), str::to_owned),
             }),
         }
@@ -142,7 +144,7 @@ fn decode<const SIZE: usize>(data: &[u8], value: impl Fn([u8; SIZE]) -> f64) -> 
     data.as_chunks().0.iter().map(|bytes| value(*bytes)).collect()
 }
 
-/// Header and data of a NumPy file.
+/// Splits a NumPy file into header and data.
 fn split(bytes: &[u8]) -> Result<(&str, &[u8]), NpyError> {
     let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or(NpyError::Magic)?;
     let (claimed, rest) = match *rest {
@@ -157,7 +159,7 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), NpyError> {
     Ok((header.trim(), data))
 }
 
-/// What follows `'name':` in the header.
+/// Returns the text after `'name':` in the header.
 fn value<'a>(header: &'a str, name: &'static str) -> Result<&'a str, NpyError> {
     let missing = || unreadable(header, name);
     let (_, rest) = header.split_once(name).ok_or_else(missing)?;
@@ -197,10 +199,10 @@ fn unreadable(header: &str, entry: &'static str) -> NpyError {
     NpyError::Entry { entry, header }
 }
 
-/// Row by row what is stored column by column.
+/// Converts column-major to row-major order.
 fn transposed(heights: &[f64], [rows, columns]: [usize; 2]) -> Vec<f64> {
-    let places = (0..rows).flat_map(|i| (0..columns).map(move |j| j * rows + i));
-    places.map(|place| heights[place]).collect()
+    let indices = (0..rows).flat_map(|i| (0..columns).map(move |j| j * rows + i));
+    indices.map(|index| heights[index]).collect()
 }
 
 #[cfg(test)]
@@ -264,7 +266,7 @@ mod tests {
         let longer = [bytes, vec![0]].concat();
         assert_eq!(
             npy_array(&longer).unwrap_err().to_string(),
-            "shape [2, 2] of type `<f8` needs 32 bytes of data, 33 are there"
+            "shape [2, 2] of type `<f8` needs 32 bytes, the file has 33"
         );
     }
 

@@ -1,13 +1,13 @@
-//! The numbers of a map as a file stores them, and how they become a map.
+//! Conversion of the numbers that a file stores to a map.
 
 use std::borrow::Cow;
 
 use super::FormatError;
 
-/// The largest map that is read: a file may claim any.
-const MOST_NODES: u64 = 1 << 30;
+/// Largest number of nodes of a map. A damaged header may claim any number.
+const MAX_NODES: u64 = 1 << 30;
 
-/// The type of a stored number.
+/// Type of the stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Element {
     I8,
@@ -20,41 +20,41 @@ pub enum Element {
     F64,
 }
 
-/// Which end of a number comes first.
+/// Byte order of the stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ByteOrder {
     Little,
     Big,
 }
 
-/// Which stored numbers stand for points that were not measured. What is not finite always does.
+/// Marker of missing points among the stored numbers. Numbers that are not finite are always
+/// missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Missing {
-    /// No number.
+    /// The format has no marker.
     None,
-    /// This one.
+    /// Exactly this number marks missing points.
     Value(f64),
-    /// Those that a float of single precision cannot tell from this one.
+    /// All numbers that equal this one in single precision mark missing points.
     Around(f64),
-    /// This one and larger ones.
+    /// This number and all larger ones mark missing points.
     From(f64),
 }
 
-/// Stored numbers, line by line, of a map.
-///
-/// Holding one means: there is a number for every node.
+/// Stored numbers of a map, line by line, with one number for every node.
 #[derive(Debug, Clone)]
 pub struct Raster<'a> {
     nodes: [usize; 2],
     samples: Samples<'a>,
-    /// Whether a stored line is all x of one y, or all y of one x.
+    /// True if a stored line holds all x of one y, false if it holds all y of one x.
     lines_along_x: bool,
-    /// Whether the first stored line, or number of a line, has the largest y.
+    /// True if the stored y descend.
     upside_down: bool,
-    /// Whether the first number has the largest x.
+    /// True if the stored x descend.
     mirrored: bool,
     scale: f64,
     offset: f64,
+    /// Divisor that converts scaled numbers to metres.
     per_metre: f64,
     missing: Missing,
     mask: Option<Box<Raster<'a>>>,
@@ -66,14 +66,14 @@ enum Samples<'a> {
         bytes: Cow<'a, [u8]>,
         element: Element,
         order: ByteOrder,
-        /// Bytes from the start of one line to that of the next.
+        /// Distance between the starts of two lines, in bytes.
         stride: usize,
     },
     Numbers(Vec<f64>),
 }
 
 impl Element {
-    /// Bytes of one number.
+    /// Returns the size of one number in bytes.
     pub fn size(self) -> usize {
         match self {
             Element::I8 | Element::U8 => 1,
@@ -84,26 +84,27 @@ impl Element {
     }
 }
 
-/// Numbers of nodes that a file gives, if there are any and not too many.
+/// Checks the numbers of nodes along x and y that a file claims.
 pub fn checked_nodes(nodes: [i64; 2]) -> Result<[usize; 2], FormatError> {
     if let Some(count) = nodes.into_iter().find(|&count| count < 1) {
-        return Err(FormatError::value("number of nodes", count, "positive"));
+        return Err(FormatError::value("number of nodes", count, "a positive number"));
     }
     let sides = nodes.map(i64::unsigned_abs);
     match sides[0].checked_mul(sides[1]) {
-        Some(count) if count <= MOST_NODES => Ok(sides.map(|side| side as usize)),
+        Some(count) if count <= MAX_NODES => Ok(sides.map(|side| side as usize)),
         _ => Err(FormatError::TooMany { nodes }),
     }
 }
 
-/// Bytes that so many numbers take.
-pub fn bytes_of(nodes: [usize; 2], element: Element) -> usize {
+/// Returns the size of a map in bytes.
+pub fn map_bytes(nodes: [usize; 2], element: Element) -> usize {
     nodes[0] * nodes[1] * element.size()
 }
 
 impl<'a> Raster<'a> {
-    /// Lines along x: the first `nodes[0]` numbers have one y. More bytes than needed are left
-    /// alone.
+    /// Creates a raster of lines along x, whose first `nodes[0]` numbers have the same y.
+    ///
+    /// Ignores bytes beyond the last number.
     pub fn rows(
         nodes: [usize; 2],
         element: Element,
@@ -114,7 +115,7 @@ impl<'a> Raster<'a> {
         Raster::padded_rows(nodes, element, order, stride, bytes)
     }
 
-    /// Lines along x that start every `stride` bytes.
+    /// Creates a raster of lines along x that start every `stride` bytes.
     pub fn padded_rows(
         nodes: [usize; 2],
         element: Element,
@@ -124,7 +125,7 @@ impl<'a> Raster<'a> {
     ) -> Result<Raster<'a>, FormatError> {
         let bytes = bytes.into();
         let [along, lines] = nodes;
-        // The padding of the last line may lack.
+        // The padding of the last line may be missing.
         let needed = stride as u128 * (lines - 1) as u128 + (along * element.size()) as u128;
         if needed > bytes.len() as u128 {
             return Err(FormatError::Heights {
@@ -135,10 +136,10 @@ impl<'a> Raster<'a> {
             });
         }
         let samples = Samples::Bytes { bytes, element, order, stride };
-        Ok(Raster::of(nodes, samples, true))
+        Ok(Raster::new(nodes, samples, true))
     }
 
-    /// Lines along y: the first `nodes[1]` numbers have one x.
+    /// Creates a raster of lines along y, whose first `nodes[1]` numbers have the same x.
     pub fn columns(
         nodes: [usize; 2],
         element: Element,
@@ -149,25 +150,25 @@ impl<'a> Raster<'a> {
         Ok(Raster { nodes, lines_along_x: false, ..turned })
     }
 
-    /// Numbers that are decoded, lines along x.
+    /// Creates a raster of decoded numbers in lines along x.
     ///
     /// # Panics
-    /// When there are fewer numbers than nodes.
-    pub fn of_rows(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
+    /// Panics if the number of numbers differs from the number of nodes.
+    pub fn from_rows(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
-        Raster::of(nodes, Samples::Numbers(numbers), true)
+        Raster::new(nodes, Samples::Numbers(numbers), true)
     }
 
-    /// Numbers that are decoded, lines along y.
+    /// Creates a raster of decoded numbers in lines along y.
     ///
     /// # Panics
-    /// When there are fewer numbers than nodes.
-    pub fn of_columns(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
+    /// Panics if the number of numbers differs from the number of nodes.
+    pub fn from_columns(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
-        Raster::of(nodes, Samples::Numbers(numbers), false)
+        Raster::new(nodes, Samples::Numbers(numbers), false)
     }
 
-    fn of(nodes: [usize; 2], samples: Samples<'a>, lines_along_x: bool) -> Raster<'a> {
+    fn new(nodes: [usize; 2], samples: Samples<'a>, lines_along_x: bool) -> Raster<'a> {
         Raster {
             nodes,
             samples,
@@ -182,48 +183,49 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Every number becomes `scale` × number + `offset`.
+    /// Maps every stored number to `scale` × number + `offset`.
     pub fn scaled(self, scale: f64, offset: f64) -> Raster<'a> {
         Raster { scale, offset, ..self }
     }
 
-    /// Numbers in a unit of which so many are a metre become metres. They are divided: ten
-    /// micrometres are then 1e-5 and not 9.999999999999999e-6.
+    /// Converts scaled numbers to metres by division by `per_metre`.
+    ///
+    /// A product would be less accurate: ten micrometres would become 9.999999999999999e-6.
     pub fn in_metres(self, per_metre: f64) -> Raster<'a> {
         Raster { per_metre, ..self }
     }
 
-    /// What is stored first has the largest y.
+    /// Reverses the direction of y: the first stored number then has the largest y.
     pub fn upside_down(self) -> Raster<'a> {
         Raster { upside_down: !self.upside_down, ..self }
     }
 
-    /// What is stored first has the largest x.
+    /// Reverses the direction of x: the first stored number then has the largest x.
     pub fn mirrored(self) -> Raster<'a> {
         Raster { mirrored: !self.mirrored, ..self }
     }
 
-    /// Which stored numbers, before they are scaled, are points that were not measured.
+    /// Sets the marker of missing points, which is compared with numbers before scaling.
     pub fn missing(self, missing: Missing) -> Raster<'a> {
         Raster { missing, ..self }
     }
 
-    /// Points where another map is above one half were not measured.
+    /// Marks the points as missing at which `mask` exceeds one half.
     pub fn masked(self, mask: Raster<'a>) -> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
     }
 
-    /// Nodes along x and y.
+    /// Returns the numbers of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
 
-    /// The numbers of the nodes, x along the first axis; points that were not measured are NaN.
+    /// Decodes the map in row-major order with x along the first axis; missing points are NaN.
     pub fn decode(&self) -> Vec<f64> {
         let mut values = match &self.samples {
             Samples::Numbers(numbers) => {
                 let length = self.nodes[usize::from(!self.lines_along_x)];
-                self.gather(|line, place| numbers[line * length + place])
+                self.gather(|line, index| numbers[line * length + index])
             }
             Samples::Bytes { element, .. } => match element {
                 Element::I8 => self.stored(|byte: [u8; 1]| i8::from_le_bytes(byte).into()),
@@ -250,8 +252,8 @@ impl<'a> Raster<'a> {
         let Samples::Bytes { bytes, order, stride, .. } = &self.samples else {
             return vec![];
         };
-        self.gather(|line, place| {
-            let start = line * stride + place * N;
+        self.gather(|line, index| {
+            let start = line * stride + index * N;
             let stored = bytes[start..].first_chunk::<N>();
             let mut stored = *stored.expect("as many bytes as were checked");
             if *order == ByteOrder::Big {
@@ -261,7 +263,7 @@ impl<'a> Raster<'a> {
         })
     }
 
-    /// The map, of the stored number at each place of each line.
+    /// Assembles the map from `stored(line, index in the line)`.
     fn gather(&self, stored: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let [nodes_x, nodes_y] = self.nodes;
         let mut values = Vec::with_capacity(nodes_x * nodes_y);
@@ -282,7 +284,7 @@ impl<'a> Raster<'a> {
         let is_missing = match self.missing {
             Missing::None => false,
             Missing::Value(marker) => stored == marker,
-            // A float of single precision holds a little more than seven digits.
+            // Single precision has a relative spacing of 1.2e-7.
             Missing::Around(marker) => (stored - marker).abs() <= 1.5e-7 * marker.abs(),
             Missing::From(marker) => stored >= marker,
         };
@@ -351,7 +353,7 @@ mod tests {
         let short = Raster::padded_rows([2, 2], Element::I8, ByteOrder::Little, 5, &stored[..]);
         assert_eq!(
             short.unwrap_err().to_string(),
-            "2 × 2 heights of 1 bytes need 7 bytes, 6 are there"
+            "the map is cut off: 2 × 2 heights of 1 bytes need 7 bytes, 6 are left"
         );
     }
 

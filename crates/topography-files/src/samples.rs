@@ -1,4 +1,4 @@
-//! A small file of each format, written by hand: the map of [`EXPECTED`].
+//! Small files of every format that all hold the map [`EXPECTED`].
 
 use std::io::{Cursor, Write};
 
@@ -7,58 +7,59 @@ use flate2::write::ZlibEncoder;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-/// Three nodes along x, two along y, in nanometres: the heights, [x, y]. Formats that can mark a
-/// point as missing mark the last.
+/// Heights `[x, y]` at three nodes along x and two along y, in nanometres.
+///
+/// Formats that can mark a point as missing mark the last one.
 pub const EXPECTED: [f64; 6] = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
-/// The same as rows of x, the first of which has y = 0.
+/// The map of [`EXPECTED`] as lines along x, the first at y = 0.
 const ROWS: [[i16; 3]; 2] = [[1, 2, 3], [4, 5, 6]];
-/// Sides of most of them, in metres.
+/// Sides of the map in most of the files, in metres.
 const SIDES: [f64; 2] = [3e-6, 4e-6];
 
-/// A file, and what is known of it.
+/// Sample file with its expected properties.
 pub struct Sample {
     pub format: &'static str,
     pub bytes: Vec<u8>,
-    /// Whether its last point is missing.
-    pub is_holed: bool,
-    /// Sides in metres; none of a file without units.
+    /// True if the last point is marked as missing.
+    pub lacks_last_point: bool,
+    /// Sides in metres; `None` for a format without units.
     pub sides: Option<[f64; 2]>,
 }
 
 impl Sample {
     fn new(format: &'static str, bytes: Vec<u8>) -> Sample {
-        Sample { format, bytes, is_holed: false, sides: Some(SIDES) }
+        Sample { format, bytes, lacks_last_point: false, sides: Some(SIDES) }
     }
 
-    fn holed(format: &'static str, bytes: Vec<u8>) -> Sample {
-        Sample { is_holed: true, ..Sample::new(format, bytes) }
+    fn with_missing(format: &'static str, bytes: Vec<u8>) -> Sample {
+        Sample { lacks_last_point: true, ..Sample::new(format, bytes) }
     }
 }
 
-/// One of each format at least.
+/// Returns at least one file of each format.
 pub fn samples() -> Vec<Sample> {
     let mut samples = vec![
-        Sample::holed("x3p", x3p(&Archive::default())),
-        Sample::holed("sur", sur()),
-        Sample::holed("sur", deflated_sur()),
-        Sample::holed("gwy", gwy()),
-        Sample::holed("sdf", sdf()),
-        Sample::holed("opd", opd()),
-        Sample::holed("al3d", al3d()),
+        Sample::with_missing("x3p", x3p(&Archive::default())),
+        Sample::with_missing("sur", sur()),
+        Sample::with_missing("sur", deflated_sur()),
+        Sample::with_missing("gwy", gwy()),
+        Sample::with_missing("sdf", sdf()),
+        Sample::with_missing("opd", opd()),
+        Sample::with_missing("al3d", al3d()),
         Sample {
-            // Its pixels are square.
+            // The format has square pixels.
             sides: Some([3e-6, 2e-6]),
-            ..Sample::holed("metropro", metropro())
+            ..Sample::with_missing("metropro", metropro())
         },
-        Sample::holed("netcdf", netcdf()),
-        Sample::holed("frt", frt()),
-        Sample::holed("plu", plu()),
+        Sample::with_missing("netcdf", netcdf()),
+        Sample::with_missing("frt", frt()),
+        Sample::with_missing("plu", plu()),
         Sample::new("nanoscope", nanoscope()),
         Sample::new("ibw", igor()),
         Sample::new("mi", mi()),
-        Sample::holed("bcrf", bcrf()),
-        Sample::holed("bcrf", bcrf_of_wide_letters()),
-        Sample::holed("gsf", gsf()),
+        Sample::with_missing("bcrf", bcrf()),
+        Sample::with_missing("bcrf", bcrf_of_wide_letters()),
+        Sample::with_missing("gsf", gsf()),
     ];
     samples.extend(texts());
     samples
@@ -78,17 +79,17 @@ fn texts() -> Vec<Sample> {
     let triplets = "# Lateral units: µm\n# Value units: nm\n1,5;0,5;2\n0,5;0,5;1\n2,5;0,5;3\n\
                     0,5;2,5;4\n1,5;2,5;5\n";
     vec![
-        Sample::holed("text", gwyddion.as_bytes().to_vec()),
-        Sample::holed("text", latin1),
-        Sample::holed("text", wide),
-        Sample::holed("text", triplets.as_bytes().to_vec()),
-        Sample::holed("sdf", sdf.as_bytes().to_vec()),
-        Sample::holed("text", factor.as_bytes().to_vec()),
+        Sample::with_missing("text", gwyddion.as_bytes().to_vec()),
+        Sample::with_missing("text", latin1),
+        Sample::with_missing("text", wide),
+        Sample::with_missing("text", triplets.as_bytes().to_vec()),
+        Sample::with_missing("sdf", sdf.as_bytes().to_vec()),
+        Sample::with_missing("text", factor.as_bytes().to_vec()),
         unitless("npy", npy()),
     ]
 }
 
-/// Bytes that are put together from fields.
+/// Builder for the bytes of a file.
 #[derive(Default)]
 struct Fields(Vec<u8>);
 
@@ -98,7 +99,7 @@ impl Fields {
         self
     }
 
-    /// Text, filled up with zeros.
+    /// Appends text, padded with zeros.
     fn text(self, text: &str, length: usize) -> Fields {
         let zeros = length - text.len();
         self.bytes(text.as_bytes()).zeros(zeros)
@@ -108,9 +109,9 @@ impl Fields {
         self.bytes(&vec![0; count])
     }
 
-    /// Zeros up to a place.
-    fn to(self, place: usize) -> Fields {
-        let zeros = place - self.0.len();
+    /// Appends zeros up to an offset.
+    fn to(self, offset: usize) -> Fields {
+        let zeros = offset - self.0.len();
         self.zeros(zeros)
     }
 
@@ -130,14 +131,14 @@ impl Fields {
         self.bytes(&number.to_le_bytes())
     }
 
-    /// Every number of the rows in turn, as these bytes.
+    /// Appends every number of the rows, converted to bytes by `number`.
     fn rows<const N: usize>(self, rows: [[i16; 3]; 2], number: fn(i16) -> [u8; N]) -> Fields {
         let bytes: Vec<u8> = rows.as_flattened().iter().flat_map(|&h| number(h)).collect();
         self.bytes(&bytes)
     }
 }
 
-/// The rows as a file has them whose first one has the largest y.
+/// Returns the lines along x for a file whose first line has the largest y.
 fn upside_down() -> [[i16; 3]; 2] {
     [ROWS[1], ROWS[0]]
 }
@@ -146,19 +147,19 @@ fn single(number: i16) -> [u8; 4] {
     f32::from(number).to_le_bytes()
 }
 
-/// The last of the numbers, 6, in place of which another marks the point as missing.
+/// Replaces the last number by a marker of a missing point.
 fn with_last(mut bytes: Vec<u8>, marker: &[u8]) -> Vec<u8> {
     let end = bytes.len() - marker.len();
     bytes[end..].copy_from_slice(marker);
     bytes
 }
 
-/// What goes into an X3P.
+/// Content of an X3P file.
 pub struct Archive {
     pub folder: &'static str,
     pub description: String,
     pub data: Vec<u8>,
-    /// A bit for each point.
+    /// Mask of the valid points, one bit per point.
     pub valid: Option<u8>,
 }
 
@@ -184,7 +185,7 @@ impl Default for Archive {
     }
 }
 
-/// An archive of a description and a matrix.
+/// Writes an X3P file.
 pub fn x3p(archive: &Archive) -> Vec<u8> {
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
     let mut add = |name: &str, bytes: &[u8]| {
@@ -220,17 +221,17 @@ fn sur_header(signature: &str) -> Fields {
         .f32(2.0)
         .f32(1.0)
         .to(180);
-    // A comment of four bytes, a private zone of two.
+    // The comment has four bytes, the private zone two.
     units(units(fields)).to(334).u16(4).u16(2).to(518)
 }
 
-/// With the lowest height less two in place of the last.
+/// Writes a Digital Surf file whose last number, lowest height − 2, marks a missing point.
 pub fn sur() -> Vec<u8> {
     let bytes = sur_header("DIGITAL SURF").rows(ROWS, i16::to_le_bytes).0;
     with_last(bytes, &(-1_i16).to_le_bytes())
 }
 
-/// The same in two streams.
+/// Writes the file of [`sur`] in two compressed streams.
 pub fn deflated_sur() -> Vec<u8> {
     let heights = &sur()[518..];
     let deflated = |bytes: &[u8]| {
@@ -263,7 +264,7 @@ fn gwy() -> Vec<u8> {
             component("xres", 'i', &3_i32.to_le_bytes()),
             component("yres", 'i', &2_i32.to_le_bytes()),
             component("xreal", 'd', &3e-6_f64.to_le_bytes()),
-            // Gwyddion takes its magnitude.
+            // Gwyddion uses the magnitude of a negative side.
             component("yreal", 'd', &(-4e-6_f64).to_le_bytes()),
             component("si_unit_xy", 'o', &unit(b"m\0")),
             component("si_unit_z", 'o', &unit(b"m\0")),
@@ -286,13 +287,13 @@ fn gwy() -> Vec<u8> {
 fn sdf() -> Vec<u8> {
     let header = Fields::default().text("bISO-1.0", 42).u16(3).u16(2);
     let header = header.f64(1e-6).f64(2e-6).f64(1e-9).f64(0.0);
-    // No compression, whole numbers of two bytes.
+    // No compression, integers of two bytes.
     let bytes = header.bytes(&[0, 5, 0]).rows(ROWS, i16::to_le_bytes).0;
     with_last(bytes, &i16::MIN.to_le_bytes())
 }
 
 fn opd() -> Vec<u8> {
-    // Lines along y, from the largest on.
+    // Lines along y, which descends.
     let columns: [[i16; 2]; 3] = [[4, 1], [5, 2], [6, 3]];
     let mut numbers: Vec<f32> = columns.as_flattened().iter().map(|&h| h.into()).collect();
     numbers[4] = f32::MAX;
@@ -335,7 +336,7 @@ fn al3d() -> Vec<u8> {
     for (name, value) in lines {
         fields = fields.text(name, 20).text(value, 30).bytes(b"\r\n");
     }
-    // Lines of three floats start every sixteen bytes.
+    // Lines of three floats start at multiples of 16 bytes.
     fields = fields.to(500);
     for height in [1e-9, 2e-9, 3e-9, 0.0, 4e-9, 5e-9, 1e10] {
         fields = fields.f32(height);
@@ -346,7 +347,7 @@ fn al3d() -> Vec<u8> {
 fn metropro() -> Vec<u8> {
     let big = |fields: Fields, number: f32| fields.bytes(&number.to_be_bytes());
     let fields = Fields::default().bytes(b"\x88\x1b\x03\x6f").to(60);
-    // Four bytes of intensities, three times two nodes.
+    // Four bytes of intensities, 3 × 2 nodes.
     let fields = fields.bytes(&[0, 0, 0, 4]).to(68).bytes(&[0, 3, 0, 2]).to(164);
     // Steps of a nanometre.
     let fields = big(big(fields, 1.0), 4096e-9).to(176);
@@ -355,7 +356,7 @@ fn metropro() -> Vec<u8> {
     with_last(bytes, &2147483640_i32.to_be_bytes())
 }
 
-/// `heights` over x and y, lines along y, and a mask.
+/// Writes `heights` with lines along y, and `mask`.
 fn netcdf() -> Vec<u8> {
     let start = netcdf_header(0).len() as u64;
     let heights = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
@@ -365,7 +366,7 @@ fn netcdf() -> Vec<u8> {
     fields.bytes(&numbers.collect::<Vec<_>>()).bytes(&mask).0
 }
 
-/// The header of a file whose numbers start at a place.
+/// Writes the header of a netCDF file whose numbers begin at offset `start`.
 fn netcdf_header(start: u64) -> Vec<u8> {
     const BYTE: u32 = 1;
     const DOUBLE: u32 = 6;
@@ -400,7 +401,7 @@ fn frt() -> Vec<u8> {
     let grid = Fields::default().i32(3).i32(2).i32(16).0;
     let sides = Fields::default().f64(3e-6).f64(4e-6).0;
     let scale = Fields::default().i32(0).f64(1e-10).0;
-    // The number 1 is no height: 10 is.
+    // The number 1 marks missing points, so the heights are multiples of 10.
     let rows = upside_down().map(|row| row.map(|height| 10 * height));
     let mut map = Fields::default().rows(rows, i16::to_le_bytes).0;
     map[4..6].copy_from_slice(&1_u16.to_le_bytes());
@@ -415,7 +416,7 @@ fn frt() -> Vec<u8> {
 fn plu() -> Vec<u8> {
     let fields = Fields::default().text("Fri Mar 10 16:35:59 2023", 128).to(388);
     let fields = fields.i32(2).i32(3).zeros(8).f32(1.0).f32(2.0);
-    // A topography, of one layer without pictures.
+    // A topography of one layer without images.
     let fields = fields.to(428).i32(3).to(488).bytes(&[0, 1]).to(500);
     let fields = fields.i32(2).i32(3);
     [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 1000001.0].into_iter().fold(fields, Fields::f32).zeros(8).0
@@ -441,10 +442,10 @@ fn nanoscope() -> Vec<u8> {
     fields.rows(upside_down(), i16::to_le_bytes).0
 }
 
-/// A wave whose note says what its two channels are: heights, and phases.
+/// Writes a wave with a channel of heights and one of phases, and a note with their units.
 pub fn igor() -> Vec<u8> {
     let note = "PhaseUnit: deg\rScanSize: 3e-06\r";
-    // A wave has labels for its dimension and for each of its channels.
+    // One label for the dimension and one for each channel.
     let labels = ["", "HeightTrace", "PhaseTrace"];
     let data = 2 * 6 * 4;
     let header = Fields::default()
@@ -466,7 +467,7 @@ pub fn igor() -> Vec<u8> {
     with_checksum(fields.0)
 }
 
-/// A wave whose header adds up to zero.
+/// Sets the checksum of a wave, so that its header adds up to zero.
 pub fn with_checksum(mut wave: Vec<u8>) -> Vec<u8> {
     wave[2..4].fill(0);
     let (numbers, _) = wave[..384].as_chunks::<2>();

@@ -1,4 +1,4 @@
-//! Files of every format: small ones that are written here, and damaged ones.
+//! Tests with small and with damaged files of every format.
 
 use proptest::prelude::*;
 
@@ -51,7 +51,7 @@ fn shows_the_map(sample: &Sample) {
     for (node, expected) in EXPECTED.iter().enumerate() {
         let height = map.heights()[node];
         assert_eq!(map.missing()[node], height.is_nan(), "{format}");
-        match sample.is_holed && node == 5 {
+        match sample.lacks_last_point && node == 5 {
             true => assert!(height.is_nan(), "{format}: the last point is {height}"),
             // Single precision holds seven digits.
             false => assert!((height / unit - expected).abs() < 1e-5, "{format}: {height}"),
@@ -83,11 +83,11 @@ fn an_archive_without_prefix_and_without_marks_is_read() {
     let description = archive.description.replace("p:", "").replace(link, "");
     archive.description = description.replace("xmlns:p=", "xmlns=");
     let bytes = x3p(&archive);
-    assert_eq!(Statistics::of(&first_map(&bytes)).missing, 0);
+    assert_eq!(Statistics::new(&first_map(&bytes)).missing, 0);
 }
 
 #[test]
-fn errors_say_which_entry_is_wrong_and_what_would_do() {
+fn errors_name_the_entry_and_the_expected_value() {
     let described = |from: &str, to: &str| {
         let archive = Archive::default();
         let description = archive.description.replace(from, to);
@@ -97,29 +97,32 @@ fn errors_say_which_entry_is_wrong_and_what_would_do() {
             other => panic!("{other}"),
         }
     };
-    assert_eq!(described("SUR", "PRF"), "`FeatureType` is PRF, it must be SUR, a surface");
-    assert_eq!(described("<SizeX>3", "<SizeX>-3"), "`number of nodes` is -3, it must be positive");
+    assert_eq!(described("SUR", "PRF"), "`FeatureType` is PRF; expected SUR, a surface");
+    assert_eq!(
+        described("<SizeX>3", "<SizeX>-3"),
+        "`number of nodes` is -3; expected a positive number"
+    );
     assert_eq!(
         described("<SizeX>3", "<SizeX>33"),
-        "`bindata/data.bin` in the archive is damaged: it holds 12 bytes, 132 are needed"
+        "`bindata/data.bin` in the archive is damaged: it has 12 bytes, 132 are needed"
     );
     let huge = described("<SizeX>3", "<SizeX>100000000");
-    assert!(huge.ends_with(" bytes cannot hold the 400000000 that are needed"), "{huge}");
+    assert!(huge.ends_with(" bytes cannot expand to the 400000000 that are needed"), "{huge}");
     assert_eq!(
         described("<DataType>I", "<DataType>X"),
-        "`DataType of CZ` is X, it must be D, F, I or L"
+        "`DataType of CZ` is X; expected D, F, I or L"
     );
 }
 
 #[test]
-fn what_no_reader_knows_is_told_with_what_each_met() {
+fn the_error_for_an_unknown_format_lists_all_readers() {
     let error = read(b"GIF89a\x01\x00").unwrap_err().to_string();
     assert!(
-        error.starts_with("no reader knows this file, which starts with `GIF89a`: "),
+        error.starts_with("no reader accepts this file, which starts with `GIF89a`: "),
         "{error}"
     );
-    assert!(error.contains("text: not text: it has the letter \\u{1}"), "{error}");
-    assert!(error.contains("those of x3p, sur, gwy, "), "{error}");
+    assert!(error.contains("text: not a text file: it has the character \\u{1}"), "{error}");
+    assert!(error.contains("match no signature of x3p, sur, gwy, "), "{error}");
     assert_eq!(read(b"").unwrap_err(), TopographyFileError::Empty);
 }
 
@@ -131,12 +134,12 @@ fn slopes_are_of_neighbours_that_are_both_there() {
     };
     let slope = |middle| {
         let text = text(middle);
-        Statistics::of(&first_map(text.as_bytes())).heights.unwrap().rms_slope.unwrap()
+        Statistics::new(&first_map(text.as_bytes())).heights.unwrap().rms_slope.unwrap()
     };
-    // All steps along x are 1, all along y are 4.
+    // All differences along x are 1, all along y are 4.
     assert!((slope("6") - 17_f64.sqrt()).abs() < 1e-14);
     assert!((slope("nan") - 17_f64.sqrt()).abs() < 1e-14);
-    // One of four along x is 3; those along y from the last x do not count.
+    // One of four differences along x is 3; differences along y at the last x do not count.
     let expected: f64 = (1.0 + 1.0 + 1.0 + 9.0) / 4.0 + 16.0;
     assert!((slope("8") - expected.sqrt()).abs() < 1e-14);
 }
@@ -150,7 +153,7 @@ fn sides_in_no_unit_of_length_are_none() {
 #[test]
 fn a_map_of_missing_points_has_no_heights() {
     let map = first_map(b"nan nan nan nan\nnan nan nan nan\n");
-    let statistics = Statistics::of(&map);
+    let statistics = Statistics::new(&map);
     assert_eq!((statistics.missing, statistics.heights), (8, None));
     assert_eq!(statistics.corners.last, None);
 }
@@ -162,18 +165,18 @@ fn heights_and_sides_in_different_units_have_no_slope() {
     let channel: &Channel<'_> = &file.channels()[0];
     assert_eq!(channel.unit(), None);
     assert_eq!(channel.size(), Size::Metres([3e-6, 2e-6]));
-    assert_eq!(Statistics::of(&channel.map()).heights.unwrap().rms_slope, None);
+    assert_eq!(Statistics::new(&channel.map()).heights.unwrap().rms_slope, None);
 }
 
-/// What is read from any bytes is a map, or an error with words.
-fn holds(bytes: &[u8]) {
+/// Checks that any bytes are read as consistent maps or refused with a message.
+fn check_read(bytes: &[u8]) {
     match read(bytes) {
         Ok(file) => {
             for channel in file.channels() {
                 let map = channel.map();
                 let [x, y] = map.nodes();
                 assert_eq!(map.heights().len(), x * y);
-                let statistics = Statistics::of(&map);
+                let statistics = Statistics::new(&map);
                 assert_eq!(statistics.heights.is_none(), statistics.missing == x * y);
             }
         }
@@ -185,14 +188,14 @@ fn holds(bytes: &[u8]) {
 fn every_truncation_is_read_to_its_end_or_refused() {
     for sample in samples() {
         for length in 0..sample.bytes.len() {
-            holds(&sample.bytes[..length]);
+            check_read(&sample.bytes[..length]);
         }
     }
 }
 
 #[test]
 fn no_height_is_made_up_for_a_binary_file_that_is_cut_off() {
-    // What follows the heights may lack: text, the end of a wave, the extremes of a layer.
+    // Formats of text, and formats with data after the heights that may be missing.
     let ends = ["text", "sdf", "ibw", "plu", "netcdf"];
     let binary = samples().into_iter().filter(|sample| !ends.contains(&sample.format));
     for sample in binary {
@@ -205,7 +208,7 @@ fn no_height_is_made_up_for_a_binary_file_that_is_cut_off() {
 fn a_huge_claim_allocates_nothing() {
     for bytes in [sur(), deflated_sur()] {
         let mut huge = bytes;
-        // 32768 × 32768 nodes, and then more than can be counted.
+        // First 32768 × 32768 nodes, then more than the limit.
         for side in [[0, 0x80, 0, 0], [0xff, 0xff, 0xff, 0x7f]] {
             huge[108..112].copy_from_slice(&side);
             huge[112..116].copy_from_slice(&side);
@@ -223,23 +226,23 @@ proptest! {
     ) {
         for sample in samples() {
             let mut bytes = sample.bytes;
-            for (place, byte) in &damage {
-                let place = usize::from(*place) % bytes.len();
-                bytes[place] ^= byte;
+            for (index, byte) in &damage {
+                let index = usize::from(*index) % bytes.len();
+                bytes[index] ^= byte;
             }
-            holds(&bytes);
+            check_read(&bytes);
         }
     }
 
     #[test]
-    fn damage_of_a_wave_that_adds_up_does_no_harm(place in 0_usize..384, byte: u8) {
+    fn damage_of_a_wave_with_valid_checksum_does_no_harm(index in 0_usize..384, byte: u8) {
         let mut wave = igor();
-        wave[place] = byte;
-        holds(&with_checksum(wave));
+        wave[index] = byte;
+        check_read(&with_checksum(wave));
     }
 
     #[test]
     fn any_text_does_no_harm(text in "[-0-9.,;e \t\n#=:a]{0,60}") {
-        holds(text.as_bytes());
+        check_read(text.as_bytes());
     }
 }

@@ -1,11 +1,12 @@
-//! Text: a matrix with or without header, as Gwyddion, SPIP, Nova and others export it, or triplets
-//! of x, y and height on a grid.
+//! Text files: a matrix with or without header, as Gwyddion, SPIP, Nova and others export it, or
+//! triplets of x, y and height on a grid.
 //!
-//! A line of a matrix runs along x and the first has y = 0. Sides are those of the header, or nodes
-//! × size of a pixel; of triplets nodes × step. Numbers have decimal points or commas, and stand
-//! apart by spaces, tabs, semicolons or commas. `nan`, `bad`, empty cells between semicolons, and
-//! points of the grid without triplet are missing. Three columns are triplets, unless the header
-//! gives sides or numbers of nodes.
+//! - The lines of a matrix run along x; the first line has y = 0.
+//! - The sides of a matrix are those of the header, or nodes × pixel size; those of triplets are
+//!   nodes × step.
+//! - Numbers have a decimal point or comma and are separated by spaces, tabs, semicolons or commas.
+//! - `nan`, `bad`, `inf`, empty cells and grid points without triplet are missing.
+//! - Three columns are triplets unless the header gives sides or numbers of nodes.
 
 mod header;
 
@@ -21,9 +22,10 @@ pub const FORMAT: Format =
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = decoded(bytes)?;
     if text.starts_with("Wyko ASCII") {
-        let what = "Wyko's text format, whose lines are columns; its binary `.opd` is read";
+        let what = "Wyko ASCII files are not supported; export the map as a binary `.opd` file";
         return Err(FormatError::unsupported(what));
     }
+    // If every notation fails, report the one that understood most lines.
     let mut farthest: Option<(usize, FormatError)> = None;
     for notation in Notation::ALL {
         match blocks(&text, notation) {
@@ -38,13 +40,13 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Err(farthest.expect("every notation that fails says why").1)
 }
 
-/// The letters of a file, in whichever of the usual encodings it is.
+/// Decodes text in UTF-16 with a byte order mark, in UTF-8 or in ISO-8859-1.
 fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
     let wide = |order: fn([u8; 2]) -> u16| {
         let (letters, _) = bytes[2..].as_chunks::<2>();
         let letters: Vec<u16> = letters.iter().map(|bytes| order(*bytes)).collect();
         String::from_utf16(&letters)
-            .map_err(|_| FormatError::damaged("the UTF-16 text", "it has half a letter"))
+            .map_err(|_| FormatError::damaged("the UTF-16 text", "it has an unpaired surrogate"))
     };
     let text = match bytes {
         [0xff, 0xfe, ..] => wide(u16::from_le_bytes)?,
@@ -57,12 +59,12 @@ fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
         None => Ok(text),
         Some(letter) => {
             let found = letter.escape_default();
-            Err(FormatError::unsupported(format!("not text: it has the letter {found}")))
+            Err(FormatError::unsupported(format!("not a text file: it has the character {found}")))
         }
     }
 }
 
-/// Lines of numbers below one header.
+/// Header and the lines of numbers below it, which form one channel.
 #[derive(Default)]
 struct Block {
     header: Header,
@@ -71,7 +73,10 @@ struct Block {
     numbers: Vec<f64>,
 }
 
-/// The blocks of a file in a notation, or the number of the line that contradicts it.
+/// Splits a file in the given notation into blocks.
+///
+/// # Errors
+/// Returns the first line that the notation cannot read, with its number.
 fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatError)> {
     let mut blocks: Vec<Block> = Vec::new();
     let mut block = Block::default();
@@ -89,14 +94,14 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
                     block.columns = found;
                 } else if block.columns != found {
                     let columns = block.columns;
-                    let above = format!("it has {found} numbers, those above have {columns}");
+                    let above = format!("it has {found} numbers, the lines above have {columns}");
                     return wrong(above);
                 }
                 block.lines += 1;
                 block.numbers.extend(numbers);
             }
             Line::Words if block.lines == 0 => block.header.add(line),
-            // A second map below the first one brings its own header.
+            // The header of the next map.
             Line::Words if Header::starts_with(line) => {
                 blocks.push(std::mem::take(&mut block));
                 block.header.add(line);
@@ -104,7 +109,7 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
             Line::Words if line.trim_start().starts_with(['#', '%']) => {}
             Line::Words => {
                 let start: String = line.trim().chars().take(40).collect();
-                return wrong(format!("`{start}` is no line of numbers"));
+                return wrong(format!("`{start}` is not a line of numbers"));
             }
         }
     }
@@ -112,7 +117,7 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
         blocks.push(block);
     }
     match blocks.is_empty() {
-        true => Err((0, FormatError::unsupported("text without lines of numbers"))),
+        true => Err((0, FormatError::unsupported("the text has no lines of numbers"))),
         false => Ok(blocks),
     }
 }
@@ -122,21 +127,21 @@ impl Block {
         let is_matrix = self.header.is_of_matrix();
         let (raster, sides) = match self.columns {
             3 if !is_matrix => {
-                let grid = Grid::of_triplets(&self.numbers)?;
-                (Raster::of_columns(grid.nodes, grid.heights), Some(grid.sides))
+                let grid = Grid::from_triplets(&self.numbers)?;
+                (Raster::from_columns(grid.nodes, grid.heights), Some(grid.sides))
             }
             columns if columns > 3 || is_matrix => {
                 let nodes = checked_nodes([columns as i64, self.lines as i64])?;
-                (Raster::of_rows(nodes, self.numbers), None)
+                (Raster::from_rows(nodes, self.numbers), None)
             }
             _ => {
-                let what = "one or two columns of numbers: a profile and no map";
+                let what = "one or two columns of numbers are a profile, not a map";
                 return Err(FormatError::unsupported(what));
             }
         };
         let description = self.header.describe(raster.nodes())?;
         let size = match sides.or(description.sides) {
-            Some(sides) => Size::of(sides, &description.lateral)?,
+            Some(sides) => Size::new(sides, &description.lateral)?,
             None => Size::Unknown,
         };
         let name = description.name.unwrap_or_else(|| "heights".to_owned());
@@ -145,34 +150,34 @@ impl Block {
     }
 }
 
-/// What stands between numbers and within them.
+/// Decimal sign and separator of the numbers of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Notation {
-    /// Decimal points; spaces, tabs or semicolons between numbers.
+    /// Numbers with decimal points, separated by spaces, tabs or semicolons.
     Points,
-    /// Decimal commas; spaces, tabs or semicolons between numbers.
+    /// Numbers with decimal commas, separated by spaces, tabs or semicolons.
     DecimalCommas,
-    /// Decimal points; commas between numbers.
+    /// Numbers with decimal points, separated by commas.
     CommasBetween,
 }
 
-/// What a line is in a notation.
+/// Content of a line in a given notation.
 #[derive(Debug, PartialEq)]
 enum Line {
     Empty,
     Numbers(Vec<f64>),
-    /// Anything else.
     Words,
 }
 
 impl Notation {
-    /// In the order in which they are tried: `1,5 2,5` are two numbers, `1, 5` are two as well, and
-    /// `1,5` alone is one.
+    /// Notations in the order in which they are tried.
+    ///
+    /// `1,5 2,5` is two numbers with decimal commas, `1, 5` is two integers, `1,5` alone is one
+    /// number.
     const ALL: [Notation; 3] = [Notation::Points, Notation::DecimalCommas, Notation::CommasBetween];
 
-    /// Reads a line.
     fn line(self, line: &str) -> Line {
-        // What editors of MS-DOS end files with.
+        // Editors of MS-DOS end a file with 0x1a.
         let line = line.trim_matches(|letter: char| letter.is_whitespace() || letter == '\u{1a}');
         if line.is_empty() {
             return Line::Empty;
@@ -183,7 +188,7 @@ impl Notation {
         };
         let numbers: Option<Vec<f64>> = match line.contains(separator) {
             true => {
-                // A separator may end the line, too; within it, nothing between two is missing.
+                // A separator may end the line. An empty cell within the line is a missing point.
                 let line = line.strip_suffix(separator).unwrap_or(line);
                 let cells = line.split(separator);
                 cells.map(|cell| self.cell(cell.trim())).collect()
@@ -216,23 +221,19 @@ impl Notation {
     }
 }
 
-// Triplets of x, y and height that lie on a grid.
-
-/// Coordinates may miss their grid by this share of a step, as they do when they are written with
-/// few digits.
+/// Largest distance of a coordinate from the grid, in steps, because of few written digits.
 const TOLERANCE: f64 = 0.1;
-/// Coordinates that differ by less than this share of the largest distance of two that follow each
-/// other are one.
+/// Coordinates count as equal below this fraction of the largest gap between sorted coordinates.
 const EQUAL: f64 = 0.01;
-/// A grid of which less than this share was measured is none.
-const LEAST_FILLED: f64 = 0.05;
+/// Smallest fraction of the grid points that must have a triplet.
+const MIN_FILLED: f64 = 0.05;
 
-/// The map that triplets make.
+/// Map made of triplets x, y, height.
 struct Grid {
     nodes: [usize; 2],
-    /// Nodes × step, in the unit of the coordinates.
+    /// Sides, nodes × step, in the unit of the coordinates.
     sides: [f64; 2],
-    /// x along the first axis; NaN where there is no triplet.
+    /// Heights with x along the first axis; NaN at nodes without triplet.
     heights: Vec<f64>,
 }
 
@@ -241,31 +242,32 @@ struct Axis {
     first: f64,
     step: f64,
     nodes: usize,
-    /// How many coordinates there are, each counted once.
+    /// Number of different coordinates among the triplets.
     different: usize,
 }
 
 impl Grid {
-    /// Puts triplets, one behind the other, onto the grid that their coordinates span, in whatever
-    /// order they come.
+    /// Puts triplets, in any order, onto the grid that their coordinates span.
+    ///
+    /// `triplets` holds x, y, height of the first triplet, then of the second, and so on.
     ///
     /// # Errors
-    /// When there is no such grid, or two triplets lie on one node of it.
-    fn of_triplets(triplets: &[f64]) -> Result<Grid, FormatError> {
+    /// Returns an error if the triplets lie on no grid, or if two of them lie on the same node.
+    fn from_triplets(triplets: &[f64]) -> Result<Grid, FormatError> {
         let (points, _) = triplets.as_chunks::<3>();
-        let x = Axis::of("x", points.iter().map(|point| point[0]).collect())?;
-        let y = Axis::of("y", points.iter().map(|point| point[1]).collect())?;
+        let x = Axis::from_coordinates("x", points.iter().map(|point| point[0]).collect())?;
+        let y = Axis::from_coordinates("y", points.iter().map(|point| point[1]).collect())?;
         if x.different.max(y.different) == points.len() {
             let count = points.len();
-            let what = format!("{count} triplets along a line are a profile and no map");
+            let what = format!("{count} triplets along a line are a profile, not a map");
             return Err(FormatError::unsupported(what));
         }
         let nodes = [x.nodes, y.nodes];
         let nodes = checked_nodes(nodes.map(|nodes| i64::try_from(nodes).unwrap_or(i64::MAX)))?;
         let count = nodes[0] * nodes[1];
-        if (points.len() as f64) < LEAST_FILLED * count as f64 {
+        if (points.len() as f64) < MIN_FILLED * count as f64 {
             return Err(FormatError::unsupported(format!(
-                "{} triplets on no grid: one with their coordinates has {} × {} nodes",
+                "the {} triplets lie on no grid: a grid through them has {} × {} nodes",
                 points.len(),
                 nodes[0],
                 nodes[1]
@@ -274,7 +276,7 @@ impl Grid {
         let mut heights = vec![f64::NAN; count];
         let mut is_taken = vec![false; count];
         for point in points {
-            let (i, j) = (x.place("x", point[0])?, y.place("y", point[1])?);
+            let (i, j) = (x.index_of("x", point[0])?, y.index_of("y", point[1])?);
             let node = i * nodes[1] + j;
             if is_taken[node] {
                 let [x, y, _] = point;
@@ -289,11 +291,13 @@ impl Grid {
 }
 
 impl Axis {
-    /// The axis of these coordinates: from the number of different ones, or, where whole lines are
-    /// missing, from the smallest distance between two.
-    fn of(name: &str, mut coordinates: Vec<f64>) -> Result<Axis, FormatError> {
+    /// Finds the evenly spaced axis through the given coordinates.
+    ///
+    /// The step follows from the number of different coordinates. If this does not fit because
+    /// whole lines are missing, the step follows from the smallest gap.
+    fn from_coordinates(name: &str, mut coordinates: Vec<f64>) -> Result<Axis, FormatError> {
         if let Some(wrong) = coordinates.iter().find(|x| !x.is_finite()) {
-            return Err(FormatError::value(name, wrong, "finite"));
+            return Err(FormatError::value(name, wrong, "a finite number"));
         }
         coordinates.sort_by(f64::total_cmp);
         let (Some(&first), Some(&last)) = (coordinates.first(), coordinates.last()) else {
@@ -306,7 +310,7 @@ impl Axis {
         };
         let largest = gaps(&coordinates).into_iter().fold(0.0, f64::max);
         if largest == 0.0 || !range.is_finite() {
-            let what = format!("all triplets have one {name}: a profile and no map");
+            let what = format!("all triplets have the same {name}: they are a profile, not a map");
             return Err(FormatError::unsupported(what));
         }
         coordinates.dedup_by(|x, before| *x - *before <= EQUAL * largest);
@@ -319,19 +323,20 @@ impl Axis {
             nodes: steps as usize + 1,
             different,
         });
-        let fits = |axis: &Axis| coordinates.iter().all(|&x| axis.place(name, x).is_ok());
+        let fits = |axis: &Axis| coordinates.iter().all(|&x| axis.index_of(name, x).is_ok());
         axes.into_iter().find(fits).ok_or_else(|| {
-            FormatError::unsupported(format!("the triplets' {name} are not evenly spaced"))
+            let what = format!("the {name} coordinates of the triplets are not evenly spaced");
+            FormatError::unsupported(what)
         })
     }
 
-    /// The node at a coordinate.
-    fn place(&self, name: &str, coordinate: f64) -> Result<usize, FormatError> {
+    /// Returns the index of the node at a coordinate.
+    fn index_of(&self, name: &str, coordinate: f64) -> Result<usize, FormatError> {
         let steps = (coordinate - self.first) / self.step;
         let node = steps.round();
         match (steps - node).abs() <= TOLERANCE && node >= 0.0 && node < self.nodes as f64 {
             true => Ok(node as usize),
-            false => Err(FormatError::value(name, coordinate, "on the grid")),
+            false => Err(FormatError::value(name, coordinate, "a node of the grid")),
         }
     }
 }
@@ -393,16 +398,16 @@ mod tests {
     fn a_header_that_contradicts_the_matrix_is_refused() {
         refused(
             "h=3 w=4\n1 2 3 4\n5 6 7 8\n",
-            "`y-pixels` is 3, it must be 2, as many as there are",
+            "`y-pixels` is 3; expected 2, the number in the matrix",
         );
-        refused("1 2 3 4\n5 6 7\n", "line 2: it has 3 numbers, those above have 4");
-        refused("1 2 3 4\n5 6 x 8\n", "line 2: `5 6 x 8` is no line of numbers");
+        refused("1 2 3 4\n5 6 7\n", "line 2: it has 3 numbers, the lines above have 4");
+        refused("1 2 3 4\n5 6 x 8\n", "line 2: `5 6 x 8` is not a line of numbers");
     }
 
     #[test]
     fn a_profile_is_no_map() {
-        refused("0 1\n1 2\n2 3\n", "one or two columns of numbers: a profile and no map");
-        refused("0 0 1\n1 1 2\n2 2 3\n3 3 3\n", "4 triplets along a line are a profile and no map");
+        refused("0 1\n1 2\n2 3\n", "one or two columns of numbers are a profile, not a map");
+        refused("0 0 1\n1 1 2\n2 2 3\n3 3 3\n", "4 triplets along a line are a profile, not a map");
     }
 
     #[test]
@@ -427,14 +432,14 @@ mod tests {
         refused("0 0 1\n0 1 2\n0 1 2\n1 0 3\n1 1 4\n", "two triplets have x = 0, y = 1");
         refused(
             "0 0 1\n0 1 2\n1 0 3\n1 1 4\n2.5 0 5\n2.5 1 6\n3.77 0 1\n3.77 1 1\n",
-            "the triplets' x are not evenly spaced",
+            "the x coordinates of the triplets are not evenly spaced",
         );
     }
 
     #[test]
     fn letters_that_are_no_text_are_named() {
         let error = decoded(b"1 2\x00").unwrap_err();
-        assert_eq!(error.to_string(), "not text: it has the letter \\u{0}");
+        assert_eq!(error.to_string(), "not a text file: it has the character \\u{0}");
     }
 
     #[track_caller]

@@ -1,18 +1,17 @@
-//! Formats of a text header of named values and numbers behind it: AL3D, BCR-STM, Gwyddion's simple
-//! field, Molecular Imaging and SDF. The constant of each says how its lines lie and what its size
-//! is.
+//! Formats with a text header of named values followed by numbers: AL3D, BCR-STM, Gwyddion simple
+//! field, Molecular Imaging and SDF. The constant of each format documents its line order and size.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, factor, latin1, utf8_or_latin1};
-use super::raster::{ByteOrder, Element, Missing, Raster, bytes_of, checked_nodes};
+use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-/// Alicona's AL3D: lines of 52 bytes, each a name of 20, a value of 30 and a line end, and floats
-/// of single precision at `DepthImageOffset`.
+/// AL3D format of Alicona, with header lines of 52 bytes and `f32` numbers at `DepthImageOffset`.
 ///
-/// Lengths are metres, size is nodes × size of a pixel. Lines run along x, the first has y = 0, and
-/// each starts at a multiple of 8 bytes from the first. `InvalidPixelValue` marks missing points.
+/// A header line is a name of 20 bytes, a value of 30 bytes and a line end. Lengths are in metres;
+/// the size is nodes × pixel size. Lines run along x; the first line has y = 0. Each line starts at
+/// a multiple of 8 bytes from the first. `InvalidPixelValue` marks missing points.
 pub const AL3D: Format = Format {
     name: "al3d",
     title: "Alicona Imaging",
@@ -32,7 +31,7 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         entries.insert(&cursor.text(20)?, &cursor.text(30)?);
         cursor.skip(2)
     };
-    // The version and the number of lines behind this one.
+    // `Version` and `TagCount`, the number of the following header lines.
     line(&mut entries)?;
     line(&mut entries)?;
     for _ in 0..entries.whole("TagCount")? {
@@ -42,7 +41,7 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let offset = match usize::try_from(entries.whole("DepthImageOffset")?) {
         Ok(offset) if offset > 0 => offset,
         _ => {
-            let what = "a file without depth image: a picture and no map";
+            let what = "the file has no depth image (`DepthImageOffset`), only a picture";
             return Err(FormatError::unsupported(what));
         }
     };
@@ -58,22 +57,23 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         nodes[1] as f64 * entries.number("PixelSizeYMeter")?,
     ])?;
     let raster = raster.missing(missing);
-    Ok(vec![Channel::new("heights", Unit::of("m"), size, raster)])
+    Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
 }
 
-/// BCR-STM and BCRF, which many programs of scanning microscopes exchange: a text header of 2048
-/// letters or as many as `headersize` says, of one byte or two each, and whole numbers or floats.
+/// BCR-STM and BCRF formats, an exchange format of scanning probe microscopes.
 ///
-/// Sides are those of the whole map. Lines run along x and the first has y = 0. Heights are in
-/// `zunit`, whole numbers times `bit2nm`. Missing are the number 32767, and floats from 1.7e38 on.
+/// The text header has `headersize` (default 2048) characters of one or two bytes. Integers or
+/// floats follow. The sides are those of the whole map. Lines run along x; the first line has
+/// y = 0. Heights are in `zunit`; integers are multiplied by `bit2nm`. The integer 32767 and floats
+/// from 1.7e38 on mark missing points.
 pub const BCR: Format =
     Format { name: "bcrf", title: "BCR-STM", version: 1, has_signature: true, read: read_bcr };
 
-/// Letters of the header of files that do not give their number.
+/// Default length of the header, in characters.
 const BCR_LETTERS: usize = 2048;
 const BCR_MAGIC: &str = "fileformat = bcr";
 
-/// How the letters of the header are written.
+/// Encoding of the header, with one or two bytes per character.
 #[derive(Clone, Copy)]
 enum Encoding {
     Narrow,
@@ -95,7 +95,7 @@ fn read_bcr(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some(_) => {
             let letters = first.whole("headersize")?;
             let size = usize::try_from(letters).ok().filter(|size| *size <= bytes.len());
-            let allowed = "within the file";
+            let allowed = "a position in the file";
             size.ok_or_else(|| FormatError::value("headersize", letters, allowed))?
         }
     };
@@ -123,22 +123,22 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
     };
     let unit = |name| header.get(name).unwrap_or("nm");
     let y = ratio(unit("yunit"), unit("xunit"))
-        .ok_or_else(|| FormatError::value("yunit", unit("yunit"), "a length"))?;
+        .ok_or_else(|| FormatError::value("yunit", unit("yunit"), "a unit of length"))?;
     let sides = [header.number("xlength")?, header.number("ylength")? * y];
-    let size = Size::of(sides, &Unit::of(unit("xunit")))?;
+    let size = Size::new(sides, &Unit::parse(unit("xunit")))?;
     let raster = Raster::rows(nodes, element, order, stored)?;
     let raster = raster.missing(missing).scaled(scale, 0.0);
-    Ok(Channel::new("heights", Unit::of(unit("zunit")), size, raster))
+    Ok(Channel::new("heights", Unit::parse(unit("zunit")), size, raster))
 }
 
-/// Lines `name = value`; others are comments.
+/// Reads lines `name = value`, without comments.
 fn bcr_entries(text: &str) -> Entries {
     let lines = text.lines().filter(|line| !line.starts_with(['%', '#']));
-    Entries::of_lines(lines.map(|line| line.trim_start_matches('\u{feff}')), '=')
+    Entries::from_lines(lines.map(|line| line.trim_start_matches('\u{feff}')), '=')
 }
 
 impl Encoding {
-    /// Bytes of a letter.
+    /// Returns the number of bytes of a character.
     fn bytes(self) -> usize {
         match self {
             Encoding::Narrow => 1,
@@ -146,7 +146,7 @@ impl Encoding {
         }
     }
 
-    /// So many letters from the start of the file, or as many as there are.
+    /// Decodes the first `count` characters of the file, or all if it has fewer.
     fn letters(self, bytes: &[u8], count: usize) -> String {
         let bytes = &bytes[..bytes.len().min(count.saturating_mul(self.bytes()))];
         match self {
@@ -160,11 +160,10 @@ impl Encoding {
     }
 }
 
-/// Gwyddion's simple field: text lines `Name = value`, zeros up to a multiple of four bytes, floats
-/// of single precision.
+/// Gwyddion simple field, with lines `Name = value`, zero padding to four bytes and `f32` numbers.
 ///
-/// Sides are those of the whole map, and unknown where they are not given. Lines run along x and
-/// the first has y = 0. NaN marks missing points.
+/// The sides are those of the whole map; they are unknown if the header lacks them. Lines run along
+/// x; the first line has y = 0. NaN marks missing points.
 pub const GSF: Format = Format {
     name: "gsf",
     title: "Gwyddion simple field",
@@ -179,28 +178,28 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::Signature);
     }
     let end = bytes.iter().position(|&byte| byte == 0);
-    let end = end.ok_or_else(|| FormatError::missing("zeros behind the header"))?;
-    let entries = Entries::of_lines(utf8_or_latin1(&bytes[magic.len()..end]).lines(), '=');
+    let end = end.ok_or_else(|| FormatError::missing("zeros after the header"))?;
+    let entries = Entries::from_lines(utf8_or_latin1(&bytes[magic.len()..end]).lines(), '=');
     let nodes = checked_nodes([entries.whole("XRes")?, entries.whole("YRes")?])?;
-    // At least one zero, and as many as make a multiple of four.
+    // The padding has one to four zeros.
     let mut cursor = Cursor::at(bytes, (end + 1).next_multiple_of(4));
     let stored = cursor.take(nodes[0] * nodes[1] * 4)?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
-    let unit = |name| Unit::of(entries.get(name).unwrap_or_default());
+    let unit = |name| Unit::parse(entries.get(name).unwrap_or_default());
     let sides = [entries.optional_number("XReal")?, entries.optional_number("YReal")?];
     let size = match sides {
-        [Some(x), Some(y)] => Size::of([x, y], &unit("XYUnits"))?,
+        [Some(x), Some(y)] => Size::new([x, y], &unit("XYUnits"))?,
         _ => Size::Unknown,
     };
     let title = entries.get("Title").unwrap_or("heights");
     Ok(vec![Channel::new(title, unit("ZUnits"), size, raster)])
 }
 
-/// Molecular Imaging's and Agilent's files: a text header whose names fill 14 columns, and maps of
-/// whole numbers, one behind the other.
+/// Format of Molecular Imaging and Agilent, with a text header followed by maps of integers.
 ///
-/// Sides are those of the whole map, in metres. Lines run along x, and the first has the largest y.
-/// A number is a share of `bufferRange`, in units of 2^15 or 2^31.
+/// Names fill 14 columns of the header. The sides are those of the whole map, in metres. Lines run
+/// along x; the first line has the largest y. A height is number / 2^15 × `bufferRange` for
+/// integers of 16 bits, and number / 2^31 × `bufferRange` for integers of 32 bits.
 pub const MI: Format = Format {
     name: "mi",
     title: "Molecular Imaging",
@@ -209,7 +208,7 @@ pub const MI: Format = Format {
     read: read_mi,
 };
 
-/// Columns of a name.
+/// Number of columns that a name fills.
 const MI_NAME: usize = 14;
 
 fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -233,24 +232,24 @@ fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let size = Size::metres([header.number("xLength")?, header.number("yLength")?])?;
     let mut cursor = Cursor::at(bytes, data);
     let channels = buffers.iter().map(|buffer| {
-        let stored = cursor.take(bytes_of(nodes, element))?;
+        let stored = cursor.take(map_bytes(nodes, element))?;
         let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
         let raster = raster.upside_down().scaled(buffer.number("bufferRange")? / range, 0.0);
         let name = buffer.text("bufferLabel")?;
-        let unit = Unit::of(buffer.get("bufferUnit").unwrap_or_default());
+        let unit = Unit::parse(buffer.get("bufferUnit").unwrap_or_default());
         Ok(Channel::new(name, unit, size, raster))
     });
     at_least_one(channels, "bufferLabel")
 }
 
-/// What is said of all maps, of each map, and where the maps start.
+/// Returns the entries of the whole file, those of each map, and the offset of the first map.
 fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError> {
     let mut header = Entries::default();
     let mut buffers: Vec<Entries> = Vec::new();
-    let mut place = 0;
+    let mut offset = 0;
     for line in bytes.split_inclusive(|&byte| byte == b'\n') {
-        place += line.len();
-        // Lines that start with a space go on with the one above.
+        offset += line.len();
+        // A line that starts with a space continues the line above.
         if line.first() == Some(&b' ') {
             continue;
         }
@@ -262,7 +261,7 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
         match name.trim() == "data" {
             true => {
                 header.insert(name, value);
-                return Ok((header, buffers, place));
+                return Ok((header, buffers, offset));
             }
             false => buffers.last_mut().unwrap_or(&mut header).insert(name, value),
         }
@@ -270,12 +269,12 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
     Err(FormatError::missing("data"))
 }
 
-/// Surface data files of ISO 25178-71, and of its forerunner BCR: a header, as text or in 81 bytes,
-/// and a matrix, as text or as numbers of one of eight types.
+/// Surface data files of ISO 25178-71 and of its predecessor BCR, as text or binary.
 ///
-/// Lengths are metres, size is points × scale. A profile runs along x and the first has y = 0.
-/// Missing points are `BAD` in text, and the largest of unsigned, the lowest of signed whole
-/// numbers of two and four bytes.
+/// A text file has a text header and a text matrix. A binary file has a header of 81 bytes and
+/// numbers of one of eight types. Lengths are in metres; the size is points × scale. Profiles run
+/// along x; the first profile has y = 0. Missing points are `BAD` in text files. For integers of
+/// two and four bytes they are the largest unsigned and the smallest signed number.
 pub const SDF: Format = Format {
     name: "sdf",
     title: "surface data file, ISO 25178-71",
@@ -294,13 +293,13 @@ fn read_sdf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 }
 
 fn binary_sdf(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
-    // Signature, who and when.
+    // Signature, manufacturer, dates of creation and modification.
     let mut cursor = Cursor::at(bytes, 8 + 10 + 12 + 12);
     let nodes = [cursor.u16()?.into(), cursor.u16()?.into()];
     let scales = [cursor.double()?, cursor.double()?, cursor.double()?];
     cursor.skip(8)?;
     let [compression, kind, _] = cursor.array()?;
-    let header = SdfHeader::of(nodes, scales, compression.into(), kind.into())?;
+    let header = SdfHeader::new(nodes, scales, compression.into(), kind.into())?;
     let raster = Raster::rows(header.nodes, header.element, ByteOrder::Little, cursor.rest())?;
     header.channel(raster)
 }
@@ -309,10 +308,10 @@ fn text_sdf(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let text = latin1(bytes);
     let mut parts = text.splitn(3, '*');
     let header = parts.next().unwrap_or_default();
-    let matrix = parts.next().ok_or_else(|| FormatError::missing("* behind the header"))?;
-    let entries = Entries::of_lines(header.lines(), '=');
+    let matrix = parts.next().ok_or_else(|| FormatError::missing("* after the header"))?;
+    let entries = Entries::from_lines(header.lines(), '=');
     let scale = |name| entries.number(name);
-    let header = SdfHeader::of(
+    let header = SdfHeader::new(
         [entries.whole("NumPoints")?, entries.whole("NumProfiles")?],
         [scale("Xscale")?, scale("Yscale")?, scale("Zscale")?],
         entries.get("Compression").map_or(Ok(0), |_| entries.whole("Compression"))?,
@@ -323,7 +322,7 @@ fn text_sdf(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let words = matrix.split_ascii_whitespace();
     let number = |word: &str| match word.eq_ignore_ascii_case("bad") {
         true => Ok(f64::NAN),
-        false => word.parse().map_err(|_| FormatError::value("height", word, "a number, or BAD")),
+        false => word.parse().map_err(|_| FormatError::value("height", word, "a number or BAD")),
     };
     let heights: Vec<f64> = words.map(number).collect::<Result<_, _>>()?;
     if heights.len() != count {
@@ -331,7 +330,7 @@ fn text_sdf(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
         let found = heights.len();
         return Err(FormatError::value("number of heights", found, &allowed));
     }
-    header.channel(Raster::of_rows(nodes, heights))
+    header.channel(Raster::from_rows(nodes, heights))
 }
 
 struct SdfHeader {
@@ -341,14 +340,14 @@ struct SdfHeader {
 }
 
 impl SdfHeader {
-    fn of(
+    fn new(
         nodes: [i64; 2],
         scales: [f64; 3],
         compression: i64,
         kind: i64,
     ) -> Result<SdfHeader, FormatError> {
         if compression != 0 {
-            let allowed = "0, none";
+            let allowed = "0, no compression";
             return Err(FormatError::value("Compression", compression, allowed));
         }
         let element = match kind {

@@ -1,7 +1,8 @@
-//! Units as files write them.
+//! Parsing and conversion of units as files spell them.
 
-/// The prefixes of the SI that lengths, voltages and their like are written with, and how many of
-/// such units are one without prefix: powers of ten that are whole numbers are exact.
+/// SI prefixes, each with the number of prefixed units that make one unit without prefix.
+///
+/// For small units this number is a positive power of ten, which is exact.
 const PREFIXES: [(&str, f64); 11] = [
     ("G", 1e-9),
     ("M", 1e-6),
@@ -16,20 +17,20 @@ const PREFIXES: [(&str, f64); 11] = [
     ("", 1.0),
 ];
 
-/// What a unit is of.
+/// Unit of the numbers or sides of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unit {
-    /// None is given.
+    /// The file gives no unit.
     None,
-    /// A length, by how many of it are a metre.
+    /// Unit of length, as the number of units in a metre.
     Length(f64),
-    /// Anything else, as the file writes it.
+    /// Unit of another quantity, as the file spells it.
     Other(String),
 }
 
 impl Unit {
-    /// The unit that is written so. The ångström is `Å`: a lone `A` is the ampere.
-    pub fn of(text: &str) -> Unit {
+    /// Parses a unit. The ångström is `Å`, since a lone `A` is the ampere.
+    pub fn parse(text: &str) -> Unit {
         let text = normal(text);
         if text.is_empty() {
             return Unit::None;
@@ -40,7 +41,7 @@ impl Unit {
         }
     }
 
-    /// How many of a length are a metre.
+    /// Returns the number of units in a metre if this is a unit of length.
     pub fn per_metre(&self) -> Option<f64> {
         match self {
             Unit::Length(per_metre) => Some(*per_metre),
@@ -49,12 +50,12 @@ impl Unit {
     }
 }
 
-/// Whether the metre may be written so.
+/// Returns true if `text` is a spelling of the metre.
 pub fn is_metre(text: &str) -> bool {
-    Unit::of(text) == Unit::Length(1.0)
+    Unit::parse(text) == Unit::Length(1.0)
 }
 
-/// What a number in the first unit is to be multiplied with to be one in the second.
+/// Returns the factor that converts numbers from one unit to another.
 pub fn ratio(from: &str, to: &str) -> Option<f64> {
     let (from, to) = (normal(from), normal(to));
     if from == to {
@@ -63,7 +64,7 @@ pub fn ratio(from: &str, to: &str) -> Option<f64> {
     if let (Some(from), Some(to)) = (length(&from), length(&to)) {
         return Some(to / from);
     }
-    // Two prefixes of one unit, such as mV and V.
+    // The same unit with two prefixes, such as mV and V.
     PREFIXES.iter().find_map(|(prefix, count)| {
         let base = from.strip_prefix(prefix).filter(|base| !base.is_empty())?;
         let other = PREFIXES.iter().find(|(prefix, _)| to.strip_prefix(prefix) == Some(base))?;
@@ -71,16 +72,18 @@ pub fn ratio(from: &str, to: &str) -> Option<f64> {
     })
 }
 
-/// What a number in the first unit of length is to be multiplied with to be one in the second.
+/// Returns the factor that converts lengths in the unit `from` to lengths in the unit `to`.
+///
+/// Returns `None` if one of the two is not a unit of length.
 pub fn length_ratio(from: &str, to: &str) -> Option<f64> {
-    let [from, to] = [from, to].map(|unit| Unit::of(unit).per_metre());
+    let [from, to] = [from, to].map(|unit| Unit::parse(unit).per_metre());
     Some(to? / from?)
 }
 
-/// One spelling of the many that µ has.
+/// Removes brackets around a unit and unifies the spellings of µ.
 fn normal(text: &str) -> String {
     let text = text.trim().trim_matches(['[', ']', '(', ')', '"']).trim();
-    // The Greek letter in place of the sign; a file of MS-DOS; Nanoscope.
+    // Greek letter mu instead of the micro sign. Below: `æm` in files of MS-DOS, `~m` in Nanoscope.
     let text = text.replace('μ', "µ");
     match text.as_str() {
         "æm" | "~m" => "µm".to_owned(),
@@ -88,6 +91,7 @@ fn normal(text: &str) -> String {
     }
 }
 
+/// Returns the number of units in a metre if the text is a unit of length.
 fn length(text: &str) -> Option<f64> {
     let named = match text.to_lowercase().as_str() {
         "meter" | "metre" | "meters" | "metres" => Some(1.0),
@@ -113,17 +117,17 @@ mod tests {
     #[test]
     fn a_micrometre_has_many_spellings() {
         for text in ["µm", "μm", "um", "~m", "æm", " [µm] ", "microns"] {
-            assert_eq!(Unit::of(text), Unit::Length(1e6), "{text}");
+            assert_eq!(Unit::parse(text), Unit::Length(1e6), "{text}");
         }
     }
 
     #[test]
     fn what_is_no_length_keeps_its_name() {
-        assert_eq!(Unit::of("mV"), Unit::Other("mV".to_owned()));
-        assert_eq!(Unit::of("A"), Unit::Other("A".to_owned()));
-        assert_eq!(Unit::of(" "), Unit::None);
+        assert_eq!(Unit::parse("mV"), Unit::Other("mV".to_owned()));
+        assert_eq!(Unit::parse("A"), Unit::Other("A".to_owned()));
+        assert_eq!(Unit::parse(" "), Unit::None);
         assert!(is_metre("m") && is_metre(" metre ") && !is_metre("mm") && !is_metre(""));
-        assert_eq!(Unit::of("Å"), Unit::Length(1e10));
+        assert_eq!(Unit::parse("Å"), Unit::Length(1e10));
     }
 
     #[test]

@@ -1,10 +1,10 @@
-//! X3P, the container of ISO 25178-72 (once ISO 5436-2): a zip archive with `main.xml`, which
-//! describes the axes, and a binary matrix.
+//! X3P files of ISO 25178-72 (formerly ISO 5436-2), zip archives of `main.xml`, which describes the
+//! axes, and a binary matrix.
 //!
-//! Lengths are metres, size is nodes × increment. Lines run along x and the first has y = 0. A
-//! height is number × increment + offset of the z axis; whole numbers are signed, as in the openGPS
-//! library. Points that were not measured are those that `ValidPointsLink` does not mark as valid,
-//! one bit each from the lowest on, and what is no number.
+//! Lengths are in metres; the size is nodes × increment. Lines run along x; the first line has
+//! y = 0. A height is number × increment + offset of the z axis. Integers are signed, as in the
+//! openGPS library. NaN marks missing points. The file of `ValidPointsLink` has one bit per point,
+//! starting at the lowest bit of a byte; points whose bit is 0 are missing.
 
 use std::io::{Cursor, Read};
 
@@ -13,16 +13,17 @@ use zip::ZipArchive;
 
 use super::channel::{Channel, Size};
 use super::input::{factor, finite, inflate};
-use super::raster::{ByteOrder, Element, Raster, bytes_of, checked_nodes};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "x3p", title: "X3P, ISO 25178-72", version: 1, has_signature: true, read };
 
-/// The largest description that is read, in bytes, and in elements.
-const MOST_XML: usize = 16 << 20;
-const MOST_ELEMENTS: u32 = 1 << 20;
+/// Length at which a `main.xml` is cut off, in bytes.
+const MAX_XML_BYTES: usize = 16 << 20;
+/// Largest number of XML nodes of a `main.xml`.
+const MAX_XML_ELEMENTS: u32 = 1 << 20;
 
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
@@ -37,27 +38,27 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = entry(&mut archive, &index, None)?;
     let text = String::from_utf8(text);
     let text = text.map_err(|error| FormatError::damaged("main.xml", error))?;
-    let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
+    let options = ParsingOptions { nodes_limit: MAX_XML_ELEMENTS, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
     let document = document.map_err(|error| FormatError::damaged("main.xml", error))?;
-    let description = Description::of(document.root_element())?;
+    let description = Description::from_xml(document.root_element())?;
     Ok(vec![description.channel(&mut archive, folder)?])
 }
 
-/// Where `main.xml` lies: some programs put it all into a folder.
+/// Returns the path of `main.xml` in the archive, since some programs put all files into a folder.
 fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
-    // Names that are no text are none of X3P's.
+    // Ignore names that are not valid text: X3P has none.
     let names = || archive.file_names().filter_map(Result::ok);
     let found = names().filter(|name| *name == "main.xml" || name.ends_with("/main.xml"));
     let highest = found.min_by_key(|name| (name.matches('/').count(), name.to_string()));
     highest.map(String::from).ok_or_else(|| {
         let names: Vec<_> = names().take(4).collect();
         let names = names.join(", ");
-        FormatError::unsupported(format!("a zip archive without `main.xml`, but with {names}"))
+        FormatError::unsupported(format!("the zip archive has no `main.xml`; it has {names}"))
     })
 }
 
-/// The bytes of a file in the archive: as many as expected, or all that are there.
+/// Reads a file of the archive: `expected` bytes, or up to [`MAX_XML_BYTES`] without that number.
 fn entry(
     archive: &mut Archive<'_>,
     name: &str,
@@ -71,12 +72,12 @@ fn entry(
         return inflate(&part, file, compressed, expected);
     }
     let mut bytes = Vec::new();
-    let read = file.by_ref().take(MOST_XML as u64).read_to_end(&mut bytes);
+    let read = file.by_ref().take(MAX_XML_BYTES as u64).read_to_end(&mut bytes);
     read.map_err(|error| FormatError::damaged(&part, error))?;
     Ok(bytes)
 }
 
-/// What `main.xml` says of the matrix.
+/// Description of the matrix in `main.xml`.
 struct Description {
     nodes: [usize; 2],
     steps: [f64; 2],
@@ -88,7 +89,7 @@ struct Description {
 }
 
 impl Description {
-    fn of(root: Node<'_, '_>) -> Result<Description, FormatError> {
+    fn from_xml(root: Node<'_, '_>) -> Result<Description, FormatError> {
         let feature = text(root, &["Record1", "FeatureType"])?;
         if feature != "SUR" {
             let allowed = "SUR, a surface";
@@ -98,7 +99,7 @@ impl Description {
             let kind = text(root, &["Record1", "Axes", axis, "AxisType"])?;
             if kind != "I" {
                 let entry = format!("AxisType of {axis}");
-                return Err(FormatError::value(&entry, kind, "I, evenly spaced"));
+                return Err(FormatError::value(&entry, kind, "I, an evenly spaced axis"));
             }
         }
         let size = |name| whole(root, &["Record3", "MatrixDimension", name]);
@@ -129,7 +130,7 @@ impl Description {
             let link = link.replace('\\', "/");
             format!("{folder}{}", link.trim_start_matches("./"))
         };
-        let expected = bytes_of(nodes, self.element);
+        let expected = map_bytes(nodes, self.element);
         let stored = entry(archive, &path(&self.points), Some(expected))?;
         let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
         let mut raster = raster.scaled(self.scale, self.offset);
@@ -156,7 +157,7 @@ fn element(code: &str) -> Result<Element, FormatError> {
     }
 }
 
-/// The text of the element at a path of names, whatever their namespaces are.
+/// Returns the text of the element at a path of names in any namespace.
 fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
     let mut node = root;
     for name in path {
@@ -182,5 +183,5 @@ fn number(root: Node<'_, '_>, path: &[&str], otherwise: f64) -> Result<f64, Form
 fn whole(root: Node<'_, '_>, path: &[&str]) -> Result<i64, FormatError> {
     let text = text(root, path)?;
     let number = text.parse();
-    number.map_err(|_| FormatError::value(&path.join("/"), text, "a whole number"))
+    number.map_err(|_| FormatError::value(&path.join("/"), text, "an integer"))
 }

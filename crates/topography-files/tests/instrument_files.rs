@@ -1,4 +1,4 @@
-//! Files that instruments and other programs wrote, as others have read them.
+//! Comparison of files of instruments and programs with the results of other readers.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/topography")
 }
 
-/// A number, and none for what is missing.
+/// Parses a number, or returns `None` for an empty cell.
 fn number(cell: &str) -> Option<f64> {
     (!cell.is_empty()).then(|| cell.parse().unwrap())
 }
@@ -21,7 +21,7 @@ fn files_are_read_as_others_read_them() {
         truth.lines().skip(1).map(|line| line.split(',').collect()).collect();
     assert!(rows.len() > 8);
     for (index, row) in rows.iter().enumerate() {
-        // A file may have several channels of one name.
+        // A file may have several channels with the same name.
         let before = rows[..index].iter().filter(|other| other[..2] == row[..2]);
         agrees(row, before.count());
     }
@@ -35,7 +35,7 @@ fn agrees(row: &[&str], before: usize) {
     let mut named = file.channels().iter().filter(|known| known.name() == channel);
     let channel = named.nth(before).unwrap_or(&file.channels()[0]);
     let map = channel.map();
-    let statistics = Statistics::of(&map);
+    let statistics = Statistics::new(&map);
     let heights = statistics.heights.unwrap();
     let corners = statistics.corners;
     let sides = channel.size().sides().unwrap();
@@ -55,7 +55,7 @@ fn agrees(row: &[&str], before: usize) {
     ];
     for (column, found) in found.into_iter().enumerate() {
         let expected = number(row[2 + column]);
-        // Sides and rms heights are sums and products, and their order is the reader's.
+        // Readers round sides and rms heights differently because they sum in another order.
         let tolerance = if [2, 3, 5].contains(&column) { 1e-9 } else { 1e-12 };
         let agree = match (found, expected) {
             (Some(found), Some(expected)) => (found - expected).abs() <= tolerance * expected.abs(),
@@ -69,9 +69,9 @@ fn agrees(row: &[&str], before: usize) {
 fn gwyddions_rows_run_along_x() {
     let bytes = fs::read(folder().join("test.gwy")).unwrap();
     let map = read(&bytes).unwrap().channels()[0].map();
-    // As `gwyfile`, which wrote it, has them, to five digits: row 44, column 33.
+    // Five digits of row 44, column 33, as read by `gwyfile`, which wrote the file.
     assert!((map.get(33, 44).unwrap() - 8.5301e-4).abs() < 1e-8);
     assert!((map.get(0, 0).unwrap() - 8.2494e-4).abs() < 1e-8);
-    let rms = Statistics::of(&map).heights.unwrap().rms_height;
+    let rms = Statistics::new(&map).heights.unwrap().rms_height;
     assert!((rms - 1.87711262e-4).abs() < 5e-13);
 }

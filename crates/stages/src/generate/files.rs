@@ -432,7 +432,7 @@ fn no_channel(path: &Written<String>, table: &FileTable, error: &ChannelError) -
             let all: Vec<_> = numbered.collect();
             problem.help(format!("{meant}its channels are {}", all.join(", ")))
         }
-        ChannelError::Beyond { .. } | ChannelError::Ambiguous { .. } => {
+        ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
             problem.help(format!("`asperity surface {}` lists them", path.value))
         }
     }

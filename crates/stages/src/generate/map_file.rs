@@ -188,7 +188,7 @@ fn place_of(
         ChannelChoice::Number(number) => match *number as usize {
             number @ 1.. if number <= count => Ok(number - 1),
             // Names count first where a channel is called by a number; here none is asked for.
-            number => Err(MapFileError::Channel(ChannelError::Beyond { number, count })),
+            number => Err(MapFileError::Channel(ChannelError::OutOfRange { number, count })),
         },
     }
 }
@@ -218,7 +218,7 @@ mod tests {
         assert_eq!(read(&number).unwrap().channel.number, 1);
         assert_eq!(
             read(&other).unwrap_err().to_string(),
-            "channels of the file have numbers from 1 to 1, 2 is none of them"
+            "the file has no channel 2; its channels have the numbers 1 to 1"
         );
         let named = ChannelChoice::Name("height".to_owned());
         assert!(matches!(read(&named), Err(MapFileError::Channel(ChannelError::Unknown { .. }))));

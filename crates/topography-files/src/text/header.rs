@@ -1,10 +1,9 @@
-//! What stands above the numbers.
+//! Header lines above the numbers of a text file.
 
 use crate::FormatError;
 use crate::unit::{Unit, ratio};
 
-// Words for one thing, in small letters; those in other languages are Gwyddion's, whose interface
-// translates what it exports.
+// Names of each entry, in lower case. Gwyddion writes them in the language of its interface.
 const CHANNEL: &[&str] =
     &["channel", "kanál", "kanal", "canal", "canale", "チャネル", "채널", "канал"];
 const WIDTH: &[&str] = &[
@@ -51,31 +50,31 @@ const NODES_X: &[&str] = &["x-pixels", "w", "nx"];
 const NODES_Y: &[&str] = &["y-pixels", "h", "ny"];
 const STEP_X: &[&str] = &["pixel size", "scale x"];
 const STEP_Y: &[&str] = &["scale y", "pixel size", "scale x"];
-/// SPIP's factor from numbers to nanometres.
+/// Factor from numbers to nanometres in files of SPIP.
 const NANOMETRES: &[&str] = &["bit2nm"];
-/// What a factor from numbers to heights is called, before and behind its unit.
+/// Name of the factor from numbers to heights, before and after its unit.
 const FACTOR: [&str; 2] = ["height conversion factor (->", ")"];
 
-/// The lines above the numbers, as names and values.
+/// Entries of a header as names in lower case and values.
 #[derive(Debug, Clone, Default)]
 pub struct Header {
     entries: Vec<(String, String)>,
 }
 
-/// What a header comes to.
+/// Properties of a map that follow from its header.
 #[derive(Debug, Clone)]
 pub struct Description {
     pub name: Option<String>,
     pub lateral: Unit,
     pub height: Unit,
-    /// From numbers to heights in their unit.
+    /// Factor from numbers to heights in the unit `height`.
     pub factor: f64,
-    /// Sides in the lateral unit, of a map of so many nodes.
+    /// Side lengths along x and y in the unit `lateral`.
     pub sides: Option<[f64; 2]>,
 }
 
 impl Header {
-    /// Adds a line: `name: value`, `name = value`, or several `name=value`.
+    /// Adds the entries of a line `name: value`, `name = value` or `name=value name=value …`.
     pub fn add(&mut self, line: &str) {
         let line = line.trim_start_matches(['#', '%', ' ', '\t']);
         let words = || line.split_whitespace();
@@ -93,23 +92,23 @@ impl Header {
         }
     }
 
-    /// Whether the line starts the header of another map.
+    /// Returns true if the line starts the header of another map.
     pub fn starts_with(line: &str) -> bool {
         let mut header = Header::default();
         header.add(line);
         [CHANNEL, WIDTH].iter().any(|names| header.get(names).is_some())
     }
 
-    /// Whether it gives sides or numbers of nodes, as only those of a matrix do.
+    /// Returns true if the header gives sides or numbers of nodes, as only that of a matrix does.
     pub fn is_of_matrix(&self) -> bool {
         let known = [WIDTH, HEIGHT, NODES_X, NODES_Y, STEP_X];
         known.iter().any(|names| self.get(names).is_some())
     }
 
-    /// What the entries come to for a map of so many columns and lines.
+    /// Interprets the entries for a map with these numbers of columns and lines.
     ///
     /// # Errors
-    /// When a number cannot be read, or contradicts the matrix.
+    /// Returns an error if a number is unreadable or contradicts the matrix.
     pub fn describe(&self, nodes: [usize; 2]) -> Result<Description, FormatError> {
         self.agrees(NODES_X, nodes[0])?;
         self.agrees(NODES_Y, nodes[1])?;
@@ -127,7 +126,7 @@ impl Header {
         let sides = match (x, y) {
             (Some((x, _)), Some((y, _))) => {
                 let ratio = ratio(&text(&unit_y), &text(&unit_x)).ok_or_else(|| {
-                    let allowed = format!("as that of x, `{}`", text(&unit_x));
+                    let allowed = format!("a unit like that of x, `{}`", text(&unit_x));
                     FormatError::value("unit of y", text(&unit_y), &allowed)
                 })?;
                 Some([x, y * ratio])
@@ -136,14 +135,14 @@ impl Header {
         };
         Ok(Description {
             name: self.get(CHANNEL).map(str::to_owned),
-            lateral: Unit::of(&text(&unit_x)),
-            height: Unit::of(&text(&height)),
+            lateral: Unit::parse(&text(&unit_x)),
+            height: Unit::parse(&text(&height)),
             factor,
             sides,
         })
     }
 
-    /// The last value that one of the names has.
+    /// Returns the last value of the first of these names that the header has.
     fn get(&self, names: &[&str]) -> Option<&str> {
         let of = |wanted: &&str| {
             let mut entries = self.entries.iter().rev();
@@ -152,18 +151,18 @@ impl Header {
         names.iter().find_map(of).map(|(_, value)| value.as_str())
     }
 
-    /// The number of nodes, if it is given, is that of the matrix.
+    /// Checks that a given number of nodes is that of the matrix.
     fn agrees(&self, names: &[&str], found: usize) -> Result<(), FormatError> {
         match self.get(names) {
             Some(text) if text.parse() != Ok(found) => {
-                let allowed = format!("{found}, as many as there are");
+                let allowed = format!("{found}, the number in the matrix");
                 Err(FormatError::value(names[0], text, &allowed))
             }
             _ => Ok(()),
         }
     }
 
-    /// The unit of heights, and the factor from numbers to them.
+    /// Returns the unit of the heights and the factor from numbers to heights.
     fn height(&self) -> Result<(Option<String>, f64), FormatError> {
         let conversion = self.entries.iter().find_map(|(name, value)| {
             let unit = name.strip_prefix(FACTOR[0])?.strip_suffix(FACTOR[1])?;
@@ -183,7 +182,7 @@ impl Header {
         }
     }
 
-    /// A side and its unit, by itself or from the size of a pixel.
+    /// Returns a side and its unit, from the side itself or from nodes × pixel size.
     fn side(
         &self,
         side: &[&str],
@@ -202,12 +201,12 @@ impl Header {
     }
 }
 
-/// A number and the unit behind it, as in `10 µm`.
+/// Parses a number with an optional unit, as in `10 µm`.
 fn quantity(name: &str, text: &str) -> Result<(f64, Option<String>), FormatError> {
     let end = text.find(|letter: char| !letter.is_ascii_digit() && !"+-.,eE".contains(letter));
     let (number, unit) = text.split_at(end.unwrap_or(text.len()));
     let number = number.replacen(',', ".", 1).parse::<f64>();
-    let number = number.map_err(|_| FormatError::value(name, text, "a number, and its unit"))?;
+    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
     let unit = unit.trim();
     Ok((number, (!unit.is_empty()).then(|| unit.to_owned())))
 }
