@@ -75,7 +75,7 @@ use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::read_study;
 use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
-use asperity_tables::store::users::Moment;
+use asperity_tables::store::users::HostState;
 
 pub use crate::share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplaceable};
 pub use advice::StudyAdvice;
@@ -268,7 +268,7 @@ impl Session<'_> {
     /// The store, for work: what ended processes have left unfinished is swept away.
     fn open(&self) -> Result<Store, SessionError> {
         // What cannot be swept does no harm.
-        let _ = data_folder::sweep(&self.data, &Moment::here());
+        let _ = data_folder::sweep(&self.data, &HostState::here());
         Ok(Store::open(&self.data.store())?)
     }
 

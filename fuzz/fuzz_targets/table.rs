@@ -18,7 +18,7 @@ fuzz_target!(init: {
         if let Ok((table, metadata)) = decode_bytes(bytes.clone().into(), columns) {
             assert_eq!(table.names().len(), table.batch().num_columns());
             // Whatever it tells of itself, a key can be worked out or not.
-            Provenance::of(&metadata).map(|told| told.key());
+            Provenance::from_metadata(&metadata).map(|told| told.key());
         }
     }
 });

@@ -21,8 +21,8 @@ use asperity_tables::parallel;
 use asperity_tables::parquet::{self, ParquetError};
 use asperity_tables::store::files::{quarantine, verify_whole};
 use asperity_tables::store::key::Provenance;
-use asperity_tables::store::listing::{self, Found, What};
-use asperity_tables::store::users::{Lock, Moment};
+use asperity_tables::store::listing::{self, FileKind, StoredFile};
+use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{Store, StoreError};
 
 /// What became of verifying the tables, pages and figures of a folder of data.
@@ -119,7 +119,7 @@ pub fn prune(
         true => Some(alone(data, options.force)?),
         false => None,
     };
-    let unneeded = data_folder::unneeded(&plans, data, &Moment::here())?;
+    let unneeded = data_folder::unneeded(&plans, data, &HostState::here())?;
     let pruned = Pruned::of(&unneeded, options.delete);
     if let Some(alone) = &alone {
         data_folder::delete(&unneeded, alone)?;
@@ -128,19 +128,19 @@ pub fn prune(
 }
 
 /// The tables that are there: those of some studies, or of all.
-fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Found>, StoreError> {
-    let mut found = listing::of_store(&data.store())?;
+fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, StoreError> {
+    let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
     let keys = plan.map(Plan::keys);
     found.retain(|found| match &found.what {
-        What::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
-        What::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
-        What::Owner { .. }
-        | What::Record { .. }
-        | What::Cluster { .. }
-        | What::Checkpoint(_)
-        | What::Quarantined
-        | What::Unfinished => false,
+        FileKind::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
+        FileKind::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
+        FileKind::Owner { .. }
+        | FileKind::Record { .. }
+        | FileKind::Cluster { .. }
+        | FileKind::Checkpoint(_)
+        | FileKind::Quarantined
+        | FileKind::Unfinished => false,
     });
     Ok(found)
 }
@@ -157,13 +157,13 @@ fn pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, StoreEr
 }
 
 /// Nothing if the table is sound, or if another process has mended or removed it meanwhile.
-fn check(table: &Found, store: &Store) -> Option<Finding> {
+fn check(table: &StoredFile, store: &Store) -> Option<Finding> {
     let cause = read(table, store).err()?;
-    if !cause.is_mendable() {
+    if !cause.is_recomputable() {
         return Some(Finding { cause, quarantined: None });
     }
     let quarantined = match table.what {
-        What::Task(key) => store.quarantine(key),
+        FileKind::Task(key) => store.quarantine(key),
         _ => quarantine(&table.path),
     };
     match quarantined {
@@ -172,11 +172,11 @@ fn check(table: &Found, store: &Store) -> Option<Finding> {
     }
 }
 
-fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
+fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
     let path = &table.path;
     match &table.what {
-        What::Task(key) => store.verify(*key),
-        What::Stage { study, stage } => {
+        FileKind::Task(key) => store.verify(*key),
+        FileKind::Stage { study, stage } => {
             let metadata = verify_whole(path)?;
             // The table of failures is of no stage.
             let of_stage = (stage != names::FAILURES).then_some(stage.as_str());
@@ -190,12 +190,12 @@ fn read(table: &Found, store: &Store) -> Result<(), StoreError> {
                 }),
             }
         }
-        What::Owner { .. }
-        | What::Record { .. }
-        | What::Cluster { .. }
-        | What::Checkpoint(_)
-        | What::Quarantined
-        | What::Unfinished => Ok(()),
+        FileKind::Owner { .. }
+        | FileKind::Record { .. }
+        | FileKind::Cluster { .. }
+        | FileKind::Checkpoint(_)
+        | FileKind::Quarantined
+        | FileKind::Unfinished => Ok(()),
     }
 }
 
@@ -215,7 +215,7 @@ fn alone(data: &DataFolder, force: bool) -> Result<Lock, SessionError> {
 }
 
 impl Pruned {
-    fn of(found: &[Found], deleted: bool) -> Pruned {
+    fn of(found: &[StoredFile], deleted: bool) -> Pruned {
         let mut kinds: BTreeMap<String, (usize, u64)> = BTreeMap::new();
         for file in found {
             let (files, bytes) = kinds.entry(kind(file)).or_default();
@@ -234,19 +234,19 @@ impl Pruned {
 }
 
 /// What a file is, in a word or two; the table of a task tells its stage's kind itself.
-fn kind(file: &Found) -> String {
+fn kind(file: &StoredFile) -> String {
     let stage = || {
         let metadata = parquet::verify(File::open(&file.path).ok()?).ok()?;
-        Some(Provenance::of(&metadata)?.stage)
+        Some(Provenance::from_metadata(&metadata)?.stage)
     };
     match file.what {
-        What::Task(_) => stage().unwrap_or_else(|| "unreadable".to_owned()),
-        What::Stage { .. } | What::Owner { .. } => "results".to_owned(),
-        What::Checkpoint(_) => "checkpoints".to_owned(),
-        What::Record { .. } => "plans".to_owned(),
-        What::Cluster { .. } => "cluster".to_owned(),
-        What::Quarantined => "set aside".to_owned(),
-        What::Unfinished => "unfinished".to_owned(),
+        FileKind::Task(_) => stage().unwrap_or_else(|| "unreadable".to_owned()),
+        FileKind::Stage { .. } | FileKind::Owner { .. } => "results".to_owned(),
+        FileKind::Checkpoint(_) => "checkpoints".to_owned(),
+        FileKind::Record { .. } => "plans".to_owned(),
+        FileKind::Cluster { .. } => "cluster".to_owned(),
+        FileKind::Quarantined => "set aside".to_owned(),
+        FileKind::Unfinished => "unfinished".to_owned(),
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::{DataFolder, SessionError};
 use asperity_manifest::diagnostics::{did_you_mean, listed, wrapped};
 use asperity_pipeline::plan::Plan;
-use asperity_tables::store::key::{NoKey, TaskKey};
+use asperity_tables::store::key::{InvalidKey, TaskKey};
 
 /// A name that is not there, what may have been meant, and what there is.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -38,7 +38,7 @@ impl UnknownName {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TaskNameError {
     #[error(transparent)]
-    NoKey(#[from] NoKey),
+    InvalidKey(#[from] InvalidKey),
     #[error("`{digits}` begins the keys of several tasks: {}", all(keys))]
     Ambiguous { digits: String, keys: Vec<TaskKey> },
     #[error("no task {word} is finished in `{}`", store.display())]

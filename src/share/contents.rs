@@ -110,8 +110,8 @@ impl Contents {
     /// When it cannot be written, or a file not be read.
     pub fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
-        let workshop = folder.unwrap_or(Path::new("."));
-        write_with(path, Existing::Replace, workshop, |file| {
+        let staging = folder.unwrap_or(Path::new("."));
+        write_with(path, Existing::Replace, staging, |file| {
             let mut archive = Archive::new(file);
             for (place, file) in &self.files {
                 archive.add(place, &file.source)?;

@@ -79,9 +79,9 @@ fn without_manifests_only_damaged_and_unfinished_files_go() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = bench.files();
-    let workshop = bench.data().join("store/unfinished");
-    fs::write(workshop.join(left_behind()), "half").unwrap();
-    let elsewhere = workshop.join(".unfinished-1@another-machine-aB3dEf");
+    let staging = bench.data().join("store/unfinished");
+    fs::write(staging.join(left_behind()), "half").unwrap();
+    let elsewhere = staging.join(".unfinished-1@another-machine-aB3dEf");
     fs::write(&elsewhere, "half").unwrap();
     fs::write(bench.data().join("results/small/law.parquet.damaged"), "old").unwrap();
     fs::write(bench.data().join("store/notes.txt"), "mine").unwrap();
@@ -98,7 +98,8 @@ fn nothing_is_deleted_while_somebody_uses_the_store() {
     let manifest = bench.write(&STUDY.replace("seed = 7", "seed = 8"));
     let arguments = ["prune", "--yes", manifest.to_str().unwrap()];
     let before = bench.files();
-    let somebody = asperity::tables::store::Store::look(&bench.data().join("store")).unwrap();
+    let somebody =
+        asperity::tables::store::Store::open_read_only(&bench.data().join("store")).unwrap();
     let output = bench.output(&arguments);
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));

@@ -1,9 +1,11 @@
-//! A study shared out among the machines of a cluster.
+//! Splits a study among the machines of a cluster.
 //!
-//! A [`Shard`](shard::Shard) is a part of a study's surfaces that follows from their keys alone, so that no two
-//! machines need to agree on anything. What computed a shard leaves a [receipt](mod@receipts), and writes
-//! no other file but the tables of tasks. Any scheduler that can count will do; for Slurm there are
-//! [scripts](submission), as many elements as the [expected cost](sizing) asks for, and its
+//! A [`Shard`](shard::Shard) is a part of a study's surfaces. It follows from the keys of the
+//! surfaces alone, so that machines need not coordinate. The process that computes a shard writes
+//! the tables of its tasks and one [receipt](mod@receipts), and no other files.
+//!
+//! Any scheduler that can number its jobs will do. For Slurm there are [batch scripts](submission),
+//! a choice of the number of array tasks from the [expected cost](sizing), and wrappers of its
 //! [commands](slurm).
 
 pub mod receipts;
@@ -15,21 +17,21 @@ pub mod submission;
 
 use std::path::{Path, PathBuf};
 
-use asperity_tables::store::listing::{Found, What};
+use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::{StoreError, listing};
 use receipts::Receipt;
 
-/// The folders of studies in `cluster/` of a folder of data.
+/// Returns the folders of studies in the `cluster/` folder of a data folder.
 fn studies(root: &Path) -> Result<Vec<PathBuf>, StoreError> {
     listing::folders(&root.join("cluster"))
 }
 
-/// Every file that this program, or a job of it, has put into the folders of a cluster.
-pub fn files(root: &Path) -> Result<Vec<Found>, StoreError> {
+/// Lists the files that this program and its jobs have written to the cluster folders.
+pub fn files(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = Vec::new();
     for folder in studies(root)? {
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        let what = || What::Cluster { study: name.clone().into_owned() };
+        let what = || FileKind::Cluster { study: name.clone().into_owned() };
         let own = ["element.sh", "finish.sh", "submission.json"];
         files.extend(listing::known(&folder, |name| own.contains(&name).then(what))?);
         for (inner, ending) in [("receipts", ".json"), ("logs", ".txt")] {
@@ -40,7 +42,7 @@ pub fn files(root: &Path) -> Result<Vec<Found>, StoreError> {
     Ok(files)
 }
 
-/// The receipts of all studies of a folder of data.
+/// Reads the receipts of all studies in a data folder.
 pub fn receipts(root: &Path) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = Vec::new();
     for folder in studies(root)? {

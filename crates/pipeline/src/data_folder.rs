@@ -1,7 +1,7 @@
-//! The folder of finished work: what is where in it, and what nobody needs any more.
+//! Layout of the data folder, and the search for files in it that no study needs.
 //!
-//! Unneeded are tables that no named study asks for, damaged files that are in quarantine, and what
-//! killed processes left unfinished.
+//! Unneeded files are tables of tasks that no named study has, damaged files in quarantine, and
+//! unfinished files of killed processes.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -12,13 +12,16 @@ use crate::plan::Plan;
 use crate::plan::reasons::record::Record;
 use crate::{cluster, results};
 use asperity_tables::store::key::TaskKey;
-use asperity_tables::store::listing::{Found, What};
-use asperity_tables::store::users::{Lock, Moment};
+use asperity_tables::store::listing::{FileKind, StoredFile};
+use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{Store, StoreError, listing};
 
-/// The folder that holds tables of tasks in `store/`, tables of stages in `results/STUDY/`, in
-/// `plans/` what studies were when they last ran, and in `cluster/STUDY/` what shares one out among
-/// machines. It need not exist.
+/// The data folder. It need not exist.
+///
+/// - `store/`: tables of tasks
+/// - `results/STUDY/`: tables of stages
+/// - `plans/`: what each study was when it last ran
+/// - `cluster/STUDY/`: scripts and receipts of a study that is split among machines
 ///
 /// ```
 /// use std::path::Path;
@@ -32,76 +35,79 @@ use asperity_tables::store::{Store, StoreError, listing};
 pub struct DataFolder(PathBuf);
 
 impl DataFolder {
-    /// The folder at this path.
+    /// Creates a handle for the folder at a path.
     pub fn new(path: impl Into<PathBuf>) -> DataFolder {
         DataFolder(path.into())
     }
 
-    /// Where it is.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.0
     }
 
-    /// Tables of tasks.
+    /// Returns the folder with the tables of tasks.
     pub fn store(&self) -> PathBuf {
         self.0.join("store")
     }
 
-    /// Tables of stages, a folder for each study.
+    /// Returns the folder that has a subfolder with tables of stages for each study.
     pub fn results(&self) -> PathBuf {
         self.0.join("results")
     }
 
-    /// Tables of one study's stages.
+    /// Returns the folder with the tables of one study's stages.
     pub fn results_of(&self, study: &str) -> PathBuf {
         self.results().join(study)
     }
 
-    /// The table of one stage of a study, whether it is there or not.
+    /// Returns the path of one stage's table, which need not exist.
     pub fn table(&self, study: &str, stage: &str) -> PathBuf {
         results::path(&self.results(), study, stage)
     }
 
-    /// What studies were when they last ran.
+    /// Returns the folder with the records of what studies were when they last ran.
     pub fn records(&self) -> PathBuf {
         self.0.join("plans")
     }
 
-    /// What the machines of a cluster leave of one study: scripts, and receipts of what they did.
+    /// Returns the folder with one study's batch scripts and receipts of cluster jobs.
     pub fn cluster_of(&self, study: &str) -> PathBuf {
         self.0.join("cluster").join(study)
     }
 
-    /// A receipt of each process that has computed a shard of one study.
+    /// Returns the folder with the receipts of the processes that computed shards of one study.
     pub fn receipts_of(&self, study: &str) -> PathBuf {
         self.cluster_of(study).join("receipts")
     }
 
-    /// Opens the store for reading, unless it cannot be told whether it is being pruned.
+    /// Opens the store for reading. Fails if its lock cannot be acquired, because the store may
+    /// then be pruned at the same time.
     pub fn look(&self) -> Result<Store, StoreError> {
-        Store::look(&self.store())
+        Store::open_read_only(&self.store())
     }
 }
 
-/// What none of these studies needs. Without any study no table is unneeded: naming none is
-/// rather a slip than a wish to lose everything. What somebody may be writing just now stays.
+/// Lists the files that none of these studies needs.
+///
+/// Files that a process may be writing now are not listed. Without any study, no table is listed:
+/// an empty list of studies is more likely a mistake than a request to delete everything.
 pub fn unneeded(
     plans: &[Plan],
     data: &DataFolder,
-    moment: &Moment,
-) -> Result<Vec<Found>, StoreError> {
+    moment: &HostState,
+) -> Result<Vec<StoredFile>, StoreError> {
     let keys: HashSet<TaskKey> = plans.iter().flat_map(Plan::keys).collect();
-    let mut found = listing::of_store(&data.store())?;
+    let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
     found.extend(Record::files(&data.records())?);
     found.extend(cluster::files(data.path())?);
-    let is_needed = |found: &Found| match &found.what {
-        What::Quarantined => false,
-        What::Unfinished => !moment.is_abandoned(&found.path),
+    let is_needed = |found: &StoredFile| match &found.what {
+        FileKind::Quarantined => false,
+        FileKind::Unfinished => !moment.is_abandoned(&found.path),
         _ if plans.is_empty() => true,
-        What::Task(key) | What::Checkpoint(key) => keys.contains(key),
-        What::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
-        What::Owner { study } | What::Record { study } | What::Cluster { study } => {
+        FileKind::Task(key) | FileKind::Checkpoint(key) => keys.contains(key),
+        FileKind::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
+        FileKind::Owner { study } | FileKind::Record { study } | FileKind::Cluster { study } => {
             plans.iter().any(|plan| plan.study == *study)
         }
     };
@@ -109,33 +115,36 @@ pub fn unneeded(
     Ok(found)
 }
 
-/// Receipts of elements that may be at work on other machines, which no lock may tell of.
+/// Returns the receipts of array tasks that may be running on other machines, where locks do not
+/// show them.
 pub fn at_work(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = cluster::receipts(data.path())?;
     receipts.retain(Receipt::may_be_at_work);
     Ok(receipts)
 }
 
-/// Deletes files, and folders that become empty. Whoever calls it has the store alone.
-pub fn delete(files: &[Found], _alone: &Lock) -> Result<(), StoreError> {
-    for Found { path, .. } in files {
+/// Deletes files, and folders that become empty. The caller holds the exclusive lock of the store.
+pub fn delete(files: &[StoredFile], _alone: &Lock) -> Result<(), StoreError> {
+    for StoredFile { path, .. } in files {
         remove(path)?;
         if let Some(folder) = path.parent() {
-            // It is refused while something is left in it.
+            // This fails if the folder is not empty.
             let _ = fs::remove_dir(folder);
         }
     }
     Ok(())
 }
 
-/// Deletes what ended processes left unfinished. Where locks hold on one machine only, others may
-/// be at work: what is theirs stays, as do the folders, in which they may be about to write.
-pub fn sweep(data: &DataFolder, moment: &Moment) -> Result<(), StoreError> {
+/// Deletes unfinished files of processes that have ended.
+///
+/// Some file systems lock on one machine only, so that processes of other machines may be running.
+/// Their files are kept, and so are the folders, in which they may be about to write.
+pub fn sweep(data: &DataFolder, moment: &HostState) -> Result<(), StoreError> {
     let mut left = listing::unfinished(&data.store())?;
     left.extend(results::files(&data.results())?);
     left.extend(Record::files(&data.records())?);
     left.extend(cluster::files(data.path())?);
-    left.retain(|found| found.what == What::Unfinished && moment.is_abandoned(&found.path));
+    left.retain(|found| found.what == FileKind::Unfinished && moment.is_abandoned(&found.path));
     if left.is_empty() {
         return Ok(());
     }
@@ -160,9 +169,9 @@ mod tests {
 
     use super::*;
 
-    /// A machine on which no process lives.
-    fn moment() -> Moment {
-        Moment { machine: "node07".to_owned(), now: SystemTime::now(), begun: |_| None }
+    /// Returns a moment at which no process of this machine is running.
+    fn moment() -> HostState {
+        HostState { machine: "node07".to_owned(), now: SystemTime::now(), started: |_| None }
     }
 
     #[test]

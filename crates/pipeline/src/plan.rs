@@ -1,8 +1,8 @@
-//! What must be computed, said without touching a file.
+//! Plans: the tasks of a study, determined without reading any file.
 //!
-//! A task is one surface, one block of loads, one map of counts …, named by a key that holds
-//! everything that decides its table. More surfaces, one more block or one more cutoff add tasks
-//! and rename none.
+//! A task computes one table, such as one surface or one block of loads. Its key names the table
+//! and holds everything that decides its content. More surfaces, another block or another cutoff
+//! add tasks and leave the keys of the others unchanged.
 
 pub mod reasons;
 
@@ -42,48 +42,48 @@ pub use asperity_stages::Kind;
 /// };
 /// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);
 /// assert_eq!([few.tasks.len(), more.tasks.len()], [1, 2]);
-/// // What was planned before keeps its key, and so the table that is finished.
+/// // The task of the smaller study keeps its key, so that its finished table is reused.
 /// assert!(more.task_of(few.tasks[0].key).is_some());
 /// # Ok::<(), asperity_pipeline::study::ManifestErrors>(())
 /// ```
 #[derive(Debug)]
 pub struct Plan {
     pub study: String,
-    /// Every task once, even where stages share it.
+    /// All tasks, each once even if several stages have it.
     pub tasks: Vec<Task>,
-    /// The stages, in an order in which each comes after what it reads.
+    /// Stages, each after the stages that it reads.
     pub stages: Vec<PlannedStage>,
 }
 
-/// One table to be computed, once.
+/// The computation of one table of the store.
 #[derive(Debug)]
 pub struct Task {
-    /// Its name in the store.
+    /// Key of its table in the store.
     pub key: TaskKey,
-    /// How to compute it.
+    /// Stage parameters that decide the table.
     pub recipe: Recipe,
-    /// The tasks whose tables it reads, in order.
+    /// Tasks whose tables it reads, in order.
     pub inputs: Vec<usize>,
-    /// What later keys are built on: the key of the recipe's identity.
+    /// Key of the recipe's identity, from which the keys of later tasks are made.
     identity: TaskKey,
-    /// Nodes along x and y of the surface at hand.
+    /// Nodes along x and y of the surface.
     pub nodes: [usize; 2],
-    /// Rows about one surface in its table, or in those that it pools.
+    /// Number of rows per surface in its table, or in the tables that it pools.
     pub rows: usize,
 }
 
-/// A stage and the tasks whose tables make up its own.
+/// A stage and the tasks whose tables form its table.
 #[derive(Debug)]
 pub struct PlannedStage {
-    /// Its name in the manifest.
+    /// Name in the manifest.
     pub name: String,
     pub kind: Kind,
-    /// Its tasks, in the order of its table's rows.
+    /// Tasks, in the order of the rows of the stage's table.
     pub tasks: Vec<usize>,
 }
 
 impl PlannedStage {
-    /// Those of its tasks of which this is true.
+    /// Returns the tasks whose entry in `is_so` is true.
     pub fn among(&self, is_so: &[bool]) -> Vec<usize> {
         let tasks = self.tasks.iter().zip(is_so);
         let tasks = tasks.filter(|(_, is_so)| **is_so);
@@ -106,7 +106,7 @@ impl Plan {
         Plan { study: study.name.clone(), tasks: builder.tasks, stages: builder.stages }
     }
 
-    /// How a task's table comes about.
+    /// Returns how a task's table is made: stage, version, parameters and inputs.
     pub fn provenance(&self, task: usize) -> Provenance {
         let Task { recipe, inputs, .. } = &self.tasks[task];
         let inputs = || inputs.iter().map(|&input| &self.tasks[input]);
@@ -119,34 +119,34 @@ impl Plan {
         }
     }
 
-    /// The keys of all tasks.
+    /// Returns the keys of all tasks.
     pub fn keys(&self) -> HashSet<TaskKey> {
         self.tasks.iter().map(|task| task.key).collect()
     }
 
-    /// The keys of a stage's tasks, in its order.
+    /// Returns the keys of a stage's tasks, in their order.
     pub fn keys_of(&self, stage: &PlannedStage) -> Vec<TaskKey> {
         let keys = stage.tasks.iter().map(|&task| self.tasks[task].key);
         keys.collect()
     }
 
-    /// Whether this is the study of that name, and has a table of that name.
+    /// Returns whether this is the named study and it has the named table.
     pub fn has_table(&self, study: &str, table: &str) -> bool {
         let mut names = self.stages.iter().map(|stage| stage.name.as_str());
         self.study == study && (table == names::FAILURES || names.any(|name| name == table))
     }
 
-    /// The task of a key.
+    /// Returns the task with a key.
     pub fn task_of(&self, key: TaskKey) -> Option<usize> {
         self.tasks.iter().position(|task| task.key == key)
     }
 
-    /// The first stage that has a task.
+    /// Returns the first stage that contains a task.
     pub fn stage_of(&self, task: usize) -> Option<&PlannedStage> {
         self.stages.iter().find(|stage| stage.tasks.contains(&task))
     }
 
-    /// For every task, the name of the first stage that has it.
+    /// Returns for every task the name of the first stage that contains it.
     pub fn stage_names(&self) -> Vec<&str> {
         let mut names = vec![""; self.tasks.len()];
         for stage in self.stages.iter().rev() {
@@ -157,16 +157,17 @@ impl Plan {
         names
     }
 
-    /// What places a task in its study, as one row: of several surfaces, what they have in common.
+    /// Returns the coordinates of a task as one row. A task about several surfaces has the
+    /// coordinates that they share.
     ///
     /// # Errors
-    /// When coordinates of one name have different types: a stage has a bug.
+    /// Returns an error if coordinates of one name differ in type, which is a bug of a stage.
     pub fn coordinates(&self, task: usize) -> Result<Table, TableError> {
-        /// Rows at a time: a row takes kilobytes while it is a table.
+        /// Rows stacked at a time. A row takes kilobytes while it is a table.
         const CHUNK: usize = 1024;
         let Task { recipe, inputs, .. } = &self.tasks[task];
         let own = Table::row(&recipe.coordinates());
-        // A surface that is drawn has a place of its own, whatever its spectrum was measured of.
+        // A generated surface has only its own coordinates, even if its spectrum was measured.
         if inputs.is_empty() || recipe.kind() == Kind::Generate {
             return Ok(own);
         }
@@ -178,7 +179,7 @@ impl Plan {
         Ok(Table::stack(&above)?.common().beside(&own))
     }
 
-    /// For every task, the tasks that read its table.
+    /// Returns for every task the tasks that read its table.
     pub fn dependents(&self) -> Vec<Vec<usize>> {
         let mut dependents = vec![Vec::new(); self.tasks.len()];
         for (task, reads) in self.tasks.iter().enumerate() {
@@ -204,7 +205,7 @@ impl Builder {
         match &stage.work {
             Work::Generate(surfaces) => {
                 let surfaces = surfaces.iter().flat_map(|surfaces| {
-                    // Those with a measured spectrum are drawn for each that is read.
+                    // Surfaces with a measured spectrum are drawn for each spectrum that is read.
                     let read: Vec<Vec<usize>> = if surfaces.params.origin.reads_stage() {
                         inputs.iter().map(|&input| vec![input]).collect()
                     } else {
@@ -233,7 +234,7 @@ impl Builder {
         }
     }
 
-    /// The tasks of a recipe.
+    /// Adds the tasks of a recipe, and returns them.
     fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
         let groups = match recipe.reach() {
             Reach::Single => inputs.iter().map(|&input| vec![input]).collect(),
@@ -253,7 +254,7 @@ impl Builder {
     fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
         let read: Vec<TaskKey> = inputs.iter().map(|&i| self.tasks[i].identity).collect();
         let (stage, version) = (recipe.kind().name(), recipe.kind().version());
-        let key = TaskKey::of(stage, version, digests.whole, &read);
+        let key = TaskKey::new(stage, version, digests.whole, &read);
         if let Some(&task) = self.known.get(&key) {
             return task;
         }
@@ -266,7 +267,7 @@ impl Builder {
             key,
             nodes,
             rows,
-            identity: TaskKey::of(stage, version, digests.identity, &read),
+            identity: TaskKey::new(stage, version, digests.identity, &read),
             recipe,
             inputs,
         });
@@ -274,8 +275,9 @@ impl Builder {
         task
     }
 
-    /// Tasks that differ only by surface and block of loads, together; in the order in which each
-    /// group first appears. Of tasks that differ only by what they keep, the first stands.
+    /// Groups tasks that differ only by surface and block of loads, in the order in which the
+    /// groups first appear. Of tasks that differ only in the columns that they keep, the first is
+    /// used.
     fn by_point(&self, tasks: &[usize]) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         let mut known = BTreeMap::new();
@@ -293,7 +295,7 @@ impl Builder {
         groups
     }
 
-    /// The parameter point of a task.
+    /// Returns the parameter point of a task.
     fn point(&self, task: usize) -> Point {
         let task = &self.tasks[task];
         let upstream = task.inputs.first().map(|&input| self.point(input));
@@ -301,7 +303,7 @@ impl Builder {
     }
 }
 
-/// The hashes of a recipe's parameters, with and without what no later stage reads.
+/// Hashes of a recipe's parameters: all of them, and only those that later stages depend on.
 #[derive(Clone, Copy)]
 struct Digests {
     whole: Digest,
@@ -310,19 +312,21 @@ struct Digests {
 
 impl Digests {
     fn of(recipe: &Recipe) -> Digests {
-        let whole = Digest::of(recipe);
+        let whole = Digest::from_params(recipe);
         let identity = match recipe.identity() {
             Cow::Borrowed(_) => whole,
-            Cow::Owned(identity) => Digest::of(&identity),
+            Cow::Owned(identity) => Digest::from_params(&identity),
         };
         Digests { whole, identity }
     }
 }
 
 impl Plan {
-    /// For every task, the surface that everything it reads is of, by the identity of the task that
-    /// draws it: the same whether its heights are kept or drawn again. None for tasks about several
-    /// surfaces, and for fits and aggregates, which may read more of them tomorrow.
+    /// Returns for every task the surface on which all its inputs depend, by the identity of the
+    /// task that draws the surface. The identity does not depend on whether the heights are kept.
+    ///
+    /// The result is `None` for tasks about several surfaces. It is also `None` for fits and
+    /// aggregates, which may read more surfaces in an extended study.
     pub fn surfaces(&self) -> Vec<Option<TaskKey>> {
         let mut surfaces: Vec<Option<TaskKey>> = Vec::with_capacity(self.tasks.len());
         // Inputs come before the tasks that read them.

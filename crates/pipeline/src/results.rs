@@ -1,8 +1,9 @@
-//! One tidy table per stage, made of its tasks' tables, for polars, pandas or DuckDB to open.
+//! Results: one tidy table per stage, made from the tables of its tasks, for polars, pandas or
+//! DuckDB.
 //!
-//! Heavy columns stay in the store, where the `task` column finds them. The tables are rewritten
-//! after each run, and only if their tasks have changed; a [`Reading`] looks at a study and writes
-//! nothing.
+//! Large columns such as maps stay in the store, where the `task` column finds them. Each run
+//! rewrites a table only if its tasks have changed. A [`Reading`] reads the results of a study and
+//! writes nothing.
 
 pub mod archive;
 pub mod exceeded_hardness;
@@ -24,16 +25,17 @@ use asperity_tables::column::{Column, ColumnKind};
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::key::Digest;
-use asperity_tables::store::listing::{Found, What};
+use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::{Store, StoreError, TaskTables, listing};
 use asperity_tables::table::{Table, TableError};
 
 pub use publishing::{PublishedTable, publish};
 
-/// Raise it when tables say something else of themselves: those that are there are written anew.
+/// Version of the published tables. Increase it when their metadata change, so that existing tables
+/// are rewritten.
 const FORMAT: u32 = 2;
 
-/// The folder of a study's figures, beside its tables.
+/// Name of the folder with a study's figures, beside its tables.
 pub const FIGURES: &str = "figures";
 
 pub const TASK: Column =
@@ -45,8 +47,8 @@ const PATH: Column = Column::result(
     "file of the measured surface, as the manifest names it",
 );
 
-/// A study beside all that is there of it, to be looked at: nothing is written, and a study that is
-/// half done, or whose store is gone, is read as far as it goes.
+/// A study with its existing results, for reading only. Unfinished studies, and studies whose store
+/// is lost, can be read as far as tables exist.
 #[derive(Debug)]
 pub struct Reading {
     pub study: Study,
@@ -55,23 +57,23 @@ pub struct Reading {
     folder: PathBuf,
 }
 
-/// The rows of a stage's finished tasks.
+/// Rows of a stage's finished tasks.
 #[derive(Debug)]
 pub struct StageRows<T = Table> {
     pub stage: String,
-    /// Where its table is, or would be.
+    /// Path of the stage's table, which need not exist.
     pub path: PathBuf,
-    /// The tasks, in the order of the plan.
+    /// Tasks whose rows these are, in the order of the plan.
     pub tasks: Vec<usize>,
-    /// Their rows; none as long as no task is finished.
+    /// Rows of the tasks; `None` if no task is finished.
     pub table: Option<T>,
-    /// What decides them.
+    /// Digest of everything that decides the rows.
     pub digest: String,
-    /// Whether the table on disk holds just these.
+    /// Whether the published table has exactly these rows.
     pub is_published: bool,
 }
 
-/// Reads a manifest. Surface files that are gone are as they were when results were published.
+/// Reads a manifest. Missing surface files are assumed unchanged since the results were published.
 pub fn read_study(
     manifest: &Path,
     claims: ClaimNames,
@@ -84,10 +86,10 @@ pub fn read_study(
 }
 
 impl Reading {
-    /// Finds out what there is of a study.
+    /// Opens the existing results of a study.
     ///
     /// # Errors
-    /// When a table cannot be read that tells how many surfaces it has.
+    /// Returns an error if a table that decides the number of surfaces cannot be read.
     pub fn of(
         study: Study,
         store: Store,
@@ -99,13 +101,13 @@ impl Reading {
         Ok(Reading { study, plan, archive, folder: folder.to_owned() })
     }
 
-    /// The rows of every stage, in the order of the plan.
+    /// Reads the rows of every stage, in the order of the plan.
     pub fn all(&self) -> Result<Vec<StageRows>, ResultsError> {
         let stages = self.plan.stages.iter();
         stages.map(|stage| self.rows(stage)).collect()
     }
 
-    /// A stage's rows in memory, see [`Reading::open`].
+    /// Reads a stage's rows into memory; see [`Reading::open`].
     pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
         let rows = self.open(stage)?;
         let table = rows.table.map(|source| source.table()).transpose()?;
@@ -119,11 +121,13 @@ impl Reading {
         })
     }
 
-    /// A stage's rows: the published table, not yet read, if it is of just the finished tasks, or of
-    /// all; or else what there is of each task.
+    /// Opens a stage's rows.
+    ///
+    /// They come from the published table, without reading it yet, if it has exactly the finished
+    /// tasks, or all tasks. Otherwise they are read task by task.
     ///
     /// # Errors
-    /// When a table is damaged that nothing else stands in for.
+    /// Returns an error if a damaged table has no substitute.
     pub fn open(&self, stage: &PlannedStage) -> Result<StageRows<TableSource>, ResultsError> {
         let Reading { plan, archive, .. } = self;
         let sources = &self.study.sources;
@@ -159,7 +163,7 @@ impl Reading {
             }
         }
         match published {
-            // What is damaged may have been all there was.
+            // The damaged table may have been the only one.
             Err(error @ StoreError::Damaged { .. }) if pieces.is_empty() => Err(error.into()),
             _ => {
                 let (tasks, table) = pieces.stacked(plan, stage, sources)?;
@@ -170,30 +174,30 @@ impl Reading {
     }
 }
 
-/// A study's tables cannot be written.
+/// The results of a study could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
-    /// The store, or the folder of results, failed.
+    /// The store or the folder of results could not be read or written.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// Tables of finished tasks are damaged, or have gone.
-    #[error("{}; `asperity run` computes it again", damaged(tables))]
+    /// Tables of finished tasks are damaged or missing.
+    #[error("{}; run `asperity run` to recompute damaged tables", damaged(tables))]
     Damaged {
-        /// The tasks, and what is wrong with their tables.
+        /// Tasks, and what is wrong with their tables.
         tables: Vec<(usize, StoreError)>,
     },
-    /// Two tasks' tables contradict each other.
-    #[error("cannot put the tables of stage `{stage}` together")]
+    /// The tables of two tasks contradict each other.
+    #[error("cannot combine the tables of stage `{stage}`")]
     Table { stage: String, source: TableError },
 }
 
-/// The columns that a stage's table has beyond those of its tasks'.
+/// Adds, without rows, the columns that published tables have beyond those of the tasks.
 pub fn with_own_columns(table: Table) -> Table {
     let own: &[Column] = if table.has(CONTENT.name) { &[PATH, TASK] } else { &[TASK] };
     table.beside(&Table::empty(own))
 }
 
-/// Where a stage's table is, or would be.
+/// Returns the path of a stage's table, which need not exist.
 pub fn path(folder: &Path, study: &str, stage: &str) -> PathBuf {
     folder.join(study).join(file(stage))
 }
@@ -206,12 +210,12 @@ fn damaged(tables: &[(usize, StoreError)]) -> String {
     match tables {
         [] => "no table is damaged".to_owned(),
         [(_, only)] => only.to_string(),
-        [(_, first), others @ ..] => format!("{first}, as are {} more", others.len()),
+        [(_, first), others @ ..] => format!("{first}, and {} more", others.len()),
     }
 }
 
-/// Every file that this program has put into the folder of results.
-pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
+/// Lists the files that this program has written to the folder of results.
+pub fn files(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = Vec::new();
     for study in listing::folders(folder)? {
         files.extend(files_of(&study)?);
@@ -219,10 +223,10 @@ pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
     Ok(files)
 }
 
-/// Tables of stages that the study has no longer.
+/// Lists the tables of stages that the study no longer has.
 pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let is_orphan = |what: &What| match what {
-        What::Stage { study, stage } => !plan.has_table(study, stage),
+    let is_orphan = |what: &FileKind| match what {
+        FileKind::Stage { study, stage } => !plan.has_table(study, stage),
         _ => false,
     };
     let mut files = files_of(&folder.join(&plan.study))?;
@@ -230,23 +234,25 @@ pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     Ok(files.into_iter().map(|file| file.path).collect())
 }
 
-/// What this program has put into the folder of one study's results: of the figures in it, only
-/// what is not finished.
-fn files_of(folder: &Path) -> Result<Vec<Found>, StoreError> {
+/// Lists the files that this program has written to the folder of one study's results. Of the
+/// figures, only unfinished files are listed.
+fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let mut files = listing::known(&folder.join(FIGURES), |_| None)?;
     let study = || name.to_string();
     files.extend(listing::known(folder, |file| match file {
-        owner::FILE => Some(What::Owner { study: study() }),
-        table => {
-            Some(What::Stage { study: study(), stage: table.strip_suffix(".parquet")?.to_owned() })
-        }
+        owner::FILE => Some(FileKind::Owner { study: study() }),
+        table => Some(FileKind::Stage {
+            study: study(),
+            stage: table.strip_suffix(".parquet")?.to_owned(),
+        }),
     })?);
     Ok(files)
 }
 
-/// What decides a stage's table: its tasks, and the names of its files.
+/// Returns the digest of what decides a stage's table: its tasks and the paths of its surface
+/// files.
 fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
-    Digest::of(&(FORMAT, keys, sources.paths())).to_string()
+    Digest::from_params(&(FORMAT, keys, sources.paths())).to_string()
 }

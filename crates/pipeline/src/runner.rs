@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
         });
         let inputs = read.collect::<Result<Vec<_>, TaskError>>()?;
         let (store, key) = (self.archive.store(), self.plan.tasks[task].key);
-        let checkpoints = StoredCheckpoints::of(store, key, self.checkpoint_every);
+        let checkpoints = StoredCheckpoints::new(store, key, self.checkpoint_every);
         let context = Context {
             sources: self.sources,
             memory: self.memory,
@@ -268,7 +268,7 @@ impl<'a> Run<'a> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
         let store = self.archive.store();
         let table = match store.read(*key, columns) {
-            Err(cause) if cause.is_mendable() => {
+            Err(cause) if cause.is_recomputable() => {
                 self.mend(task, cause, threads)?;
                 store.read(*key, columns)?
             }
@@ -306,7 +306,7 @@ impl<'a> Run<'a> {
 
     /// Records a failure and drops every task that waits for it.
     fn fail(&self, task: usize, error: TaskError) {
-        if matches!(&error, TaskError::Store(error) if error.concerns_all()) {
+        if matches!(&error, TaskError::Store(error) if error.affects_all_tables()) {
             self.halted.store(true, Ordering::Relaxed);
         }
         let root = match &error {

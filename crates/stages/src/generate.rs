@@ -139,7 +139,7 @@ impl Params {
             *has_unit_ratio = false;
         }
         let recipe = Recipe::Generate(params);
-        TaskKey::of(Kind::Generate.name(), VERSION, Digest::of(&recipe), &[])
+        TaskKey::new(Kind::Generate.name(), VERSION, Digest::from_params(&recipe), &[])
     }
 
     /// Nodes along x and y.

@@ -71,7 +71,7 @@ pub fn read(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
 }
 
 fn read_parquet(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
-    let columns = NumberColumns::of(bytes.to_vec()).map_err(SpectrumFileError::Parquet)?;
+    let columns = NumberColumns::from_bytes(bytes.to_vec()).map_err(SpectrumFileError::Parquet)?;
     if columns.rows() > MOST_ROWS {
         return Err(SpectrumFileError::TooLong);
     }

@@ -5,7 +5,7 @@ use arrow::datatypes::{DataType, Float64Type};
 use arrow::util::display::array_value_to_string;
 
 /// Letters of a text; more are cut off.
-const LONGEST: usize = 40;
+const MAX_LETTERS: usize = 40;
 /// Digits of a key that tell it from others, and that `show` and `view` take for it.
 const KEY_DIGITS: usize = 8;
 
@@ -32,8 +32,8 @@ fn shortened(text: &str) -> String {
     if is_key {
         return text[..KEY_DIGITS].to_owned();
     }
-    if text.chars().count() > LONGEST {
-        text.chars().take(LONGEST - 1).chain(['…']).collect()
+    if text.chars().count() > MAX_LETTERS {
+        text.chars().take(MAX_LETTERS - 1).chain(['…']).collect()
     } else {
         text.to_owned()
     }
@@ -43,18 +43,18 @@ fn shortened(text: &str) -> String {
 /// five of the largest, and none that all of them can do without.
 fn reals(values: &[Option<f64>]) -> Vec<String> {
     /// More decimals are not read.
-    const MOST: i32 = 8;
+    const MAX_DECIMALS: i32 = 8;
     let finite = || values.iter().flatten().filter(|value| value.is_finite());
     let exponents = finite().filter(|value| **value != 0.0);
     let exponents = exponents.map(|value| value.abs().log10().floor() as i32);
     let (smallest, largest) = exponents
         .fold((i32::MAX, i32::MIN), |(small, large), next| (small.min(next), large.max(next)));
     let wanted = (4i32.saturating_sub(largest)).max(2i32.saturating_sub(smallest));
-    let is_plain = smallest == i32::MAX || (wanted <= MOST && largest < 9);
+    let is_plain = smallest == i32::MAX || (wanted <= MAX_DECIMALS && largest < 9);
     let decimals = match smallest {
         i32::MAX => 0,
         _ => {
-            finite().map(|value| needed(*value, wanted.clamp(0, MOST) as usize)).max().unwrap_or(0)
+            finite().map(|value| needed(*value, wanted.clamp(0, MAX_DECIMALS) as usize)).max().unwrap_or(0)
         }
     };
     let text = |value: &Option<f64>| match value {

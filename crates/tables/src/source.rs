@@ -12,17 +12,17 @@ use crate::table::Table;
 
 /// Rows under named columns, wherever they are.
 #[derive(Debug)]
-pub struct TableSource(Place);
+pub struct TableSource(Backing);
 
 #[derive(Debug)]
-enum Place {
+enum Backing {
     Memory(Table),
     File(PathBuf, TableFile),
 }
 
 impl From<Table> for TableSource {
     fn from(table: Table) -> TableSource {
-        TableSource(Place::Memory(table))
+        TableSource(Backing::Memory(table))
     }
 }
 
@@ -34,14 +34,14 @@ impl TableSource {
     pub fn open(path: &Path) -> Result<(TableSource, Metadata), StoreError> {
         let file = open_table(path)?;
         let metadata = file.metadata().clone();
-        let place = Place::File(path.to_owned(), file);
-        Ok((TableSource(place), metadata))
+        let backing = Backing::File(path.to_owned(), file);
+        Ok((TableSource(backing), metadata))
     }
 
     pub fn schema(&self) -> SchemaRef {
         match &self.0 {
-            Place::Memory(table) => table.batch().schema(),
-            Place::File(_, file) => file.schema().clone(),
+            Backing::Memory(table) => table.batch().schema(),
+            Backing::File(_, file) => file.schema().clone(),
         }
     }
 
@@ -53,8 +53,8 @@ impl TableSource {
 
     pub fn rows(&self) -> usize {
         match &self.0 {
-            Place::Memory(table) => table.rows(),
-            Place::File(_, file) => file.rows(),
+            Backing::Memory(table) => table.rows(),
+            Backing::File(_, file) => file.rows(),
         }
     }
 
@@ -73,11 +73,11 @@ impl TableSource {
     /// When what is read of it is damaged.
     pub fn first(&self, columns: &[usize], rows: usize) -> Result<Table, StoreError> {
         match &self.0 {
-            Place::Memory(table) => {
+            Backing::Memory(table) => {
                 let rows = rows.min(table.rows());
                 Ok(table.project(columns).slice(0..rows))
             }
-            Place::File(path, file) => {
+            Backing::File(path, file) => {
                 file.first(columns, rows).map_err(|error| StoreError::in_file(path, error))
             }
         }
@@ -93,15 +93,15 @@ impl TableSource {
 
     pub fn count(&self) -> usize {
         match &self.0 {
-            Place::Memory(_) => 1,
-            Place::File(_, file) => file.groups(),
+            Backing::Memory(_) => 1,
+            Backing::File(_, file) => file.groups(),
         }
     }
 
     pub fn rows_of(&self, part: usize) -> usize {
         match &self.0 {
-            Place::Memory(table) => table.rows(),
-            Place::File(_, file) => file.rows_of(part),
+            Backing::Memory(table) => table.rows(),
+            Backing::File(_, file) => file.rows_of(part),
         }
     }
 
@@ -111,8 +111,8 @@ impl TableSource {
     /// When they are damaged.
     pub fn part(&self, columns: &[usize], part: usize) -> Result<Table, StoreError> {
         match &self.0 {
-            Place::Memory(table) => Ok(table.project(columns)),
-            Place::File(path, file) => {
+            Backing::Memory(table) => Ok(table.project(columns)),
+            Backing::File(path, file) => {
                 file.group(columns, part).map_err(|error| StoreError::in_file(path, error))
             }
         }
@@ -123,7 +123,7 @@ impl TableSource {
     /// # Errors
     /// When the column is damaged.
     pub fn is_constant(&self, column: usize) -> Result<bool, StoreError> {
-        if let Place::File(_, file) = &self.0
+        if let Backing::File(_, file) = &self.0
             && let Some(constant) = file.is_constant(column)
         {
             return Ok(constant);

@@ -24,7 +24,7 @@ use crate::store::users::Lock;
 use crate::table::Table;
 
 /// The folder in a store where tables are written before they get their places.
-const WORKSHOP: &str = "unfinished";
+const STAGING: &str = "unfinished";
 
 /// A folder of finished tables, which stay there as long as somebody holds one of these.
 #[derive(Debug, Clone)]
@@ -74,7 +74,7 @@ impl StoreError {
     }
 
     /// Whether no other table could be stored either.
-    pub fn concerns_all(&self) -> bool {
+    pub fn affects_all_tables(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, StorageFull};
         let is_full = matches!(
             self,
@@ -94,7 +94,7 @@ impl StoreError {
     }
 
     /// Whether computing the table again would help: it is damaged, or not there at all.
-    pub fn is_mendable(&self) -> bool {
+    pub fn is_recomputable(&self) -> bool {
         match self {
             StoreError::Damaged { .. } => true,
             StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
@@ -113,14 +113,14 @@ impl Store {
     pub fn open(root: &Path) -> Result<Store, StoreError> {
         make_folder(root)?;
         Lock::prepare(root);
-        Store::look(root)
+        Store::open_read_only(root)
     }
 
     /// The store in this folder, which need not exist: a plan only looks.
     ///
     /// # Errors
     /// When nobody can tell whether the store is pruned just now.
-    pub fn look(root: &Path) -> Result<Store, StoreError> {
+    pub fn open_read_only(root: &Path) -> Result<Store, StoreError> {
         Ok(Store {
             root: root.to_owned(),
             unflushed: Arc::default(),
@@ -222,7 +222,7 @@ impl Store {
     pub fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
         let path = self.path(provenance.key());
         let bytes = parquet::encode(table, &provenance.metadata());
-        write_file(&path, &bytes, Existing::Keep, &self.workshop())?;
+        write_file(&path, &bytes, Existing::Keep, &self.staging())?;
         self.unflushed.add(&path)
     }
 
@@ -237,8 +237,8 @@ impl Store {
 
     /// Where tables lie while they are written: in the store, for they cannot change their names
     /// from one disk to another.
-    fn workshop(&self) -> PathBuf {
-        self.root.join(WORKSHOP)
+    fn staging(&self) -> PathBuf {
+        self.root.join(STAGING)
     }
 
     /// Renames a task's damaged file, so that its table can be computed again; its new name, or
@@ -292,7 +292,7 @@ fn read_keyed(
 
 /// How the table in a file came about, if it is that of the task.
 fn owned(path: &Path, key: TaskKey, metadata: Metadata) -> Result<Provenance, StoreError> {
-    let told = Provenance::of(&metadata).filter(|told| told.key() == key);
+    let told = Provenance::from_metadata(&metadata).filter(|told| told.key() == key);
     told.filter(|_| metadata.key == Some(key)).ok_or_else(|| StoreError::Damaged {
         path: path.to_owned(),
         source: ParquetError::Foreign { owner: format!("task {key}") },
@@ -371,7 +371,7 @@ mod tests {
         store.publish(&provenance("{}"), &table).unwrap();
         let folder = store.path(key).parent().unwrap().to_owned();
         assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
-        assert_eq!(fs::read_dir(store.workshop()).unwrap().count(), 0);
+        assert_eq!(fs::read_dir(store.staging()).unwrap().count(), 0);
     }
 
     #[test]

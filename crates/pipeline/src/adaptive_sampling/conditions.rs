@@ -1,7 +1,6 @@
-//! Conditions on the number of surfaces: whether a mean is known, and whether claims are decided.
+//! Conditions on the number of surfaces: a mean is known to a limit, or claims are decided.
 //!
-//! The engine draws surfaces until claims are decided and knows none of them: the session passes in the
-//! rule by which they are decided.
+//! This crate knows no claims: the session passes in the rule that decides them.
 
 use std::num::NonZeroU32;
 
@@ -13,60 +12,61 @@ use asperity_stages::{Recipe, StageError, measure, solve};
 use asperity_tables::store::{StoreError, TaskTables};
 use asperity_tables::table::{Table, TableError};
 
-/// What is known of a condition.
+/// State of a condition.
 #[derive(Debug)]
 pub enum Condition {
-    /// It takes these tasks to tell. Tables of some may be there, but damaged.
+    /// The tables of some tasks are missing or damaged.
     Open {
-        /// Every task that the condition depends on.
+        /// All tasks that the condition depends on.
         tasks: Vec<usize>,
-        /// Damaged tables among them.
+        /// Tasks with damaged tables, and what is wrong with each table.
         damaged: Vec<(usize, StoreError)>,
     },
     Holds(Finding),
     Fails(Finding),
 }
 
-/// What a condition rests on.
+/// Numbers that decided a condition.
 #[derive(Debug)]
 pub enum Finding {
-    /// The largest standard error of a mean, over its limit.
+    /// Largest ratio of the standard error of a mean to its limit.
     Error(f64),
-    /// What is decided of the claims.
+    /// Claims that are decided and claims that are not.
     Claims(Decisions),
 }
 
 impl Condition {
-    /// Nothing is known as long as these tasks have no tables.
+    /// Creates an open condition: its state is unknown until these tasks have tables.
     pub fn open(tasks: Vec<usize>) -> Condition {
         Condition::Open { tasks, damaged: Vec::new() }
     }
 
-    /// Whether it can be told, and there is nothing more to compute for it.
+    /// Returns whether the condition has been evaluated.
     pub fn is_known(&self) -> bool {
         !matches!(self, Condition::Open { .. })
     }
 }
 
-/// It cannot be told whether a condition holds.
+/// A condition could not be evaluated.
 #[derive(Debug, thiserror::Error)]
 pub enum SamplingError {
-    /// A table cannot be read.
+    /// A table could not be read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The mean cannot be taken.
-    #[error("cannot tell whether `{until}` holds")]
+    /// The mean or its standard error could not be computed.
+    #[error("cannot check the condition `{until}`")]
     Mean { until: String, source: StageError },
-    /// Claims cannot be judged.
-    #[error("cannot tell whether claims are decided")]
+    /// Claims could not be judged.
+    #[error("cannot check whether the claims are decided")]
     Claims(#[from] TableError),
 }
 
-/// Decides claims from the tables of a study.
+/// Rule that decides claims from the tables of a study.
 pub trait ClaimRule {
-    /// Decides the claims of these names, or all without any, at one of `looks` looks.
+    /// Decides the named claims, or all claims if `names` is empty, at one of `looks` interim
+    /// analyses.
     ///
-    /// `tables` has the table of each stage of the plan, as far as it is there.
+    /// `tables` holds the table of each stage of the plan, or `None` where it is missing.
     ///
     /// # Errors
     /// When a table lacks a column that its kind of stage writes.
@@ -80,41 +80,41 @@ pub trait ClaimRule {
     ) -> Result<Decisions, TableError>;
 }
 
-/// What is decided of some claims.
+/// Claims sorted by whether they are decided.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Decisions {
     pub decided: Vec<&'static str>,
     pub undecided: Vec<Undecided>,
-    /// Claims without a quantity, and what they need.
+    /// Claims whose quantity the study lacks, each with what it needs.
     pub not_judged: Vec<(&'static str, String)>,
 }
 
-/// A claim that is not decided.
+/// A claim that the present surfaces do not decide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Undecided {
     pub name: &'static str,
-    /// How many surfaces of each spectrum there are, and how many would decide it at the present spread;
-    /// `None` if no number would.
+    /// Numbers of surfaces of each spectrum: present, and needed to decide the claim at the present
+    /// spread. `None` if no number of surfaces would decide it.
     pub surfaces: Option<[usize; 2]>,
 }
 
 impl Decisions {
-    /// How many surfaces in place of so many would decide all claims that some number decides; `None`
-    /// without any.
+    /// Returns the number of surfaces that would decide all claims that can be decided, given that
+    /// there are `surfaces` now. Returns `None` if there are no such claims.
     pub fn wanted(&self, surfaces: u32) -> Option<u64> {
         let wanted = self.undecided.iter().filter_map(|claim| {
             let [now, needed] = claim.surfaces?;
-            // A spectrum with fewer surfaces than this stage draws has its own share of more.
+            // A spectrum may have fewer surfaces than this stage; both grow in proportion.
             Some((u64::from(surfaces) * needed as u64).div_ceil(now as u64))
         });
         wanted.max()
     }
 }
 
-/// The tables of some tasks, in their order; or the condition as it stands, if some are not there.
+/// Reads the tables of tasks in order, or returns an open condition if some are missing or damaged.
 ///
 /// # Errors
-/// When one cannot be read that computing it again would not mend.
+/// Returns an error if a table cannot be read for a reason that recomputing would not cure.
 fn read(
     plan: &Plan,
     tasks: &[usize],
@@ -130,7 +130,7 @@ fn read(
     for (&task, key) in tasks.iter().zip(keys) {
         match there.light(key) {
             Ok(table) => tables.push(table),
-            Err(error) if error.is_mendable() => damaged.push((task, error)),
+            Err(error) if error.is_recomputable() => damaged.push((task, error)),
             Err(error) => return Err(error),
         }
     }
@@ -141,14 +141,14 @@ fn read(
     })
 }
 
-/// A task and those that it depends on, up to its surface and the spectrum of that: each reads one
-/// other.
+/// Returns a task and the chain of its first inputs, up to the surface and the spectrum of the
+/// surface.
 fn line(plan: &Plan, task: usize) -> Vec<usize> {
     let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
     std::iter::successors(Some(task), above).collect()
 }
 
-/// Whether a condition on the surfaces of a stage holds.
+/// Evaluates the condition on a mean for the surfaces of one stage.
 ///
 /// # Errors
 /// When a table cannot be read, or does not have the column.
@@ -179,7 +179,7 @@ pub fn of_mean(
 }
 
 /// Returns the largest ratio of the standard error of a mean to its limit. The ratio is infinite
-/// where a mean is that of a single surface. Means without scatter or without values are left out.
+/// where a mean is of a single surface. Means without scatter or without values are skipped.
 fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> {
     let groups = Groups {
         group_by: None,
@@ -202,21 +202,23 @@ fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> 
     Ok(over_limit.fold(0.0, f64::max))
 }
 
-/// So many surfaces as the largest error, over its limit, asks for: standard errors fall as the square
-/// root of their number. At most as many again.
+/// Returns the number of surfaces that the largest ratio of error to limit requires, at most twice
+/// the present number: standard errors fall as the square root of the number of surfaces.
 pub fn wanted_by_mean(surfaces: u32, error: f64) -> u32 {
     let now = f64::from(surfaces);
-    // Twice a million is a whole number of 32 bits.
+    // Twice the maximum of a million fits into 32 bits.
     (now * error * error).ceil().clamp(now + 1.0, 2.0 * now) as u32
 }
 
-/// Whether claims are decided, those of some names or all.
+/// Evaluates the condition on claims: the named ones, or all if `names` is empty.
 ///
-/// Claims compare spectra, so that a condition on them looks at every table of the study that is
-/// about single surfaces, and at no other: fits and means of numbers of surfaces on the way are never
-/// computed. Each step adds half as many surfaces or more, at most as many again: so many looks at
-/// most there can be on the way, and each has its share of the 5 % ([`ClaimRule`]). At the most
-/// surfaces there is nothing left to decide, and claims are judged as `asperity claims` judges them.
+/// Claims compare spectra. Therefore the condition depends on every table of the study about single
+/// surfaces, and on no other table: fits and means at intermediate numbers of surfaces are never
+/// computed.
+///
+/// Each step multiplies the number of surfaces by 1.5 to 2, which bounds the number of interim
+/// analyses. Each of them gets its share of the 5 % error probability ([`ClaimRule`]). At the
+/// maximum number of surfaces, claims are judged as `asperity claims` judges them.
 ///
 /// # Errors
 /// When a table cannot be read, or lacks a column.
@@ -238,13 +240,13 @@ pub fn of_claims(
     })
 }
 
-/// Every task that a condition on claims looks at.
+/// Returns all tasks that a condition on claims depends on.
 pub fn claim_tasks(plan: &Plan) -> Vec<usize> {
     let tasks = 0..plan.tasks.len();
     tasks.filter(|&task| is_looked_at(&plan.tasks[task].recipe)).collect()
 }
 
-/// Whether claims rest on a table, and it is of one surface.
+/// Returns whether claims use the table of a recipe and the table is about one surface.
 fn is_looked_at(recipe: &Recipe) -> bool {
     match recipe {
         Recipe::Generate(_) | Recipe::Correct(_) => true,
@@ -253,7 +255,7 @@ fn is_looked_at(recipe: &Recipe) -> bool {
             measure::Params::Contacts { .. }
                 | measure::Params::Distribution(Distribution::Pressures)
         ),
-        // What is solved is measured.
+        // Solved contacts enter claims through the `measure` stages that read them.
         Recipe::Solve(params) => {
             let solve::Params { asperities, .. } = params.as_ref();
             asperities.is_some()
@@ -262,7 +264,7 @@ fn is_looked_at(recipe: &Recipe) -> bool {
     }
 }
 
-/// The tables of the stages that are looked at, stage by stage; or the condition as it stands.
+/// Reads the tables that claims use, stacked by stage, or returns an open condition.
 fn all_tables(
     plan: &Plan,
     there: &impl TaskTables,
@@ -283,8 +285,8 @@ fn all_tables(
     Ok(Ok(stages.collect::<Result<_, _>>()?))
 }
 
-/// The next number of surfaces: as many as would decide what some number decides, from half as many more
-/// to as many again.
+/// Returns the next number of surfaces: as many as the undecided claims need, between 1.5 and 2
+/// times the present number and at most `at_most`.
 pub fn wanted_by_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -> u32 {
     let [least, most] = [least_step(surfaces), 2 * surfaces];
     let wanted = decisions.wanted(surfaces).unwrap_or(0);
@@ -292,12 +294,12 @@ pub fn wanted_by_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -> u
     next.min(at_most)
 }
 
-/// Returns the least number of surfaces of the next look.
+/// Returns the smallest number of surfaces at the next interim analysis.
 pub fn least_step(surfaces: u32) -> u32 {
     surfaces + surfaces.div_ceil(2)
 }
 
-/// Returns how often claims are looked at, at most, before there are the most surfaces.
+/// Returns the maximum number of interim analyses before the maximum number of surfaces is reached.
 pub fn looks(growth: &Growth) -> NonZeroU32 {
     let steps =
         std::iter::successors(Some(growth.at_least), |&surfaces| Some(least_step(surfaces)));
@@ -316,7 +318,7 @@ mod tests {
         Growth { at_least, at_most, until: Until::Claims(Vec::new()) }
     }
 
-    /// A claim that this many of ten surfaces would decide.
+    /// Returns a claim that would be decided by `needed` surfaces in place of ten.
     fn needs(needed: Option<usize>) -> Undecided {
         Undecided { name: "area-above-persson", surfaces: needed.map(|needed| [10, needed]) }
     }

@@ -1,4 +1,4 @@
-//! One part of a study's surfaces.
+//! Parts of a study's surfaces, each computed by one process.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,14 +8,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::plan::Plan;
 use asperity_tables::store::key::TaskKey;
 
-/// The most parts that a study may be shared out into.
+/// Maximum number of parts of a study.
 const MOST: u32 = 1_000_000;
 
 /// The I-th of N parts of a study's surfaces, 1 ≤ I ≤ N.
 ///
-/// A surface is in part 1 + ⌊N x / 2⁶⁴⌋, where x are the first eight bytes of its key, the most
-/// significant first: each key is in one part, and which one depends on nothing but the key and N.
-/// Parts 2I − 1 and 2I of 2N are part I of N.
+/// A surface is in part 1 + ⌊N x / 2⁶⁴⌋, where x is the number in the first eight bytes of its key,
+/// most significant byte first. Each key is in exactly one part, which depends only on the key and
+/// N. Parts 2I − 1 and 2I of 2N together are part I of N.
 ///
 /// ```
 /// use asperity_pipeline::cluster::shard::Shard;
@@ -23,7 +23,7 @@ const MOST: u32 = 1_000_000;
 /// let shard: Shard = "3/16".parse()?;
 /// assert_eq!(shard.to_string(), "3/16");
 /// assert!("17/16".parse::<Shard>().is_err());
-/// # Ok::<(), asperity_pipeline::cluster::shard::NoShard>(())
+/// # Ok::<(), asperity_pipeline::cluster::shard::InvalidShard>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
@@ -31,42 +31,43 @@ pub struct Shard {
     count: u32,
 }
 
-/// A word that is no shard.
+/// A text is not a valid shard.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{word}` is no shard: it is written `I/N`, as in `3/16`, with I from 1 to N and N at most {MOST}"
+    "`{word}` is not a shard: write `I/N`, such as `3/16`, with I from 1 to N and N at most {MOST}"
 )]
 pub struct NoShard {
     word: String,
 }
 
 impl Shard {
-    /// All surfaces.
+    /// Shard with all surfaces.
     pub const WHOLE: Shard = Shard { number: 1, count: 1 };
 
-    /// The part of this number, from 1 on, of so many.
+    /// Creates part `number` of `count`, counted from 1, or returns `None` if there is no such
+    /// part.
     pub fn new(number: u32, count: u32) -> Option<Shard> {
         let is_one = (1..=count).contains(&number) && count <= MOST;
         is_one.then_some(Shard { number, count })
     }
 
-    /// The part of so many that a surface is in.
+    /// Returns the part, of `count` parts, that contains a surface.
     pub fn of(surface: TaskKey, count: u32) -> Shard {
         let place = (u128::from(surface.first_word()) * u128::from(count)) >> 64;
         Shard { number: 1 + place as u32, count }
     }
 
-    /// Which part it is, from 1 on.
+    /// Returns the number of the part, counted from 1.
     pub fn number(self) -> u32 {
         self.number
     }
 
-    /// How many parts there are.
+    /// Returns the number of parts.
     pub fn count(self) -> u32 {
         self.count
     }
 
-    /// The tasks among these that hang on one surface of this part alone, in their order.
+    /// Returns the tasks in `among` that depend on a single surface of this part, in their order.
     pub fn tasks(self, plan: &Plan, among: &[usize]) -> Vec<usize> {
         let surfaces = plan.surfaces();
         let is_in = |surface: TaskKey| Shard::of(surface, self.count) == self;
@@ -116,7 +117,7 @@ mod tests {
     use asperity_tables::store::key::Digest;
 
     fn key(number: u64) -> TaskKey {
-        TaskKey::of("generate", 1, Digest::of(&number), &[])
+        TaskKey::new("generate", 1, Digest::from_params(&number), &[])
     }
 
     fn plan(heights: &str) -> Plan {
@@ -225,7 +226,7 @@ mod tests {
     fn words_that_are_no_shards_are_refused() {
         for word in ["", "1", "0/4", "5/4", "-1/4", "1/0", "a/b", "1/2/3", "1/1000001"] {
             let refused = word.parse::<Shard>().unwrap_err().to_string();
-            assert!(refused.starts_with(&format!("`{word}` is no shard")), "{refused}");
+            assert!(refused.starts_with(&format!("`{word}` is not a shard")), "{refused}");
         }
     }
 }

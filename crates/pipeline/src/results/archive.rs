@@ -1,9 +1,10 @@
-//! The tables of finished tasks, from wherever they are.
+//! Reads the tables of finished tasks from the store or from published tables.
 //!
-//! The store has them with their maps, a file each. The published tables of stages have their rows,
-//! too: a row says which task computed it, and a key says all that decides it, so that it does not
-//! matter which of the two is read. Where many are needed, one file is read in place of thousands;
-//! where the store has lost them, as when results are shared alone, there is no other.
+//! The store has one file per task, with maps. The published table of a stage has the same rows
+//! without maps. Each row has the key of its task, and the key decides all values, so that both
+//! sources are equivalent. A published table replaces thousands of files of the store when many
+//! tasks are read. It is the only source if the store is lost, or if results were shared without
+//! it.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -21,11 +22,11 @@ use asperity_stages::{Kind, StageError};
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::key::TaskKey;
-use asperity_tables::store::listing::What;
+use asperity_tables::store::listing::FileKind;
 use asperity_tables::store::{Store, StoreError, TaskTables};
 use asperity_tables::table::{Stacking, Table};
 
-/// A store, and what has been published of a study beside it.
+/// Reader of the tables of one study, from its store and its published tables.
 #[derive(Debug)]
 pub struct Archive {
     store: Store,
@@ -33,7 +34,7 @@ pub struct Archive {
     stages: OnceLock<Vec<StageFile>>,
 }
 
-/// A stage's table that may have been published, read when it is first asked for.
+/// File of a stage's table, opened when it is first needed.
 #[derive(Debug)]
 struct StageFile {
     stage: String,
@@ -42,7 +43,8 @@ struct StageFile {
 }
 
 impl StageFile {
-    /// A table that cannot be read has no rows: who asks for it by its name hears of it.
+    /// Returns the table, or `None` if it cannot be read. Reading the stage by its name reports the
+    /// error.
     fn published(&self) -> Option<&Published> {
         let published = self.published.get_or_init(|| Published::read(&self.path).ok().flatten());
         published.as_ref()
@@ -50,30 +52,30 @@ impl StageFile {
 }
 
 impl Archive {
-    /// What there is in a store, and in the folder of a study's results.
+    /// Creates a reader for a store and a study's folder of results.
     pub fn of(store: Store, folder: &Path) -> Archive {
         Archive { store, folder: folder.to_owned(), stages: OnceLock::new() }
     }
 
-    /// The store, which alone has maps.
+    /// Returns the store, the only source of maps.
     pub fn store(&self) -> &Store {
         &self.store
     }
 
-    /// The folder of the study's results.
+    /// Returns the study's folder of results.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// What has been published of a task: its rows, without maps and without what published tables
-    /// add.
+    /// Returns the published rows of a task, without maps and without the columns that publishing
+    /// adds.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
         let mut published = self.published();
         published.find_map(|(_, published)| published.rows_of(key))
     }
 
-    /// A task's table without its maps, out of what has been published of a stage: one file, where
-    /// the store has one for each task. Nothing if it is not there.
+    /// Returns a task's table without maps from the published table of a stage, or `None` if it is
+    /// not there. This reads one file where the store has one per task.
     pub fn published_in(&self, stage: &str, key: TaskKey) -> Option<Table> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
@@ -92,12 +94,12 @@ impl Archive {
         file.published()?.table_of_first(keys)
     }
 
-    /// The stages whose tables have been published, and their tasks.
+    /// Returns the stages whose tables have been published, with their tasks.
     pub fn published_tasks(&self) -> Vec<(&str, Vec<TaskKey>)> {
         self.published().map(|(stage, published)| (stage, published.tasks().collect())).collect()
     }
 
-    /// What the files of measured surfaces held when their tables were published.
+    /// Returns what the files of measured surfaces contained when their tables were published.
     pub fn recollection(&self) -> Recollection {
         let generated =
             self.published().filter(|(_, published)| published.kind == Kind::Generate.name());
@@ -115,7 +117,7 @@ impl Archive {
         self.stages.get_or_init(|| {
             let files = files_of(&self.folder).unwrap_or_default().into_iter();
             let stages = files.filter_map(|file| match file.what {
-                What::Stage { stage, .. } => {
+                FileKind::Stage { stage, .. } => {
                     Some(StageFile { stage, path: file.path, published: OnceLock::new() })
                 }
                 _ => None,
@@ -136,14 +138,14 @@ impl TaskTables for Archive {
 
     fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
         self.store.light(key).or_else(|error| {
-            if error.is_mendable() { self.rows_of(key).ok_or(error) } else { Err(error) }
+            if error.is_recomputable() { self.rows_of(key).ok_or(error) } else { Err(error) }
         })
     }
 }
 
-/// The files that surfaces were read from, by their paths. Where several rows are about one file, and
-/// differ by what was done to its map, the last one stands: the manifest says what they differ by, and
-/// nodes and sides are for forecasts alone.
+/// Returns the files of measured surfaces by their paths. If several rows are about one file, the
+/// last row counts. Such rows differ only in the preparation of the map, which the manifest states;
+/// nodes and sides serve forecasts only.
 fn files(table: &Table) -> Result<Recollection, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
     let units = table.has(UNIT.name).then(|| table.texts(UNIT.name));
@@ -166,35 +168,35 @@ fn files(table: &Table) -> Result<Recollection, StageError> {
     Ok((0..table.rows()).filter_map(file).collect())
 }
 
-/// The entries of a published table's file that say what its rows alone do not.
+/// Metadata entry of a published table with the kind of its stage.
 pub const KIND: &str = "kind";
-/// See [`Lacking`].
+/// Metadata entry of a published table with its [`MissingColumns`].
 pub const LACKING: &str = "lacking";
 
-/// Most rows of a table that is read whole; larger tables are read as their rows are asked for.
+/// Maximum number of rows of a table that is read as a whole. Larger tables are read by row group.
 const READ_AT_ONCE: usize = 1 << 18;
 
-/// The rows of a stage's tasks, one task after the other.
+/// Published table of a stage: the rows of its tasks, one task after another.
 #[derive(Debug)]
 pub struct Published {
     pub kind: String,
     source: TableSource,
-    /// Columns without those that publishing adds.
+    /// Indices of the columns, without those that publishing adds.
     own: Vec<usize>,
-    /// The row group that was read last from a larger table, with the number of its first row.
+    /// Row group of a large table that was read last, with the number of its first row.
     last: Mutex<Option<(usize, Table)>>,
     rows: HashMap<TaskKey, Range<usize>>,
-    /// Nothing in a table that does not tell.
+    /// Columns that tasks lack; `None` if the file does not state them.
     lacking: Option<Lacking>,
 }
 
-/// Columns that tables of some tasks have not got, and the rows of those tasks: there the columns
-/// are null, which they may be elsewhere, too.
+/// Columns that the tables of some tasks lack, with the rows of those tasks. There the columns are
+/// null in the published table; they may be null in other rows too.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lacking(Vec<(String, Vec<Range<usize>>)>);
 
 impl Lacking {
-    /// Finds the columns that tables lack; each table is given by its layout and its number of
+    /// Finds the columns that tables lack. Each table is given by its layout and its number of
     /// rows.
     pub fn of(stacking: &Stacking, tables: &[(usize, usize)]) -> Lacking {
         let lacking = stacking.names().enumerate().filter_map(|(column, name)| {
@@ -214,13 +216,13 @@ impl Lacking {
         Lacking(lacking.collect())
     }
 
-    /// The columns that a task lacks whose rows begin with this one.
+    /// Returns the columns that are missing from the table of the task whose rows start at `row`.
     fn from(&self, row: usize) -> Vec<&str> {
         let columns = self.0.iter().filter(|(_, ranges)| lacks(ranges, row));
         columns.map(|(name, _)| name.as_str()).collect()
     }
 
-    /// Where, after a row, other columns are lacking than in it.
+    /// Returns the first row after `row` at which the set of missing columns changes.
     fn end_from(&self, row: usize) -> usize {
         let ends = self.0.iter().map(|(_, ranges)| {
             let next = ranges.partition_point(|range| range.end <= row);
@@ -233,7 +235,7 @@ impl Lacking {
 }
 
 impl Published {
-    /// Reads a stage's table; nothing if it is one whose rows are of no task.
+    /// Reads a stage's table. Returns `None` if its rows do not belong to tasks.
     pub fn read(path: &Path) -> Result<Option<Published>, StoreError> {
         let (source, metadata) = TableSource::open(path)?;
         let source = if source.rows() <= READ_AT_ONCE { source.table()?.into() } else { source };
@@ -261,27 +263,28 @@ impl Published {
         }))
     }
 
-    /// The table as it was published.
+    /// Returns the table as it was published.
     pub fn table(&self) -> Result<Table, StoreError> {
         self.source.table()
     }
 
-    /// Its tasks.
+    /// Returns the tasks whose rows it has.
     pub fn tasks(&self) -> impl Iterator<Item = TaskKey> {
         self.rows.keys().copied()
     }
 
-    /// Whether it has rows of a task.
+    /// Returns whether it has rows of a task.
     pub fn has(&self, key: TaskKey) -> bool {
         self.rows.contains_key(&key)
     }
 
-    /// The rows of a task; columns that its own table has not got may be there, and null.
+    /// Returns the rows of a task. Columns that the task's table lacks may be present, with nulls.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
         self.own(self.rows.get(&key)?.clone())
     }
 
-    /// The table of a task without its maps, as the store has it; nothing if that cannot be told.
+    /// Returns the table of a task as the store has it, without maps. Returns `None` if its columns
+    /// are unknown.
     pub fn table_of(&self, key: TaskKey) -> Option<Table> {
         let lacking = self.lacking.as_ref()?;
         let rows = self.rows.get(&key)?;
@@ -312,7 +315,7 @@ impl Published {
         Some((rows, self.slice(all, lacking)?))
     }
 
-    /// Rows of tasks that have the same columns, without those that they lack.
+    /// Returns rows of tasks with the same columns, without the columns that they lack.
     fn slice(&self, rows: Range<usize>, lacking: &Lacking) -> Option<Table> {
         let lacking = lacking.from(rows.start);
         let table = self.own(rows)?;
@@ -345,14 +348,14 @@ impl Published {
     }
 }
 
-/// Whether a row is in one of these ranges, which ascend.
+/// Returns whether a row is in one of these ascending ranges.
 fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
     let next = ranges.partition_point(|range| range.end <= row);
     ranges.get(next).is_some_and(|range| range.contains(&row))
 }
 
-/// Returns the rows of each task by the column of keys, or `None` if the rows of a task do not
-/// follow each other: then the table was not published by this program.
+/// Returns the rows of each task according to the column of keys. Returns `None` if the rows of a
+/// task are not consecutive, because then another program wrote the table.
 fn rows(
     source: &TableSource,
     column: usize,
@@ -397,7 +400,7 @@ mod tests {
         digit.to_string().repeat(32)
     }
 
-    /// Two rows of a task without gaps, and one of a task whose gap is null.
+    /// Returns two rows of a task without gaps, and one row of a task whose gap is null.
     fn pieces() -> [Table; 2] {
         [
             Table::new(2, vec![(AREA, reals([0.1, 0.2]))]),

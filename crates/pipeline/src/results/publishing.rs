@@ -1,4 +1,4 @@
-//! Writing a study's tables, for the manifest that they belong to.
+//! Publishes the results of a study: writes one table per stage.
 
 use std::fs::File;
 use std::io;
@@ -26,15 +26,15 @@ use asperity_tables::store::key::{Digest, TaskKey};
 use asperity_tables::store::{Store, StoreError, TaskTables};
 use asperity_tables::table::{Stacking, Table, TableError};
 
-/// A stage's table and how much of it is there.
+/// Published table of a stage, with its number of finished tasks.
 #[derive(Debug)]
 pub struct PublishedTable {
     pub stage: String,
-    /// Where its table is.
+    /// Path of the table.
     pub path: PathBuf,
-    /// How many of its tasks are finished.
+    /// Number of finished tasks.
     pub finished: usize,
-    /// Where a file is now that was in its place and not as any run had written it.
+    /// Path to which a file was moved that was in the table's place and was not written by a run.
     pub quarantined: Option<PathBuf>,
 }
 
@@ -44,15 +44,16 @@ impl PublishedTable {
         Ok(TableSource::open(&self.path)?.0)
     }
 
-    /// Its rows.
+    /// Reads the rows of the table.
     pub fn read(&self) -> Result<Table, StoreError> {
         self.open()?.table()
     }
 }
 
-/// Writes the table of every stage that has a finished task, unless it is there already, for the
-/// manifest in a file. Rows of tasks that the store has lost stay. Of large tables no more is in
-/// memory at once than half of `room`.
+/// Writes the table of every stage that has a finished task, unless the same table exists.
+///
+/// The folder then belongs to the given manifest. Rows of tasks that the store has lost are kept.
+/// Of large tables, at most half of `room` is held in memory at a time.
 pub fn publish(
     sampled: &SampledStudy,
     store: &Store,
@@ -78,13 +79,13 @@ pub fn publish(
         }
     }
     if published.iter().any(|table| table.finished > 0) {
-        // Tables that are all there need no folder that can be written.
+        // If all tables exist, the folder need not be writable.
         let _ = desk.own();
     }
     if damaged.is_empty() { Ok(published) } else { Err(ResultsError::Damaged { tables: damaged }) }
 }
 
-/// A study whose tables are being published.
+/// Writer of a study's published tables.
 struct Desk<'a> {
     sampled: &'a SampledStudy,
     archive: Archive,
@@ -95,14 +96,15 @@ struct Desk<'a> {
 }
 
 impl Desk<'_> {
-    /// Says whose the tables in the folder are.
+    /// Records the manifest as the owner of the folder.
     fn own(&self) -> Result<(), StoreError> {
         make_folder(&self.folder)?;
         let SampledStudy { study, plan, .. } = self.sampled;
         Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
     }
 
-    /// Writes the table of one stage if the store has a task of it, unless it is there already.
+    /// Writes the table of one stage if the store has one of its tasks, unless the same table
+    /// exists.
     fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
         let path = self.folder.join(file(&stage.name));
@@ -129,8 +131,8 @@ impl Desk<'_> {
         let tasks = pieces.tasks()?;
         let digest = match kept.is_empty() {
             true => digest_of(&tasks),
-            // Once the store has all of it, it is written anew.
-            false => Digest::of(&(digest_of(&tasks), &kept)).to_string(),
+            // The digest differs, so that the table is rewritten once the store has all its tasks.
+            false => Digest::from_params(&(digest_of(&tasks), &kept)).to_string(),
         };
         let mut published = table(tasks.len());
         if !tasks.is_empty() && !is_there(&digest) {
@@ -159,7 +161,7 @@ impl Desk<'_> {
         let columns = first.descriptions();
         let metadata = metadata(plan, stage, &columns, &lacking, finished, digest);
         self.own()?;
-        // Keep other runs of this machine from replacing tables meanwhile.
+        // Keep other runs on this machine from replacing tables meanwhile.
         let _alone = lock_to_write(&self.folder);
         // A user may have edited the table, but another run may also have replaced it since it was
         // checked.
@@ -183,7 +185,7 @@ impl Desk<'_> {
         Ok(quarantined)
     }
 
-    /// Reads the rows of tasks for which there was no room when they were first read.
+    /// Reads again the rows of tasks that did not fit into memory when they were first read.
     fn read_again(
         &self,
         stage: &PlannedStage,
@@ -202,8 +204,8 @@ impl Desk<'_> {
         }
     }
 
-    /// The tables of a stage's tasks that the store has, and the rows that are left of others; of
-    /// which others. What has been published is not read once more from the store.
+    /// Reads the tables of a stage's tasks. Tasks that the store lacks keep their published rows;
+    /// their keys are returned too. Rows that are published are not read from the store again.
     fn pieces(
         &self,
         stage: &PlannedStage,
@@ -233,8 +235,8 @@ impl Desk<'_> {
     }
 }
 
-/// What a table says of itself. Its columns are described once more in plain JSON, because not
-/// every reader of Parquet hands on what Arrow says of fields.
+/// Returns the metadata of a published table. The columns are also described in plain JSON, because
+/// not every reader of Parquet passes on the metadata of Arrow fields.
 fn metadata(
     plan: &Plan,
     stage: &PlannedStage,
@@ -268,8 +270,8 @@ fn written_for(path: &Path) -> Option<String> {
     metadata.get("digest").map(str::to_owned)
 }
 
-/// Tables of a stage's finished tasks in the order of the plan. As many of them are held in memory
-/// as fit there; the others are read again.
+/// Tables of a stage's finished tasks in the order of the plan. As many as fit are held in memory;
+/// the others are read again when needed.
 #[derive(Debug)]
 pub struct Pieces {
     parts: Vec<Part>,
@@ -279,10 +281,10 @@ pub struct Pieces {
     room: usize,
 }
 
-/// Tasks whose rows are stored in one table.
+/// Tasks whose rows are in one table.
 #[derive(Debug)]
 pub struct Part {
-    /// Each task with its number of rows.
+    /// Tasks with their numbers of rows.
     pub tasks: Vec<(usize, usize)>,
     layout: usize,
     table: Option<Table>,
@@ -295,12 +297,12 @@ impl Part {
 }
 
 impl Pieces {
-    /// Creates an empty collection with room for this many bytes.
+    /// Creates an empty collection that holds at most this many bytes in memory.
     pub fn within(room: usize) -> Pieces {
         Pieces { parts: Vec::new(), stacking: Stacking::default(), damaged: Vec::new(), room }
     }
 
-    /// Adds the rows of tasks that lie under each other in one table, so many of each.
+    /// Adds one table with the rows of several tasks; `rows` has the number of rows of each task.
     pub fn add_all(&mut self, tasks: &[usize], rows: &[usize], table: Table) {
         let bytes = table.bytes_held();
         let is_held = bytes <= self.room;
@@ -314,25 +316,28 @@ impl Pieces {
         });
     }
 
-    /// Adds what came of reading a task's table.
+    /// Adds the result of reading a task's table. Damaged tables are collected.
     ///
     /// # Errors
-    /// When it cannot be read, and computing it again would not help.
+    /// Returns an error if the table cannot be read for a reason that recomputing would not cure.
     pub fn add(&mut self, task: usize, read: Result<Table, StoreError>) -> Result<(), StoreError> {
         match read {
             Ok(table) => self.add_all(&[task], &[table.rows()], table),
-            Err(error) if error.is_mendable() => self.damaged.push((task, error)),
+            Err(error) if error.is_recomputable() => self.damaged.push((task, error)),
             Err(error) => return Err(error),
         }
         Ok(())
     }
 
-    /// Whether nothing has been added.
+    /// Returns whether nothing has been added.
     pub fn is_empty(&self) -> bool {
         self.parts.is_empty() && self.damaged.is_empty()
     }
 
     /// Returns the tasks.
+    ///
+    /// # Errors
+    /// Returns an error if tables are damaged.
     pub fn tasks(&mut self) -> Result<Vec<usize>, ResultsError> {
         if !self.damaged.is_empty() {
             let tables = std::mem::take(&mut self.damaged);
@@ -348,7 +353,7 @@ impl Pieces {
         Lacking::of(&self.stacking, &parts.collect::<Vec<_>>())
     }
 
-    /// The number of all rows.
+    /// Returns the number of rows of all tables.
     pub fn rows(&self) -> usize {
         self.parts.iter().map(Part::rows).sum()
     }
@@ -356,7 +361,7 @@ impl Pieces {
     /// Stacks all rows, which must be held in memory.
     ///
     /// # Errors
-    /// When tables are damaged, or contradict each other.
+    /// Returns an error if tables are damaged or contradict each other.
     pub fn stacked(
         mut self,
         plan: &Plan,
@@ -436,11 +441,11 @@ impl Rows {
     }
 }
 
-/// Context in which rows are completed by the keys of their tasks and the paths of surface files.
+/// Information that completes rows: the keys of their tasks and the paths of surface files.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     pub plan: &'a Plan,
-    /// The stage whose table is put together.
+    /// Stage whose table is assembled.
     pub stage: &'a PlannedStage,
     pub sources: &'a SurfaceFiles,
 }
@@ -473,7 +478,7 @@ impl Frame<'_> {
     }
 }
 
-/// Names the file of measured surfaces, which no key knows.
+/// Adds the paths of measured surfaces, which no key contains.
 fn with_paths(table: Table, sources: &SurfaceFiles) -> Table {
     let Ok(contents) = table.texts(CONTENT.name) else {
         return table;

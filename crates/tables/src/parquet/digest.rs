@@ -17,7 +17,7 @@ use parquet::file::metadata::ParquetMetaData;
 /// Bytes of the digest before the footer.
 const DIGEST: usize = blake3::OUT_LEN;
 /// Bytes of the digest of a column chunk, as many as those of a key.
-const OF_A_CHUNK: usize = 16;
+const CHUNK_DIGEST: usize = 16;
 /// Bytes of the footer's length and the closing mark.
 pub(super) const TAIL: usize = 8;
 /// How a file begins.
@@ -84,10 +84,10 @@ fn digests<'a>(
 ) -> io::Result<(usize, Vec<u8>)> {
     let malformed =
         || io::Error::other("a finished file has a footer, and column chunks before it");
-    let chunks = Chunks::of(metadata, length).ok_or_else(malformed)?;
-    let mut digests = Vec::with_capacity(chunks.ranges.len() * OF_A_CHUNK + DIGEST);
+    let chunks = Chunks::from_metadata(metadata, length).ok_or_else(malformed)?;
+    let mut digests = Vec::with_capacity(chunks.ranges.len() * CHUNK_DIGEST + DIGEST);
     for range in &chunks.ranges {
-        digests.extend_from_slice(&of_chunk(&read(range.clone())?));
+        digests.extend_from_slice(&chunk_digest(&read(range.clone())?));
     }
     let end = read(chunks.end..length)?;
     let footer = footer_start(&end).ok_or_else(malformed)?;
@@ -132,7 +132,7 @@ struct Chunks {
 }
 
 impl Chunks {
-    fn of(metadata: &ParquetMetaData, footer: usize) -> Option<Chunks> {
+    fn from_metadata(metadata: &ParquetMetaData, footer: usize) -> Option<Chunks> {
         let groups = metadata.row_groups().iter();
         let chunks = groups.flat_map(|group| group.columns());
         let mut end = MARK.len();
@@ -165,8 +165,8 @@ impl ChunkDigests {
     ) -> Option<ChunkDigests> {
         let footer = footer_start(end)?;
         let top = footer.checked_sub(DIGEST)?;
-        let chunks = Chunks::of(metadata, start.checked_add(top)?)?;
-        let digests = top.checked_sub(chunks.ranges.len().checked_mul(OF_A_CHUNK)?)?;
+        let chunks = Chunks::from_metadata(metadata, start.checked_add(top)?)?;
+        let digests = top.checked_sub(chunks.ranges.len().checked_mul(CHUNK_DIGEST)?)?;
         let indexes = chunks.end.checked_sub(start)?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(MARK).update(end.get(indexes..top)?);
@@ -177,14 +177,14 @@ impl ChunkDigests {
 
     /// Whether these are the bytes of a chunk.
     pub fn holds(&self, chunk: usize, bytes: &[u8]) -> bool {
-        let start = chunk * OF_A_CHUNK;
-        self.digests[start..start + OF_A_CHUNK] == of_chunk(bytes)
+        let start = chunk * CHUNK_DIGEST;
+        self.digests[start..start + CHUNK_DIGEST] == chunk_digest(bytes)
     }
 }
 
-fn of_chunk(bytes: &[u8]) -> [u8; OF_A_CHUNK] {
-    let mut digest = [0; OF_A_CHUNK];
-    digest.copy_from_slice(&blake3::hash(bytes).as_bytes()[..OF_A_CHUNK]);
+fn chunk_digest(bytes: &[u8]) -> [u8; CHUNK_DIGEST] {
+    let mut digest = [0; CHUNK_DIGEST];
+    digest.copy_from_slice(&blake3::hash(bytes).as_bytes()[..CHUNK_DIGEST]);
     digest
 }
 
@@ -216,7 +216,7 @@ mod tests {
     /// The file of a task and that of a stage.
     fn files() -> [Vec<u8>; 2] {
         let of_task = Metadata {
-            key: Some(TaskKey::of("test", 1, Digest::of(&()), &[])),
+            key: Some(TaskKey::new("test", 1, Digest::from_params(&()), &[])),
             entries: Vec::new(),
         };
         [of_task, Metadata::default()].map(|metadata| encode(&table(), &metadata))

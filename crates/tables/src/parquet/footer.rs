@@ -18,15 +18,15 @@ use parquet::file::metadata::{FooterTail, ParquetMetaData, ParquetMetaDataReader
 
 use super::ParquetError;
 use super::digest::{TAIL, footer_start};
-use super::thrift::{Claim, DEEPEST, Kind, Shape, Walk};
+use super::thrift::{Claim, MAX_DEPTH, Kind, Shape, Walk};
 
 /// Bytes of names that are written out for each byte of a footer.
-const NAMES: usize = 64;
+const NAME_BYTES_PER_FOOTER_BYTE: usize = 64;
 /// What a name takes apart from its letters.
-const OF_A_NAME: usize = 32;
+const NAME_OVERHEAD: usize = 32;
 
 const UNKNOWN: Shape = Shape::Unknown;
-const TRUTH: Shape = Shape::Plain(Kind::Truth);
+const BOOL: Shape = Shape::Plain(Kind::Bool);
 const BYTE: Shape = Shape::Plain(Kind::Byte);
 const SHORT: Shape = Shape::Plain(Kind::Short);
 const INT: Shape = Shape::Plain(Kind::Int);
@@ -50,15 +50,15 @@ const LOGICAL_TYPE: Shape = Shape::Struct(&[
     EMPTY, EMPTY, VARIANT, GEOMETRY, GEOGRAPHY, EMPTY,
 ]);
 const DECIMAL: Shape = Shape::Struct(&[INT, INT]);
-const TIME: Shape = Shape::Struct(&[TRUTH, Shape::Struct(&[EMPTY, EMPTY, EMPTY])]);
-const INTEGER: Shape = Shape::Struct(&[BYTE, TRUTH]);
+const TIME: Shape = Shape::Struct(&[BOOL, Shape::Struct(&[EMPTY, EMPTY, EMPTY])]);
+const INTEGER: Shape = Shape::Struct(&[BYTE, BOOL]);
 const VARIANT: Shape = Shape::Struct(&[BYTE]);
 const GEOMETRY: Shape = Shape::Struct(&[BYTES]);
 const GEOGRAPHY: Shape = Shape::Struct(&[BYTES, INT]);
 
 const ROW_GROUPS: Shape =
     Shape::List(&Shape::Struct(&[CHUNKS, LONG, LONG, SORTING, LONG, LONG, SHORT]));
-const SORTING: Shape = Shape::List(&Shape::Struct(&[INT, TRUTH, TRUTH]));
+const SORTING: Shape = Shape::List(&Shape::Struct(&[INT, BOOL, BOOL]));
 const ORDERS: Shape = Shape::List(&Shape::Struct(&[EMPTY, EMPTY, EMPTY]));
 const KEY_VALUES: Shape = Shape::List(&Shape::Struct(&[BYTES, BYTES]));
 
@@ -70,7 +70,7 @@ const CHUNK: Shape = Shape::Struct(&[
     LONG, INT, SIZES, GEOSPATIAL,
 ]);
 const STATISTICS: Shape =
-    Shape::Struct(&[BYTES, BYTES, LONG, LONG, BYTES, BYTES, TRUTH, TRUTH, LONG]);
+    Shape::Struct(&[BYTES, BYTES, LONG, LONG, BYTES, BYTES, BOOL, BOOL, LONG]);
 const ENCODINGS: Shape = Shape::List(&Shape::Struct(&[INT, INT, INT]));
 const SIZES: Shape = Shape::Struct(&[LONG, LONGS, LONGS]);
 const GEOSPATIAL: Shape = Shape::Struct(&[Shape::Struct(&[DOUBLE; 8]), INTS]);
@@ -84,10 +84,10 @@ pub const PAGE: &[Shape] = &[
     Shape::Struct(&[INT, INT, INT, INT, STATISTICS]),
     EMPTY,
     Shape::Struct(DICTIONARY),
-    Shape::Struct(&[INT, INT, INT, INT, INT, INT, TRUTH, STATISTICS]),
+    Shape::Struct(&[INT, INT, INT, INT, INT, INT, BOOL, STATISTICS]),
 ];
 /// `DictionaryPageHeader`.
-pub const DICTIONARY: &[Shape] = &[INT, INT, TRUTH];
+pub const DICTIONARY: &[Shape] = &[INT, INT, BOOL];
 
 /// The footer of a file that ends with these bytes.
 ///
@@ -106,8 +106,8 @@ pub fn read(end: &Bytes) -> Result<ParquetMetaData, ParquetError> {
 
 /// Refuses a footer that takes its reader more than a time and a memory in proportion to its length.
 fn check(bytes: &[u8]) -> Result<(), Claim> {
-    let most = NAMES * bytes.len();
-    Walk::over(bytes).fields(FOOTER, |walk, field, kind, shape| match field {
+    let most = NAME_BYTES_PER_FOOTER_BYTE * bytes.len();
+    Walk::new(bytes).fields(FOOTER, |walk, field, kind, shape| match field {
         2 => {
             let mut columns = Vec::new();
             walk.elements(Shape::Struct(COLUMN), |walk, _| {
@@ -149,9 +149,9 @@ fn check_tree(elements: &[Element], most: usize) -> Result<(), Claim> {
     // Of the groups that are not yet complete: what is missing of each, and the names down to it.
     let mut groups: Vec<(i64, usize)> = Vec::new();
     let mut names = 0;
-    for (place, element) in elements.iter().enumerate() {
+    for (index, element) in elements.iter().enumerate() {
         let around = groups.last().map_or(0, |(_, around)| *around);
-        let path = around + element.name + OF_A_NAME;
+        let path = around + element.name + NAME_OVERHEAD;
         if let Some((missing, _)) = groups.last_mut() {
             *missing -= 1;
         }
@@ -162,13 +162,13 @@ fn check_tree(elements: &[Element], most: usize) -> Result<(), Claim> {
                     return Err(Claim::Names(most));
                 }
             }
-            Ok(children) if children < elements.len() - place => {
+            Ok(children) if children < elements.len() - index => {
                 groups.push((element.children, path));
             }
             _ => return Err(Claim::Columns(element.children)),
         }
-        if groups.len() > DEEPEST {
-            return Err(Claim::Deep);
+        if groups.len() > MAX_DEPTH {
+            return Err(Claim::TooDeep);
         }
         while groups.last().is_some_and(|(missing, _)| *missing == 0) {
             groups.pop();
@@ -236,7 +236,7 @@ mod tests {
         // 3, the number of rows, again, as text of four bytes.
         let hidden = [0x08, 0x06, 4, 0x19, 0xf1, 0xff, 0x07];
         let (found, known) = (Kind::Bytes, Kind::Long);
-        assert_eq!(claim(&with(&hidden)), Claim::Another { found, known });
+        assert_eq!(claim(&with(&hidden)), Claim::WrongType { found, known });
     }
 
     #[test]
@@ -271,9 +271,9 @@ mod tests {
     #[test]
     fn groups_are_not_endlessly_within_each_other() {
         let nested = |groups: usize| columns([vec![1; groups], vec![0]].concat());
-        assert_eq!(check_tree(&nested(DEEPEST), usize::MAX), Ok(()));
-        let deep = check_tree(&nested(DEEPEST + 1), usize::MAX);
-        assert_eq!(deep, Err(Claim::Deep));
+        assert_eq!(check_tree(&nested(MAX_DEPTH), usize::MAX), Ok(()));
+        let deep = check_tree(&nested(MAX_DEPTH + 1), usize::MAX);
+        assert_eq!(deep, Err(Claim::TooDeep));
     }
 
     /// A group of a million letters with a thousand columns would be a gigabyte of names.
@@ -281,10 +281,10 @@ mod tests {
     fn names_are_not_written_out_endlessly() {
         let mut elements = columns([1, 1000].into_iter().chain([0; 1000]));
         elements[1].name = 1_000_000;
-        let most = NAMES * 1_020_000;
+        let most = NAME_BYTES_PER_FOOTER_BYTE * 1_020_000;
         assert_eq!(check_tree(&elements, most), Err(Claim::Names(most)));
         elements[1].name = 50;
-        let most = NAMES * 20_000;
+        let most = NAME_BYTES_PER_FOOTER_BYTE * 20_000;
         assert_eq!(check_tree(&elements, most), Ok(()));
     }
 }

@@ -22,17 +22,17 @@ use super::decode::{leaf, unless_it_panics};
 use super::footer::{self, DICTIONARY, PAGE};
 use super::thrift::{Claim, Walk};
 
-/// Bytes that a number takes with its place in a dictionary and its levels; a decimal one has 32.
-const OF_A_NUMBER: usize = 64;
+/// Bytes that a number takes with its index in a dictionary and its levels; a decimal one has 32.
+const BYTES_PER_VALUE: usize = 64;
 /// Bytes that pages take however few numbers they hold.
-const AT_LEAST: usize = 1 << 20;
+const BASE_BYTES: usize = 1 << 20;
 
 /// The columns of numbers in a file, of which some may be read.
 pub struct NumberColumns {
     bytes: Bytes,
     file: ArrowReaderMetadata,
     /// Where they are among all columns.
-    places: Vec<usize>,
+    indices: Vec<usize>,
 }
 
 impl NumberColumns {
@@ -40,7 +40,7 @@ impl NumberColumns {
     ///
     /// # Errors
     /// When the bytes are no Parquet, or are damaged.
-    pub fn of(bytes: Vec<u8>) -> Result<NumberColumns, ParquetError> {
+    pub fn from_bytes(bytes: Vec<u8>) -> Result<NumberColumns, ParquetError> {
         unless_it_panics(|| {
             let bytes = Bytes::from(bytes);
             let footer = Arc::new(footer::read(&bytes)?);
@@ -49,14 +49,14 @@ impl NumberColumns {
             let file = ArrowReaderMetadata::try_new(footer, options)?;
             let fields = file.schema().fields().iter().enumerate();
             let numbers = fields.filter(|(_, field)| field.data_type().is_numeric());
-            let places = numbers.map(|(place, _)| place).collect();
-            Ok(NumberColumns { bytes, file, places })
+            let indices = numbers.map(|(index, _)| index).collect();
+            Ok(NumberColumns { bytes, file, indices })
         })
     }
 
     pub fn names(&self) -> Vec<&str> {
-        let places = self.places.iter();
-        places.map(|&place| self.field(place).name().as_str()).collect()
+        let indices = self.indices.iter();
+        indices.map(|&index| self.field(index).name().as_str()).collect()
     }
 
     /// How many rows the file says that it has.
@@ -69,20 +69,20 @@ impl NumberColumns {
     /// # Errors
     /// When the column is damaged, or has not as many rows as the file says.
     pub fn read(&self, column: usize) -> Result<Vec<f64>, ParquetError> {
-        let place = self.places[column];
-        unless_it_panics(|| self.read_at(place))
+        let index = self.indices[column];
+        unless_it_panics(|| self.read_at(index))
     }
 
     /// Only this one is decoded: the others may be large, or made to take for ever.
-    fn read_at(&self, place: usize) -> Result<Vec<f64>, ParquetError> {
-        let leaf = leaf(self.footer(), place).ok_or(ParquetError::Malformed)?;
+    fn read_at(&self, index: usize) -> Result<Vec<f64>, ParquetError> {
+        let leaf = leaf(self.footer(), index).ok_or(ParquetError::Malformed)?;
         let groups = self.footer().row_groups().iter();
         let chunks = groups.map(|group| group.column(leaf));
         check_chunks(&self.bytes, chunks, self.rows())?;
 
         let file = self.file.clone();
         let file = ParquetRecordBatchReaderBuilder::new_with_metadata(self.bytes.clone(), file);
-        let mask = ProjectionMask::roots(file.parquet_schema(), [place]);
+        let mask = ProjectionMask::roots(file.parquet_schema(), [index]);
         let mut numbers = Vec::new();
         for batch in file.with_projection(mask).build()? {
             let column = cast(batch?.column(0), &DataType::Float64)?;
@@ -102,8 +102,8 @@ impl NumberColumns {
         self.file.metadata()
     }
 
-    fn field(&self, place: usize) -> &Field {
-        self.file.schema().field(place)
+    fn field(&self, index: usize) -> &Field {
+        self.file.schema().field(index)
     }
 }
 
@@ -115,7 +115,7 @@ fn check_chunks<'a>(
     rows: usize,
 ) -> Result<(), ParquetError> {
     let mut read = 0;
-    let mut left = rows.saturating_mul(OF_A_NUMBER).saturating_add(AT_LEAST);
+    let mut left = rows.saturating_mul(BYTES_PER_VALUE).saturating_add(BASE_BYTES);
     for chunk in chunks {
         let refused = |claim| ParquetError::Page { column: chunk.column_path().string(), claim };
         let (start, length) = chunk.byte_range();
@@ -167,7 +167,7 @@ impl Header {
     /// The header at the start of these bytes, and where it ends.
     fn read(bytes: &[u8]) -> Result<(usize, Header), Claim> {
         let mut header = Header::default();
-        let mut walk = Walk::over(bytes);
+        let mut walk = Walk::new(bytes);
         walk.fields(PAGE, |walk, field, kind, shape| {
             match field {
                 2 => header.unpacked = walk.number()?,
@@ -180,7 +180,7 @@ impl Header {
             }
             Ok(())
         })?;
-        Ok((walk.place(), header))
+        Ok((walk.position(), header))
     }
 }
 
@@ -207,11 +207,11 @@ mod tests {
 
     #[test]
     fn numbers_are_read_and_text_is_passed_over() {
-        let columns = NumberColumns::of(table_of_a_word_and_two_numbers()).unwrap();
+        let columns = NumberColumns::from_bytes(table_of_a_word_and_two_numbers()).unwrap();
         assert_eq!((columns.names(), columns.rows()), (vec!["one", "other"], 2));
         assert_eq!(columns.read(0).unwrap(), [1.0, 2.0]);
         assert_eq!(columns.read(1).unwrap(), [3.0, 4.0]);
-        assert!(NumberColumns::of(b"PAR1PAR1".to_vec()).is_err());
+        assert!(NumberColumns::from_bytes(b"PAR1PAR1".to_vec()).is_err());
     }
 
     #[test]
@@ -221,7 +221,7 @@ mod tests {
         let (start, length) = file.metadata().row_group(0).column(0).byte_range();
         let words = usize::try_from(start).unwrap()..usize::try_from(start + length).unwrap();
         bytes[words].fill(0xff);
-        let columns = NumberColumns::of(bytes).unwrap();
+        let columns = NumberColumns::from_bytes(bytes).unwrap();
         assert_eq!(columns.read(0).unwrap(), [1.0, 2.0]);
     }
 
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn files_of_other_programs_are_read() {
         for sample in SAMPLES {
-            let columns = NumberColumns::of(sample.to_vec()).unwrap();
+            let columns = NumberColumns::from_bytes(sample.to_vec()).unwrap();
             assert_eq!(columns.names(), ["wavenumber", "price", "small", "density"]);
             let read = |column| columns.read(column).unwrap();
             assert_eq!(read(0), [1.0, 2.0, 4.0, 8.0, 16.0, 32.0]);
@@ -248,10 +248,10 @@ mod tests {
     #[test]
     fn any_damaged_byte_of_them_does_no_harm() {
         for sample in SAMPLES {
-            for place in 0..sample.len() {
+            for index in 0..sample.len() {
                 let mut damaged = sample.to_vec();
-                damaged[place] ^= 1 << (place % 8);
-                if let Ok(columns) = NumberColumns::of(damaged) {
+                damaged[index] ^= 1 << (index % 8);
+                if let Ok(columns) = NumberColumns::from_bytes(damaged) {
                     let _ = (0..columns.names().len()).all(|column| columns.read(column).is_ok());
                 }
             }
@@ -297,7 +297,7 @@ mod tests {
         let beside = |kind| [&[0x99][..], &list(kind)].concat();
         for more in [&inside as &dyn Fn(u8) -> Vec<u8>, &beside] {
             let claim = |kind| passed(&page(&[10], &[6], &more(kind), 3), 8);
-            assert_eq!(claim(1), Err(Claim::Truths(MANY)));
+            assert_eq!(claim(1), Err(Claim::Booleans(MANY)));
             assert_eq!(claim(7), Err(Claim::Elements(MANY)));
         }
     }

@@ -25,7 +25,7 @@ use crate::table::Table;
 const WORTH_THREADS: i64 = 1 << 20;
 
 /// Bytes at the end of a file that are read first; more if its footer takes more.
-const END: usize = 1 << 16;
+const TAIL_READ: usize = 1 << 16;
 
 /// A table on the disk, of which parts are read.
 ///
@@ -54,7 +54,7 @@ impl TableFile {
     /// as a whole, when any of it is.
     pub fn open(file: File) -> Result<TableFile, ParquetError> {
         let length = file.metadata()?.len();
-        let end = end_of(&file, length, END)?;
+        let end = end_of(&file, length, TAIL_READ)?;
         let footer = unless_it_panics(|| footer(&end, &file, length)).map_err(damaged)?;
         let (bytes, footer) = match digested(&footer) {
             Digested::Chunks => {
@@ -449,7 +449,7 @@ mod tests {
     fn a_file_with_one_digest_is_read_in_parts_too() {
         let whole = table(10);
         let key =
-            crate::store::key::TaskKey::of("test", 1, crate::store::key::Digest::of(&()), &[]);
+            crate::store::key::TaskKey::new("test", 1, crate::store::key::Digest::from_params(&()), &[]);
         let metadata = Metadata { key: Some(key), entries: Vec::new() };
         let file = TableFile::open(file(&encode(&whole, &metadata))).unwrap();
         assert_eq!(file.metadata(), &metadata);
@@ -509,7 +509,7 @@ mod tests {
         let values = (0..2000).map(f64::from).collect::<Vec<_>>();
         let columns = names.iter().map(|name| (column(name), reals(values.clone())));
         let wide = Table::new(2000, columns.collect());
-        assert!(bytes(&wide).len() > END);
+        assert!(bytes(&wide).len() > TAIL_READ);
         assert_eq!(open(&wide).first(&[699], 2000).unwrap(), wide.project(&[699]));
     }
 

@@ -16,7 +16,7 @@ use thiserror::Error;
 
 /// How deep lists and structures, or groups of columns, are within each other at most: the `parquet`
 /// crate skips as many, and its stack holds them.
-pub const DEEPEST: usize = 64;
+pub const MAX_DEPTH: usize = 64;
 
 /// Why bytes are not read any further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -24,15 +24,15 @@ pub enum Claim {
     #[error("more bytes than it has")]
     Bytes,
     #[error("a list of {0} truth values, which Parquet has none of")]
-    Truths(usize),
+    Booleans(usize),
     #[error("a list of {0} elements, more than it has bytes")]
     Elements(usize),
-    #[error("lists and structures more than {DEEPEST} deep within each other")]
-    Deep,
+    #[error("lists and structures more than {MAX_DEPTH} deep within each other")]
+    TooDeep,
     #[error("a value of type {0}, which Thrift has not")]
-    Kind(u8),
+    UnknownType(u8),
     #[error("a value of type {found:?} where Parquet has one of type {known:?}")]
-    Another { found: Kind, known: Kind },
+    WrongType { found: Kind, known: Kind },
     #[error("a number of more than 64 bits")]
     Number,
     #[error("a group of {0} columns, which it has not")]
@@ -48,7 +48,7 @@ pub enum Claim {
 /// What the bytes say that a value is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    Truth,
+    Bool,
     Byte,
     Short,
     Int,
@@ -64,9 +64,9 @@ pub enum Kind {
 
 impl Kind {
     /// The type that has this number, of a field and of elements of a list.
-    fn of(word: u8) -> Result<Kind, Claim> {
+    fn from_code(word: u8) -> Result<Kind, Claim> {
         Ok(match word {
-            1 | 2 => Kind::Truth,
+            1 | 2 => Kind::Bool,
             3 => Kind::Byte,
             4 => Kind::Short,
             5 => Kind::Int,
@@ -78,7 +78,7 @@ impl Kind {
             11 => Kind::Map,
             12 => Kind::Struct,
             13 => Kind::Uuid,
-            _ => return Err(Claim::Kind(word)),
+            _ => return Err(Claim::UnknownType(word)),
         })
     }
 }
@@ -103,26 +103,26 @@ impl Shape {
             Shape::List(_) => Kind::List,
             Shape::Struct(_) => Kind::Struct,
         };
-        if found == known { Ok(()) } else { Err(Claim::Another { found, known }) }
+        if found == known { Ok(()) } else { Err(Claim::WrongType { found, known }) }
     }
 }
 
-/// Bytes that are walked over, and the place in them.
+/// Bytes that are walked over, and the position in them.
 #[derive(Debug, Clone)]
 pub struct Walk<'a> {
     bytes: &'a [u8],
-    place: usize,
+    position: usize,
     depth: usize,
 }
 
 impl<'a> Walk<'a> {
-    pub fn over(bytes: &'a [u8]) -> Walk<'a> {
-        Walk { bytes, place: 0, depth: 0 }
+    pub fn new(bytes: &'a [u8]) -> Walk<'a> {
+        Walk { bytes, position: 0, depth: 0 }
     }
 
     /// How many bytes it has passed.
-    pub fn place(&self) -> usize {
-        self.place
+    pub fn position(&self) -> usize {
+        self.position
     }
 
     /// Passes a structure: `visit` passes each of its fields.
@@ -162,7 +162,7 @@ impl<'a> Walk<'a> {
     pub fn pass(&mut self, kind: Kind, shape: Shape) -> Result<(), Claim> {
         match kind {
             // A field of this kind is true or false by its type.
-            Kind::Truth => Ok(()),
+            Kind::Bool => Ok(()),
             Kind::Byte => self.take(1).map(drop),
             Kind::Short | Kind::Int | Kind::Long => self.varint().map(drop),
             Kind::Double => self.take(8).map(drop),
@@ -199,7 +199,7 @@ impl<'a> Walk<'a> {
             return Ok(());
         }
         let kinds = self.take(1)?[0];
-        let [key, value] = [Kind::of(kinds >> 4)?, Kind::of(kinds & 0xf)?];
+        let [key, value] = [Kind::from_code(kinds >> 4)?, Kind::from_code(kinds & 0xf)?];
         self.bounded(size, key)?;
         self.bounded(size, value)?;
         self.deeper(|walk| {
@@ -217,7 +217,7 @@ impl<'a> Walk<'a> {
             // Some write so of an empty list.
             return Ok((0, Kind::Byte));
         }
-        let kind = Kind::of(header & 0xf)?;
+        let kind = Kind::from_code(header & 0xf)?;
         let size = match header >> 4 {
             15 => usize::try_from(self.varint()?).map_err(|_| Claim::Number)?,
             size => usize::from(size),
@@ -229,8 +229,8 @@ impl<'a> Walk<'a> {
     /// Every element takes a byte, but the reader of Parquet gives truth values none.
     fn bounded(&self, size: usize, kind: Kind) -> Result<(), Claim> {
         match kind {
-            Kind::Truth if size > 0 => Err(Claim::Truths(size)),
-            _ if size > self.bytes.len() - self.place => Err(Claim::Elements(size)),
+            Kind::Bool if size > 0 => Err(Claim::Booleans(size)),
+            _ if size > self.bytes.len() - self.position => Err(Claim::Elements(size)),
             _ => Ok(()),
         }
     }
@@ -241,7 +241,7 @@ impl<'a> Walk<'a> {
         if header & 0xf == 0 {
             return Ok(None);
         }
-        let kind = Kind::of(header & 0xf)?;
+        let kind = Kind::from_code(header & 0xf)?;
         let number = match header >> 4 {
             #[expect(clippy::cast_possible_truncation, reason = "as the reader has it")]
             0 => self.number()? as i16,
@@ -263,15 +263,15 @@ impl<'a> Walk<'a> {
     }
 
     fn take(&mut self, length: usize) -> Result<&'a [u8], Claim> {
-        let rest = &self.bytes[self.place..];
+        let rest = &self.bytes[self.position..];
         let taken = rest.get(..length).ok_or(Claim::Bytes)?;
-        self.place += length;
+        self.position += length;
         Ok(taken)
     }
 
     fn deeper(&mut self, pass: impl FnOnce(&mut Self) -> Result<(), Claim>) -> Result<(), Claim> {
-        if self.depth == DEEPEST {
-            return Err(Claim::Deep);
+        if self.depth == MAX_DEPTH {
+            return Err(Claim::TooDeep);
         }
         self.depth += 1;
         pass(self)?;
@@ -290,9 +290,9 @@ mod tests {
     ]);
 
     fn passed(bytes: &[u8]) -> Result<usize, Claim> {
-        let mut walk = Walk::over(bytes);
+        let mut walk = Walk::new(bytes);
         walk.pass(Kind::Struct, KNOWN)?;
-        Ok(walk.place())
+        Ok(walk.position())
     }
 
     #[test]
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn numbers_are_zigzag_of_seven_bits_a_byte() {
-        let number = |bytes: &[u8]| Walk::over(bytes).number();
+        let number = |bytes: &[u8]| Walk::new(bytes).number();
         assert_eq!(number(&[0x01]), Ok(-1));
         assert_eq!(number(&[0xd8, 0x04]), Ok(300));
         let least = [&[0xff; 9][..], &[0x01]].concat();
@@ -326,21 +326,21 @@ mod tests {
     fn lists_without_a_byte_for_each_element_are_refused_at_once() {
         let list = |header: u8| [&[0x39, header][..], &MANY, &[0, 0]].concat();
         // Of an unknown field 3: truth values by both of their types, and structures.
-        assert_eq!(passed(&list(0xf1)), Err(Claim::Truths(SIZE)));
-        assert_eq!(passed(&list(0xf2)), Err(Claim::Truths(SIZE)));
+        assert_eq!(passed(&list(0xf1)), Err(Claim::Booleans(SIZE)));
+        assert_eq!(passed(&list(0xf2)), Err(Claim::Booleans(SIZE)));
         assert_eq!(passed(&list(0xfc)), Err(Claim::Elements(SIZE)));
         // Few of them would shift what comes after, as the reader sees it.
-        assert_eq!(passed(&[0x39, 0x21, 1, 1, 0]), Err(Claim::Truths(2)));
+        assert_eq!(passed(&[0x39, 0x21, 1, 1, 0]), Err(Claim::Booleans(2)));
         assert_eq!(passed(&[0x39, 0x01, 0]), Ok(3));
         let map = [&[0x3b][..], &MANY, &[0x12, 0]].concat();
-        assert_eq!(passed(&map), Err(Claim::Truths(SIZE)));
+        assert_eq!(passed(&map), Err(Claim::Booleans(SIZE)));
     }
 
     #[test]
     fn a_known_field_of_another_type_is_refused() {
-        let refused = Claim::Another { found: Kind::Bytes, known: Kind::Int };
+        let refused = Claim::WrongType { found: Kind::Bytes, known: Kind::Int };
         assert_eq!(passed(&[0x18, 1, b'a', 0]), Err(refused));
-        let refused = Claim::Another { found: Kind::Int, known: Kind::Struct };
+        let refused = Claim::WrongType { found: Kind::Int, known: Kind::Struct };
         assert_eq!(passed(&[0x29, 0x15, 0, 0]), Err(refused));
     }
 
@@ -349,7 +349,7 @@ mod tests {
         // Field 3 of each holds the next.
         let nested = |levels: usize| [vec![0x3c; levels], vec![0; levels + 1]].concat();
         assert_eq!(passed(&nested(63)), Ok(127));
-        assert_eq!(passed(&nested(64)), Err(Claim::Deep));
-        assert_eq!(passed(&nested(1 << 20)), Err(Claim::Deep));
+        assert_eq!(passed(&nested(64)), Err(Claim::TooDeep));
+        assert_eq!(passed(&nested(1 << 20)), Err(Claim::TooDeep));
     }
 }

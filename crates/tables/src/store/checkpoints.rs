@@ -49,7 +49,7 @@ pub struct StoredCheckpoints<'a> {
 
 impl<'a> StoredCheckpoints<'a> {
     /// Those of a task that begins now, one after every so long.
-    pub fn of(store: &'a Store, key: TaskKey, every: Duration) -> StoredCheckpoints<'a> {
+    pub fn new(store: &'a Store, key: TaskKey, every: Duration) -> StoredCheckpoints<'a> {
         let last = Mutex::new(Instant::now());
         StoredCheckpoints { store, key, every, last, is_kept: AtomicBool::new(false) }
     }
@@ -86,7 +86,7 @@ impl Checkpoints for StoredCheckpoints<'_> {
     }
 
     fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>) {
-        let written = write_with(&self.path(), Existing::Replace, &self.store.workshop(), |file| {
+        let written = write_with(&self.path(), Existing::Replace, &self.store.staging(), |file| {
             let mut out = Hashing {
                 hasher: blake3::Hasher::new(),
                 out: io::BufWriter::with_capacity(1 << 16, file),
@@ -130,8 +130,8 @@ mod tests {
     fn what_is_kept_is_read_whole_or_not_at_all() {
         let root = tempfile::tempdir().unwrap();
         let store = Store::open(root.path()).unwrap();
-        let key = TaskKey::of("test", 1, Digest::of(&()), &[]);
-        let checkpoints = StoredCheckpoints::of(&store, key, Duration::ZERO);
+        let key = TaskKey::new("test", 1, Digest::from_params(&()), &[]);
+        let checkpoints = StoredCheckpoints::new(&store, key, Duration::ZERO);
         assert!(checkpoints.is_due() && checkpoints.last().is_none());
         for content in [b"first".as_slice(), b"", b"second"] {
             checkpoints.keep(&mut |out| out.write_all(content));

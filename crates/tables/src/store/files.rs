@@ -16,7 +16,7 @@ use crate::table::Table;
 pub(crate) const DAMAGED: &str = ".damaged";
 
 /// How long a new file may wait.
-const LONGEST: Duration = Duration::from_secs(1);
+const MAX_WAIT: Duration = Duration::from_secs(1);
 
 /// What to do with a file that is already there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub enum Existing {
 /// Writes a file that appears whole or not at all, even if the power is cut: its bytes are on the
 /// disk before it gets its name.
 ///
-/// Until then it lies in `workshop`, a folder of the same disk, for a file cannot change its name
+/// Until then it lies in `staging`, a folder of the same disk, for a file cannot change its name
 /// across disks. A process that is killed leaves it there, under a name that says whose it is.
 ///
 /// # Errors
@@ -39,9 +39,9 @@ pub fn write_whole(
     path: &Path,
     bytes: &[u8],
     existing: Existing,
-    workshop: &Path,
+    staging: &Path,
 ) -> Result<(), StoreError> {
-    write_file(path, bytes, existing, workshop)?;
+    write_file(path, bytes, existing, staging)?;
     flush_folder(path.parent().unwrap_or(Path::new(".")))
 }
 
@@ -54,9 +54,9 @@ pub fn write_file(
     path: &Path,
     bytes: &[u8],
     existing: Existing,
-    workshop: &Path,
+    staging: &Path,
 ) -> Result<(), StoreError> {
-    write_with(path, existing, workshop, |file| file.write_all(bytes))
+    write_with(path, existing, staging, |file| file.write_all(bytes))
 }
 
 /// Like [`write_file`], of what is not in memory as a whole.
@@ -66,16 +66,16 @@ pub fn write_file(
 pub fn write_with(
     path: &Path,
     existing: Existing,
-    workshop: &Path,
+    staging: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<(), StoreError> {
     make_folder(path.parent().unwrap_or(Path::new(".")))?;
-    make_folder(workshop)?;
+    make_folder(staging)?;
     let result = (|| {
         let mut file = tempfile::Builder::new()
             .prefix(&Writer::own().prefix())
             .permissions(readable())
-            .tempfile_in(workshop)?;
+            .tempfile_in(staging)?;
         write(file.as_file_mut())?;
         file.as_file().sync_all()?;
         match existing {
@@ -135,7 +135,7 @@ impl Unflushed {
         let is_due = {
             let mut waiting = self.0.lock().expect("no panic happens while it is held");
             waiting.folders.extend(file.parent().map(Path::to_owned));
-            waiting.since.get_or_insert_with(Instant::now).elapsed() >= LONGEST
+            waiting.since.get_or_insert_with(Instant::now).elapsed() >= MAX_WAIT
         };
         if is_due { self.flush() } else { Ok(()) }
     }

@@ -17,7 +17,7 @@ pub struct TaskKey([u8; 16]);
 /// A word that is no key.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{word}` is no key: a key is 32 hexadecimal digits, as in the `task` column of a table")]
-pub struct NoKey {
+pub struct InvalidKey {
     word: String,
 }
 
@@ -27,7 +27,7 @@ pub struct Digest(blake3::Hash);
 
 impl Digest {
     /// Hashes parameters as JSON, which is stable between builds and readable.
-    pub fn of(params: &impl Serialize) -> Digest {
+    pub fn from_params(params: &impl Serialize) -> Digest {
         // At once: a hasher that hears each word by itself takes several times as long.
         let json = serde_json::to_vec(params)
             .expect("parameters are plain numbers, strings and lists of them");
@@ -35,7 +35,7 @@ impl Digest {
     }
 
     /// The digest of parameters that are JSON already.
-    pub(crate) fn of_json(params: &str) -> Digest {
+    pub(crate) fn from_json(params: &str) -> Digest {
         Digest(blake3::hash(params.as_bytes()))
     }
 }
@@ -49,7 +49,7 @@ impl fmt::Display for Digest {
 impl TaskKey {
     /// The key of a task of `stage` at `version` that reads `params` and tables with these
     /// identities: their keys, but for what no later stage reads of them.
-    pub fn of(stage: &str, version: u32, params: Digest, inputs: &[TaskKey]) -> TaskKey {
+    pub fn new(stage: &str, version: u32, params: Digest, inputs: &[TaskKey]) -> TaskKey {
         let mut hasher = blake3::Hasher::new();
         // The length comes first, so that no two lists of ingredients run together.
         hasher.update(&(stage.len() as u64).to_le_bytes());
@@ -88,13 +88,13 @@ impl fmt::Debug for TaskKey {
 }
 
 impl FromStr for TaskKey {
-    type Err = NoKey;
+    type Err = InvalidKey;
 
-    fn from_str(word: &str) -> Result<TaskKey, NoKey> {
+    fn from_str(word: &str) -> Result<TaskKey, InvalidKey> {
         let digits = word.len() == 32 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
         match u128::from_str_radix(word, 16) {
             Ok(number) if digits => Ok(TaskKey(number.to_be_bytes())),
-            _ => Err(NoKey { word: word.to_owned() }),
+            _ => Err(InvalidKey { word: word.to_owned() }),
         }
     }
 }
@@ -129,8 +129,8 @@ const PROGRAM_VERSION: &str = "version";
 impl Provenance {
     /// The key that follows from it.
     pub fn key(&self) -> TaskKey {
-        let params = Digest::of_json(&self.recipe);
-        TaskKey::of(&self.stage, self.version, params, &self.input_identities)
+        let params = Digest::from_json(&self.recipe);
+        TaskKey::new(&self.stage, self.version, params, &self.input_identities)
     }
 
     /// What is written into the file.
@@ -150,7 +150,7 @@ impl Provenance {
     }
 
     /// What a file tells; nothing if it does not tell all of it.
-    pub fn of(metadata: &Metadata) -> Option<Provenance> {
+    pub fn from_metadata(metadata: &Metadata) -> Option<Provenance> {
         Some(Provenance {
             stage: metadata.get(STAGE)?.to_owned(),
             version: metadata.get(STAGE_VERSION)?.parse().ok()?,
@@ -176,18 +176,18 @@ mod tests {
     use super::*;
 
     fn key() -> TaskKey {
-        TaskKey::of("solve", 1, Digest::of(&[0.01, 0.02]), &[])
+        TaskKey::new("solve", 1, Digest::from_params(&[0.01, 0.02]), &[])
     }
 
     #[test]
     fn equal_ingredients_have_equal_keys() {
-        assert_eq!(key(), TaskKey::of("solve", 1, Digest::of(&[0.01, 0.02]), &[]));
+        assert_eq!(key(), TaskKey::new("solve", 1, Digest::from_params(&[0.01, 0.02]), &[]));
     }
 
     #[test]
     fn stage_version_and_parameters_change_the_key() {
         let of =
-            |stage, version, loads: [f64; 2]| TaskKey::of(stage, version, Digest::of(&loads), &[]);
+            |stage, version, loads: [f64; 2]| TaskKey::new(stage, version, Digest::from_params(&loads), &[]);
         assert_ne!(key(), of("measure", 1, [0.01, 0.02]));
         assert_ne!(key(), of("solve", 2, [0.01, 0.02]));
         assert_ne!(key(), of("solve", 1, [0.01, 0.03]));
@@ -195,8 +195,8 @@ mod tests {
 
     #[test]
     fn inputs_and_their_order_change_the_key() {
-        let (a, b) = (key(), TaskKey::of("solve", 2, Digest::of(&[0.01, 0.02]), &[]));
-        let of = |inputs: &[TaskKey]| TaskKey::of("fit", 1, Digest::of(&()), inputs);
+        let (a, b) = (key(), TaskKey::new("solve", 2, Digest::from_params(&[0.01, 0.02]), &[]));
+        let of = |inputs: &[TaskKey]| TaskKey::new("fit", 1, Digest::from_params(&()), inputs);
         assert_ne!(of(&[]), of(&[a]));
         assert_ne!(of(&[a]), of(&[b]));
         assert_ne!(of(&[a, b]), of(&[b, a]));
@@ -215,7 +215,7 @@ mod tests {
     }
 
     fn provenance() -> Provenance {
-        let surface = TaskKey::of("generate", 1, Digest::of(&"surface"), &[]);
+        let surface = TaskKey::new("generate", 1, Digest::from_params(&"surface"), &[]);
         Provenance {
             stage: "solve".to_owned(),
             version: 3,
@@ -227,14 +227,14 @@ mod tests {
 
     #[test]
     fn a_file_tells_what_was_written_into_it() {
-        let told = Provenance::of(&provenance().metadata());
+        let told = Provenance::from_metadata(&provenance().metadata());
         assert_eq!(told, Some(provenance()));
     }
 
     #[test]
     fn the_key_follows_from_stage_version_recipe_and_what_was_read() {
-        let params = Digest::of(&serde_json::json!({ "loads": [0.01] }));
-        let key = TaskKey::of("solve", 3, params, &provenance().input_identities);
+        let params = Digest::from_params(&serde_json::json!({ "loads": [0.01] }));
+        let key = TaskKey::new("solve", 3, params, &provenance().input_identities);
         assert_eq!(provenance().metadata().key, Some(key));
     }
 
@@ -244,7 +244,7 @@ mod tests {
         for missing in [STAGE, STAGE_VERSION, RECIPE, INPUTS, INPUT_IDENTITIES] {
             let mut half = whole.clone();
             half.entries.retain(|(name, _)| name != missing);
-            assert_eq!(Provenance::of(&half), None, "{missing}");
+            assert_eq!(Provenance::from_metadata(&half), None, "{missing}");
         }
     }
 }

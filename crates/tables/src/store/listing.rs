@@ -7,18 +7,18 @@ use std::{fs, io};
 use super::files::{DAMAGED, names};
 use super::key::TaskKey;
 use super::users::UNFINISHED;
-use super::{StoreError, WORKSHOP, checkpoints, path};
+use super::{StoreError, STAGING, checkpoints, path};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Found {
+pub struct StoredFile {
     pub path: PathBuf,
     pub bytes: u64,
-    pub what: What,
+    pub what: FileKind,
 }
 
 /// What a file is, by its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum What {
+pub enum FileKind {
     Task(TaskKey),
     /// How far a task had come whose process has ended since, unless it is at work.
     Checkpoint(TaskKey),
@@ -48,18 +48,18 @@ pub enum What {
 ///
 /// # Errors
 /// When a folder cannot be listed.
-pub fn of_store(root: &Path) -> Result<Vec<Found>, StoreError> {
+pub fn store_files(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = Vec::new();
     for folder in folders(root)? {
         let table = |name: &str| {
             let key: TaskKey = name.strip_suffix(".parquet")?.parse().ok()?;
-            (path(root, key) == folder.join(name)).then_some(What::Task(key))
+            (path(root, key) == folder.join(name)).then_some(FileKind::Task(key))
         };
         files.extend(known(&folder, table)?);
     }
     files.extend(known(&root.join(checkpoints::FOLDER), |name| {
         let key = name.strip_suffix(checkpoints::ENDING)?.parse().ok()?;
-        Some(What::Checkpoint(key))
+        Some(FileKind::Checkpoint(key))
     })?);
     Ok(files)
 }
@@ -68,8 +68,8 @@ pub fn of_store(root: &Path) -> Result<Vec<Found>, StoreError> {
 ///
 /// # Errors
 /// When the folder cannot be listed.
-pub fn unfinished(root: &Path) -> Result<Vec<Found>, StoreError> {
-    known(&root.join(WORKSHOP), |_| None)
+pub fn unfinished(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
+    known(&root.join(STAGING), |_| None)
 }
 
 /// The files of a folder that this program has put there; `whole` tells by their names what the
@@ -79,15 +79,15 @@ pub fn unfinished(root: &Path) -> Result<Vec<Found>, StoreError> {
 /// When the folder cannot be listed.
 pub fn known(
     folder: &Path,
-    whole: impl Fn(&str) -> Option<What>,
-) -> Result<Vec<Found>, StoreError> {
+    whole: impl Fn(&str) -> Option<FileKind>,
+) -> Result<Vec<StoredFile>, StoreError> {
     let what = |name: &str| {
         if name.starts_with(UNFINISHED) {
-            return Some(What::Unfinished);
+            return Some(FileKind::Unfinished);
         }
         let end = name.rsplit_once(".parquet").map_or("", |(_, end)| end);
         let is_quarantined = end.starts_with(DAMAGED);
-        if is_quarantined { Some(What::Quarantined) } else { whole(name) }
+        if is_quarantined { Some(FileKind::Quarantined) } else { whole(name) }
     };
     let names = names(folder)?.into_iter();
     let found = names.filter_map(|name| {
@@ -95,7 +95,7 @@ pub fn known(
         let path = folder.join(name);
         // A file that has gone meanwhile has no size.
         let bytes = path.metadata().map_or(0, |metadata| metadata.len());
-        Some(Found { path, bytes, what })
+        Some(StoredFile { path, bytes, what })
     });
     Ok(found.collect())
 }
@@ -142,31 +142,31 @@ mod tests {
     #[test]
     fn files_are_known_by_their_names_and_places_and_others_are_none_of_ours() {
         let root = tempfile::tempdir().unwrap();
-        let key = TaskKey::of("test", 1, Digest::of(&()), &[]);
+        let key = TaskKey::new("test", 1, Digest::from_params(&()), &[]);
         let digits = key.to_string();
         let mut ours = Vec::new();
-        let mut write = |folder: &str, name: &str, what: Option<What>| {
+        let mut write = |folder: &str, name: &str, what: Option<FileKind>| {
             let path = root.path().join(folder).join(name);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(&path, "12345").unwrap();
-            ours.extend(what.map(|what| Found { path, bytes: 5, what }));
+            ours.extend(what.map(|what| StoredFile { path, bytes: 5, what }));
         };
         let folder = &digits[..2];
-        write(folder, &format!("{digits}.parquet"), Some(What::Task(key)));
-        write(folder, &format!("{digits}.parquet.damaged"), Some(What::Quarantined));
-        write(folder, &format!("{digits}.parquet.damaged-2"), Some(What::Quarantined));
-        write("unfinished", ".unfinished-Xy", Some(What::Unfinished));
+        write(folder, &format!("{digits}.parquet"), Some(FileKind::Task(key)));
+        write(folder, &format!("{digits}.parquet.damaged"), Some(FileKind::Quarantined));
+        write(folder, &format!("{digits}.parquet.damaged-2"), Some(FileKind::Quarantined));
+        write("unfinished", ".unfinished-Xy", Some(FileKind::Unfinished));
         write("zz", &format!("{digits}.parquet"), None);
         write(folder, "notes.txt", None);
         write(folder, "table.parquet", None);
         write(".", "lock", None);
-        assert_eq!(of_store(root.path()).unwrap(), ours);
+        assert_eq!(store_files(root.path()).unwrap(), ours);
         assert_eq!(unfinished(root.path()).unwrap(), ours[3..]);
     }
 
     #[test]
     fn a_folder_that_is_not_there_is_empty() {
         let root = tempfile::tempdir().unwrap();
-        assert_eq!(of_store(&root.path().join("nowhere")).unwrap(), []);
+        assert_eq!(store_files(&root.path().join("nowhere")).unwrap(), []);
     }
 }

@@ -85,7 +85,7 @@ fn writable(path: &Path) -> io::Result<File> {
 pub(crate) const UNFINISHED: &str = ".unfinished-";
 
 /// Nobody writes one file for so long, whatever the clocks of two machines say.
-const LONG: Duration = Duration::from_secs(7 * 86400);
+const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 86400);
 
 /// A process of a machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -107,7 +107,7 @@ impl Writer {
 
     /// Whose unfinished file has this name; nobody's that is known if an older version of the
     /// program gave it.
-    pub fn of(name: &str) -> Option<Writer> {
+    pub fn from_name(name: &str) -> Option<Writer> {
         let (process, rest) = name.strip_prefix(UNFINISHED)?.split_once('@')?;
         let (machine, _) = rest.rsplit_once('-')?;
         Some(Writer { machine: machine.to_owned(), process: process.parse().ok()? })
@@ -116,16 +116,16 @@ impl Writer {
 
 /// A moment on a machine: who lives there, and how late it is.
 #[derive(Debug)]
-pub struct Moment {
+pub struct HostState {
     pub machine: String,
     pub now: SystemTime,
     /// When a process of the machine began, if it lives.
-    pub begun: fn(u32) -> Option<SystemTime>,
+    pub started: fn(u32) -> Option<SystemTime>,
 }
 
-impl Moment {
-    pub fn here() -> Moment {
-        Moment { machine: own_machine().to_owned(), now: SystemTime::now(), begun }
+impl HostState {
+    pub fn here() -> HostState {
+        HostState { machine: own_machine().to_owned(), now: SystemTime::now(), started }
     }
 
     /// Whether an unfinished file is nobody's any more. One of this machine is, once its process
@@ -138,13 +138,13 @@ impl Moment {
         };
         let is_long_before = |moment: SystemTime| {
             let since = moment.duration_since(touched);
-            since.is_ok_and(|since| since > LONG)
+            since.is_ok_and(|since| since > ABANDONED_AFTER)
         };
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        match Writer::of(&name) {
+        match Writer::from_name(&name) {
             // The system may have given the number to another process since.
             Some(writer) if !self.machine.is_empty() && writer.machine == self.machine => {
-                (self.begun)(writer.process).is_none_or(is_long_before)
+                (self.started)(writer.process).is_none_or(is_long_before)
             }
             _ => is_long_before(self.now),
         }
@@ -164,12 +164,12 @@ fn own_machine() -> &'static str {
     })
 }
 
-fn begun(process: u32) -> Option<SystemTime> {
+fn started(process: u32) -> Option<SystemTime> {
     let process = Pid::from_u32(process);
     let mut system = System::new();
     system.refresh_processes(ProcessesToUpdate::Some(&[process]), false);
-    let begun = system.process(process)?.start_time();
-    Some(SystemTime::UNIX_EPOCH + Duration::from_secs(begun))
+    let started = system.process(process)?.start_time();
+    Some(SystemTime::UNIX_EPOCH + Duration::from_secs(started))
 }
 
 #[cfg(test)]
@@ -212,11 +212,11 @@ mod tests {
     }
 
     /// A machine on which one process lives, since a day ago.
-    fn node07() -> Moment {
-        Moment {
+    fn node07() -> HostState {
+        HostState {
             machine: "node-07".to_owned(),
             now: SystemTime::now(),
-            begun: |process| (process == 7).then(|| SystemTime::now() - Duration::from_secs(86400)),
+            started: |process| (process == 7).then(|| SystemTime::now() - Duration::from_secs(86400)),
         }
     }
 
@@ -238,9 +238,9 @@ mod tests {
     #[test]
     fn a_name_tells_its_writer() {
         let own = Writer::own();
-        assert_eq!(Writer::of(&(own.prefix() + "aB3dEf")), Some(own));
+        assert_eq!(Writer::from_name(&(own.prefix() + "aB3dEf")), Some(own));
         for name in ["area.parquet", ".unfinished-aB3dEf", ".unfinished-x@node-aB3dEf"] {
-            assert_eq!(Writer::of(name), None, "{name}");
+            assert_eq!(Writer::from_name(name), None, "{name}");
         }
     }
 
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_machine_without_a_name_of_its_own_knows_none_of_its_files() {
-        let nameless = Moment { machine: String::new(), ..node07() };
+        let nameless = HostState { machine: String::new(), ..node07() };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name("", 8));
         File::create(&path).unwrap();
@@ -278,7 +278,7 @@ mod tests {
 
     #[test]
     fn this_process_lives() {
-        let begun = begun(std::process::id()).unwrap();
-        assert!(begun <= SystemTime::now());
+        let started = started(std::process::id()).unwrap();
+        assert!(started <= SystemTime::now());
     }
 }

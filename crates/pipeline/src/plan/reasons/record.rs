@@ -1,8 +1,8 @@
-//! What a study was when it last ran: enough to say what an edit changed, and read for nothing else.
+//! Record of a study as it last ran, used only to explain what an edit changed.
 //!
-//! One small file per study, beside the store: its stages, the points of their grids with defaults
-//! filled in, and how much was finished. It grows with the grid, not with the tasks, and losing it
-//! loses explanations only.
+//! Each study has one small file beside the store. It holds the stages, the points of their grids
+//! with all defaults, and the number of finished tasks. Its size grows with the grid, not with the
+//! number of tasks. Without the file only explanations are lost.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,46 +18,46 @@ use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, write_whole};
 use asperity_tables::store::key::Digest;
 use asperity_tables::store::listing;
-use asperity_tables::store::listing::{Found, What};
+use asperity_tables::store::listing::{FileKind, StoredFile};
 
-/// Files are not read beyond this: tens of thousands of points.
+/// Maximum size of a file to read, enough for tens of thousands of points.
 const LARGEST: u64 = 64 << 20;
 
-/// A study as it was planned, and how far it came.
+/// A study as it was planned, and its progress.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     pub stages: Vec<StageRecord>,
 }
 
-/// One stage.
+/// Record of one stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageRecord {
     pub name: String,
     pub kind: Kind,
-    /// The version of its numbers.
+    /// Version of the stage's computation.
     pub version: u32,
-    /// The names of the stages that it reads.
+    /// Names of the stages that it reads.
     pub reads: Vec<String>,
     pub points: Vec<PointRecord>,
     pub tasks: usize,
-    /// How many of them were in the store.
+    /// Number of these tasks whose tables were in the store.
     pub finished: usize,
 }
 
-/// One point of a stage's grid.
+/// Record of one point of a stage's grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointRecord {
-    /// Every parameter by name, as JSON, defaults filled in.
+    /// Parameters by name, as JSON, with all defaults.
     pub fields: BTreeMap<String, String>,
-    /// Surfaces that differ in nothing else; 1 for stages that make none.
+    /// Number of surfaces at this point; 1 for stages that do not generate surfaces.
     pub realizations: u32,
-    /// Hash of what later stages see of the parameters.
+    /// Hash of the parameters that later stages depend on.
     #[serde(rename = "essence")]
     pub identity: String,
 }
 
 impl Record {
-    /// A study and its plan, of which some tasks are missing from the store.
+    /// Creates the record of a planned study, some of whose tasks are missing from the store.
     pub fn of(study: &Study, plan: &Plan, missing: &[usize]) -> Record {
         let mut is_missing = vec![false; plan.tasks.len()];
         missing.iter().for_each(|&task| is_missing[task] = true);
@@ -78,18 +78,19 @@ impl Record {
         Record { stages: stages.map(record).collect() }
     }
 
-    /// The positions of the stages with these names.
+    /// Returns the indices of the stages with these names.
     pub fn positions<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = usize> + 'a {
         let position = |name: &String| self.stages.iter().position(|stage| stage.name == *name);
         names.iter().filter_map(position)
     }
 
-    /// Where a study's record is, or would be.
+    /// Returns the path of a study's record, which need not exist.
     pub fn path(folder: &Path, study: &str) -> PathBuf {
         folder.join(format!("{study}.json"))
     }
 
-    /// The record of a study that ran before, if it can be read: nothing depends on it.
+    /// Reads the record of a study. Returns `None` if it cannot be read, because no result depends
+    /// on it.
     pub fn read(folder: &Path, study: &str) -> Option<Record> {
         let bytes =
             asperity_stages::surface_files::read_regular(&Record::path(folder, study), LARGEST)
@@ -97,20 +98,20 @@ impl Record {
         serde_json::from_slice(&bytes).ok()
     }
 
-    /// Every file that this program has put into the folder of records.
-    pub fn files(folder: &Path) -> Result<Vec<Found>, StoreError> {
+    /// Lists the files that this program has written to the folder of records.
+    pub fn files(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
         listing::known(folder, |name| {
             let study = name.strip_suffix(".json")?.to_owned();
-            Some(What::Record { study })
+            Some(FileKind::Record { study })
         })
     }
 
-    /// What the file says.
+    /// Returns the content of the file.
     pub fn bytes(&self) -> Vec<u8> {
         serde_json::to_vec(self).expect("a record is plain data")
     }
 
-    /// Writes the record, unless it is there already.
+    /// Writes the record, unless the same record exists.
     pub fn write(&self, folder: &Path, study: &str) -> Result<(), StoreError> {
         let path = Record::path(folder, study);
         let bytes = self.bytes();
@@ -122,7 +123,7 @@ impl Record {
 }
 
 impl StageRecord {
-    /// The point and realization of every task, in the order of the stage's tasks.
+    /// Returns the point and realization of every task, in the order of the stage's tasks.
     pub fn places(&self) -> Vec<Place> {
         if self.kind == Kind::Generate {
             let points = self.points.iter().enumerate();
@@ -137,16 +138,16 @@ impl StageRecord {
     }
 }
 
-/// Which task of a stage.
+/// Position of a task in the grid of its stage.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
-    /// The point of the stage's grid.
+    /// Index of the point in the stage's grid.
     pub point: usize,
-    /// Which of its surfaces.
+    /// Number of the surface at this point.
     pub realization: u32,
 }
 
-/// The points of a stage's grid, in order.
+/// Returns the points of a stage's grid, in order.
 fn points(work: &Work) -> Vec<PointRecord> {
     match work {
         Work::Generate(surfaces) => surfaces
@@ -161,7 +162,9 @@ fn points(work: &Work) -> Vec<PointRecord> {
 }
 
 impl PointRecord {
-    /// Of a query nothing but its text is recorded: its tables are known from what the stage reads.
+    /// Creates the record of a recipe that evaluates other stages.
+    ///
+    /// For a query only its text is recorded, because the stage's inputs name its tables.
     fn evaluating(recipe: &Recipe) -> PointRecord {
         let Some(query) = recipe.query() else {
             return PointRecord::of(recipe, 1);
@@ -170,20 +173,25 @@ impl PointRecord {
         PointRecord {
             fields: BTreeMap::from([("sql".to_owned(), text)]),
             realizations: 1,
-            identity: Digest::of(&query).to_string(),
+            identity: Digest::from_params(&query).to_string(),
         }
     }
 
     fn of(recipe: &Recipe, realizations: u32) -> PointRecord {
         let json = serde_json::to_value(recipe).expect("parameters are plain data");
         let mut fields = fields_of(json);
-        // It tells surfaces of one point apart.
+        // The realization distinguishes surfaces of one point.
         fields.remove("realization");
-        PointRecord { fields, realizations, identity: Digest::of(&recipe.identity()).to_string() }
+        PointRecord {
+            fields,
+            realizations,
+            identity: Digest::from_params(&recipe.identity()).to_string(),
+        }
     }
 }
 
-/// The names and values of an object; of the only object in it, if there is nothing else.
+/// Returns the names and values of an object. If its only value is an object, returns those of the
+/// inner object.
 fn fields_of(json: Value) -> BTreeMap<String, String> {
     let Value::Object(object) = json else {
         return BTreeMap::new();
