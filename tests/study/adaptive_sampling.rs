@@ -87,7 +87,7 @@ fn a_mean_that_stays_unknown_ends_at_the_most_and_says_so() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let told = text(&output.stdout);
     let expected =
-        format!("surfaces: 4 surfaces a point, the most, and {UNTIL} does not hold: it is");
+        format!("surfaces: 4 surfaces per point (the maximum); {UNTIL} does not hold: it is");
     assert!(told.contains(&expected), "{told}");
     assert_eq!(largest_error(&bench).1, 4);
 }

@@ -268,7 +268,7 @@ fn pressures_beyond_the_hardness_of_bodies_are_told_and_change_nothing() {
         let path = bench.write(&silent);
         let output = bench.output(&["run", path.to_str().unwrap()]);
         let told = text(&output.stderr);
-        assert!(!told.contains("passes the hardness"), "{told}");
+        assert!(!told.contains("exceeds the hardness"), "{told}");
     }
 }
 

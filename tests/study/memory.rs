@@ -99,11 +99,11 @@ fn what_does_not_fit_is_refused_before_anything_starts() {
         text(&output.stderr)
     };
     let told = run("1GB");
-    let expected = "error: a task of stage `light` takes 5.0GB of memory on its mesh of 8192 × 8192 \
-                    nodes, more than the 1.0 GB of `--memory`: allow more, or choose at most";
+    let expected = "error: a task of stage `light` needs 5.0GB of memory on its mesh of 8192 × 8192 \
+                    nodes, more than the 1.0 GB of `--memory`: increase it, or reduce the mesh to";
     assert!(told.starts_with(expected), "{told}");
     let told = run("1MB");
-    assert!(told.ends_with("`--memory`: allow more\n"), "{told}");
+    assert!(told.ends_with("`--memory`: increase it\n"), "{told}");
     let tables = bench.files().into_keys();
     let tables: Vec<_> = tables.filter(|path| path.extension().is_some()).collect();
     assert!(tables.is_empty(), "{tables:?}");
@@ -130,7 +130,7 @@ fn few_addresses_refuse_a_task_and_break_none() {
     let output = limited(&bench, &path, 3_000_000);
     let told = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("that `ulimit -v` leaves the process: raise that limit"), "{told}");
+    assert!(told.contains("of address space that `ulimit -v` leaves: raise that limit"), "{told}");
 
     let manifest = STUDY.replace("nodes = 32", "nodes = 512");
     let megabytes = [200, 300, 400, 500, 600, 700, 800, 1000, 1500, 64_000];

@@ -38,7 +38,10 @@ fn a_coarse_mesh_is_told_on_standard_error_and_stops_nothing() {
         assert!(output.status.success(), "{command:?}");
         let told = text(&output.stderr);
         assert_eq!(told.matches("warning: ").count(), 1, "{command:?}: {told}");
-        assert!(told.contains("`k_upper = 32` is 2 nodes"), "{told}");
+        assert!(
+            told.contains("`k_upper = 32` resolves the shortest wavelength with only 2 nodes"),
+            "{told}"
+        );
         assert!(!text(&output.stdout).contains("warning"), "{command:?}");
     }
     let check = bench.output(&["check", path]);
@@ -50,7 +53,7 @@ fn a_coarse_mesh_is_told_on_standard_error_and_stops_nothing() {
     let page = bench.output(&["report", path, "--json"]);
     let said: Value = serde_json::from_slice(&page.stdout).unwrap();
     let page = std::fs::read_to_string(said["page"].as_str().unwrap()).unwrap();
-    assert_eq!(page.matches("2 nodes to the shortest wavelength").count(), 1);
+    assert_eq!(page.matches("the shortest wavelength with only 2 nodes").count(), 1);
 }
 
 #[test]

@@ -1,12 +1,16 @@
-//! Adaptive sampling: how many surfaces a study has, where its manifest says how well a mean must be
-//! known, or which claims must be decided.
+//! Adaptive sampling: adds surfaces to a study until its means are precise or its claims are
+//! decided.
 //!
-//! The number follows from tables alone, so that it is the same whoever computes them, in whatever
-//! order, stopped or not. A stage begins with the least number. Once all tables are there that its
-//! condition looks at, either it holds, or as many surfaces are added as the scatter so far asks
-//! for, at most as many as there are. All points of a stage have equally many, for spectra are
-//! compared on the same draws. Claims are about several stages: they are looked at once all means are
-//! known, and by all stages that wait for claims at once.
+//! The number of surfaces follows from tables alone. It does not depend on the machines, on the
+//! order of tasks or on interruptions.
+//!
+//! A stage starts with the `at_least` surfaces of the manifest. Its condition is evaluated when all
+//! tables that it depends on exist. If it fails, the stage gets more surfaces, as many as the
+//! scatter so far requires, but at most twice as many as now. All parameter points of a stage have
+//! the same number of surfaces, because different spectra are compared on the same draws.
+//!
+//! Claims involve several stages. They are evaluated only when all conditions on means are settled,
+//! and then for all stages that wait for claims together.
 
 mod conditions;
 
@@ -21,30 +25,30 @@ pub use conditions::{
     ClaimRule, Condition, Decisions, Finding, SamplingError, Undecided, least_step, looks,
 };
 
-/// A study with as many surfaces as the tables of its tasks ask for.
+/// A study with the number of surfaces that the existing tables require.
 #[derive(Debug)]
 pub struct SampledStudy {
     pub study: Study,
     pub plan: Plan,
-    /// The stages whose number of surfaces is not given.
+    /// Stages whose number of surfaces is not fixed by the manifest.
     pub stages: Vec<AdaptiveStage>,
 }
 
-/// A stage that draws surfaces until a condition holds.
+/// A stage that adds surfaces until a condition holds.
 #[derive(Debug)]
 pub struct AdaptiveStage {
     pub name: String,
-    /// How many surfaces a point has.
+    /// Number of surfaces at each parameter point.
     pub surfaces: u32,
-    /// Until when there will be more.
+    /// Bounds on the number of surfaces, and the condition that ends the growth.
     pub growth: Arc<Growth>,
-    /// Whether there will.
+    /// State of that condition at the present number of surfaces.
     pub condition: Condition,
     position: usize,
 }
 
 impl SampledStudy {
-    /// The study as its tables make it.
+    /// Adds surfaces to a study until its tables require no more, or until tables are missing.
     ///
     /// # Errors
     /// When a table cannot be read, or does not have the column of a condition.
@@ -66,7 +70,9 @@ impl SampledStudy {
         }
     }
 
-    /// The tasks whose tables decide on the number of surfaces; none once it is settled.
+    /// Returns the tasks whose tables are needed to evaluate open conditions, in ascending order.
+    ///
+    /// The list is empty when all numbers of surfaces are settled.
     pub fn deciding(&self) -> Vec<usize> {
         let tasks = self.stages.iter().filter_map(|stage| match &stage.condition {
             Condition::Open { tasks, .. } => Some(tasks.as_slice()),
@@ -78,7 +84,7 @@ impl SampledStudy {
         tasks
     }
 
-    /// Damaged tables in the way of deciding, to be quarantined.
+    /// Removes and returns the damaged tables that prevent conditions from being evaluated.
     pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
         let damaged = self.stages.iter_mut().filter_map(|stage| match &mut stage.condition {
             Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),
@@ -89,7 +95,7 @@ impl SampledStudy {
 }
 
 impl AdaptiveStage {
-    /// Whether its condition holds, once that can be told.
+    /// Returns whether the condition holds, or `None` while tables are missing.
     pub fn holds(&self) -> Option<bool> {
         match self.condition {
             Condition::Open { .. } => None,
@@ -98,7 +104,9 @@ impl AdaptiveStage {
         }
     }
 
-    /// The claims that are not decided, once that can be told; none where the condition is on a mean.
+    /// Returns the claims that are not decided yet.
+    ///
+    /// The result is `None` while tables are missing, and for conditions on a mean.
     pub fn undecided(&self) -> Option<Vec<&'static str>> {
         match &self.condition {
             Condition::Holds(Finding::Claims(found)) | Condition::Fails(Finding::Claims(found)) => {
@@ -108,7 +116,7 @@ impl AdaptiveStage {
         }
     }
 
-    /// The stage's position and how many surfaces it needs, if these are not enough.
+    /// Returns the stage's index and the number of surfaces that it needs, if it needs more.
     fn more(&self) -> Option<(usize, u32)> {
         let Condition::Fails(finding) = &self.condition else {
             return None;
@@ -124,7 +132,7 @@ impl AdaptiveStage {
         Some((self.position, wanted))
     }
 
-    /// Whether it neither waits for tables nor draws more.
+    /// Returns whether the stage neither waits for tables nor needs more surfaces.
     fn is_settled(&self) -> bool {
         self.condition.is_known() && self.more().is_none()
     }
@@ -134,7 +142,7 @@ impl fmt::Display for AdaptiveStage {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let AdaptiveStage { name, surfaces, growth, .. } = self;
         let Growth { at_most, until, .. } = growth.as_ref();
-        write!(formatter, "{name}: {surfaces} surfaces a point")?;
+        write!(formatter, "{name}: {surfaces} surfaces per point")?;
         match &self.condition {
             Condition::Open { .. } => {
                 write!(formatter, " so far, at most {at_most}, until {until}")
@@ -148,23 +156,23 @@ impl fmt::Display for AdaptiveStage {
             Condition::Fails(finding) => match (finding, until) {
                 (Finding::Error(error), _) if error.is_infinite() => write!(
                     formatter,
-                    ", the most, and {until} cannot be told: a mean is that of a single surface"
+                    " (the maximum); {until} cannot be checked, because a mean is of a single surface"
                 ),
                 (Finding::Error(error), Until::Mean(mean)) => write!(
                     formatter,
-                    ", the most, and {until} does not hold: it is {}",
+                    " (the maximum); {until} does not hold: it is {}",
                     mean.limit * *error
                 ),
-                (finding, _) => write!(formatter, ", the most: {}", Found(finding)),
+                (finding, _) => write!(formatter, " (the maximum): {}", Found(finding)),
             },
         }
     }
 }
 
-/// Claims without a quantity that are told one by one: those that somebody has named.
+/// Maximum number of claims without a quantity that are listed by name.
 const MOST_TOLD: usize = 3;
 
-/// What was found of claims, in words.
+/// Displays the state of claims as a short text.
 struct Found<'a>(&'a Finding);
 
 impl fmt::Display for Found<'_> {
@@ -186,12 +194,12 @@ impl fmt::Display for Found<'_> {
             write!(formatter, "; more surfaces would decide {}", names(&needing))?;
         }
         if !hopeless.is_empty() {
-            write!(formatter, "; no number would decide {}", names(&hopeless))?;
+            write!(formatter, "; no number of surfaces would decide {}", names(&hopeless))?;
         }
         if not_judged.len() > MOST_TOLD {
             return write!(
                 formatter,
-                "; {} claims have no quantity in this study",
+                "; {} claims cannot be evaluated in this study",
                 not_judged.len()
             );
         }
@@ -227,7 +235,7 @@ fn adaptive_stages(
             position,
         });
     }
-    // A look at claims while another stage still grows would not be the same every time.
+    // Claims judged while another stage still grows would depend on the order of tasks.
     let is_of_claims = |stage: &AdaptiveStage| matches!(stage.growth.until, Until::Claims(_));
     let means = stages.iter().filter(|stage| !is_of_claims(stage));
     if !means.into_iter().all(AdaptiveStage::is_settled) {
@@ -242,12 +250,12 @@ fn adaptive_stages(
     Ok(stages)
 }
 
-/// The plan of a study with as many surfaces as its manifest allows.
+/// Plans a study with the maximum number of surfaces that its manifest allows.
 pub fn at_most(study: Study) -> Plan {
     Plan::of(&at_its_most(study))
 }
 
-/// A study with as many surfaces as its manifest allows.
+/// Returns a study with the maximum number of surfaces that its manifest allows.
 pub fn at_its_most(mut study: Study) -> Study {
     for stage in &mut study.stages {
         if let Work::Generate(ensembles) = &mut stage.work {

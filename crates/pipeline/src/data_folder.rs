@@ -148,7 +148,7 @@ pub fn sweep(data: &DataFolder, moment: &HostState) -> Result<(), StoreError> {
     if left.is_empty() {
         return Ok(());
     }
-    match Lock::alone(&data.store())? {
+    match Lock::exclusive(&data.store())? {
         Some(_alone) => left.iter().try_for_each(|found| remove(&found.path)),
         None => Ok(()),
     }

@@ -1,9 +1,8 @@
-//! Surfaces and contacts without a study: what `generate` and `solve` stages compute, of values in
-//! memory and into memory, with the same bytes.
+//! Surfaces and contacts without a study, for use in memory.
 //!
-//! What is asked for are the keys of such a stage, as a manifest has them, and they are checked as
-//! those of a manifest are: [`draw`] makes one surface, a [`Pressing`] presses one, load after load.
-//! Nothing is stored.
+//! The results have the same bytes as those of `generate` and `solve` stages. The input is the keys
+//! of such a stage, with the same checks as in a manifest. [`draw`] generates one surface, and a
+//! [`Pressing`] presses one surface, load after load. Nothing is stored.
 //!
 //! ```
 //! use asperity_pipeline::direct::{Map, Pressing, draw};
@@ -42,20 +41,19 @@ use asperity_stages::{Recipe, StageError, grids, solve};
 use asperity_tables::column::Value;
 use asperity_tables::table::{Table, TableError};
 
-/// Why there is no surface, or no contact.
+/// A surface could not be generated or pressed.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectError {
-    /// The keys make no sense.
+    /// The keys of the stage are invalid.
     #[error(transparent)]
     Keys(#[from] KeyErrors),
-    /// Heights are no surface.
+    /// The heights do not form a valid surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// A map that is not periodic was to be pressed as if it repeated itself.
+    /// A map that is not periodic would be pressed as if it were.
     #[error(
-        "the map is not periodic, and would be pressed as if it repeated itself: `boundary = \
-         \"free\"` presses it as it is, with nothing beyond its edges; a map whose opposite edges \
-         meet has to be said to be periodic"
+        "the map is not periodic, but the boundary is: press it with `boundary = \"free\"`, \
+         without anything beyond its edges, or declare it periodic if its opposite edges match"
     )]
     Open,
     /// The stage failed.
@@ -63,24 +61,27 @@ pub enum DirectError {
     Stage(#[from] StageError),
 }
 
-/// A surface, and what a `generate` stage says of it.
+/// A generated surface with the row that a `generate` stage stores for it.
 #[derive(Debug, Clone)]
 pub struct Drawn {
-    /// Its heights, in the unit of its sides.
+    /// Heights, in the unit of the sides.
     pub surface: Surface,
-    /// √⟨|∇h|²⟩, as the stage takes it: of a random surface the slope that it was scaled to.
+    /// Rms slope √⟨|∇h|²⟩ as the stage defines it. For a random surface it is the slope to which
+    /// the surface was scaled.
     pub rms_slope: f64,
-    /// Whether it repeats itself: a map of a file may not.
+    /// Whether the surface is periodic. Maps from files may not be.
     pub is_periodic: bool,
-    /// The row of its stage, but for the heights.
+    /// Row of the stage's table, without the heights.
     pub row: Table,
 }
 
-/// Draws the surface that the keys of a `generate` stage describe, with a number of its realization:
-/// the heights that such a stage stores, to the last bit. Paths are relative to the working directory.
+/// Generates the surface that the keys of a `generate` stage describe, for one realization.
+///
+/// The heights equal those that such a stage stores, bit for bit. Paths are relative to the working
+/// directory.
 ///
 /// # Errors
-/// When a key makes no sense, several surfaces are described, or a file cannot be read.
+/// Returns an error if a key is invalid, several surfaces are described, or a file cannot be read.
 pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
     let params = surface(keys)?.params.realization(realization);
     let surface = params.draw(&SurfaceFiles::new(Path::new("")), &Threads::one())?;
@@ -93,23 +94,24 @@ fn of_table(error: TableError) -> DirectError {
     StageError::from(error).into()
 }
 
-/// Heights that are to be pressed, and what is known of them.
+/// Heights to be pressed, with their slope and periodicity.
 #[derive(Debug, Clone)]
 pub struct Map {
-    /// The heights, peaks towards the elastic body.
+    /// Heights, with peaks pointing towards the elastic body.
     pub surface: Surface,
-    /// The slope by which loads are reduced, where it is known better than from these nodes: of a
-    /// random surface that of its modes.
+    /// Rms slope that reduces the loads, if it is known better than from these nodes. For a random
+    /// surface it is the slope of its modes.
     pub rms_slope: Option<f64>,
-    /// Whether the map repeats itself: then its slope is that of its Fourier modes, and otherwise that
-    /// of differences between nodes.
+    /// Whether the map is periodic. The slope of a periodic map comes from its Fourier modes, that
+    /// of another map from differences between nodes.
     pub is_periodic: bool,
 }
 
-/// One surface under a block of loads, as far as it has been pressed.
+/// One surface under a block of loads.
 ///
-/// Pressures are in the unit of the effective modulus, lengths in that of the sides. The contact
-/// under every load stays at hand, one bit a node, and its pressures where they are kept.
+/// Pressures are in the unit of the effective modulus, lengths in the unit of the sides. The
+/// contact map of every finished load is kept in memory, one bit per node. The pressures are kept
+/// too, except after [`Pressing::without_fields`].
 pub struct Pressing {
     block: Block,
     row: Table,
@@ -123,17 +125,17 @@ impl Pressing {
     /// Prepares a surface for the loads that the keys of a `solve` stage describe.
     ///
     /// # Errors
-    /// When a key makes no sense, a map that is not periodic would be pressed as one that is, or the
-    /// material does not bear the heaviest load.
+    /// Returns an error if a key is invalid, if a map that is not periodic meets a periodic
+    /// boundary, or if the material cannot bear the heaviest load.
     pub fn new(map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         Self::new_on(NonZeroUsize::MIN, map, keys)
     }
 
-    /// Like [`Pressing::new`], on several cores: results are the same, to the bit. Threads are
-    /// started for a call and end with it.
+    /// Does the same as [`Pressing::new`] on several cores, with the same results, bit for bit.
+    /// Each call starts its threads and ends them.
     ///
     /// # Errors
-    /// As [`Pressing::new`].
+    /// The same as of [`Pressing::new`].
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let params = block(keys)?;
         if params.boundary == Boundary::Periodic && !map.is_periodic {
@@ -155,16 +157,16 @@ impl Pressing {
         })
     }
 
-    /// Keeps contact maps of loads alone, and no pressures.
+    /// Keeps the contact maps of the loads but no pressures.
     pub fn without_fields(self) -> Pressing {
         Pressing { keeps_fields: false, ..self }
     }
 
-    /// Presses by the next load; `None` when there is none, or every node touches under the last one
-    /// and all that follow would tell nothing new.
+    /// Presses the surface by the next load. Returns `None` if no load is left, or if every node
+    /// touched under the last load, so that heavier loads would add nothing.
     ///
     /// # Errors
-    /// When it was interrupted; the load may be asked for again.
+    /// Returns an error if the call was interrupted. It can be repeated.
     pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Option<Outcome>, StageError> {
         let outcome = self.on_threads(|block| block.press(&interrupted))?;
         if outcome.is_some() && self.keeps_fields {
@@ -174,31 +176,32 @@ impl Pressing {
         Ok(outcome)
     }
 
-    /// How many loads are done.
+    /// Returns the number of finished loads.
     pub fn count(&self) -> usize {
         self.block.count()
     }
 
-    /// Where the nodes lie.
+    /// Returns the grid of the nodes.
     pub fn grid(&self) -> Grid {
         self.block.grid()
     }
 
-    /// A row for each load that is done, as the table of a `solve` stage has it, but for what its
-    /// surface is called.
+    /// Returns a row for each finished load, like the table of a `solve` stage but without the
+    /// coordinates of the surface.
     pub fn table(&mut self) -> Table {
         self.block.table(&self.row)
     }
 
-    /// Which nodes are in contact under a load, by its number from 0 on; row-major. `None` if it is
-    /// not done.
+    /// Returns for each node whether it is in contact under the load with this index, row-major.
+    /// Returns `None` if the load is not finished.
     pub fn contact(&self, load: usize) -> Option<Vec<bool>> {
         let bytes = self.block.contact(load)?;
         let is_set = |node: usize| bytes[node / 8] >> (node % 8) & 1 == 1;
         Some((0..self.grid().count()).map(is_set).collect())
     }
 
-    /// The pressure under a load; row-major. `None` if it is not done, or was not kept.
+    /// Returns the pressure under the load with this index, row-major. Returns `None` if the load
+    /// is not finished or its pressures were not kept.
     pub fn pressure(&self, load: usize) -> Option<Vec<f64>> {
         let unit = self.block.scales().pressure();
         let mut pressure = self.reduced_pressure(load)?;
@@ -206,25 +209,28 @@ impl Pressing {
         Some(pressure)
     }
 
-    /// The displacement of the elastic body under a load, positive into it; row-major. Its mean is zero
-    /// where the boundary is periodic. `None` as of [`Pressing::pressure`].
+    /// Returns the displacement of the elastic body under a load, positive into the body,
+    /// row-major.
+    ///
+    /// Its mean is zero if the boundary is periodic. Returns `None` as [`Pressing::pressure`] does.
     pub fn displacement(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
         let displacement = self.on_threads(|block| block.solver().displacement_under(&pressure));
         Some(self.in_length(displacement))
     }
 
-    /// The gap under a load, see
-    /// [`Solver::gap_under`](asperity_contact::solver::Solver::gap_under); row-major. `None` as of
-    /// [`Pressing::pressure`].
+    /// Returns the gap under a load, row-major, as defined by
+    /// [`Solver::gap_under`](asperity_contact::solver::Solver::gap_under).
+    ///
+    /// Returns `None` as [`Pressing::pressure`] does.
     pub fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
         let gap = self.on_threads(|block| block.solver().gap_under(&pressure));
         Some(self.in_length(gap))
     }
 
-    /// Runs work on all cores. No thread is left between two calls, so that a process may be forked
-    /// there.
+    /// Runs work on all cores. No thread remains between two calls, so that the process may be
+    /// forked there.
     fn on_threads<T>(&mut self, work: impl FnOnce(&mut Block) -> T) -> T {
         let nodes = self.grid().count();
         self.block.work_on(Threads::for_mesh(self.cores, nodes));
@@ -233,7 +239,7 @@ impl Pressing {
         done
     }
 
-    /// In units of E* × rms slope.
+    /// Returns the pressure under a load in units of E* × rms slope, row-major.
     fn reduced_pressure(&self, load: usize) -> Option<Vec<f64>> {
         let mut kept = self.pressures.get(load)?.iter();
         let contact = self.contact(load)?.into_iter();
@@ -259,7 +265,7 @@ fn rms_slope(map: &Map) -> f64 {
     moments.rms_slope()
 }
 
-/// What is wrong with keys, each with what would do.
+/// Problems with the keys of a stage, each with a suggestion.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0.join("\n"))]
 pub struct KeyErrors(Vec<String>);
@@ -270,7 +276,7 @@ impl From<ManifestErrors> for KeyErrors {
     }
 }
 
-/// The surface that these keys of a `generate` stage describe.
+/// Returns the surface that these keys of a `generate` stage describe.
 fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     let study = study([("surface", stage("generate", keys))])?;
     match &study.stages[0].work {
@@ -282,32 +288,33 @@ fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     }
 }
 
-/// The block of loads that these keys of a `solve` stage describe, on any surface.
+/// Returns the block of loads that these keys of a `solve` stage describe, for any surface.
 fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
     let study = study([("surface", stage("generate", &anything())), ("contact", contact)])?;
     match study.stages[1].work.recipes() {
-        // Its rows would be those of another method than the keys ask for.
+        // The direct solver would return rows of another method than the keys ask for.
         [Recipe::Solve(block)] if block.asperities.is_some() => {
-            Err(KeyErrors(vec!["`method = \"asperities\"` is for stages of a manifest".to_owned()]))
+            Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]))
         }
         [Recipe::Solve(block)] if block.flow => {
-            Err(KeyErrors(vec!["`flow = true` is for stages of a manifest".to_owned()]))
+            Err(KeyErrors(vec![only_in_manifests("flow = true")]))
         }
         [Recipe::Solve(block)] => Ok(block.as_ref().clone()),
         several => Err(not_one(several.len(), "blocks of loads")),
     }
 }
 
-/// A surface on which no check of loads depends: one whose slope is not known beforehand.
+/// Returns keys of a surface whose slope is not known beforehand, so that no check of loads depends
+/// on it.
 fn anything() -> Keys {
     let keys =
         [("method", toml::Value::from("wave")), ("nodes", 16.into()), ("amplitude", 1.0.into())];
     keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
 }
 
-/// The table of a stage of this kind.
+/// Returns the keys of a stage with its kind added.
 fn stage(kind: &str, keys: &Keys) -> Keys {
     let mut table = keys.clone();
     table.insert("kind".to_owned(), kind.into());
@@ -325,9 +332,13 @@ fn study<const N: usize>(stages: [(&str, Keys); N]) -> Result<Study, KeyErrors> 
     Ok(Study::parse(&text, "keys", Path::new(""), crate::study::no_claims)?)
 }
 
+fn only_in_manifests(key: &str) -> String {
+    format!("`{key}` is available only in a stage of a manifest; write a manifest and run it")
+}
+
 fn not_one(found: usize, what: &str) -> KeyErrors {
     KeyErrors(vec![format!(
-        "the keys describe {found} {what}, one is asked for: lists are swept in a manifest alone"
+        "the keys describe {found} {what}, but exactly one is expected; only manifests sweep lists"
     )])
 }
 

@@ -1,7 +1,7 @@
-//! Forecasts: how long tasks take on this machine, and in [`memory`] how much room they need.
+//! Forecasts of the time that tasks take on this machine and, in [`memory`], of their memory.
 //!
-//! On all but small meshes nearly all time goes into pairs of transforms, so that the expectation is
-//! a count of pairs times the seconds that one takes, measured here and now; the rest is a guess.
+//! Except on small meshes, nearly all time goes into pairs of transforms. The forecast is the
+//! expected number of pairs times the measured time of one pair. The rest is estimated roughly.
 
 pub mod memory;
 
@@ -14,24 +14,24 @@ use asperity_stages::{Effort, Extent};
 use asperity_tables::column::{Column, ColumnKind, reals, texts};
 use asperity_tables::table::{Table, TableError};
 
-/// Seconds of one core that tasks are expected to take.
+/// Cost model that predicts the seconds of one core that tasks take.
 #[derive(Debug, Default)]
 pub struct CostModel {
     seconds_per_pair: RefCell<BTreeMap<[usize; 2], f64>>,
 }
 
 impl CostModel {
-    /// One that knows what a pair takes on some meshes, from where the work is done.
+    /// Creates a model from the measured seconds of one core for a pair of transforms, by mesh.
     pub fn measured(seconds_per_pair: BTreeMap<[usize; 2], f64>) -> CostModel {
         CostModel { seconds_per_pair: RefCell::new(seconds_per_pair) }
     }
 
-    /// Seconds of one core for a task.
+    /// Returns the seconds of one core that a task takes.
     pub fn seconds(&self, task: &Task) -> f64 {
         self.seconds_on(task, task.nodes)
     }
 
-    /// Seconds of one core for such a task on another mesh.
+    /// Returns the seconds of one core that such a task takes on another mesh.
     pub fn seconds_on(&self, task: &Task, nodes: [usize; 2]) -> f64 {
         let effort = effort(task, nodes);
         let in_pairs = match effort.pairs {
@@ -41,21 +41,21 @@ impl CostModel {
         effort.seconds + in_pairs
     }
 
-    /// Seconds of one core for several tasks of a plan.
+    /// Returns the seconds of one core that several tasks of a plan take together.
     pub fn seconds_of(&self, plan: &Plan, tasks: &[usize]) -> f64 {
         let seconds = tasks.iter().map(|&task| self.seconds(&plan.tasks[task]));
-        // Not the sum, which is negative zero of nothing.
+        // Not `sum`, which returns −0.0 for an empty iterator.
         seconds.fold(0.0, |sum, seconds| sum + seconds)
     }
 
-    /// Measured once for each mesh.
+    /// Returns the seconds for a pair of transforms, measured once for each mesh.
     fn seconds_per_pair(&self, nodes: [usize; 2]) -> f64 {
         let mut known = self.seconds_per_pair.borrow_mut();
         *known.entry(nodes).or_insert_with(|| cost::seconds_per_pair(nodes))
     }
 }
 
-/// Pairs of transforms that a task is expected to take.
+/// Returns the number of pairs of transforms that a task is expected to take.
 pub fn expected_pairs(task: &Task) -> f64 {
     effort(task, task.nodes).pairs
 }
@@ -65,7 +65,7 @@ fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 
-/// Tasks to a table: a row takes kilobytes while its table is put together.
+/// Tasks per table. A row takes kilobytes while its table is built.
 const CHUNK: usize = 1024;
 
 const STAGE: Column = Column::result("stage", ColumnKind::Text, "", "stage of the task");
@@ -78,9 +78,10 @@ const CORE_SECONDS: Column = Column::result(
     "time of one core that the task is expected to take",
 );
 
-/// The tasks of a study one by one, for those who share it out themselves, among the machines of a
-/// cluster, say: a row for each task, with what places it in its study: inputs before the tasks that read them,
-/// a task of several stages under the first. `missing` ascend.
+/// Lists the tasks of a study, so that users can distribute them among machines themselves.
+///
+/// Each task is one row with its coordinates. Inputs come before the tasks that read them. A task
+/// of several stages is listed under the first. `missing` is in ascending order.
 pub fn worklist(
     plan: &Plan,
     missing: &[usize],
@@ -113,7 +114,7 @@ pub fn worklist(
     })
 }
 
-/// The model of this processor, as far as the system tells; else its architecture.
+/// Returns the model name of this processor, or its architecture if the name is unknown.
 pub fn processor() -> String {
     let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model =
@@ -129,7 +130,7 @@ mod tests {
 
     use super::*;
 
-    /// What the last task of a study takes, besides transforms.
+    /// Returns the pairs of transforms and the other seconds that the last task of a study takes.
     fn last(realizations: u32, stages: &str) -> (f64, f64) {
         let manifest = format!(
             "

@@ -1,20 +1,21 @@
-//! From a manifest to tables: a study is checked, planned, run and read again.
+//! Reads a manifest, checks and plans its study, runs the tasks, and reads the results.
 //!
-//! Data flows one way: [`manifest`] → [`study`] → [`plan`] → [`runner`] → [`results`]. The crate knows
-//! no claim of any paper and draws nothing; the session passes in what decides claims.
+//! Data flows one way: [`manifest`] → [`study`] → [`plan`] → [`runner`] → [`results`]. This crate
+//! contains no claims about physics and draws no figures. The session passes in the rule that
+//! decides claims.
 //!
 //! | module | what it does |
 //! |---|---|
 //! | [`manifest`] | reads a manifest into the keys of its stages; JSON schema; template |
-//! | [`study`] | checks what concerns several stages; warnings |
-//! | [`plan`] | tasks and their keys; why a task would run |
+//! | [`study`] | checks that involve several stages; warnings |
+//! | [`plan`] | tasks and their keys; reasons why a task would run |
 //! | [`forecast`] | predicts how long tasks take and how much memory they need |
 //! | [`runner`] | computes the tasks that the store lacks |
-//! | [`adaptive_sampling`] | draws surfaces until a mean is known or claims are decided |
-//! | [`results`] | publishes one table per stage, reads rows again, and says what went wrong |
-//! | [`data_folder`] | what lies where on disk, and what nothing needs any more |
-//! | [`cluster`] | shares a study among machines and jobs of Slurm |
-//! | [`direct`] | draws and presses single surfaces by the keys of a manifest |
+//! | [`adaptive_sampling`] | adds surfaces until a mean is precise enough or claims are decided |
+//! | [`results`] | publishes one table per stage, reads the rows, and lists failures |
+//! | [`data_folder`] | layout of the data folder; finds files that no study needs |
+//! | [`cluster`] | splits a study among machines and Slurm jobs |
+//! | [`direct`] | generates and presses single surfaces from the keys of a manifest |
 
 pub mod adaptive_sampling;
 pub mod cluster;

@@ -1,8 +1,8 @@
-//! What the user wrote, and nothing more.
+//! Reads a manifest as written, before its values are checked.
 //!
-//! A manifest is read in full before anything is judged: every stage's table is spread into the
-//! points of its grid, values keep their places in the text, and whatever cannot be read is
-//! reported without hiding the rest. Whether the values make sense is for [`crate::study`].
+//! The whole manifest is read before any value is checked. The table of each stage is expanded into
+//! the points of its grid, values keep their positions in the text, and one unreadable value does
+//! not hide other problems. [`crate::study`] checks the values.
 
 mod schema;
 
@@ -19,50 +19,50 @@ use asperity_stages::form::{Form, Points, Reading, a_stage};
 
 pub use schema::schema;
 
-/// The study as a whole.
+/// Table `[study]` of a manifest.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StudyTable {
-    /// Name of the study: a letter or `_`, then letters, digits, `_` and `-`. Results are written
-    /// to the folder of this name.
+    /// Name of the study: a letter or `_`, followed by letters, digits, `_` and `-`. Results go to
+    /// the folder of this name.
     #[schemars(required)]
     pub name: Key<String>,
-    /// Seed of every stage that draws random numbers and names no seed of its own.
+    /// Seed of every stage that draws random numbers and sets no other seed.
     #[schemars(range(min = 0), extend("default" = 0))]
     pub seed: Key<i64>,
 }
 
 table!(StudyTable, swept: [], lists: []);
 
-/// Stages of a study; more were not written by hand.
+/// Maximum number of stages of a study, far above that of a manifest written by hand.
 const MOST_STAGES: usize = 200;
 
-/// A manifest as written.
+/// A manifest as written, with values that are not checked yet.
 #[derive(Debug)]
 pub struct Manifest {
-    /// The table `[study]`.
+    /// Table `[study]`.
     pub study: Section<StudyTable>,
-    /// The tables `[stage.NAME]`, in the order of the file.
+    /// Tables `[stage.NAME]`, in the order of the file.
     pub stages: Vec<StageTable>,
 }
 
-/// One stage as written.
+/// One table `[stage.NAME]` as written.
 #[derive(Debug)]
 pub struct StageTable {
-    /// Its name.
     pub name: Written<String>,
-    /// What it does, if that can be read.
+    /// Kind of the stage; `None` if it cannot be read.
     pub kind: Option<Kind>,
-    /// The stages that it reads, if that can be read.
+    /// Stages that it reads; `None` if they cannot be read.
     pub from: Option<Vec<Written<String>>>,
-    /// Its other keys, if its kind says which ones to expect.
+    /// Other keys at each point of the grid; `None` if the kind, which decides the valid keys, is
+    /// unknown.
     pub points: Option<Points>,
 }
 
 type Entry<'i> = (Spanned<DeString<'i>>, Spanned<DeValue<'i>>);
 
 impl Manifest {
-    /// Reads a manifest's text; `None` if it is no TOML.
+    /// Reads the text of a manifest. Returns `None` if it is not valid TOML.
     pub fn parse(text: &str, problems: &mut Problems) -> Option<Manifest> {
         let (document, errors) = DeTable::parse_recoverable(text);
         if !errors.is_empty() {
@@ -79,7 +79,7 @@ impl Manifest {
         }
         if stages.is_empty() && problems.is_empty() {
             problems.push(
-                Problem::without_place("the study has no stage")
+                Problem::without_place("the manifest has no stages")
                     .help("add a table such as `[stage.surface]` with `kind = \"generate\"`"),
             );
         }
@@ -87,7 +87,7 @@ impl Manifest {
             if problems.is_empty() {
                 problems.push(
                     Problem::without_place("the table `[study]` is missing")
-                        .help("start with `[study]` and `name = \"…\"`"),
+                        .help("start the manifest with `[study]` and `name = \"…\"`"),
                 );
             }
             Section::unreadable(0..0)
@@ -95,7 +95,7 @@ impl Manifest {
         Some(Manifest { study, stages })
     }
 
-    /// The name of the study, if it has one.
+    /// Returns the name of the study, if it has one.
     pub fn study_name(&self) -> Option<&str> {
         let name = self.study.points.first()?.table.name.written()?;
         Some(&name.value)
@@ -110,7 +110,7 @@ fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTabl
     Some(reader::read(table, place, &wanted, problems))
 }
 
-/// The stages, in the order of the file, whatever the order of the parsed table.
+/// Reads the stages in the order of the file; a parsed table has another order.
 fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
     let mut entries: Vec<_> = match table_of(entry, problems) {
         Some(table) => table.into_iter().collect(),
@@ -119,7 +119,7 @@ fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
     entries.sort_by_key(|(name, _)| name.span().start);
     if let Some((name, _)) = entries.get(MOST_STAGES) {
         let message = format!("the study has {} stages", entries.len());
-        let label = format!("{MOST_STAGES} is the most");
+        let label = format!("at most {MOST_STAGES} stages are allowed");
         problems.push(Problem::new(message, name.span(), label));
         entries.truncate(MOST_STAGES);
     }
@@ -148,7 +148,7 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
 }
 
 impl StageTable {
-    /// A stage of which only the name is known: what reads it finds at least that.
+    /// Creates a stage of which only the name is known, so that stages that read it find it.
     fn unreadable(name: Written<String>) -> Self {
         Self { name, kind: None, from: None, points: None }
     }
@@ -159,7 +159,7 @@ fn read_kind(table: &mut DeTable, place: &Span, problems: &mut Problems) -> Opti
     let Some(value) = table.remove("kind") else {
         problems.push(
             Problem::new("the stage has no `kind`", place.clone(), "`kind` is missing here")
-                .help(format!("one of {}", listed(words, "and"))),
+                .help(format!("set `kind` to one of {}", listed(words, "and"))),
         );
         return None;
     };
@@ -186,7 +186,7 @@ fn read_from(
                 place.clone(),
                 "`from` is missing here",
             )
-            .help("the name of a stage that it reads, or a list of names"),
+            .help("set `from` to the name of the stage that it reads, or to a list of names"),
         );
         return None;
     };
@@ -194,14 +194,14 @@ fn read_from(
     match names {
         Ok(names) if names.is_empty() => {
             problems.push(
-                Problem::new("`from` names no stage", value.span(), "an empty list")
+                Problem::new("`from` names no stage", value.span(), "this list is empty")
                     .help(format!("{} reads at least one stage", a_stage(kind))),
             );
             None
         }
         Ok(names) => Some(names),
         Err(error) => {
-            let help = "the name of a stage, or a list of names";
+            let help = "set `from` to the name of a stage, or to a list of names";
             problems.push(advice::unusable("from", &value, &error, Some(help.to_owned())));
             None
         }
@@ -230,17 +230,17 @@ fn unknown_table((key, value): &Entry) -> Problem {
         key.span(),
         match did_you_mean(name, ["study", "stage"]) {
             Some(word) => format!("did you mean `{word}`?"),
-            None if is_table => format!("a stage is written `[stage.{name}]`"),
-            None => "not part of a manifest".to_owned(),
+            None if is_table => format!("if this is a stage, write `[stage.{name}]`"),
+            None => "not allowed in a manifest".to_owned(),
         },
     );
-    problem.help("a manifest has one table `[study]` and tables `[stage.NAME]`")
+    problem.help("a manifest has one table `[study]` and a table `[stage.NAME]` for each stage")
 }
 
-/// Most syntax errors reported: nobody reads more, and each takes a walk through the text.
+/// Maximum number of syntax errors that are examined. Each of them costs a search through the text.
 const MOST_ERRORS: usize = 200;
 
-/// Reports syntax errors, without those that only follow from others.
+/// Reports syntax errors, except those that only follow from others.
 pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
     let mut last_line = None;
     let mut repeated_table: Option<usize> = None;
@@ -248,7 +248,7 @@ pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
         let mut span = error.span().unwrap_or(text.len()..text.len());
         span.start = span.start.min(text.len());
         let line = line_start(text, span.start);
-        // What follows the first error on a line is mostly its consequence.
+        // Later errors on a line mostly follow from its first error.
         if last_line.replace(line) == Some(line) {
             continue;
         }
@@ -256,7 +256,7 @@ pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
             problems.push(not_toml(text, error, span));
             continue;
         }
-        // The keys of a table that is there twice are there twice, too.
+        // If a table is repeated, its keys are repeated too.
         let is_within = |table: usize| !text[table..span.start].contains("\n[");
         if repeated_table.is_some_and(is_within) {
             continue;
@@ -274,12 +274,12 @@ fn line_start(text: &str, position: usize) -> usize {
 
 fn not_toml(text: &str, error: &Error, span: Span) -> Problem {
     if is_decimal_comma(text, span.start) {
-        let message = "not TOML: a comma within a number";
-        return Problem::new(message, span, "a decimal point is written `.`");
+        let message = "invalid TOML: a comma within a number";
+        return Problem::new(message, span, "write the decimal point as `.`");
     }
     let message = error.message();
     let (what, expected) = message.split_once(", expected ").unwrap_or((message, ""));
-    let problem = Problem::new(format!("not TOML: {what}"), span, "here");
+    let problem = Problem::new(format!("invalid TOML: {what}"), span, "here");
     match expected {
         "" => problem,
         expected => problem.help(format!("expected {expected}")),
@@ -295,18 +295,18 @@ fn is_decimal_comma(text: &str, position: usize) -> bool {
         && is_digit(Some(position + 1))
 }
 
-/// A key, or the name of a table, that is there already.
+/// Reports a key or a table that appears twice.
 fn twice(text: &str, line: usize, span: Span) -> Problem {
     let name = text.get(span.clone()).unwrap_or_default();
     let (what, help) = if text[line..].starts_with('[') {
-        ("the table", "each stage has a name of its own: rename one, or remove it")
+        ("the table", "rename one of the stages, or remove it")
     } else {
-        ("the key", "keep one of them")
+        ("the key", "remove one of them")
     };
     let mut problem = Problem::new(
-        format!("{what} `{}` is there twice", name.trim()),
+        format!("{what} `{}` appears twice", name.trim()),
         span.clone(),
-        "here again",
+        "repeated here",
     )
     .help(help);
     let beginning = text.get(line..span.end).unwrap_or_default();
@@ -322,13 +322,13 @@ fn twice(text: &str, line: usize, span: Span) -> Problem {
     problem
 }
 
-/// The file of the schema that the first line of the manifest names, beside it.
+/// Name of the schema file, which the first line of the manifest expects beside it.
 pub const SCHEMA: &str = "asperity.schema.json";
 
-/// What stands in the template for the study's name.
+/// Placeholder of the study's name in the template.
 const NAME: &str = "STUDY";
 
-/// A manifest to start from, with a comment to each of its keys: the text of one whose study has this name, which is a plain one.
+/// Returns a commented manifest to start from, for a study of this name. The name must be valid.
 pub fn template(name: &str) -> String {
     include_str!("manifest/template.toml").replace(NAME, name)
 }

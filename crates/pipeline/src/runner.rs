@@ -1,10 +1,10 @@
-//! Runs what the store lacks, one task to a core, and where there are fewer tasks than cores, several
-//! cores to a task.
+//! Runs the tasks whose tables the store lacks. Each task gets one core, or several if there are
+//! fewer tasks than cores.
 //!
-//! A task begins when there is memory for it beside those at work. A finished one starts those that
-//! waited for it; a failed one drops them and lets the others go on. The order in which tasks run
-//! decides nothing, nor do the cores that they have. A stored table that turns out to be damaged is
-//! quarantined and computed again before it is read.
+//! A task starts when enough memory is free. A finished task starts the tasks that waited for it. A
+//! failed task drops the tasks that wait for it; all others continue. Results depend neither on the
+//! order of tasks nor on their number of cores. A damaged table in the store is quarantined and
+//! computed again before it is read.
 
 mod queue;
 use std::collections::{BTreeSet, HashMap};
@@ -31,24 +31,25 @@ use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::TableError;
 
-/// Hears of every finished task.
+/// Receiver of the progress of tasks.
 pub trait TaskObserver: Sync {
-    /// A task began.
+    /// Reports that a task has started.
     fn started(&self, task: usize);
-    /// A share of a task is done, from 0 to 1.
+    /// Reports the finished share of a task, from 0 to 1.
     fn advanced(&self, task: usize, share: f64);
-    /// A task is done, or has failed; other cores than its own have spent so much time on it.
+    /// Reports that a task has finished or failed. `helped` is the time that cores other than its
+    /// own have spent on it.
     fn finished(&self, task: usize, helped: Duration);
 }
 
-/// The tasks whose tables the store lacks.
+/// Returns the tasks whose tables the store lacks.
 pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
     let keys: Vec<TaskKey> = plan.tasks.iter().map(|task| task.key).collect();
     let have = store.have(&keys).into_iter().enumerate();
     have.filter_map(|(task, is_there)| (!is_there).then_some(task)).collect()
 }
 
-/// A task, and whatever the store lacks of what it needs.
+/// Returns a task and those tasks that it depends on whose tables the store lacks.
 pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
     let mut wanted = BTreeSet::from([task]);
     let mut next = vec![task];
@@ -62,18 +63,18 @@ pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
     wanted.into_iter().collect()
 }
 
-/// What a run works with: the resources of the machine that it may take.
+/// Resources of the machine that a run may use.
 #[derive(Debug, Clone, Copy)]
 pub struct Resources {
-    /// Cores, one for each task at work, or several where there are fewer tasks.
+    /// Number of cores. Each running task gets one, or several if there are fewer tasks.
     pub cores: NonZeroUsize,
-    /// Memory that the tasks at work may take together.
+    /// Memory that the running tasks may take together.
     pub room: ByteSize,
-    /// How often a long task keeps how far it has come.
+    /// Interval at which a long task saves a checkpoint.
     pub checkpoint_every: Duration,
 }
 
-/// Computes the missing tasks, on fewer threads than cores where the system refuses to start as
+/// Computes the missing tasks. Uses fewer threads than cores if the system refuses to start as
 /// many.
 pub fn run(
     plan: &Plan,
@@ -86,7 +87,7 @@ pub fn run(
 ) -> RunOutcome {
     let threads = Threads::new(resources.cores);
     let run = Run::new(threads, plan, missing, archive, sources, resources, observer, interrupted);
-    // The latest task is taken first: the first one of the plan goes in last.
+    // The queue returns the latest task first, so the first task of the plan is added last.
     for &task in missing.iter().rev() {
         if run.waits_for[task].load(Ordering::Relaxed) == 0 {
             run.ready.push(Ready::Unhoused(task));
@@ -97,7 +98,8 @@ pub fn run(
     run.outcome()
 }
 
-/// Inputs from which on the table of their stage is read in place of their own.
+/// Number of inputs from which the published table of their stage is read in place of the tables of
+/// the tasks.
 const MANY: usize = 8;
 
 struct Run<'a> {
@@ -113,10 +115,11 @@ struct Run<'a> {
     ready: ReadyTasks,
     room: Room,
     dependents: Vec<Vec<usize>>,
-    /// How many missing inputs each task still waits for; `usize::MAX` for tasks not to run.
+    /// Number of missing inputs that each task waits for; `usize::MAX` for tasks that are not to
+    /// run.
     waits_for: Vec<AtomicUsize>,
     has_failed: Vec<AtomicBool>,
-    /// Whether nothing more can be stored, so that computing would be in vain.
+    /// Whether the run stops because tables can no longer be stored.
     halted: AtomicBool,
     done: Mutex<RunOutcome>,
 }
@@ -163,8 +166,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Attempts one task after the other if there is room for it; if not, one that leaves room makes it
-    /// ready again.
+    /// Computes ready tasks until none is left. A task that does not fit into memory is skipped; a
+    /// task that frees memory makes it ready again.
     fn work(&self) {
         while let Some((next, _at_work)) = self.ready.next() {
             let task = match next {
@@ -252,7 +255,8 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// A table that an earlier run has published, out of that of its stage.
+    /// Returns a task's table from the published table of its stage, if an earlier run has
+    /// published it.
     fn published(&self, task: usize) -> Option<Input<'_>> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
         let table = self.archive.published_in(self.stages[task], *key)?;
@@ -277,8 +281,8 @@ impl<'a> Run<'a> {
         Ok(Input { recipe, table })
     }
 
-    /// Computes a table again that was there when the run began. Two tasks that need it may both
-    /// do so: their tables are equal.
+    /// Recomputes a table that existed when the run started but is damaged. Two tasks that need it
+    /// may both do so, because their tables are equal.
     fn mend(&self, task: usize, cause: StoreError, threads: &Threads) -> Result<(), TaskError> {
         if let Some(damage) = Damage::quarantine(self.plan, task, self.archive.store(), cause)? {
             self.outcome_mut(|outcome| outcome.damaged.push(damage));
@@ -304,7 +308,7 @@ impl<'a> Run<'a> {
         self.waits_for[task].load(Ordering::Relaxed) != usize::MAX
     }
 
-    /// Records a failure and drops every task that waits for it.
+    /// Records a failure and drops all tasks that wait for the failed one.
     fn fail(&self, task: usize, error: TaskError) {
         if matches!(&error, TaskError::Store(error) if error.affects_all_tables()) {
             self.halted.store(true, Ordering::Relaxed);
@@ -342,13 +346,13 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What became of a plan.
+/// Outcome of running a plan.
 #[derive(Debug, Default)]
 pub struct RunOutcome {
     pub computed: Vec<usize>,
-    /// Tasks that could not be computed, and why.
+    /// Tasks that could not be computed, and the reasons.
     pub failed: Vec<(usize, TaskError)>,
-    /// Tables that were damaged, and quarantined.
+    /// Damaged tables that were quarantined.
     pub damaged: Vec<Damage>,
     pub interrupted: bool,
     /// Whether the run stopped because its tables cannot be stored.
@@ -356,7 +360,7 @@ pub struct RunOutcome {
 }
 
 impl RunOutcome {
-    /// Adds what became of the same plan later.
+    /// Adds the outcome of a later run of the same plan.
     pub fn append(&mut self, later: RunOutcome) {
         self.computed.extend(later.computed);
         self.computed.sort_unstable();
@@ -366,7 +370,7 @@ impl RunOutcome {
         self.halted |= later.halted;
     }
 
-    /// The same, told of the tasks of a plan that has grown.
+    /// Returns the same outcome with the task numbers of a plan that has grown.
     pub fn moved(mut self, from: &Plan, to: &Plan) -> RunOutcome {
         let places = to.tasks.iter().enumerate();
         let places: HashMap<TaskKey, usize> =
@@ -383,19 +387,19 @@ impl RunOutcome {
     }
 }
 
-/// A table that was damaged, and is computed again.
+/// A damaged table that was quarantined and is computed again.
 #[derive(Debug)]
 pub struct Damage {
-    /// Whose table it was.
+    /// Task whose table was damaged.
     pub task: usize,
-    /// What is wrong with its file.
+    /// Damage of the file.
     pub cause: StoreError,
-    /// Where the file is now.
+    /// Path of the quarantined file.
     pub quarantined: PathBuf,
 }
 
 impl Damage {
-    /// Quarantines a task's damaged file; nothing if another process has already mended it.
+    /// Quarantines a task's damaged file. Returns `None` if another process has already done so.
     pub fn quarantine(
         plan: &Plan,
         task: usize,
@@ -407,38 +411,38 @@ impl Damage {
     }
 }
 
-/// Why a task has no table.
+/// A task failed or was not started.
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
-    /// The work itself failed.
+    /// The computation of the stage failed.
     #[error(transparent)]
     Stage(#[from] StageError),
-    /// The store failed.
+    /// The store could not be read or written.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The input tables of a task take too much memory.
+    /// The input tables take too much memory.
     #[error(
-        "takes about {takes} of memory for the tables that it reads, more than the {room} that there is for \
-         it: allow more by `--memory`, or have fewer bins, loads or surfaces"
+        "needs about {takes} of memory for the tables that it reads, more than the {room} available: \
+         increase `--memory`, or reduce the number of bins, loads or surfaces"
     )]
     Inputs { takes: String, room: String },
-    /// A task computed a number that is not finite.
-    #[error("{found}, and tables hold finite numbers or null; {}", if *is_query {
-        "a division by `nullif(x, 0)` gives null where x is zero"
+    /// The result contains a number that is not finite.
+    #[error("{found}, but tables hold only finite numbers and nulls; {}", if *is_query {
+        "divide by `nullif(x, 0)` to get null where x is zero"
     } else {
-        "an input may be too large or too small; if none is, please report this"
+        "check for inputs that are too large or too small, or report this as a bug"
     })]
     NotFinite { found: TableError, is_query: bool },
-    /// Another task failed, without which it cannot be computed.
+    /// A task that this one depends on has failed.
     #[error("needs task {0}, which failed")]
     Upstream(TaskKey),
-    /// The system does not give the memory that the work takes.
+    /// The system does not provide the memory that the task needs.
     #[error(
-        "takes {takes} of memory, which the system does not give it now: allow the process more, \
-         run with fewer `--jobs`, or choose a coarser mesh"
+        "needs {takes} of memory, which the system does not provide now: raise the memory limit of \
+         the process, use fewer `--jobs`, or choose a coarser mesh"
     )]
     Memory { takes: String },
-    /// The work panicked: a bug of ours.
+    /// The task panicked, which is a bug of asperity.
     #[error("panicked: {0}; this is a bug, please report it")]
     Panic(String),
 }
@@ -450,7 +454,7 @@ mod tests {
     use super::*;
     use crate::study::Study;
 
-    /// Three surfaces, each pressed.
+    /// Study with three surfaces, each of which is pressed.
     const STUDY: &str = r#"
 [study]
 name = "small"
@@ -469,7 +473,7 @@ from = "surfaces"
 loads = [0.1]
 "#;
 
-    /// Hears nothing.
+    /// Observer that ignores all events.
     struct Silence;
 
     impl TaskObserver for Silence {
@@ -484,7 +488,7 @@ loads = [0.1]
         let study =
             Study::parse(STUDY, "small.toml", Path::new(""), crate::study::no_claims).unwrap();
         let mut plan = Plan::of(&study);
-        // Petabytes.
+        // The mesh takes petabytes.
         plan.tasks[0].nodes = [1 << 24; 2];
         let store = Store::open(&folder.path().join("store")).unwrap();
         let means = Resources {
@@ -500,7 +504,7 @@ loads = [0.1]
         let (first, error) = &outcome.failed[0];
         assert_eq!(*first, 0);
         assert!(matches!(error, TaskError::Memory { .. }), "{error}");
-        assert!(error.to_string().contains("the system does not give"));
+        assert!(error.to_string().contains("the system does not provide"));
         let others = &outcome.failed[1..];
         assert!(others.iter().all(|(_, error)| matches!(error, TaskError::Upstream(_))));
         let all = outcome.computed.len() + outcome.failed.len();

@@ -1,8 +1,8 @@
 //! A validated study.
 //!
-//! A [`Study`] is a manifest whose every value has been validated: cutoffs in order and within the
-//! mesh, loads ascending, stages that can read each other, files that are there. Past it nobody
-//! checks again.
+//! A [`Study`] is a manifest whose values have all been checked: cutoffs are in order and within
+//! the mesh, loads ascend, stages can read each other, and files exist. Later code relies on these
+//! checks.
 
 mod graph;
 #[cfg(test)]
@@ -25,25 +25,27 @@ pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};
 pub use asperity_stages::Work;
 pub use asperity_stages::generate::growth::{Growth, KnownMean, Limit, Until};
 
-/// Returns the names of all claims that a study may wait for with `until = "claims …"`.
+/// Function that returns the names of all claims that a study may wait for with
+/// `until = "claims …"`.
 ///
-/// Only whoever judges claims knows them; [`no_claims`] serves manifests without such a condition.
+/// The code that judges claims provides it. [`no_claims`] serves manifests without such a
+/// condition.
 pub type ClaimNames = fn() -> Vec<&'static str>;
 
-/// Knows no claim, so that a manifest that waits for one is refused.
+/// Returns no claim, so that a manifest that waits for a claim is refused.
 pub fn no_claims() -> Vec<&'static str> {
     Vec::new()
 }
 
-/// Bytes of a manifest: far more than anybody writes.
+/// Maximum size of a manifest in bytes, far above that of a real one.
 const LONGEST_MANIFEST: u64 = 4 << 20;
 
 /// A study that can be run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
-    /// The folder of its results.
+    /// Name of the study and of its folder of results.
     pub name: String,
-    /// The stages, each after those that it reads, otherwise in the order of the manifest.
+    /// Stages, each after the stages that it reads, otherwise in the order of the manifest.
     pub stages: Vec<Stage>,
     pub sources: SurfaceFiles,
 }
@@ -51,11 +53,11 @@ pub struct Study {
 /// A stage of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stage {
-    /// The file of its results.
+    /// Name of the stage and of its file of results.
     pub name: String,
-    /// The stages that it reads: positions in [`Study::stages`], before its own.
+    /// Stages that it reads, as indices into [`Study::stages`] that are smaller than its own.
     pub inputs: Vec<usize>,
-    /// What it does.
+    /// Work of the stage.
     pub work: Work,
 }
 
@@ -63,17 +65,17 @@ impl Study {
     /// Reads a manifest and the surface files that it names.
     ///
     /// # Errors
-    /// Everything that is wrong with the manifest, or that it cannot be read.
+    /// Returns all problems of the manifest, or the reason why it cannot be read.
     pub fn read(path: &Path, claims: ClaimNames) -> Result<Study, ManifestErrors> {
         let file = path.display().to_string();
         Study::parse(&text_of(path)?, &file, folder(path), claims)
     }
 
-    /// Reads a manifest to look at what has been computed of it: surface files that cannot be read
-    /// are taken to be as `recall` knows them of the study of a name.
+    /// Reads a manifest in order to read its results. Surface files that cannot be read are
+    /// replaced by what `recall` knows about the files of a study with this name.
     ///
     /// # Errors
-    /// As [`Study::read`], if nothing is known of a file either.
+    /// The same as of [`Study::read`], if `recall` does not know a file either.
     pub fn read_recalling(
         path: &Path,
         claims: ClaimNames,
@@ -91,7 +93,8 @@ impl Study {
         })
     }
 
-    /// How many surfaces its stages draw or read; at first, where their number is yet to be found.
+    /// Returns the number of surfaces that its stages generate or read. For adaptive stages it is
+    /// the number at the start.
     pub fn surfaces(&self) -> u64 {
         let ensembles = self.stages.iter().flat_map(|stage| match &stage.work {
             Work::Generate(ensembles) => ensembles.as_slice(),
@@ -101,7 +104,7 @@ impl Study {
         surfaces.sum()
     }
 
-    /// Whether numbers of surfaces are yet to be found.
+    /// Returns whether a stage determines its number of surfaces adaptively.
     pub fn grows(&self) -> bool {
         self.stages.iter().any(|stage| match &stage.work {
             Work::Generate(ensembles) => ensembles.iter().any(|ensemble| ensemble.growth.is_some()),
@@ -109,10 +112,11 @@ impl Study {
         })
     }
 
-    /// The table of each stage, without rows: names, types, units and meanings of its columns.
+    /// Returns the table of each stage without rows: names, types, units and meanings of its
+    /// columns.
     ///
     /// # Errors
-    /// When a query cannot be answered.
+    /// Returns an error if a query cannot be evaluated.
     pub fn empty_tables(&self) -> Result<Vec<Table>, StageError> {
         let mut tables: Vec<(String, Table)> = Vec::new();
         for stage in &self.stages {
@@ -123,11 +127,13 @@ impl Study {
         Ok(tables.into_iter().map(|(_, table)| table).collect())
     }
 
-    /// Reads a manifest's text. Messages call it `file`, paths of surface files are relative to
-    /// `folder`, and `claims` are those that the study may wait for.
+    /// Validates the text of a manifest.
+    ///
+    /// Messages call the manifest `file`. Paths of surface files are relative to `folder`. `claims`
+    /// returns the claims that the study may wait for.
     ///
     /// # Errors
-    /// Everything that is wrong with the manifest, as far as it can be told at once.
+    /// Returns all problems of the manifest that can be found in one pass.
     pub fn parse(
         text: &str,
         file: &str,
@@ -153,12 +159,12 @@ impl Study {
     }
 }
 
-/// The folder of a manifest.
+/// Returns the folder of a manifest.
 fn folder(manifest: &Path) -> &Path {
     manifest.parent().unwrap_or(Path::new(""))
 }
 
-/// A manifest's text.
+/// Reads the text of a manifest.
 fn text_of(path: &Path) -> Result<String, ManifestErrors> {
     let file = path.display().to_string();
     let unreadable = |reason: String| {

@@ -145,8 +145,8 @@ fn what_stays_undecided_ends_at_the_most_and_is_named() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let told = text(&output.stdout);
     let expected = format!(
-        "surfaces: 6 surfaces a point, the most: 0 of 1 claims decided; more surfaces would decide \
-         `{name}`"
+        "surfaces: 6 surfaces per point (the maximum): 0 of 1 claims decided; more surfaces would \
+         decide `{name}`"
     );
     assert!(told.contains(&expected), "{told}");
     assert_eq!(verdict(&bench, name), ("cannot say".to_owned(), 6));
@@ -159,7 +159,7 @@ fn a_named_claim_that_the_study_cannot_judge_asks_for_no_surfaces_and_says_what_
     let path = bench.write(&manifest);
     let output = bench.output(&["run", path.to_str().unwrap()]);
     let told = text(&output.stdout);
-    let expected = "surfaces: 5 surfaces a point: no claim to decide; \
+    let expected = "surfaces: 5 surfaces per point: no claim to decide; \
                     `sealing-area-does-not-depend-on-k-lower` needs";
     assert!(told.contains(expected), "{told}");
 }

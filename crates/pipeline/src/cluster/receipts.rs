@@ -1,8 +1,9 @@
-//! What computed a shard, and what came of it.
+//! Receipts: files in which processes report on the shards that they compute.
 //!
-//! Each process that computes a shard has a receipt of its own, a file that nobody else writes. It is
-//! there from the beginning, is written anew while tasks are computed, and says in the end that it
-//! has ended: one that has not, and has not been touched for long, is of a process that was killed.
+//! Each process writes its own receipt, which no other process changes. The receipt exists from the
+//! start, is updated while tasks are computed, and finally says that the process has ended. A
+//! receipt without an end that has not been updated for a long time belongs to a process that was
+//! killed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,49 +17,51 @@ use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, names, write_whole};
 use asperity_tables::store::users::Writer;
 
-/// After what time a receipt is written anew, the first time and later.
+/// Interval after which a receipt is updated, the first time and later.
 pub const EVERY: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
 
-/// Nobody who lives leaves a receipt untouched for so long, but one whom a scheduler has suspended.
+/// Age after which a receipt that has not ended is considered abandoned. Only a process that the
+/// scheduler has suspended can be alive for so long without an update.
 const LONG: Duration = Duration::from_secs(86400);
 
-/// What computed a shard, and what came of it so far.
+/// Report of one process on the shard that it computes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Receipt {
     pub study: String,
-    /// Which part of its surfaces.
+    /// Part of the study's surfaces.
     pub shard: Shard,
-    /// The job of a scheduler that it belongs to, if it was told.
+    /// Job of the scheduler, if the command line names it.
     pub job: Option<String>,
     pub machine: String,
-    /// The number that it knows the process by.
+    /// Process id on that machine.
     pub process: u32,
     pub processor: String,
-    /// Surfaces that are worked on at once.
+    /// Number of threads, each of which works on one surface.
     pub threads: usize,
-    /// When it began, in seconds since 1970 …
+    /// Time of the start, in seconds since 1970.
     pub begun: u64,
-    /// … when this was written …
+    /// Time of the last update, in seconds since 1970.
     pub touched: u64,
-    /// … and when it ended; none while it is at work, and of a process that was killed.
+    /// Time of the end, in seconds since 1970. `None` while the process is running, and for a
+    /// process that was killed.
     pub ended: Option<u64>,
-    /// Tasks that were to be computed.
+    /// Number of tasks to be computed.
     pub wanted: usize,
     pub computed: usize,
-    /// Keys of the tasks under way.
+    /// Keys of the running tasks.
     pub under_way: Vec<String>,
     pub failed: Vec<FailedTask>,
-    /// Whether it was asked to stop.
+    /// Whether the process was asked to stop.
     pub interrupted: bool,
-    /// Whether it stopped because no table can be stored.
+    /// Whether the process stopped because tables could not be stored.
     pub halted: bool,
-    /// Seconds of one core that computing has taken.
+    /// Seconds of one core that the tasks have taken.
     pub seconds: f64,
-    /// How fast that was, by mesh.
+    /// Measured speed, by mesh.
     pub pace: Vec<Pace>,
 }
 
-/// A task that could not be computed.
+/// A task that failed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailedTask {
     pub task: String,
@@ -67,7 +70,7 @@ pub struct FailedTask {
 }
 
 impl Receipt {
-    /// One of this process, which begins now.
+    /// Creates the receipt of this process, which starts now.
     pub fn begin(study: &str, shard: Shard, job: Option<String>, threads: usize) -> Receipt {
         let Writer { machine, process } = Writer::own();
         Receipt {
@@ -92,33 +95,34 @@ impl Receipt {
         }
     }
 
-    /// Where it is among the receipts in a folder.
+    /// Returns the path of the receipt in a folder of receipts.
     pub fn path(&self, folder: &Path) -> PathBuf {
         let (number, count) = (self.shard.number(), self.shard.count());
         let Receipt { machine, process, begun, .. } = self;
         folder.join(format!("{number}-of-{count}-{machine}-{process}-{begun}.json"))
     }
 
-    /// Writes it in the place of what it was before.
+    /// Writes the receipt, replacing its previous version.
     pub fn write(&mut self, folder: &Path) -> Result<(), StoreError> {
         self.touched = now();
         let bytes = serde_json::to_vec_pretty(self).expect("a receipt is plain data");
         write_whole(&self.path(folder), &bytes, Existing::Replace, folder)
     }
 
-    /// Says that its process is about to end.
+    /// Records that the process is about to end.
     pub fn end(&mut self) {
         self.ended = Some(now());
     }
 
-    /// Whether its process may be at work: it has not ended, and was at work a day ago.
+    /// Returns whether the process may be running: it has not ended, and its last update is less
+    /// than a day old.
     pub fn may_be_at_work(&self) -> bool {
         let untouched = now().saturating_sub(self.touched);
         self.ended.is_none() && untouched < LONG.as_secs()
     }
 }
 
-/// The receipts in a folder, in the order of their names; files that are none are left out.
+/// Reads the receipts in a folder, in the order of their file names. Other files are skipped.
 pub fn read(folder: &Path) -> Result<Vec<Receipt>, StoreError> {
     let names = names(folder)?.into_iter();
     let names = names.filter(|name| !name.starts_with('.') && name.ends_with(".json"));
@@ -134,7 +138,7 @@ pub fn read(folder: &Path) -> Result<Vec<Receipt>, StoreError> {
     Ok(receipts)
 }
 
-/// How fast all of them were together.
+/// Adds up the speeds of several receipts.
 pub fn paces<'a>(receipts: impl IntoIterator<Item = &'a Receipt>) -> Paces {
     let mut paces = Paces::default();
     for receipt in receipts {
@@ -148,23 +152,23 @@ fn now() -> u64 {
     since.map_or(0, |since| since.as_secs())
 }
 
-/// Work on one mesh: what was expected, and what it took.
+/// Expected and actual work on one mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
     /// Nodes along x and y.
     pub nodes: [usize; 2],
-    /// Pairs of transforms that the tasks were expected to take.
+    /// Expected number of pairs of transforms.
     pub pairs: f64,
-    /// Seconds of one core that they took.
+    /// Seconds of one core that the tasks took.
     pub seconds: f64,
 }
 
-/// Work of many tasks, added up: seconds of one core for each pair of transforms that was expected.
+/// Work of many tasks by mesh: sums of expected pairs and of seconds of one core.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Paces(BTreeMap<[usize; 2], (f64, f64)>);
 
 impl Paces {
-    /// Adds work. What was expected to take no transforms tells no pace.
+    /// Adds work. Work without expected transforms has no pace and is ignored.
     pub fn add(&mut self, Pace { nodes, pairs, seconds }: Pace) {
         if pairs > 0.0 {
             let sums = self.0.entry(nodes).or_default();
@@ -173,13 +177,13 @@ impl Paces {
         }
     }
 
-    /// The sums, by mesh.
+    /// Returns the sums, by mesh.
     pub fn all(&self) -> Vec<Pace> {
         let sums = self.0.iter();
         sums.map(|(&nodes, &(pairs, seconds))| Pace { nodes, pairs, seconds }).collect()
     }
 
-    /// Seconds of one core for each expected pair, by mesh.
+    /// Returns the seconds of one core per expected pair, by mesh.
     pub fn seconds_per_pair(&self) -> BTreeMap<[usize; 2], f64> {
         let sums = self.0.iter();
         sums.map(|(&nodes, &(pairs, seconds))| (nodes, seconds / pairs)).collect()

@@ -1,7 +1,7 @@
-//! Where a study's elements run, and with what: the table `[cluster]` of `asperity.toml`.
+//! Settings of cluster jobs: the table `[cluster]` of `asperity.toml`.
 //!
-//! It is read beside the manifest and from the user's folder of configuration, and each key may be
-//! given once more on the command line. No key of a table in the store depends on any of it.
+//! The file is read from the folder of the manifest and from the user's configuration folder.
+//! Options of the command line override its keys. No key in the store depends on these settings.
 
 use std::io;
 use std::ops::Bound;
@@ -19,17 +19,17 @@ use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Section, Written, reader, table};
 use asperity_stages::surface_files::read_regular;
 
-/// The name of the file.
+/// Name of the settings file.
 pub const FILE: &str = "asperity.toml";
 
-/// Bytes of the file: far more than anybody writes.
+/// Maximum size of the file in bytes, far above that of a real one.
 const LONGEST: u64 = 1 << 20;
 /// Largest `time_limit` and `per_element` in hours: eleven years.
 const MOST_HOURS: f64 = 1e5;
 
-/// Declares each setting once: its documentation and its type as a key of the file, its type and its
-/// check as a value, and how it is given as an argument. `ClusterTable` is what the file says,
-/// [`Settings`] what somebody has said, in a file or as arguments of a command.
+/// Declares each setting once: documentation, type in the file, type of the value, check, and
+/// command-line argument. `ClusterTable` holds the keys as written. [`Settings`] holds the values
+/// from a file or from the command line.
 macro_rules! settings {
     ($($(#[$about:meta])* $name:ident: $written:ty => $value:ty, $check:expr, {$($argument:tt)*};)*) => {
         #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -38,15 +38,15 @@ macro_rules! settings {
             $($(#[$about])* $name: Key<$written>,)*
         }
 
-        // No comment of documentation: it would stand in the help of the command.
+        // A doc comment here would appear in the help of the command.
         #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
-        #[command(next_help_heading = "Instead of what `[cluster]` in asperity.toml says")]
+        #[command(next_help_heading = "Cluster settings (override `[cluster]` in asperity.toml)")]
         pub struct Settings {
             $(#[arg(long, $($argument)*)] pub $name: Option<$value>,)*
         }
 
         impl Settings {
-            /// These, and of others what these leave out.
+            /// Returns these settings, completed by `others` where a setting is missing.
             pub fn or(self, others: Settings) -> Settings {
                 Settings { $($name: self.$name.or(others.$name),)* }
             }
@@ -63,54 +63,55 @@ macro_rules! settings {
 }
 
 settings! {
-    /// Partition whose nodes compute; that of the cluster's choice when left out.
+    /// Partition of the nodes; the default partition of the cluster when omitted.
     partition: String => String, word(name),
-        { value_name = "NAME", value_parser = name, help = "Partition whose nodes compute" };
-    /// Account that pays for the core-hours.
+        { value_name = "NAME", value_parser = name, help = "Run on the nodes of this partition" };
+    /// Account that is charged for the core-hours.
     account: String => String, word(name),
-        { value_name = "NAME", value_parser = name, help = "Account that pays for the core-hours" };
-    /// Quality of service, where the cluster has several.
+        { value_name = "NAME", value_parser = name, help = "Charge the core-hours to this account" };
+    /// Quality of service, if the cluster has several.
     qos: String => String, word(name),
-        { value_name = "NAME", value_parser = name, help = "Quality of service" };
-    /// Cores of an element, and surfaces that it works on at once; 1 when left out.
+        { value_name = "NAME", value_parser = name, help = "Request this quality of service" };
+    /// Cores per array task, each of which works on one surface; 1 when omitted.
     cores: i64 => u32, whole(1, 1024),
         { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024),
-          help = "Cores of an element, and surfaces that it works on at once" };
-    /// Memory of an element, as in `"16GB"`; what the largest task takes on each core when left out.
+          help = "Use this many cores per array task; each works on one surface" };
+    /// Memory per array task, such as `"16GB"`; when omitted, the memory of the largest task times
+    /// the number of cores.
     memory: String => ByteSize, word(size),
-        { value_name = "SIZE", help = "Memory of an element, as in `16GB`" };
-    /// Hours after which Slurm ends an element; twice what it is expected to take when left out.
+        { value_name = "SIZE", help = "Request this much memory per array task, such as `16GB`" };
+    /// Time limit of an array task in hours; twice the expected time when omitted.
     time_limit: f64 => f64, hours,
         { value_name = "HOURS", value_parser = parsed_hours,
-          help = "Hours after which Slurm ends an element" };
-    /// Hours that an element is to take; 1 when left out.
+          help = "Set the time limit of an array task, in hours" };
+    /// Target duration of an array task in hours; 1 when omitted.
     per_element: f64 => f64, hours,
         { value_name = "HOURS", value_parser = parsed_hours,
-          help = "Hours that an element is to take" };
-    /// The most elements at once; as many as Slurm allows in an array when left out.
+          help = "Set the target duration of an array task, in hours" };
+    /// Maximum number of array tasks; the largest array that Slurm allows when omitted.
     at_most: i64 => u32, whole(1, 1_000_000),
         { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
-          help = "The most elements" };
-    /// How often what is missing is submitted again; 3 when left out.
+          help = "Set the maximum number of array tasks" };
+    /// Number of times that missing tasks are submitted again; 3 when omitted.
     rounds: i64 => u32, whole(0, 100),
         { value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100),
-          help = "How often what is missing is submitted again" };
-    /// Lines of shell before the command, as in `["module load rust"]`.
+          help = "Set how many times missing tasks are submitted again" };
+    /// Shell commands that run before asperity, such as `["module load rust"]`.
     before: Vec<Written<String>> => Vec<String>, list(line),
         { value_name = "LINE", value_parser = line,
-          help = "A line of shell before the command; may be given several times" };
-    /// More options of `sbatch`, as in `["--constraint=avx2"]`.
+          help = "Run a shell command before asperity; can be repeated" };
+    /// Additional options of `sbatch`, such as `["--constraint=avx2"]`.
     directives: Vec<Written<String>> => Vec<String>, list(directive),
         { long = "directive", value_name = "OPTION", value_parser = directive,
           allow_hyphen_values = true,
-          help = "One more option of `sbatch`, as in `--directive=--constraint=avx2`; may be given \
-                  several times" };
+          help = "Add an option of `sbatch`, such as `--directive=--constraint=avx2`; can be \
+                  repeated" };
 }
 
 table!(ClusterTable, swept: [], lists: ["before", "directives"]);
 
 impl Settings {
-    /// What the file says; none if there is no such file.
+    /// Reads the settings from a file. Returns `None` if there is no such file.
     pub fn read(path: &Path) -> Result<Option<Settings>, ManifestErrors> {
         let file = path.display().to_string();
         let unreadable = |why: String| {
@@ -127,7 +128,7 @@ impl Settings {
         Settings::parse(&text, &file).map(Some)
     }
 
-    /// What the text of a file says; `file` is what messages call it.
+    /// Reads the settings from the text of a file. Messages call the file `file`.
     pub fn parse(text: &str, file: &str) -> Result<Settings, ManifestErrors> {
         let mut problems = Problems::default();
         let settings = parse(text, &mut problems);
@@ -138,7 +139,7 @@ impl Settings {
     }
 }
 
-/// A word that `sbatch` takes for a name.
+/// Checks that a word is a name for `sbatch`.
 fn name(word: &str) -> Result<String, String> {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-.,:@/+".contains(letter);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -148,21 +149,21 @@ fn name(word: &str) -> Result<String, String> {
     }
 }
 
-/// One line of shell.
+/// Checks that a text is one line.
 fn line(line: &str) -> Result<String, String> {
     if line.chars().any(char::is_control) {
-        Err("must be one line; a list has several".to_owned())
+        Err("must be one line; write several lines as a list".to_owned())
     } else {
         Ok(line.to_owned())
     }
 }
 
-/// One option of `sbatch`, but for those that asperity writes itself.
+/// Checks that a text is one option of `sbatch`, and none that asperity sets itself.
 fn directive(option: &str) -> Result<String, String> {
     const OWN: [&str; 6] = ["array", "dependency", "job-name", "output", "parsable", "signal"];
     let option = line(option)?;
     if !option.starts_with('-') {
-        return Err("must be an option of `sbatch`, as `--constraint=avx2` is one".to_owned());
+        return Err("must be an option of `sbatch`, such as `--constraint=avx2`".to_owned());
     }
     let long = option.trim_start_matches('-').split(['=', ' ']).next();
     match long.filter(|name| OWN.contains(name)) {
@@ -202,17 +203,17 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
             _ => {
                 let label = match did_you_mean(&name, ["cluster"]) {
                     Some(_) => "did you mean `[cluster]`?",
-                    None => "not part of this file",
+                    None => "not allowed in this file",
                 };
                 let problem = Problem::new(format!("unknown `{name}`"), place, label);
-                problems.push(problem.help(format!("`{FILE}` has one table, `[cluster]`")));
+                problems.push(problem.help(format!("`{FILE}` has only the table `[cluster]`")));
             }
         }
     }
     Some(settings)
 }
 
-/// Judges one word; the error says what it must be.
+/// Check of one word; the error says what the word must be.
 type Judge<T> = fn(&str) -> Result<T, String>;
 
 fn hours(checks: &mut Checks, name: &str, written: &Written<f64>) -> Option<f64> {
@@ -306,7 +307,7 @@ directives = [\"constraint=avx2\", \"--array=1-4\"]
 
     #[test]
     fn a_file_that_is_no_toml_or_not_there_is_told_apart() {
-        assert!(refused("[cluster").contains("not TOML"));
+        assert!(refused("[cluster").contains("invalid TOML"));
         assert_eq!(Settings::read(Path::new("/nowhere/asperity.toml")).unwrap(), None);
     }
 

@@ -1,4 +1,4 @@
-//! How many elements a study is shared out into, and what each is expected to take.
+//! Number of array tasks for a study, with their expected time and memory.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -11,40 +11,41 @@ use crate::forecast::memory;
 use crate::plan::Plan;
 use asperity_tables::store::key::TaskKey;
 
-/// Hours that an element is to take, unless somebody says otherwise.
+/// Default target duration of an array task, in hours.
 pub const PER_ELEMENT: f64 = 1.0;
 
-/// The time limit over what an element is expected to take: expectations are good to a quarter, and
-/// nodes that are shared are slower.
+/// Ratio of the time limit to the expected time of an array task. Forecasts are accurate to a
+/// quarter, and shared nodes are slower.
 const MARGIN: f64 = 2.0;
 
-/// The shortest time limit, in minutes: a program starts, a file system is slow.
+/// Shortest time limit in minutes, because programs start slowly on slow file systems.
 const SHORTEST: f64 = 10.0;
 
-/// The shortest time limit of the job after them, in minutes: it computes what is little, too.
+/// Shortest time limit of the finish job in minutes. It also computes small remainders.
 const SHORTEST_AFTER: f64 = 60.0;
 
-/// Elements of one array, and what they are expected to take.
+/// Array tasks of a submission, with their expected cost and resources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sizing {
-    /// Parts that the study's surfaces are shared out into.
+    /// Number of parts into which the study's surfaces are split.
     pub elements: u32,
-    /// Those of them that have something to do, with the hours that each is expected to take.
+    /// Expected hours of each array task that has something to compute, by its number.
     pub hours: BTreeMap<u32, f64>,
-    /// Core-hours of all elements.
+    /// Core-hours of all array tasks.
     pub core_hours: f64,
-    /// Core-hours of what comes after them: fits, aggregates and all that reads several surfaces.
+    /// Core-hours of the finish job: fits, aggregates and all other tasks that read several
+    /// surfaces.
     pub core_hours_after: f64,
     pub cores: u32,
     pub memory: ByteSize,
-    /// Minutes after which Slurm ends one.
+    /// Time limit of an array task, in minutes.
     pub minutes: u32,
-    /// Minutes after which it ends the job after them.
+    /// Time limit of the finish job, in minutes.
     pub minutes_after: u32,
 }
 
 impl Sizing {
-    /// Of these missing tasks, in an array of at most so many elements.
+    /// Plans an array of at most `largest_array` array tasks for the missing tasks.
     pub fn of(
         plan: &Plan,
         missing: &[usize],
@@ -82,19 +83,20 @@ impl Sizing {
         }
     }
 
-    /// Hours that the longest element is expected to take.
+    /// Returns the expected hours of the longest array task.
     pub fn longest(&self) -> f64 {
         self.hours.values().copied().fold(0.0, f64::max)
     }
 
-    /// The elements that have something to do, as `sbatch --array` takes them: `1-4,7`.
+    /// Returns the array tasks that have something to compute, as `sbatch --array` takes them:
+    /// `1-4,7`.
     pub fn array(&self) -> String {
         ranges(self.hours.keys().copied())
     }
 }
 
-/// The shards, of so many, that these tasks fall to, and the seconds of one core that they are
-/// expected to take together.
+/// Returns the shards, of `elements` shards, that contain the given tasks, and the expected seconds
+/// of one core of these tasks together.
 pub fn shards_of(plan: &Plan, tasks: &[usize], cost: &CostModel, elements: u32) -> (Vec<u32>, f64) {
     let (by_surface, _) = seconds_by_surface(plan, tasks, cost);
     let surfaces = by_surface.keys();
@@ -103,7 +105,7 @@ pub fn shards_of(plan: &Plan, tasks: &[usize], cost: &CostModel, elements: u32) 
     (shards.into_iter().collect(), by_surface.values().sum())
 }
 
-/// Whole numbers in ascending order as ranges: `1-4,7`.
+/// Writes whole numbers in ascending order as ranges: `1-4,7`.
 pub fn ranges(numbers: impl IntoIterator<Item = u32>) -> String {
     let mut ranges: Vec<(u32, u32)> = Vec::new();
     for number in numbers {
@@ -118,8 +120,8 @@ pub fn ranges(numbers: impl IntoIterator<Item = u32>) -> String {
     words.collect::<Vec<_>>().join(",")
 }
 
-/// Seconds of one core that the missing tasks of each surface are expected to take, and all others
-/// together.
+/// Returns the expected seconds of one core of the missing tasks, by surface, and of the tasks that
+/// read several surfaces.
 fn seconds_by_surface(
     plan: &Plan,
     missing: &[usize],
@@ -153,17 +155,17 @@ fn hours_of_shards(
         load.seconds += seconds;
         load.longest = load.longest.max(seconds);
     }
-    // No surface is faster than its own tasks, one after the other.
+    // The tasks of one surface run one after the other.
     let hours = |load: Load| (load.seconds / f64::from(cores)).max(load.longest) / 3600.0;
     let loads = loads.into_iter();
     loads.map(|(shard, load)| (shard, hours(load))).collect()
 }
 
-/// Memory for the largest task on each core, in whole gibibytes.
+/// Returns the memory for the largest task on each core, in whole gibibytes.
 fn enough(plan: &Plan, missing: &[usize], cores: u32) -> ByteSize {
     let largest = memory::of_largest(plan, missing).0;
     let bytes = memory::PROGRAM.0 + largest.saturating_mul(u64::from(cores));
-    // An eighth is for what the allocator keeps.
+    // An eighth is added for the reserves of the allocator.
     ByteSize::gib((bytes / 8 * 9).div_ceil(1 << 30))
 }
 

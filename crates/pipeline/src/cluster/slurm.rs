@@ -1,4 +1,4 @@
-//! The commands of Slurm: `sbatch`, `squeue`, `scancel`, `scontrol`.
+//! Wrappers of the Slurm commands `sbatch`, `squeue`, `scancel`, `scontrol` and `sinfo`.
 
 use std::ffi::OsStr;
 use std::fmt;
@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use asperity_manifest::diagnostics::listed;
 
-/// Elements of an array, where Slurm does not say how many it allows: one less than its default.
+/// Maximum number of array tasks if Slurm does not state its limit: its default limit minus one.
 const USUAL_ARRAY: u32 = 1000;
 
-/// A job, by the number that Slurm gave it.
+/// Job number that Slurm has assigned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Job(pub u64);
 
@@ -23,55 +23,55 @@ impl fmt::Display for Job {
     }
 }
 
-/// A job or an element of an array that Slurm has not done with.
+/// A job or an array task in the queue of Slurm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Queued {
     pub job: Job,
-    /// The number of its array; its own of a single job.
+    /// Job number of the array; equals `job` for a single job.
     pub array: Job,
-    /// Which element of the array it is.
+    /// Index of the array task; `None` for a single job.
     pub element: Option<u32>,
-    /// `PENDING`, `RUNNING` …
+    /// State as Slurm names it: `PENDING`, `RUNNING` …
     pub state: String,
-    /// Why it waits, in a word of Slurm's.
+    /// Reason for which the job waits, as Slurm names it.
     pub reason: String,
 }
 
 impl Queued {
-    /// Whether it has begun and not ended.
+    /// Returns whether the job has started and not ended.
     pub fn is_running(&self) -> bool {
         matches!(self.state.as_str(), "RUNNING" | "COMPLETING" | "CONFIGURING" | "SUSPENDED")
     }
 }
 
-/// Slurm cannot do what it was asked.
+/// A Slurm command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum SlurmError {
-    /// There is no such command here.
+    /// The command is not installed on this machine.
     #[error(
-        "there is no `{command}` here: submit on a machine of a Slurm cluster, such as its login \
-         node; under another scheduler, or none, `asperity run MANIFEST --shard I/N` computes a \
-         part of the surfaces (docs/cluster.md)"
+        "cannot find `{command}` on this machine: submit from a node of a Slurm cluster, such as \
+         its login node; with another scheduler, or without one, compute a part of the surfaces \
+         with `asperity run MANIFEST --shard I/N` (docs/cluster.md)"
     )]
     NotHere { command: &'static str },
-    /// The command cannot be run.
+    /// The command could not be started.
     #[error("cannot run `{command}`")]
     Unusable { command: &'static str, source: io::Error },
-    /// The command has failed.
+    /// The command ended with an error.
     #[error("`{command}` failed: {told}{cure}")]
     Refused {
         command: &'static str,
         told: String,
-        /// What may be done about it.
+        /// Suggestion to the user, on a line after the message.
         cure: String,
     },
-    /// The command has printed what nobody expected.
-    #[error("`{command}` printed `{told}`, where the number of a job was expected")]
+    /// The command printed something other than a job number.
+    #[error("`{command}` printed `{told}` instead of a job number")]
     Unreadable { command: &'static str, told: String },
 }
 
-/// Submits a script: an array of these elements if there are any, after all of another job has ended
-/// in whatever way.
+/// Submits a script, as an array if `array` lists array tasks. The job waits until all of `after`
+/// has ended, successfully or not.
 pub fn submit(
     script: &Path,
     array: Option<&str>,
@@ -84,12 +84,12 @@ pub fn submit(
     words.push(script.to_string_lossy().into_owned());
     words.extend(arguments.iter().cloned());
     let told = run("sbatch", &words)?;
-    // `12`, or `12;cluster` where there are several clusters.
+    // `sbatch` prints `12`, or `12;cluster` if there are several clusters.
     let number = told.trim().split(';').next().and_then(|word| word.parse().ok());
     number.map(Job).ok_or(SlurmError::Unreadable { command: "sbatch", told })
 }
 
-/// What is in the queue under these names.
+/// Returns the user's jobs in the queue that have one of these names.
 pub fn queue(names: &[&str]) -> Result<Vec<Queued>, SlurmError> {
     let names = format!("--name={}", names.join(","));
     let told =
@@ -111,14 +111,14 @@ fn queued(line: &str) -> Option<Queued> {
     })
 }
 
-/// Takes jobs out of the queue, and ends those that run.
+/// Cancels jobs, whether they wait or run.
 pub fn cancel(jobs: &[Job]) -> Result<(), SlurmError> {
     let jobs: Vec<String> = jobs.iter().map(Job::to_string).collect();
     run("scancel", &jobs).map(drop)
 }
 
-/// The most elements that an array may have here; `MaxArraySize` is one more than the last number
-/// of an element, and ours begin with one.
+/// Returns the maximum number of array tasks on this cluster. `MaxArraySize` is one more than the
+/// largest index, and our indices start at 1.
 pub fn largest_array() -> u32 {
     let told = run("scontrol", &["show", "config"]).unwrap_or_default();
     let mut sizes = told.lines().filter_map(|line| {
@@ -148,33 +148,34 @@ fn run(command: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, Slu
     Err(SlurmError::Refused { command, told, cure })
 }
 
-/// What may be done about what Slurm says.
+/// Returns a suggestion for an error message of Slurm.
 fn cure(told: &str) -> String {
     let says = |words: &str| told.to_lowercase().contains(words);
     let cure = if says("invalid partition") {
-        let there_is = partitions().map_or_else(String::new, |there| format!(", of {there}"));
-        format!("name another{there_is} as `partition` in `asperity.toml` or with `--partition`")
+        let known = partitions().map_or_else(String::new, |known| format!("; there are {known}"));
+        format!("set another `partition` in `asperity.toml` or with `--partition`{known}")
     } else if says("invalid account") || says("account/partition") {
-        "say who pays as `account` in `asperity.toml` or with `--account`".to_owned()
+        "set your `account` in `asperity.toml` or with `--account`".to_owned()
     } else if says("invalid qos") {
-        "name another `qos` in `asperity.toml` or with `--qos`".to_owned()
+        "set another `qos` in `asperity.toml` or with `--qos`".to_owned()
     } else if says("job submit limit") || says("policy") || says("array size") {
-        "submit fewer elements with `--at-most`".to_owned()
+        "submit fewer array tasks with `--at-most`".to_owned()
     } else if says("memory specification") {
-        "no node has so much: ask for less with `--memory`, or for fewer `--cores`".to_owned()
+        "no node has so much memory: request less with `--memory`, or fewer `--cores`".to_owned()
     } else if says("time limit") {
-        "ask for less with `--time-limit`, and for shorter elements with `--per-element`".to_owned()
+        "request less with `--time-limit`, and shorten the array tasks with `--per-element`"
+            .to_owned()
     } else if says("node configuration") || says("cpu count") || says("more processors") {
-        "no node has so many cores: ask for fewer with `--cores`".to_owned()
+        "no node has so many cores: request fewer with `--cores`".to_owned()
     } else if says("unable to contact") || says("connection refused") {
-        "the controller of the cluster does not answer; try later".to_owned()
+        "the controller of the cluster does not answer; try again later".to_owned()
     } else {
         return String::new();
     };
     format!("\n{cure}")
 }
 
-/// The partitions that there are, if Slurm tells.
+/// Lists the partitions of the cluster, if Slurm names them.
 fn partitions() -> Option<String> {
     let told = run_quietly("sinfo", &["--noheader", "--format=%R"])?;
     let names: Vec<String> = told.lines().map(|name| name.trim().to_owned()).collect();

@@ -1,5 +1,5 @@
-//! The scripts of a submission, as a person would write them, and what has been submitted, as the
-//! folder of a study keeps it.
+//! Batch scripts of a submission, and the record of what has been submitted, both kept in the
+//! cluster folder of the study.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -15,52 +15,52 @@ use crate::cluster::slurm::Job;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, write_whole};
 
-/// What scripts say besides sizes and settings.
+/// Paths that the scripts need.
 #[derive(Debug, Clone)]
 pub struct Places {
-    /// The program, by an absolute path or a name for `PATH`.
+    /// Path of the program: absolute, or a name to be found in `PATH`.
     pub program: PathBuf,
-    /// The folder of data; absolute.
+    /// Absolute path of the data folder.
     pub data: PathBuf,
-    /// The manifest; absolute.
+    /// Absolute path of the manifest.
     pub manifest: PathBuf,
-    /// The folder of scripts and receipts; absolute.
+    /// Absolute path of the folder of scripts and receipts.
     pub folder: PathBuf,
 }
 
-/// What else the commands are told.
+/// Options that the scripts pass on to the commands.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Extras {
-    /// Whether the last job writes the page.
+    /// Whether the finish job writes the HTML report.
     pub report: bool,
-    /// Whether another manifest's tables may be lost.
+    /// Whether the results of another manifest may be overwritten.
     pub replace: bool,
 }
 
-/// The scripts of one submission.
+/// Batch scripts of one submission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Scripts {
-    /// What each element of the array runs.
+    /// Script of each array task.
     pub element: String,
-    /// What runs after all of them.
+    /// Script of the finish job, which runs after all array tasks.
     pub finish: String,
 }
 
-/// A text has a control character and cannot be written into a script.
+/// A text contains a control character and cannot be written into a script.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{what} is {text:?}, which has a control character: in a batch script, the text after a line \
-     end would be an option of `sbatch` or a command; use one without control characters"
+    "{what} is {text:?}, which contains a control character: a batch script would take the text \
+     after a line end for an option or a command; remove the control character"
 )]
 pub struct ControlCharacter {
-    /// Which text it is.
+    /// Name of the text, such as `partition`.
     pub what: &'static str,
     pub text: String,
 }
 
 #[derive(Serialize)]
 struct Values<'a> {
-    /// What both scripts say.
+    /// Text that both scripts share.
     common: String,
     study: &'a str,
     elements: u32,
@@ -106,7 +106,7 @@ impl Scripts {
             data: quoted(&places.data),
             path: quoted(&places.manifest),
             manifest: places.manifest.display().to_string(),
-            // A percent sign would stand for a number of Slurm's.
+            // Slurm replaces patterns such as `%j` by numbers.
             logs: quoted(&places.folder.join("logs")).replace('%', "%%"),
             report: extras.report,
             replace: extras.replace,
@@ -120,7 +120,7 @@ impl Scripts {
     }
 }
 
-/// Checks every text that a script takes from outside.
+/// Checks every text that comes from the user for control characters.
 fn check(settings: &Settings, places: &Places) -> Result<(), ControlCharacter> {
     let paths = [
         ("the program's path", &places.program),
@@ -165,61 +165,61 @@ fn directives(settings: &Settings) -> Vec<String> {
     named.chain(settings.directives.iter().flatten().cloned()).collect()
 }
 
-/// Minutes as Slurm has them: `2:05:00`.
+/// Formats minutes as Slurm does: `2:05:00`.
 fn duration(minutes: u32) -> String {
     format!("{}:{:02}:00", minutes / 60, minutes % 60)
 }
 
-/// A path as one word of shell.
+/// Quotes a path as one word for the shell.
 fn quoted(path: &Path) -> String {
     let path = path.to_string_lossy();
     let word = shlex::try_quote(&path).map(|word| word.into_owned());
     word.unwrap_or_else(|_| path.replace('\0', ""))
 }
 
-/// What has been submitted of a study, and how.
+/// Record of what has been submitted for a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Submission {
-    /// Parts that its surfaces are shared out into.
+    /// Number of parts into which the study's surfaces are split.
     pub elements: u32,
     pub cores: u32,
-    /// How often what is missing may be submitted again.
+    /// Number of times that missing tasks may be submitted again.
     pub rounds: u32,
-    /// Hours that an element was to take.
+    /// Target duration of an array task, in hours.
     pub per_element: f64,
-    /// Core-hours that all was expected to take.
+    /// Expected core-hours of the whole submission.
     pub core_hours: f64,
-    /// What was submitted, the first time and again.
+    /// Rounds of submission, the first one first.
     pub submitted: Vec<Round>,
 }
 
-/// An array of elements, and the job after it.
+/// One round of submission: a job array and the finish job after it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Round {
-    /// The array; none where only what comes after the elements was left to do.
+    /// Job array; `None` if only tasks of the finish job were missing.
     pub array: Option<Job>,
     pub elements: Vec<u32>,
-    /// The job that finishes.
+    /// Finish job.
     pub finish: Job,
 }
 
 impl Submission {
-    /// Where it is kept.
+    /// Returns the path of the record.
     fn path(folder: &Path) -> PathBuf {
         folder.join("submission.json")
     }
 
-    /// The script of its elements.
+    /// Returns the path of the script of the array tasks.
     pub fn element_script(folder: &Path) -> PathBuf {
         folder.join("element.sh")
     }
 
-    /// The script of the job after them.
+    /// Returns the path of the script of the finish job.
     pub fn finish_script(folder: &Path) -> PathBuf {
         folder.join("finish.sh")
     }
 
-    /// What the folder of a study keeps; none if nothing has been submitted.
+    /// Reads the record of a study. Returns `None` if nothing has been submitted.
     pub fn read(folder: &Path) -> Result<Option<Submission>, StoreError> {
         let path = Submission::path(folder);
         let unreadable = |source| StoreError::Read { path: path.clone(), source };
@@ -231,13 +231,13 @@ impl Submission {
         submission.map(Some).map_err(|error| unreadable(error.into()))
     }
 
-    /// Keeps it in the folder of a study.
+    /// Writes the record into the cluster folder of a study.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let bytes = serde_json::to_vec_pretty(self).expect("it is plain data");
         write_whole(&Submission::path(folder), &bytes, Existing::Replace, folder)
     }
 
-    /// All jobs that were submitted.
+    /// Returns all submitted jobs.
     pub fn jobs(&self) -> Vec<Job> {
         let rounds = self.submitted.iter();
         let jobs = rounds.flat_map(|round| [round.array, Some(round.finish)]);
@@ -245,7 +245,7 @@ impl Submission {
     }
 }
 
-/// What the receipt of an element names as its job.
+/// Returns the name of an array task's job in its receipt.
 pub fn name_of(array: Job, element: u32) -> String {
     format!("{array}_{element}")
 }

@@ -1,8 +1,8 @@
-//! How much memory tasks take, and what there is for them.
+//! Memory that tasks take, and memory that a run may use.
 //!
-//! What a task takes is known before it begins: so much for each node of its mesh. One that does not
-//! fit is refused before anything starts, and tasks begin as others leave their room
-//! ([`crate::runner`]).
+//! The memory of a task is known before it starts: a number of bytes per node of its mesh. A task
+//! that does not fit is refused before anything starts. The other tasks start as memory becomes
+//! free ([`crate::runner`]).
 
 use std::hint::black_box;
 use std::num::NonZeroUsize;
@@ -15,34 +15,33 @@ use crate::plan::Plan;
 use asperity_stages::Footprint;
 use asperity_tables::parquet::Columns;
 
-/// What the program takes before it holds a surface.
+/// Memory of the program without any surface.
 pub const PROGRAM: ByteSize = ByteSize::mib(64);
 
-/// How often a table is in memory while it is finished: values, columns, pages and the file.
+/// Copies of a table in memory while it is written: values, columns, pages and the file.
 const COPIES: f64 = 4.0;
 
-/// Copies of input tables in memory at once: as they are read, stacked, and as columns to be
-/// reduced.
+/// Copies of input tables in memory: as read, stacked, and as columns to be reduced.
 pub const COPIES_OF_INPUTS: f64 = 3.0;
 
-/// Whether the system gives so much memory to this process, here and now.
+/// Returns whether the system grants this much memory to the process now.
 pub fn is_there(size: ByteSize) -> bool {
     let mut memory = Vec::<u8>::new();
     let size = usize::try_from(size.0).unwrap_or(usize::MAX);
     let is_given = memory.try_reserve_exact(size).is_ok();
-    // Memory that nobody looks at need not be asked for, says the compiler.
+    // The compiler may remove an allocation that is never used.
     black_box(&memory);
     is_given
 }
 
-/// The most that any of these tasks takes.
+/// Returns the memory of the largest of these tasks.
 pub fn of_largest(plan: &Plan, tasks: &[usize]) -> ByteSize {
     let each = tasks.iter().map(|&task| of_task(plan, task, 1));
     each.max().unwrap_or(ByteSize(0))
 }
 
-/// How many threads may work on tasks: as many as are asked for, unless some task draws a surface on
-/// each of them, and there is room for fewer.
+/// Returns the number of threads that may work on tasks, at most `most`. It is smaller if a task
+/// draws a surface on each thread and they do not all fit into memory.
 pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize) -> NonZeroUsize {
     let pooling = tasks.iter().filter(|&&task| plan.tasks[task].recipe.pools_surfaces());
     let fit = pooling.map(|&task| room.0 / of_task(plan, task, 1).0.max(1));
@@ -50,7 +49,8 @@ pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize)
     NonZeroUsize::new(fewest).map_or(NonZeroUsize::MIN, |fewest| fewest.min(most))
 }
 
-/// What a task takes at its peak, with so many threads to draw the surfaces on that it pools.
+/// Returns the peak memory of a task. `threads` is the number of threads that draw the surfaces of
+/// a task that pools them.
 pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     let task = &plan.tasks[task];
     let reads_maps = task.recipe.columns_read() == Columns::All;
@@ -63,21 +63,21 @@ pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     ByteSize((nodes * (work * at_once as f64 + COPIES * table + read)) as u64)
 }
 
-/// Addresses that a thread takes up, most of them for nothing: its stack, and the 64 MiB that the
-/// allocator of glibc sets apart for it.
+/// Address space of a thread, most of it unused: its stack, and the 64 MiB that the allocator of
+/// glibc reserves for it.
 const OF_A_THREAD: ByteSize = ByteSize::mib(66);
 
-/// Threads that do no task: the first one, those that show progress or await signals.
+/// Threads that compute no task: the main thread, and those that show progress or wait for signals.
 const OTHER_THREADS: u64 = 4;
 
-/// Memory that a run keeps to.
+/// Limit on the memory of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
     size: ByteSize,
     limit: LimitedBy,
 }
 
-/// Who says how much it is.
+/// Origin of the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum LimitedBy {
     Asked,
@@ -86,8 +86,10 @@ enum LimitedBy {
 }
 
 impl Allowance {
-    /// What the user allows, or else seven eighths of what the machine has; on so many threads no
-    /// more than the process has addresses for.
+    /// Creates the limit for a run on `threads` threads.
+    ///
+    /// The limit is the size that the user allows, by default seven eighths of the memory of the
+    /// machine. It is lower if the process has less address space left.
     pub fn of(asked: Option<ByteSize>, threads: usize) -> Allowance {
         let allowance = match asked {
             Some(size) => Allowance { size, limit: LimitedBy::Asked },
@@ -99,18 +101,18 @@ impl Allowance {
         }
     }
 
-    /// What tasks may take together.
+    /// Returns the memory that all running tasks may take together.
     pub fn room(self) -> ByteSize {
         ByteSize(self.size.0.saturating_sub(PROGRAM.0))
     }
 
-    /// Whether each of the tasks fits into it, alone.
+    /// Checks that each task fits into the limit when it runs alone.
     ///
     /// # Errors
-    /// Of the largest, if it does not.
+    /// Returns an error about the largest task if it does not fit.
     pub fn fits(self, plan: &Plan, tasks: &[usize]) -> Result<(), TooLarge> {
         let of = |&task: &usize| of_task(plan, task, 1).0;
-        // The first of several that are as large.
+        // `max_by_key` returns the last of equal tasks, so the order is reversed to get the first.
         let Some(largest) = tasks.iter().copied().rev().max_by_key(of) else {
             return Ok(());
         };
@@ -141,20 +143,20 @@ impl fmt::Display for Allowance {
         match self.limit {
             LimitedBy::Asked => write!(formatter, "the {size} of `--memory`"),
             LimitedBy::Machine => {
-                write!(formatter, "{size}, seven eighths of what the machine has for this process")
+                write!(formatter, "{size}, seven eighths of the memory available to this process")
             }
             LimitedBy::Addresses => {
-                write!(formatter, "the {size} that `ulimit -v` leaves the process")
+                write!(formatter, "the {size} of address space that `ulimit -v` leaves")
             }
         }
     }
 }
 
-/// A task that takes more memory than there is.
+/// A task takes more memory than the limit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct TooLarge {
     stage: String,
-    /// Nodes along x and y of its mesh, and of the largest that would do.
+    /// Nodes along x and y of the task's mesh, and of the largest mesh that would fit.
     mesh: Option<[[usize; 2]; 2]>,
     takes: ByteSize,
     allowance: Allowance,
@@ -164,26 +166,26 @@ impl fmt::Display for TooLarge {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { stage, allowance, .. } = self;
         let takes = rounded_up(self.takes);
-        write!(formatter, "a task of stage `{stage}` takes {takes} of memory")?;
+        write!(formatter, "a task of stage `{stage}` needs {takes} of memory")?;
         if let Some([[nodes_x, nodes_y], _]) = self.mesh {
             write!(formatter, " on its mesh of {nodes_x} × {nodes_y} nodes")?;
         }
         write!(formatter, ", more than {allowance}: ")?;
         match allowance.limit {
-            LimitedBy::Asked => write!(formatter, "allow more")?,
-            LimitedBy::Machine => write!(formatter, "let it be tried with `--memory {takes}`")?,
+            LimitedBy::Asked => write!(formatter, "increase it")?,
+            LimitedBy::Machine => write!(formatter, "try it anyway with `--memory {takes}`")?,
             LimitedBy::Addresses => write!(formatter, "raise that limit")?,
         }
         match self.mesh {
             Some([_, [most_x, most_y]]) if most_x > 0 && most_y > 0 => {
-                write!(formatter, ", or choose at most {most_x} × {most_y} nodes")
+                write!(formatter, ", or reduce the mesh to {most_x} × {most_y} nodes")
             }
             _ => Ok(()),
         }
     }
 }
 
-/// With one decimal, and no less than it is.
+/// Formats a size with one decimal, rounded up.
 fn rounded_up(size: ByteSize) -> String {
     let (unit, name) = match size.0 {
         1_000_000_000.. => (1e9, "GB"),
@@ -192,8 +194,9 @@ fn rounded_up(size: ByteSize) -> String {
     format!("{:.1}{name}", (10.0 * size.0 as f64 / unit).ceil() / 10.0)
 }
 
-/// What the machine has, or as much of it as this process may use. What cannot be found out does
-/// not limit anything.
+/// Returns the memory of the machine, or the part of it that this process may use.
+///
+/// Limits that cannot be determined are ignored.
 pub fn of_machine() -> ByteSize {
     let mut system = System::new();
     system.refresh_memory();
@@ -208,8 +211,9 @@ pub fn of_machine() -> ByteSize {
     ByteSize(known.min().unwrap_or(u64::MAX))
 }
 
-/// Addresses left for a run on so many threads, if the process has a limited number of them: Linux
-/// counts them whether or not memory stands behind.
+/// Returns the address space left for a run on `threads` threads, if the process has a limit.
+///
+/// Linux counts reserved addresses even if no memory is behind them.
 fn addresses_left(threads: usize) -> Option<ByteSize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = address_limit(&limits)?;
@@ -223,7 +227,7 @@ fn addresses_left(threads: usize) -> Option<ByteSize> {
     Some(ByteSize(limit.saturating_sub(taken)))
 }
 
-/// The number of addresses in the kernel's table of limits, if it is one.
+/// Returns the limit of the address space from the kernel's table of limits.
 fn address_limit(limits: &str) -> Option<u64> {
     let mut lines = limits.lines();
     let limit = lines.find_map(|line| line.strip_prefix("Max address space"))?;
@@ -265,7 +269,7 @@ pub mod tests {
         (0..plan.tasks.len()).collect()
     }
 
-    /// Bytes of the largest task, over the nodes of the mesh.
+    /// Returns the bytes of the largest task per node of the mesh.
     fn bytes_per_node(nodes: usize, more: &str) -> f64 {
         let plan = plan(nodes, more);
         of_largest(&plan, &all(&plan)).0 as f64 / (nodes * nodes) as f64
@@ -332,18 +336,18 @@ pub mod tests {
             refused.unwrap_err().to_string()
         };
         let takes =
-            "a task of stage `contact` takes 4.3GB of memory on its mesh of 8192 × 8192 nodes";
+            "a task of stage `contact` needs 4.3GB of memory on its mesh of 8192 × 8192 nodes";
         assert_eq!(
             told(LimitedBy::Asked),
             format!(
-                "{takes}, more than the 1.0 GB of `--memory`: allow more, or choose at most 3851 × \
-                 3851 nodes"
+                "{takes}, more than the 1.0 GB of `--memory`: increase it, or reduce the mesh to \
+                  3851 × 3851 nodes"
             )
         );
-        assert!(told(LimitedBy::Machine).contains("let it be tried with `--memory 4.3GB`"));
+        assert!(told(LimitedBy::Machine).contains("try it anyway with `--memory 4.3GB`"));
         assert!(
             told(LimitedBy::Addresses)
-                .contains("that `ulimit -v` leaves the process: raise that limit")
+                .contains("of address space that `ulimit -v` leaves: raise that limit")
         );
         let most = self::plan(3851, "loads = [0.1]");
         let enough = allowance(ByteSize::gb(1), LimitedBy::Asked);

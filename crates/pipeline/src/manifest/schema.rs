@@ -1,4 +1,4 @@
-//! The JSON Schema of manifests, for editors.
+//! JSON Schema of manifests, for editors.
 
 use serde_json::{Map, Value, json};
 
@@ -7,7 +7,7 @@ use asperity_manifest::names;
 use asperity_manifest::written::Table;
 use asperity_stages::form::{Form, Reading};
 
-/// The JSON Schema of a whole manifest (draft 7, which the TOML plug-ins of editors know).
+/// Returns the JSON Schema of manifests in draft 7, which the TOML extensions of editors support.
 pub fn schema() -> Value {
     let stages: Vec<Value> = Form::all().map(stage).collect();
     json!({
@@ -18,7 +18,7 @@ pub fn schema() -> Value {
         "properties": {
             "study": StudyTable::layout().schema,
             "stage": {
-                "description": "The stages, each a table `[stage.NAME]`.",
+                "description": "Stages of the study, each a table `[stage.NAME]`.",
                 "type": "object",
                 "minProperties": 1,
                 "propertyNames": { "pattern": names::PATTERN, "maxLength": names::LONGEST },
@@ -30,7 +30,7 @@ pub fn schema() -> Value {
     })
 }
 
-/// The schema of a stage's table of one form.
+/// Returns the schema of a stage's table for one form of stage.
 fn stage(form: Form) -> Value {
     let layout = form.layout();
     let (swept, lists, mut schema) = (layout.swept, layout.lists, layout.schema.clone());
@@ -39,11 +39,11 @@ fn stage(form: Form) -> Value {
     let mut required = vec![json!("kind")];
     properties.insert(
         "kind".to_owned(),
-        json!({ "description": "What the stage does.", "const": kind.name() }),
+        json!({ "description": "Kind of the stage.", "const": kind.name() }),
     );
     if let Some((key, word)) = form.selector() {
         properties.insert(key.to_owned(), json!({ "description": form.about(), "const": word }));
-        // The first form is meant when nothing is said.
+        // The key may be omitted for the default form.
         if !form.is_default() {
             required.push(json!(key));
         }
@@ -72,7 +72,7 @@ fn stage(form: Form) -> Value {
     let (must_or_cases, must): (Vec<_>, Vec<_>) = must.into_iter().partition(is_swept);
     required.extend(must);
     if !must_or_cases.is_empty() {
-        // A case may name what the stage leaves out.
+        // A case may set keys that the stage omits.
         let either = json!([{ "required": must_or_cases }, { "required": ["cases"] }]);
         schema.insert("anyOf".to_owned(), either);
     }
@@ -85,7 +85,7 @@ fn stage(form: Form) -> Value {
 
 fn from() -> Value {
     json!({
-        "description": "The stage that is read, or several.",
+        "description": "Name of the stage to read, or a list of names.",
         "anyOf": [
             { "type": "string" },
             { "type": "array", "items": { "type": "string" }, "minItems": 1, "uniqueItems": true },
@@ -96,7 +96,7 @@ fn from() -> Value {
 fn cases(swept: &[&str], own: &Map<String, Value>) -> Value {
     let keys = swept.iter().filter_map(|key| Some((key.to_string(), own.get(*key)?.clone())));
     json!({
-        "description": "Points of the grid, named outright: each case sets some of the swept keys.",
+        "description": "List of parameter points; each case sets some of the swept keys.",
         "type": "array",
         "minItems": 1,
         "items": {
@@ -107,21 +107,21 @@ fn cases(swept: &[&str], own: &Map<String, Value>) -> Value {
     })
 }
 
-/// A value, or a list of such values.
+/// Returns a schema that accepts a value or a list of such values.
 fn one_or_many(value: Value, why: &str) -> Value {
     let (about, bare) = split(value);
     let list = json!({ "description": why, "type": "array", "items": bare.clone(), "minItems": 1 });
     with(about, json!([bare, list]))
 }
 
-/// A list, or one of its items.
+/// Returns a schema that accepts a list or a single item of it.
 fn item_or_list(value: Value) -> Value {
     let (about, bare) = split(value);
     let item = bare.get("items").cloned().unwrap_or(json!({}));
     with(about, json!([item, bare]))
 }
 
-/// What a schema says about a key, and what it says about its value.
+/// Splits a schema into the description of the key and the rules for its value.
 fn split(value: Value) -> (Map<String, Value>, Value) {
     let Value::Object(object) = value else {
         return (Map::new(), value);

@@ -1,8 +1,8 @@
-//! Why tasks would run.
+//! Explains why tasks would run.
 //!
-//! A key says that a task is another one than before, not why. The study as it last ran is on
-//! [`Record`]: comparing it stage by stage, point by point, with the study as it is now says what
-//! was edited, and following the plan says which tasks that reaches.
+//! A key shows that a task differs from before, but not why. The [`Record`] keeps the study as it
+//! last ran. Comparing both studies, stage by stage and point by point, shows what was edited.
+//! Following the plan then shows which tasks the edit affects.
 
 pub mod changes;
 pub mod record;
@@ -16,7 +16,7 @@ use crate::plan::Plan;
 use asperity_stages::{Kind, Reach};
 use asperity_tables::store::Store;
 
-/// Why each stage's missing tasks would run.
+/// Reasons why missing tasks would run, by stage.
 #[derive(Debug)]
 pub struct Reasons {
     pub stages: Vec<Vec<Group>>,
@@ -25,15 +25,14 @@ pub struct Reasons {
 /// Missing tasks of one stage that would run for the same causes.
 #[derive(Debug)]
 pub struct Group {
-    /// What happened, in this stage and in those that it depends on.
+    /// Changes in this stage and in the stages that it depends on.
     pub causes: Vec<Cause>,
-    /// The tasks, in order.
     pub tasks: Vec<usize>,
 }
 
 impl Reasons {
-    /// Explains the missing tasks of a plan; `now` is the record of the study as it is, `before`
-    /// the one that its last run left.
+    /// Explains the missing tasks of a plan by comparing the present study (`now`) with the record
+    /// of its last run (`before`).
     pub fn of(
         plan: &Plan,
         now: &Record,
@@ -68,7 +67,7 @@ impl Reasons {
     }
 }
 
-/// Groups in the order of their first tasks, each found by what sets it apart.
+/// Groups in the order of their first tasks, looked up by their causes.
 #[derive(Default)]
 struct Groups {
     all: Vec<Group>,
@@ -91,7 +90,7 @@ impl Groups {
     }
 }
 
-/// Why a task is missing that nothing has changed.
+/// Returns why a task is missing although nothing has changed.
 fn lost(partner: Option<&StageRecord>, is_damaged: bool) -> Why {
     match partner {
         _ if is_damaged => Why::Damaged,
@@ -100,7 +99,8 @@ fn lost(partner: Option<&StageRecord>, is_damaged: bool) -> Why {
     }
 }
 
-/// The stage on record that each stage was: that of its name, or the only other one of its kind.
+/// Finds the record of each stage: the stage of the same name, or else the only other stage of its
+/// kind.
 fn partners<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a StageRecord>> {
     let Some(before) = before else {
         return vec![None; now.stages.len()];
@@ -121,55 +121,57 @@ fn partners<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a Stag
     now.stages.iter().map(partner).collect()
 }
 
-/// Goes through the plan, inputs first, and carries what happened from task to task.
+/// Walk through the plan, inputs first, that passes changes on from task to task.
+///
+/// Sets of causes are numbers of [`CauseSets`].
 struct Walk<'a> {
     plan: &'a Plan,
     now: &'a Record,
     sets: Sets,
-    /// By stage and position: what makes that task another one than before.
+    /// Causes of each task, by stage and index within the stage.
     own: Vec<Vec<usize>>,
-    /// By task: the first stage that it belongs to.
+    /// First stage that contains each task.
     stage_of: Vec<Option<usize>>,
-    /// By task: what later stages see of that.
+    /// Causes that each task passes on to later stages.
     passed_on: Vec<usize>,
-    /// By task: surfaces that are no longer beside it.
+    /// Causes from surfaces of the same point that no longer exist, by task.
     fewer: Vec<usize>,
-    /// By stage: what happened to it and all before it.
+    /// Removals in each stage and all stages before it.
     gone: Vec<Gone>,
 }
 
-/// What is not there any more, or not where it was, from the surfaces down to a stage.
+/// Sets of causes from things that were removed or reordered, in a stage and the stages before it.
 #[derive(Clone, Copy, Default)]
 struct Gone {
-    /// Points of surfaces.
+    /// Removed parameter points of surfaces.
     surfaces: usize,
-    /// Anything else.
+    /// Everything else that was removed.
     others: usize,
-    /// What came in another order.
+    /// Changes of order.
     order: usize,
 }
 
-/// What happened in a stage, as sets.
+/// Sets of causes that arise in one stage.
 struct Here {
     to_all: usize,
     points: Vec<Point>,
-    /// By the position of a stage that it did not read before.
+    /// Causes by the index of a stage that was not read before.
     reads_more: HashMap<usize, usize>,
     gone: Gone,
 }
 
-/// What happened to a point, as sets.
+/// Sets of causes that arise at one parameter point.
 struct Point {
     before: usize,
     realizations_before: u32,
-    /// For realizations beyond those on record.
+    /// Causes for realizations beyond those on record.
     beyond: usize,
     keeps_identity: bool,
     fewer: usize,
 }
 
 impl<'a> Walk<'a> {
-    /// Nothing is known yet.
+    /// Creates a walk before the first stage.
     fn new(plan: &'a Plan, now: &'a Record) -> Walk<'a> {
         Walk {
             plan,
@@ -183,7 +185,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The next stage, of a study of which there is no record.
+    /// Adds the next stage of a study that has no record.
     fn first_run(&mut self) {
         let stage = self.own.len();
         let why = Why::FirstRun;
@@ -191,7 +193,7 @@ impl<'a> Walk<'a> {
         self.own.push(vec![set; self.plan.stages[stage].tasks.len()]);
     }
 
-    /// The next stage, and what it was before.
+    /// Compares the next stage with its record.
     fn compare(&mut self, partner: Option<&StageRecord>) {
         let stage = self.own.len();
         let record = &self.now.stages[stage];
@@ -204,7 +206,7 @@ impl<'a> Walk<'a> {
         self.gone.push(here.gone);
     }
 
-    /// What makes a task another one than before.
+    /// Returns the causes that make a task differ from before.
     fn task(&mut self, stage: usize, task: usize, place: Place, here: &Here) -> usize {
         let point = &here.points[place.point];
         let at_point =
@@ -213,7 +215,7 @@ impl<'a> Walk<'a> {
         let own = self.sets.union(at_point, inputs);
         let passed_on =
             if point.keeps_identity { self.sets.union(here.to_all, inputs) } else { own };
-        // A task of several stages was there before if it was there for one of them.
+        // A task of several stages existed before if it existed for one of them.
         let is_known = self.stage_of[task].replace(stage).is_some();
         if !is_known || passed_on == EMPTY {
             self.passed_on[task] = passed_on;
@@ -226,7 +228,7 @@ impl<'a> Walk<'a> {
         own
     }
 
-    /// What a task sees of what it reads.
+    /// Returns the causes that a task inherits from its inputs.
     fn inputs(&mut self, task: usize, here: &Here) -> usize {
         let task = &self.plan.tasks[task];
         let reach = task.recipe.reach();
@@ -290,7 +292,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What is not there any more from the surfaces down to this stage.
+    /// Returns the causes from removals, from the surfaces down to this stage.
     fn gone(&mut self, stage: usize, record: &StageRecord, changes: &StageChanges) -> Gone {
         let cause = |why: Why| Cause { stage, why };
         let gone = self.sets.all(changes.gone.iter().cloned().map(cause));
@@ -310,7 +312,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Realizations from one number up to, but not with, another.
+/// Describes the realizations `from..to`.
 fn realizations(from: u32, to: u32) -> Vec<Field> {
     let value = match to.saturating_sub(from) {
         0 | 1 => from.to_string(),
@@ -319,14 +321,15 @@ fn realizations(from: u32, to: u32) -> Vec<Field> {
     vec![Field { field: "realization".to_owned(), value: Shown(value) }]
 }
 
-/// The set of no causes.
+/// Number of the empty set of causes.
 const EMPTY: usize = 0;
 
-/// Sets of causes by number, each kept once: a hundred thousand tasks share a handful of them.
+/// Sets of causes, each stored once and named by a number. A hundred thousand tasks share a handful
+/// of sets.
 #[derive(Debug)]
 struct Sets {
     causes: Vec<Cause>,
-    /// Positions of causes, ascending.
+    /// Indices of causes, in ascending order.
     sets: Vec<Vec<usize>>,
     known_causes: HashMap<Cause, usize>,
     known: HashMap<Vec<usize>, usize>,
@@ -346,7 +349,7 @@ impl Default for Sets {
 }
 
 impl Sets {
-    /// The set of one cause.
+    /// Returns the set of one cause.
     fn one(&mut self, cause: Cause) -> usize {
         let next = self.causes.len();
         let position = *self.known_causes.entry(cause.clone()).or_insert(next);
@@ -356,7 +359,7 @@ impl Sets {
         self.number(vec![position])
     }
 
-    /// The set of several causes.
+    /// Returns the set of several causes.
     fn all(&mut self, causes: impl IntoIterator<Item = Cause>) -> usize {
         causes.into_iter().fold(EMPTY, |set, cause| {
             let one = self.one(cause);
@@ -364,7 +367,7 @@ impl Sets {
         })
     }
 
-    /// The causes of either set.
+    /// Returns the union of two sets.
     fn union(&mut self, one: usize, other: usize) -> usize {
         match (one.min(other), one.max(other)) {
             (EMPTY, set) => set,
@@ -383,7 +386,7 @@ impl Sets {
         }
     }
 
-    /// What is in a set, in the order in which it was met.
+    /// Returns the causes in a set, in the order in which they were added.
     fn causes(&self, set: usize) -> Vec<Cause> {
         self.sets[set].iter().map(|&cause| self.causes[cause].clone()).collect()
     }

@@ -82,8 +82,8 @@ impl Archive {
         file.published()?.table_of(key)
     }
 
-    /// The same of as many of these tasks, from the first one on, as lie under each other and have the
-    /// same columns: how many rows each of them has, and all their rows.
+    /// Returns the tables of as many leading tasks of `keys` as are consecutive in the published
+    /// table and have the same columns: the number of rows of each task, and all their rows.
     pub fn published_in_a_row(
         &self,
         stage: &str,
@@ -291,9 +291,9 @@ impl Published {
         self.slice(rows.clone(), lacking)
     }
 
-    /// The same of as many of these tasks, from the first one on, as lie under each other in the
-    /// table and have the same columns, and as are read at once: how many rows each of them has,
-    /// and all their rows.
+    /// Returns the tables of as many leading tasks of `keys` as are consecutive in the table, have
+    /// the same columns, and fit into one read: the number of rows of each task, and all their
+    /// rows.
     pub fn table_of_first(
         &self,
         keys: impl Iterator<Item = TaskKey>,

@@ -1,7 +1,7 @@
-//! Pressures that pass the hardness of the bodies, in stages that do not bound them by it.
+//! Warns of pressures above the hardness of the bodies in stages that do not limit the pressure.
 //!
-//! Bodies in a manifest may name a hardness that decides no result. Whoever reads elastic results
-//! should know which of them no such material would show.
+//! Bodies in a manifest may state a hardness without effect on the results. The warning tells which
+//! elastic results a material of this hardness would not show.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,14 +13,14 @@ use asperity_stages::Recipe;
 use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE};
 use asperity_tables::table::{Table, TableError};
 
-/// Peaks are computed, hardnesses given: one that is equal but for rounding passes nothing.
+/// Relative tolerance for rounding when a computed peak is compared with a given hardness.
 const ROUNDING: f64 = 1e-9;
 
-/// What should be known of the tables of a study, which `read` reads by the number of a stage; none of a
-/// stage that has none.
+/// Returns warnings about the tables of a study. `read` reads the table of a stage by its index; it
+/// returns `None` for a stage without a table.
 ///
 /// # Errors
-/// When a table cannot be read, or is none of solved loads.
+/// Returns an error if a table cannot be read or is not a table of solved loads.
 pub fn warnings<E: From<TableError>>(
     study: &Study,
     plan: &Plan,
@@ -41,9 +41,11 @@ pub fn warnings<E: From<TableError>>(
     Ok(warnings)
 }
 
-/// The smallest hardness of the bodies of each task, by its key; of tasks whose bodies have any.
+/// Returns the smallest hardness of the bodies of each task, by task key, for tasks whose bodies
+/// have one.
 ///
-/// Stages may share a task and differ in their bodies, so that the study is asked and not the plan.
+/// The hardness comes from the study and not from the plan, because stages with different bodies
+/// may share a task.
 fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<String, f64> {
     let recipes = stage.work.recipes();
     let tasks_of_each = planned.tasks.len() / recipes.len().max(1);
@@ -60,10 +62,10 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
     known.flatten().collect()
 }
 
-/// How many loads pass a hardness.
+/// Loads whose peak pressure exceeds a hardness.
 struct Passed {
     loads: usize,
-    /// The lightest that does: reduced, and as a mean pressure.
+    /// Lightest of these loads: reduced, and as a mean pressure.
     from: (f64, f64),
     peak: f64,
 }
@@ -82,7 +84,7 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
         if peak <= hardness * (1.0 + ROUNDING) {
             continue;
         }
-        // Positive numbers are in the order of their bits.
+        // The bits of positive numbers are ordered like the numbers.
         let passed =
             passed.entry(hardness.to_bits()).or_insert(Passed { loads: 0, from: load, peak });
         passed.loads += 1;
@@ -99,10 +101,10 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
             peak,
         } = passed;
         format!(
-            "the peak pressure passes the hardness of the bodies, {hardness:?}, under {loads} of {}, \
-             from load {load:?} (a mean pressure of {mean:?}) on, and comes to {peak:.3e}: such a \
-             material yields there, and these results are of one that does not; `hardness = \
-             {hardness:?}` in the stage bounds the pressure",
+            "the peak pressure exceeds the hardness of the bodies, {hardness:?}, under {loads} of {} \
+             and reaches {peak:.3e}; the lightest of these loads is {load:?} (mean pressure \
+             {mean:?}); a real material would yield there, but these results are elastic: set \
+             `hardness = {hardness:?}` in the stage to limit the pressure",
             counted(rows, "load"),
         )
     });
@@ -130,8 +132,8 @@ mod tests {
         let [message] = told.as_slice() else { panic!("{told:?}") };
         for part in [
             "under 2 of 3 loads",
-            "from load 0.1 (a mean pressure of 1.0) on",
-            "comes to 7.000e0",
+            "the lightest of these loads is 0.1 (mean pressure 1.0)",
+            "reaches 7.000e0",
             "`hardness = 5.0`",
         ] {
             assert!(message.contains(part), "{part} in {message}");

@@ -1,7 +1,7 @@
-//! Failure as data: what a run could not compute, and loads that it gave up, as a table beside
-//! those of the stages.
+//! Table of failures: tasks that failed or could not start, and loads that did not converge.
 //!
-//! Everything that does not depend on it goes on. The table is there as long as it has a row.
+//! Tasks that do not depend on a failed task run all the same. The table exists as long as it has
+//! rows.
 
 use std::fs;
 use std::io;
@@ -24,45 +24,45 @@ use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::{Table, TableError};
 
-/// Values of `outcome`: the work itself failed …
+/// Value of `outcome` for a task whose computation failed.
 pub const FAILED: &str = "failed";
-/// … or what it reads …
+/// Value of `outcome` for a task one of whose inputs failed.
 pub const NOT_STARTED: &str = "not-started";
-/// … or it has a load that was given up, whose row is there all the same.
+/// Value of `outcome` for a load that did not converge. Its row in the stage's table exists.
 pub const NOT_CONVERGED: &str = "not-converged";
 
-/// Columns of the table: where the task belongs …
+/// Column with the stage of the task.
 pub const STAGE: Column = Column::result("stage", Text, "", "stage of the task");
-/// … which it is …
+/// Column with the key of the task.
 pub const TASK: Column = Column::result("task", Text, "", "key of the task");
-/// … what came of it …
+/// Column with the outcome of the task.
 pub const OUTCOME: Column = Column::result(
     "outcome",
     Text,
     "",
     "failed, not-started because of another task, or not-converged at a load",
 );
-/// … why …
+/// Column with the reason of the failure.
 pub const REASON: Column = Column::result("reason", Text, "", "what went wrong");
-/// … and what would compute it again.
+/// Column with the command that recomputes the task.
 pub const COMMAND: Column =
     Column::result("command", Text, "", "what computes the task again, alone");
 
-/// The columns that every row has; its coordinates come after them.
+/// Columns that every row has, before its coordinates.
 const OWN: [Column; 5] = [STAGE, TASK, OUTCOME, REASON, COMMAND];
 
-/// What went wrong in a study.
+/// Collects the failures of a study.
 pub struct Failures<'a> {
     pub plan: &'a Plan,
-    /// How to compute a task alone.
+    /// Returns the command that computes one task.
     pub command: &'a dyn Fn(TaskKey) -> String,
 }
 
 impl Failures<'_> {
-    /// The tasks that a run could not compute, a row each.
+    /// Lists the tasks that a run could not compute, one per row.
     ///
     /// # Errors
-    /// When coordinates of one name have different types: a stage has a bug.
+    /// Returns an error if coordinates of one name differ in type, which is a bug of a stage.
     pub fn of_run(&self, outcome: &RunOutcome) -> Result<Table, TableError> {
         let rows = outcome.failed.iter().map(|(task, error)| {
             let kind = match error {
@@ -74,7 +74,7 @@ impl Failures<'_> {
         stacked(&rows.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// The loads that were given up, a row each.
+    /// Lists the loads that did not converge, one per row.
     pub fn of_loads(&self, tables: &[PublishedTable]) -> Result<Table, ResultsError> {
         let stages = self.plan.stages.iter().zip(tables);
         let solved =
@@ -135,11 +135,13 @@ impl Failures<'_> {
         Ok(own.beside(&self.plan.coordinates(task)?))
     }
 
-    /// Rows that a run has left which this one did not touch: their tasks are missing still, and
-    /// what they wait for failed then or, a row of `now`, again.
+    /// Returns the rows of earlier runs that still apply after this run.
+    ///
+    /// These are tasks that this run did not try and that still have no table. Their cause must
+    /// remain: the task itself, or an input, failed then or (a row of `now`) again.
     ///
     /// # Errors
-    /// When one of the tables is none of failures.
+    /// Returns an error if one of the tables is not a table of failures.
     pub fn kept(
         &self,
         before: &Table,
@@ -165,7 +167,8 @@ impl Failures<'_> {
         Ok(before.pick(&rows))
     }
 
-    /// The rows of tasks that have no table and are of this plan, with task and outcome.
+    /// Returns row, task and outcome of the rows about tasks of this plan that failed or did not
+    /// start.
     fn ends<'t>(&self, failures: &'t Table) -> Result<Vec<(usize, usize, &'t str)>, TableError> {
         let (keys, outcomes) = (failures.texts(TASK.name)?, failures.texts(OUTCOME.name)?);
         let ends = (0..failures.rows()).filter_map(|row| {
@@ -177,7 +180,7 @@ impl Failures<'_> {
     }
 }
 
-/// The table of a study's last runs; without rows if there is none.
+/// Reads the table of failures of a study. It has no rows if the file does not exist.
 pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
     match read_whole(&path(folder, study, FAILURES), Columns::All) {
         Ok((table, _)) => Ok(table),
@@ -188,7 +191,7 @@ pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
     }
 }
 
-/// Puts the table in the place of the one before; none if it has no row. Where it is.
+/// Replaces the table of failures, or deletes it if it has no rows. Returns its path if it exists.
 pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf>, StoreError> {
     let path = path(folder, study, FAILURES);
     if table.rows() == 0 {
@@ -210,10 +213,10 @@ pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf
     Ok(Some(path))
 }
 
-/// Tables of failures, one under the other.
+/// Stacks tables of failures.
 ///
 /// # Errors
-/// When they are not all of this program.
+/// Returns an error if one of them is not a table of failures.
 pub fn stacked(tables: &[Table]) -> Result<Table, TableError> {
     let empty = Table::empty(&OWN);
     let tables: Vec<Table> = [empty].into_iter().chain(tables.iter().cloned()).collect();

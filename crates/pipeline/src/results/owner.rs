@@ -1,8 +1,8 @@
-//! Whose tables these are.
+//! Owner of a folder of results: the manifest for which it was last written.
 //!
-//! Two manifests may give their studies one name. So the folder of results says for which file it
-//! was last written, and what that asked for: the same file may change its mind, another one may
-//! only add.
+//! Two manifests may give their studies the same name. Therefore the folder of results records its
+//! manifest and the study that this manifest described. The same manifest may then change the
+//! study. Another manifest may only add to it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,24 +20,25 @@ use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, from_folder, write_whole};
 use asperity_tables::store::key::TaskKey;
 
-/// The file that says it, beside the tables.
+/// Name of the file that records the owner, beside the tables.
 pub const FILE: &str = "owner.json";
-/// It is not read beyond this: tens of thousands of points.
+/// Maximum size of the file to read, enough for tens of thousands of points.
 const LARGEST: u64 = 64 << 20;
 
-/// A manifest, and the study that it asked for.
+/// A manifest and the study that it describes.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Owner {
-    /// Where it is, seen from the folder of the tables, so that both may move together.
+    /// Path of the manifest relative to the folder of the tables, so that both can be moved
+    /// together.
     manifest: String,
     study: Record,
 }
 
-/// The tables of a study are another's.
+/// The folder holds results of another manifest that would be lost.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "`{}` has tables of {} that this one would take away: {}; give the study another name, or say \
-     `--replace`",
+    "`{}` holds results of {} that this manifest would overwrite: {}; rename the study, or use \
+     `--replace` to overwrite them",
     folder.display(),
     named(owner.as_deref()),
     lost.join(", "),
@@ -53,34 +54,34 @@ fn named(owner: Option<&Path>) -> String {
     manifest.unwrap_or_else(|| "an unknown manifest".to_owned())
 }
 
-/// Where a manifest is, seen from a folder, as text.
+/// Returns the path of a manifest relative to a folder, as text.
 fn place(manifest: &Path, folder: &Path) -> String {
     from_folder(manifest, folder).to_string_lossy().into_owned()
 }
 
 impl Owner {
-    /// A manifest, as the owner of the tables in a folder.
+    /// Creates the owner record of the tables in a folder.
     pub fn of(manifest: &Path, study: &Study, plan: &Plan, folder: &Path) -> Owner {
         Owner::at(place(manifest, folder), study, plan)
     }
 
-    /// A manifest, as the owner of tables from whose folder it is at `place`.
+    /// Creates the owner record for a manifest with this path relative to the folder of the tables.
     pub fn at(place: String, study: &Study, plan: &Plan) -> Owner {
         Owner { manifest: place, study: Record::of(study, plan, &[]) }
     }
 
-    /// What the file says.
+    /// Returns the content of the file.
     pub fn bytes(&self) -> Vec<u8> {
         serde_json::to_vec(self).expect("an owner is plain data")
     }
 
-    /// Who owns the tables in a folder, as far as that is known.
+    /// Reads the owner of the tables in a folder, if it is known.
     fn read(folder: &Path) -> Option<Owner> {
         let bytes = read_regular(&folder.join(FILE), LARGEST).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 
-    /// Says so beside the tables, unless it is said there already.
+    /// Writes the file, unless it exists with the same content.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let path = folder.join(FILE);
         let bytes = self.bytes();
@@ -91,7 +92,7 @@ impl Owner {
     }
 }
 
-/// Refuses a study whose tables would take away those of another manifest in the same folder.
+/// Refuses a study whose tables would overwrite those of another manifest in the same folder.
 pub fn check(manifest: &Path, study: &Study, plan: &Plan, archive: &Archive) -> Result<(), Taken> {
     let folder = archive.folder();
     let owner = Owner::read(folder);
@@ -125,7 +126,7 @@ pub fn check(manifest: &Path, study: &Study, plan: &Plan, archive: &Archive) -> 
 }
 
 impl Record {
-    /// What the tables of this study have and those of another lack, in words.
+    /// Names the results of this study that another study lacks.
     fn lost_by(&self, other: &Record) -> Vec<String> {
         let lost = self.stages.iter().filter_map(|stage| {
             let name = &stage.name;
@@ -141,7 +142,7 @@ impl Record {
 }
 
 impl StageRecord {
-    /// Whether another stage computes all that this one does.
+    /// Returns whether another stage computes everything that this stage does.
     fn is_covered_by(&self, other: &StageRecord) -> bool {
         let reads = self.reads.iter().all(|name| other.reads.contains(name));
         let is_there = |point: &PointRecord| other.points.iter().any(|by| point.is_covered_by(by));
@@ -150,8 +151,8 @@ impl StageRecord {
 }
 
 impl PointRecord {
-    /// Whether another point computes all that this one does: it has the same parameters, and at
-    /// least the elements of each list.
+    /// Returns whether another point computes everything that this point does: it has the same
+    /// parameters, and each of its lists has at least the same elements.
     fn is_covered_by(&self, other: &PointRecord) -> bool {
         let is_equal = self.identity == other.identity;
         let mut fields = self.fields.iter();
@@ -163,10 +164,10 @@ impl PointRecord {
     }
 }
 
-/// A list that does not add rows when it is longer, but splits them.
+/// Key of a list that splits rows when it gets longer, and does not add any.
 const SPLITS: &str = "group_by";
 
-/// Whether two values are lists, and one has all elements of the other.
+/// Returns whether both values are lists and the second has all elements of the first.
 fn is_part(value: &str, of: &str) -> bool {
     let list = |text: &str| serde_json::from_str::<Vec<Value>>(text).ok();
     match (list(value), list(of)) {

@@ -1,17 +1,18 @@
-//! Tasks that may begin, the workers that wait for them, and the memory that tasks share.
+//! Queue of ready tasks for the workers, and the memory budget that running tasks share.
 
 use std::sync::{Condvar, Mutex, MutexGuard};
 
-/// A task that may begin.
+/// A task whose inputs exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ready {
-    /// As soon as it has found room.
+    /// Task that waits for memory.
     Unhoused(usize),
-    /// It has been given room.
+    /// Task that has been given memory.
     Housed(usize),
 }
 
-/// What is ready; the latest first, which goes on with what has just been computed.
+/// Queue of ready tasks. The latest task comes first, because it mostly reads the table that has
+/// just been computed.
 #[derive(Default)]
 pub struct ReadyTasks {
     state: Mutex<Queue>,
@@ -21,7 +22,7 @@ pub struct ReadyTasks {
 #[derive(Default)]
 struct Queue {
     ready: Vec<Ready>,
-    /// Tasks that are at work, and may make others ready.
+    /// Number of running tasks, which may make others ready.
     at_work: usize,
 }
 
@@ -31,8 +32,8 @@ impl ReadyTasks {
         self.changed.notify_one();
     }
 
-    /// The next task, at work until what is returned with it is dropped. Waits for one; none when there
-    /// will be no more.
+    /// Waits for the next task and returns it. The task counts as running until the returned guard
+    /// is dropped. Returns `None` when no task is ready or running.
     pub fn next(&self) -> Option<(Ready, AtWork<'_>)> {
         let mut state = self.state();
         loop {
@@ -53,7 +54,7 @@ impl ReadyTasks {
     }
 }
 
-/// A task at work.
+/// Guard of a running task.
 pub struct AtWork<'a>(&'a ReadyTasks);
 
 impl Drop for AtWork<'_> {
@@ -66,10 +67,10 @@ impl Drop for AtWork<'_> {
     }
 }
 
-/// Memory, shared by the tasks at work.
+/// Memory budget that the running tasks share.
 ///
-/// Each task takes its part before it begins. One that does not fit waits until others leave, and
-/// smaller ones may begin before it; threads never wait.
+/// Each task takes its part before it starts. A task that does not fit waits until others release
+/// memory, and smaller tasks may start before it. Threads never wait for memory.
 pub struct Room {
     parts: Vec<u64>,
     state: Mutex<Memory>,
@@ -77,12 +78,12 @@ pub struct Room {
 
 struct Memory {
     free: u64,
-    /// Tasks that did not fit, in the order in which they came.
+    /// Tasks that did not fit, in the order of their arrival.
     waiting: Vec<usize>,
 }
 
 impl Room {
-    /// So much memory, for tasks of these sizes. One that takes more may work alone.
+    /// Creates a budget of `size` bytes for tasks of these sizes. A larger task runs alone.
     pub fn new(size: u64, parts: impl Iterator<Item = u64>) -> Room {
         Room {
             parts: parts.map(|part| part.min(size)).collect(),
@@ -90,7 +91,8 @@ impl Room {
         }
     }
 
-    /// Whether a task may begin; if not, one that leaves will hand it on.
+    /// Reserves the memory of a task and returns true if it fits. Otherwise the task is queued, and
+    /// [`MemoryBudget::leave`] returns it later.
     pub fn enter(&self, task: usize) -> bool {
         let mut state = self.state();
         let enters = state.admit(self.parts[task]);
@@ -100,7 +102,7 @@ impl Room {
         enters
     }
 
-    /// Gives a task's part back; the tasks that may now begin.
+    /// Releases the memory of a task. Returns the waiting tasks that now have memory and may start.
     pub fn leave(&self, task: usize) -> Vec<usize> {
         let mut state = self.state();
         state.free += self.parts[task];

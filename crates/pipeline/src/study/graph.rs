@@ -1,4 +1,4 @@
-//! Which stage reads which, and what flows between them: names, edges, cycles, order, kinds of rows.
+//! Graph of the stages: checks of names, edges, cycles, order and kinds of rows.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -11,17 +11,16 @@ use asperity_manifest::written::Written;
 use asperity_stages::Rows;
 use asperity_stages::form::{Points, a_stage};
 
-/// The stages as a directed graph without cycles, as far as it can be made out.
+/// Directed acyclic graph of the stages, as far as their inputs are valid.
 pub struct Graph {
-    /// For each stage in the order of the file, the stages that it reads; `None` where some of
-    /// them cannot be made out.
+    /// Inputs of each stage in the order of the file; `None` where some inputs are invalid.
     pub inputs: Vec<Option<Vec<usize>>>,
-    /// Every stage after those that it reads, otherwise in the order of the file.
+    /// All stages, each after its inputs, otherwise in the order of the file.
     pub order: Vec<usize>,
 }
 
 impl Graph {
-    /// Checks names and edges.
+    /// Checks names and edges, and sorts the stages.
     pub fn of(stages: &[StageTable], problems: &mut Problems) -> Graph {
         check_names(stages, problems);
         let names = stages.iter().enumerate();
@@ -49,25 +48,28 @@ fn check_names(stages: &[StageTable], problems: &mut Problems) {
         check_name("stage", value, span.clone(), problems);
         if value.eq_ignore_ascii_case(names::FAILURES) {
             let message = format!("a stage cannot be called `{value}`");
-            let label = "the table of failed tasks is called so";
+            let label = "this name is reserved for the table of failed tasks";
             problems.push(Problem::new(message, span.clone(), label));
         }
         let before = folded.insert(value.to_lowercase(), span);
         if let Some(before) = before {
             problems.push(
                 Problem::new(
-                    format!("`{value}` differs from another stage's name by its case only"),
+                    format!("stage name `{value}` differs from another one only in case"),
                     span.clone(),
                     "this name",
                 )
                 .and(before.clone(), "and this one")
-                .help("some disks take `area.parquet` and `Area.parquet` for the same file"),
+                .help(
+                    "rename one stage: some file systems treat `area.parquet` and `Area.parquet` \
+                     as the same file",
+                ),
             );
         }
     }
 }
 
-/// A name becomes a file and a table of queries.
+/// Checks a name, which becomes a file name and a table name in queries.
 pub fn check_name(
     what: &str,
     name: &str,
@@ -75,18 +77,20 @@ pub fn check_name(
     problems: &mut Problems,
 ) {
     let (message, label) = if name.len() > LONGEST {
-        (format!("the {what}'s name is too long"), "too long")
+        (format!("the name of the {what} is too long"), "too long")
     } else if !is_plain(name) {
-        (format!("{name:?} is no name for a {what}"), "not a plain name")
+        (format!("{name:?} is not a valid name of a {what}"), "invalid name")
     } else {
         return;
     };
-    let help =
-        format!("a letter or `_`, then letters, digits, `_` and `-`, at most {LONGEST} in all");
+    let help = format!(
+        "a name has a letter or `_`, then letters, digits, `_` and `-`, and at most {LONGEST} \
+         characters"
+    );
     problems.push(Problem::new(message, span, label).help(help));
 }
 
-/// The stages that a stage reads.
+/// Looks up the stages that a stage reads.
 fn resolve(
     stage: &StageTable,
     names: &BTreeMap<&str, usize>,
@@ -107,8 +111,12 @@ fn resolve(
         match seen.insert(input, span) {
             None => inputs.push(input),
             Some(before) => problems.push(
-                Problem::new(format!("`from` names `{value}` twice"), span.clone(), "here again")
-                    .and(before.clone(), "first here"),
+                Problem::new(
+                    format!("`from` names `{value}` twice"),
+                    span.clone(),
+                    "repeated here",
+                )
+                .and(before.clone(), "first here"),
             ),
         }
     }
@@ -127,7 +135,7 @@ fn unknown_stage(
     problem.help(format!("the other stages are {}", listed(others(), "and")))
 }
 
-/// Stages after their inputs; those in a cycle, or behind one, are left out.
+/// Sorts stages after their inputs. Stages in a cycle, or after one, are omitted.
 fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
     let mut readers = vec![Vec::new(); inputs.len()];
     let mut waiting = vec![0; inputs.len()];
@@ -152,7 +160,7 @@ fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
     order
 }
 
-/// Shows one cycle among the stages that could not be sorted.
+/// Reports one cycle among the stages that could not be sorted.
 fn report_cycle(
     stages: &[StageTable],
     inputs: &[Option<Vec<usize>>],
@@ -164,7 +172,7 @@ fn report_cycle(
     let Some(mut stage) = is_sorted.iter().position(|sorted| !sorted) else {
         return;
     };
-    // Each such stage reads another such stage: going upstream must come back somewhere.
+    // Each unsorted stage reads another one, so that following the inputs leads into a cycle.
     let mut path = Vec::new();
     let mut position = vec![None; stages.len()];
     while position[stage].is_none() {
@@ -187,7 +195,7 @@ fn report_cycle(
         [only] => format!("stage `{}` reads itself", name(only)),
         _ => {
             let path: Vec<_> = cycle.iter().chain(&cycle[..1]).map(name).collect();
-            format!("stages read each other in a circle: {}", path.join(" ← "))
+            format!("stages read each other in a cycle: {}", path.join(" ← "))
         }
     };
     let mut edges = (0..cycle.len()).filter_map(|index| reads(cycle[index], next(index)));
@@ -196,11 +204,16 @@ fn report_cycle(
         for edge in edges.take(5) {
             problem = problem.and(edge.span.clone(), "and this one here");
         }
-        problems.push(problem.help("results flow one way, from surfaces to statistics"));
+        problems.push(
+            problem.help(
+                "remove one of these inputs: results flow one way, from surfaces to statistics",
+            ),
+        );
     }
 }
 
-/// Checks what a stage reads, and says what it reads and makes, as far as that can be told.
+/// Checks the kinds of rows that a stage reads. Returns the kinds of rows that it reads and makes,
+/// as far as they are known.
 pub fn check_flow(
     stage: &StageTable,
     inputs: &[(&str, Option<Rows>)],
@@ -220,9 +233,12 @@ pub fn check_flow(
             continue;
         };
         let problem = |message| {
-            let label = format!("this stage gives {}", rows.name());
+            let label = format!("this stage provides {}", rows.name());
             let help = match rows {
-                Rows::Spectra => "with `heights = \"redraw\"` it gives surfaces".to_owned(),
+                Rows::Spectra => {
+                    "set `heights = \"redraw\"` in that stage so that it provides surfaces"
+                        .to_owned()
+                }
                 _ => format!("{} reads {}", a_stage(kind), reads.from),
             };
             Problem::new(message, from.span.clone(), label).help(help)
@@ -233,7 +249,7 @@ pub fn check_flow(
             }
             Some((other, before)) if before != rows && !mixes => {
                 problems.push(problem(format!(
-                    "the columns of `{other}` and `{name}` clash: {} and {}",
+                    "cannot combine the tables of `{other}` and `{name}`: they hold {} and {}",
                     before.name(),
                     rows.name()
                 )));

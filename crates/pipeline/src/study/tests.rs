@@ -1,4 +1,4 @@
-//! What manifests mean, and what is said of those that mean nothing.
+//! Tests of the meaning of manifests, and of the messages about invalid ones.
 
 mod rectangles;
 
@@ -15,7 +15,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/manifests")
 }
 
-/// Changes are reviewed with `cargo insta review`: each message is one to be glad to receive.
+/// Compares all messages with snapshots. Review changes with `cargo insta review`.
 #[test]
 fn every_mistake_is_explained() {
     let mut settings = insta::Settings::clone_current();
@@ -131,7 +131,7 @@ fn message(text: &str) -> String {
     parse(text).expect_err(text).render(false)
 }
 
-/// The tables of a manifest, most of them in another place, with their keys in reverse.
+/// Reverses the order of the tables of a manifest and of their keys.
 fn reversed(text: &str) -> String {
     let tables = text.trim().split("\n\n").map(|table| {
         let (head, keys) = table.split_once('\n').unwrap();
@@ -344,7 +344,7 @@ fn a_manifest_that_cannot_be_read_says_why() {
     assert!(latin.contains("line 2 is not UTF-8"), "{latin}");
 }
 
-// Manifests that nobody writes, and that break nothing.
+// Manifests that are not realistic must not break anything.
 
 #[test]
 fn huge_grids_are_refused_without_being_spread() {
@@ -360,7 +360,7 @@ fn huge_grids_are_refused_without_being_spread() {
     assert!(message(&text).contains("10000 is the most"));
     let many = surface("nodes = 64\nk_upper = 32\nk_lower = 1\nrealizations = 1000000\n");
     let twice = many.replace("hurst = 0.8", "hurst = [0.8, 0.9]");
-    assert!(message(&twice).contains("1000000 is the most"));
+    assert!(message(&twice).contains("at most 1000000 are allowed"));
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Judges stage after stage, each with what is known of those that it reads, and the conditions that
-//! numbers of surfaces follow from.
+//! Validates the stages in order, each with what is known about its inputs, and the conditions that
+//! decide numbers of surfaces.
 
 use arrow::datatypes::DataType;
 
@@ -18,12 +18,12 @@ use asperity_statistics::intervals::FEWEST_SURFACES;
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
-/// Tasks of one stage.
+/// Maximum number of tasks of one stage.
 const MOST_TASKS: usize = 1_000_000;
-/// Of all stages together.
+/// Maximum number of tasks of all stages together.
 const MOST_TASKS_OF_A_STUDY: usize = 2_000_000;
 
-/// Validates a manifest; whatever is wrong is reported.
+/// Validates a manifest and reports all problems.
 pub fn validate(
     manifest: &Manifest,
     sources: SurfaceFiles,
@@ -66,7 +66,7 @@ pub fn validate(
     Some(Study { name: name?, stages: stages.collect::<Option<_>>()?, sources: validator.sources })
 }
 
-/// Name and seed.
+/// Validates the table `[study]`. Returns its name and seed.
 fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Option<String>, u64) {
     let Some(point) = section.points.first() else {
         return (None, 0);
@@ -80,13 +80,13 @@ fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Op
     (name.map(|name| name.value.clone()), seed.unwrap_or(0))
 }
 
-/// What is known of a stage once it has been validated.
+/// Information about a validated stage.
 #[derive(Default)]
 struct Validated {
     rows: Option<Rows>,
     surfaces: Surfaces,
     work: Option<Work>,
-    /// Its table without rows, if another stage reads it.
+    /// Table of the stage without rows, if another stage reads it.
     empty: Option<Table>,
     tasks: usize,
 }
@@ -95,11 +95,12 @@ struct Validator<'a> {
     stages: &'a [StageTable],
     seed: u64,
     sources: SurfaceFiles,
-    /// Whether another stage, or a condition, reads it, by the stage's position in the manifest.
+    /// Whether another stage or a condition reads the stage, by its index in the manifest.
     is_read: Vec<bool>,
-    /// Tasks of the stages so far, or inputs of tasks, whichever are more.
+    /// Number of tasks of the stages so far, or of inputs of tasks if they are more.
     tasks: usize,
-    /// By the stage's position in the manifest; those that a stage reads are there before it.
+    /// Validated stages by their index in the manifest. Inputs are validated before the stages that
+    /// read them.
     validated: Vec<Validated>,
 }
 
@@ -120,14 +121,14 @@ impl Validator<'_> {
         let points = table.points.as_ref();
         let is_query = points.is_some_and(|points| points.is_query());
         let (rows_read, rows) = graph::check_flow(table, &flowing, is_query, problems);
-        // A stage whose inputs are not known has columns that are not known either.
+        // If the inputs of a stage are unknown, its columns are unknown too.
         let is_fed = !inputs.is_empty() || table.kind == Some(Kind::Generate);
         let read = self.tables_of(inputs).filter(|_| is_fed);
         let stacked = read.as_deref().and_then(|read| stacked(read).ok());
         let stacked = stacked.filter(|table| !table.names().is_empty());
         let above = inputs.iter().map(|&input| &self.validated[input].surfaces);
         let above = above.fold(Surfaces::default(), Surfaces::and);
-        // What is drawn with a spectrum is another surface than the one that was measured.
+        // A surface that is drawn from a measured spectrum differs from the measured surface.
         let surfaces = match table.kind {
             Some(Kind::Generate) => Surfaces::default(),
             _ => above,
@@ -158,19 +159,19 @@ impl Validator<'_> {
         Validated { rows, surfaces: surfaces.and(&made.unwrap_or_default()), work, empty, tasks }
     }
 
-    /// Refuses a stage of too many tasks, and the stage with which a study has too many.
+    /// Reports a stage with too many tasks, and the stage at which the study exceeds its limit.
     fn count(&mut self, tasks: usize, above: usize, name: &Span, problems: &mut Problems) {
         let before = self.tasks;
         self.tasks = before.saturating_add(tasks.max(above));
         let (message, label) = if tasks > MOST_TASKS {
             (
-                format!("the stage has {tasks} tasks, {MOST_TASKS} is the most"),
-                "its grid and those that it reads multiply",
+                format!("the stage has {tasks} tasks, but at most {MOST_TASKS} are allowed"),
+                "the points of its grid multiply with those of its inputs",
             )
         } else if self.tasks > MOST_TASKS_OF_A_STUDY && before <= MOST_TASKS_OF_A_STUDY {
             (
                 format!("the study has more than {MOST_TASKS_OF_A_STUDY} tasks"),
-                "up to this stage; make several studies of it, which share what is equal",
+                "exceeded at this stage; split the study, equal tasks are computed only once",
             )
         } else {
             return;
@@ -178,7 +179,7 @@ impl Validator<'_> {
         problems.push(Problem::new(message, name.clone(), label));
     }
 
-    /// The tables of a stage's inputs without rows, where they are known.
+    /// Returns the tables of a stage's inputs without rows, if they are known.
     fn tables_of(&self, inputs: &[usize]) -> Option<Vec<(String, Table)>> {
         let tables = inputs.iter().map(|&input| {
             let name = self.stages[input].name.value.clone();
@@ -188,7 +189,7 @@ impl Validator<'_> {
     }
 }
 
-/// A stage whose surfaces are as many as a condition asks for, and the condition as it is written.
+/// A stage whose number of surfaces depends on a condition.
 struct Conditional<'a> {
     stage: usize,
     growing: &'a Growing,
@@ -215,7 +216,7 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
     })
 }
 
-/// The stages whose tables conditions on means look at.
+/// Returns the stages whose tables are used by conditions on means.
 fn looked_at(stages: &[StageTable]) -> Vec<usize> {
     let named = |name: &str| stages.iter().position(|stage| stage.name.value == name);
     conditions(stages)
@@ -226,9 +227,11 @@ fn looked_at(stages: &[StageTable]) -> Vec<usize> {
         .collect()
 }
 
-/// Checks that conditions on means look at tables with rows for each surface, and those on claims at
-/// claims that surfaces decide; `empty` gives the tables of stages without rows, as far as they are
-/// known, and `claims` the names of all claims.
+/// Checks the conditions that decide numbers of surfaces.
+///
+/// A condition on a mean needs a table with rows for each surface, and a condition on claims needs
+/// claims that surfaces decide. `empty` returns the tables of stages without rows, if they are
+/// known. `claims` returns the names of all claims.
 fn check_conditions<'t>(
     stages: &[StageTable],
     graph: &Graph,
@@ -261,13 +264,13 @@ fn of_mean<'t>(
     let surfaces = &stages[condition.stage].name.value;
     if !reads(graph, looked_at, condition.stage) {
         let message = format!("`{}` does not read `{surfaces}`", mean.stage);
-        return Some(condition.problem(message, "its rows say nothing of these surfaces"));
+        return Some(condition.problem(message, "its rows do not depend on these surfaces"));
     }
     let table = empty(looked_at)?;
     let is_pooled = matches!(stages[looked_at].kind, Some(Kind::Fit | Kind::Aggregate));
     if is_pooled || !table.has(SURFACE.name) {
         let message = format!("`{}` has no rows for each surface", mean.stage);
-        let label = "must be a stage that looks at surfaces one by one";
+        let label = "must be a stage with rows for each surface";
         return Some(condition.problem(message, label));
     }
     let columns = numbers(table);
@@ -275,8 +278,8 @@ fn of_mean<'t>(
         return None;
     }
     let label = suggestion('`', &mean.column, columns.iter().copied(), "unknown column");
-    let message = format!("`{}` has no column of results `{}`", mean.stage, mean.column);
-    let help = format!("there are {}", listed(columns.iter().copied(), "and"));
+    let message = format!("`{}` has no result column `{}`", mean.stage, mean.column);
+    let help = format!("its result columns are {}", listed(columns.iter().copied(), "and"));
     Some(condition.problem(message, &label).help(help))
 }
 
@@ -284,18 +287,18 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         let message = format!("there is no claim `{unknown}` that surfaces decide");
         let label = suggestion('`', unknown, known.iter().copied(), "unknown claim");
-        let help = "`asperity claims` lists them; closed forms decide some, whatever the surfaces";
+        let help = "`asperity claims` lists the claims; those on closed forms need no surfaces";
         return Some(condition.problem(message, &label).help(help));
     }
     let at_least = condition.growing.at_least.written();
     let at_least = at_least.filter(|written| written.value < FEWEST_SURFACES as i64)?;
     let message = format!("`at_least = {}` is too few for claims", at_least.value);
-    let label = format!("{FEWEST_SURFACES} or more: of fewer surfaces no scatter is known");
-    let help = format!("left out, it is {AT_LEAST}");
+    let label = format!("at least {FEWEST_SURFACES} surfaces are needed to estimate their scatter");
+    let help = format!("the default is {AT_LEAST}");
     Some(Problem::new(message, at_least.span.clone(), label).help(help))
 }
 
-/// Whether rows of a stage come from another, itself included.
+/// Returns whether a stage depends on `source` or is `source` itself.
 fn reads(graph: &Graph, stage: usize, source: usize) -> bool {
     let mut is_above = vec![false; graph.inputs.len()];
     let mut next = vec![stage];
@@ -307,7 +310,7 @@ fn reads(graph: &Graph, stage: usize, source: usize) -> bool {
     is_above[source]
 }
 
-/// The columns that hold results and are numbers.
+/// Returns the numeric result columns.
 fn numbers(table: &Table) -> Vec<&str> {
     let fields = table.batch().schema_ref().fields().iter();
     let is_number = |kind: &DataType| matches!(kind, DataType::Float64 | DataType::Int64);

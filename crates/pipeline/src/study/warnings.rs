@@ -1,4 +1,4 @@
-//! What is valid, and should be known all the same before it is run.
+//! Warnings about valid studies that may not do what the user expects.
 
 use std::fmt;
 
@@ -13,13 +13,13 @@ use asperity_stages::solve::{self, PressureUnit};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Recipe, measure};
 
-/// Nodes to the shortest wavelength from which on the counted area needs no warning.
+/// Nodes per shortest wavelength from which the counted area needs no warning.
 ///
-/// Share of the area that the mesh adds, in per cent: of surfaces with H = 0.8 on 64² … 2048² nodes
-/// against their limit on ever finer meshes, means over 16 of each, as counted and as corrected by
-/// the coefficient of 2017.
+/// The table lists the area that the mesh adds, in per cent. Surfaces with H = 0.8 on 64² … 2048²
+/// nodes are compared with their limit on ever finer meshes. The values are means over 16 surfaces,
+/// as counted and as corrected with the coefficient of 2017.
 ///
-/// | nodes to the shortest wavelength | | 2 | 3 | 4 | 6 | 8 | 16 | 32 |
+/// | nodes per shortest wavelength | | 2 | 3 | 4 | 6 | 8 | 16 | 32 |
 /// |---|---|---|---|---|---|---|---|---|
 /// | load 0.06 | k = 4 … 32 | 29 | 18 | 13 | 8.5 | 6.4 | 3.2 | 1.6 |
 /// | | k = 8 … 32 | 41 | 25 | 18 | 12 | 8.8 | 4.3 | 2.2 |
@@ -28,19 +28,20 @@ use asperity_stages::{Recipe, measure};
 /// | | k = 8 … 32 | 73 | 42 | 29 | 19 | 14 | 6.8 | 3.4 |
 /// | | corrected | 2.4, 8.1 | −1.8, −1.0 | −2.6, −2.6 | −1.6, −2.6 | −1.4, −1.9 | −0.7, −1.0 | −0.3, −0.5 |
 ///
-/// Below 8 the mesh adds 10 % and more under light loads, as much as the spectra of a study differ
-/// by.
+/// Below 8 nodes, the mesh adds 10 % and more under light loads, as much as the spectra of a study
+/// differ.
 const ENOUGH: f64 = 8.0;
-/// The same for areas that are corrected: from here on 3 % are left, below up to 12 %.
+/// The same for corrected areas: from here on at most 3 % remain, below up to 12 %.
 const ENOUGH_CORRECTED: f64 = 3.0;
-/// What the mesh adds under a load of 0.06, times the nodes to the shortest wavelength, in per cent.
+/// Range of the area that the mesh adds under a load of 0.06, in per cent, times the nodes per
+/// shortest wavelength.
 const ADDED: [f64; 2] = [50.0, 80.0];
 
-/// Something to know of a stage.
+/// Warning about a stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warning {
     pub stage: String,
-    /// What is to be known, and what would do.
+    /// Text of the warning, with a suggestion.
     pub message: String,
 }
 
@@ -50,21 +51,21 @@ impl fmt::Display for Warning {
     }
 }
 
-/// The shortest wave of a surface, on its mesh.
+/// Shortest wave of a surface on its mesh.
 #[derive(Debug, Clone, Copy)]
 struct ShortestWave {
     nodes: [u32; 2],
     key: &'static str,
     wavenumber: u32,
-    /// Nodes to its length, along the axis that has fewer.
+    /// Nodes per wavelength, along the axis with fewer nodes.
     resolution: f64,
-    /// Whether areas counted on the mesh can be corrected.
+    /// Whether areas counted on the mesh can be corrected, which needs square cells.
     has_square_cells: bool,
 }
 
 impl ShortestWave {
-    /// Of a surface that is drawn; a measured one has those that its file holds, and the other
-    /// shapes have edges and curvature, but no waves.
+    /// Returns the shortest wave of a generated surface. Returns `None` for measured surfaces,
+    /// whose waves the file decides, and for shapes without waves.
     fn of(params: &Params) -> Option<ShortestWave> {
         let grid = params.grid().ok()?;
         let steps = grid.larger_steps();
@@ -93,8 +94,8 @@ impl ShortestWave {
         })
     }
 
-    /// Its mesh as a manifest has it, so many times finer along both axes; rounded up, but for the
-    /// rounding of a quotient.
+    /// Returns the value of `nodes` for a mesh that is `finer` times finer along both axes, rounded
+    /// up.
     fn mesh(&self, finer: f64) -> String {
         let [x, y] = self.nodes.map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
         if x == y { format!("{x}") } else { format!("[{x}, {y}]") }
@@ -102,10 +103,13 @@ impl ShortestWave {
 }
 
 impl Study {
-    /// What should be known of the study before it is run: meshes that count far too much area,
-    /// lists that could be read in two ways, loads that were probably meant in another unit, two
-    /// bodies beside surfaces that are each pressed alone, what was decided about files of measured
-    /// surfaces.
+    /// Returns warnings about the study, to be shown before it runs.
+    ///
+    /// - meshes that overestimate the contact area by far
+    /// - lists that could be read in two ways
+    /// - loads that were probably meant in another unit
+    /// - two bodies with several stages of surfaces, each of which is pressed alone
+    /// - decisions about files of measured surfaces
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(place, stage)| {
@@ -122,7 +126,7 @@ impl Study {
         warnings.collect()
     }
 
-    /// What the coarsest mesh of a stage's surfaces does to the area that is counted on it.
+    /// Warns of the coarsest mesh of a stage's surfaces if it adds much to the counted area.
     fn coarse_mesh(&self, place: usize, stage: &Stage) -> Option<String> {
         let Work::Generate(ensembles) = &stage.work else {
             return None;
@@ -138,26 +142,30 @@ impl Study {
         let ShortestWave { key, wavenumber, .. } = *coarsest;
         let others = match others.len() {
             0 => String::new(),
-            1 => format!(" (1 other point has less than {enough}, too)"),
-            more => format!(" ({more} other points have less than {enough}, too)"),
+            1 => format!(" (1 other point has fewer than {enough}, too)"),
+            more => format!(" ({more} other points have fewer than {enough}, too)"),
         };
         let [least, most] = ADDED.map(|added| added / coarsest.resolution);
         let nodes = coarsest.mesh(1.0);
         let finer = coarsest.mesh(enough / coarsest.resolution);
         let remedy = match (enough == ENOUGH, coarsest.has_square_cells) {
             (true, true) => format!(
-                "a `correct` stage takes most of it off, `nodes = {finer}` leaves 6 to 10 %"
+                "add a `correct` stage to remove most of this error, or set `nodes = {finer}` to \
+                 reduce it to 6 to 10 %"
             ),
-            (true, false) => format!("`nodes = {finer}` leaves 6 to 10 %"),
+            (true, false) => {
+                format!("set `nodes = {finer}` to reduce this error to 6 to 10 %")
+            }
             (false, _) => format!(
-                "corrections leave up to 12 % of the area, `nodes = {finer}` leaves them 3 %"
+                "corrected areas keep an error of up to 12 %; set `nodes = {finer}` to reduce it \
+                 to 3 %"
             ),
         };
         let resolution = (10.0 * coarsest.resolution).round() / 10.0;
         Some(format!(
-            "`nodes = {nodes}` with `{key} = {wavenumber}` is {resolution} nodes to the shortest \
-             wavelength{others}; the mesh adds some {least:.0} to {most:.0} % to the contact area \
-             that is counted under a load of 0.06, more under lighter ones; {remedy}"
+            "`nodes = {nodes}` with `{key} = {wavenumber}` resolves the shortest wavelength with \
+             only {resolution} nodes{others}; under a load of 0.06 this adds about {least:.0} to \
+             {most:.0} % to the counted contact area, and more under lighter loads; {remedy}"
         ))
     }
 
@@ -171,16 +179,16 @@ impl Study {
         is_meant.then(|| {
             let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
             format!(
-                "each surface of {} is pressed alone, against a smooth body and with the E* of both \
+                "each surface of {} is pressed alone against a smooth body, with the E* of both \
                  `bodies`; to press two rough surfaces against each other, add their height maps and \
-                 press the sum, as docs/how-to/python.md shows",
+                 press the sum (see docs/how-to/python.md)",
                 listed(names, "and")
             )
         })
     }
 
-    /// Whether all contact areas of a stage's surfaces are corrected for the mesh, or compared over
-    /// meshes; `None` where nothing is pressed.
+    /// Returns whether all contact areas of a stage's surfaces are corrected for the mesh or
+    /// compared over meshes; `None` if nothing is pressed.
     fn is_corrected(&self, surfaces: usize) -> Option<bool> {
         let solved = self.readers(surfaces, |recipe| matches!(recipe, Recipe::Solve(_)));
         let counts =
@@ -199,7 +207,7 @@ impl Study {
         })
     }
 
-    /// The stages that read a stage by some recipe.
+    /// Returns the stages that read a stage with a recipe for which `does` is true.
     fn readers(&self, read: usize, does: impl Fn(&Recipe) -> bool) -> Vec<usize> {
         let stages = self.stages.iter().enumerate();
         let readers = stages.filter(|(_, stage)| {
@@ -209,7 +217,7 @@ impl Study {
     }
 }
 
-/// That two lists are one rectangle, and not swept as each of them alone would be.
+/// Warns that two lists are read as one rectangle and are not swept.
 fn taken_as_pairs(stage: &Stage) -> Option<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return None;
@@ -217,23 +225,23 @@ fn taken_as_pairs(stage: &Stage) -> Option<String> {
     let surfaces = ensembles.iter().find(|ensemble| ensemble.may_be_swept)?;
     let ([nodes_x, nodes_y], [side_x, side_y]) = (surfaces.params.nodes(), surfaces.params.size());
     Some(format!(
-        "`nodes = [{nodes_x}, {nodes_y}]` with `side = [{side_x}, {side_y}]` is one rectangle, along x \
-         and along y, and no sweep of four squares; `nodes = [[{nodes_x}, {nodes_y}]]` with `side = \
-         [[{side_x}, {side_y}]]` says so outright, and `cases = [{{ nodes = {nodes_x}, side = \
-         {side_x} }}, …]` names squares"
+        "`nodes = [{nodes_x}, {nodes_y}]` with `side = [{side_x}, {side_y}]` is read as one \
+         rectangle, not as a sweep of four squares; write `nodes = [[{nodes_x}, {nodes_y}]]` and \
+         `side = [[{side_x}, {side_y}]]` to make this explicit, or list squares as \
+         `cases = [{{ nodes = {nodes_x}, side = {side_x} }}, …]`"
     ))
 }
 
-/// Heaviest probable load, in units of E* × rms slope: every surface is in full contact under a third of it.
+/// Heaviest probable load in units of E* × rms slope. Every surface is in full contact under a
+/// third of it.
 const HEAVY: f64 = 10.0;
-/// Lightest probable load, in the same: a single node of a great mesh bears as much.
+/// Lightest probable load in units of E* × rms slope. A single node of a large mesh bears as much.
 const LIGHT: f64 = 1e-7;
 
-/// Between which multiples of E* a mean pressure is probable, whatever the rms slope; slopes of
-/// surfaces are between 1e-4 and 10.
+/// Range of probable mean pressures in multiples of E*, for rms slopes between 1e-4 and 10.
 const PRESSURES: [f64; 2] = [1e-4 * LIGHT, 10.0 * HEAVY];
 
-/// That all loads of a stage are too heavy or too light to be meant.
+/// Warns that all loads of a stage are too heavy or too light to be intended.
 fn improbable_loads(stage: &Stage) -> Option<String> {
     stage.work.recipes().iter().find_map(|recipe| match recipe {
         Recipe::Solve(params) => of_block(params),
@@ -246,27 +254,27 @@ fn of_block(params: &solve::Params) -> Option<String> {
     let modulus = params.effective_modulus;
     match params.load_unit {
         PressureUnit::Relative if lightest > HEAVY => Some(format!(
-            "loads are in units of E* × rms slope, and from about 2 on every node touches: {lightest} and \
-             more tell nothing; `load_unit = \"absolute\"` takes them as pressures"
+            "all loads are at least {lightest} in units of E* × rms slope, but every node touches \
+             from about 2 upwards; set `load_unit = \"absolute\"` if they are pressures"
         )),
         PressureUnit::Relative if heaviest < LIGHT => Some(format!(
-            "loads are in units of E* × rms slope, and under {heaviest} and less a node or two touch; \
-             `load_unit = \"absolute\"` takes them as pressures"
+            "all loads are at most {heaviest} in units of E* × rms slope, so that only a node or two \
+             touch; set `load_unit = \"absolute\"` if they are pressures"
         )),
         PressureUnit::Absolute if lightest > PRESSURES[1] * modulus => Some(format!(
-            "all loads are pressures of {lightest} and more, and E* is {modulus}, in the same unit: every \
-             node touches from less on"
+            "all loads are pressures of at least {lightest}, and E* is {modulus} in the same unit, so \
+             that every node touches; check the units of the loads and of E*"
         )),
         PressureUnit::Absolute if heaviest < PRESSURES[0] * modulus => Some(format!(
-            "all loads are pressures of {heaviest} and less, and E* is {modulus}, in the same unit: a node \
-             or two touch"
+            "all loads are pressures of at most {heaviest}, and E* is {modulus} in the same unit, so \
+             that only a node or two touch; check the units of the loads and of E*"
         )),
         _ => None,
     }
 }
 
-/// What should be known of the files that a stage reads, each thing once: which of several maps is
-/// read, and how much of a map was not measured.
+/// Returns warnings about the files that a stage reads, each once: the channel that was chosen, and
+/// the points that were not measured.
 fn decided_of_files(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
@@ -296,8 +304,8 @@ fn channel(file: &MeasuredSurface, path: &str) -> Option<String> {
     (!is_chosen).then(|| {
         let (number, name, of) = (read.number, &read.name, read.of);
         format!(
-            "`{path}` has {of} channels; number {number}, `{name}`, is the first that holds heights, \
-             and is read; `channel = {number}` says so outright"
+            "`{path}` has {of} channels; number {number}, `{name}`, is read as the first one with \
+             heights; set `channel = {number}` to make this explicit"
         )
     })
 }
@@ -309,8 +317,8 @@ fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
         let share = 100.0 * missing as f64 / points as f64;
         let fill = fill.name();
         format!(
-            "{missing} of {points} points of `{path}` were not measured, {share:.3} %; `fill = \
-             \"{fill}\"` gives them heights"
+            "{missing} of {points} points of `{path}` were not measured ({share:.3} %); `fill = \
+             \"{fill}\"` estimates their heights"
         )
     })
 }
@@ -361,9 +369,9 @@ mod tests {
         let [warning] = told.as_slice() else { panic!("{told:?}") };
         for part in [
             "stage `rough`",
-            "`nodes = 64` with `k_upper = 32` is 2 nodes to the shortest wavelength",
-            "(1 other point has less than 8, too)",
-            "some 25 to 40 %",
+            "`nodes = 64` with `k_upper = 32` resolves the shortest wavelength with only 2 nodes",
+            "(1 other point has fewer than 8, too)",
+            "about 25 to 40 %",
             "`nodes = 256`",
             "a `correct` stage",
         ] {
@@ -375,7 +383,7 @@ mod tests {
     fn where_cells_are_no_squares_only_a_finer_mesh_is_advised() {
         let told = told(&PRESSED.replace("nodes = 64", "nodes = [[64, 64]]\nside = [[1.0, 0.8]]"));
         let [warning] = told.as_slice() else { panic!("{told:?}") };
-        assert!(warning.contains("lighter ones; `nodes = 256`"), "{warning}");
+        assert!(warning.contains("lighter loads; set `nodes = 256`"), "{warning}");
     }
 
     #[test]
@@ -392,7 +400,7 @@ mod tests {
         assert!(told_at("[8, 16, 21]").is_empty());
         let [warning] = &told_at("32")[..] else { panic!("two nodes are too few for corrections") };
         assert!(warning.contains("up to 12 %"), "{warning}");
-        // No correction is none, and one of other contacts neither.
+        // A correction "none" does not count, nor does a correction of other contacts.
         let none = corrected.replace("[\"none\", \"2017\"]", "\"none\"");
         assert_eq!(told(&none).len(), 1);
         let another = "[stage.more]\nkind = \"solve\"\nfrom = \"rough\"\nloads = [0.1]\n";
@@ -407,7 +415,8 @@ mod tests {
             told(&format!("{}{lines}\n{}", &PRESSED[..start], &PRESSED[end..]))
         };
         let wave = shape("method = \"wave-sum\"\namplitude = 0.1\nwaves = 24");
-        assert!(wave[0].contains("`waves = 24` is 2.7 nodes"), "{wave:?}");
+        let resolution = "`waves = 24` resolves the shortest wavelength with only 2.7 nodes";
+        assert!(wave[0].contains(resolution), "{wave:?}");
         let punch = shape("method = \"flat-punch\"\nradius = 0.1\ndepth = 0.1");
         assert!(punch.is_empty(), "{punch:?}");
     }
@@ -431,7 +440,7 @@ mod tests {
         assert_eq!(warned("\"rough\"", &two), None);
     }
 
-    /// What is warned of pressing by these keys.
+    /// Returns the warnings about a `solve` stage with these keys.
     fn warned(keys: &str) -> Vec<String> {
         let text = format!(
             "[study]\nname = \"units\"\n[stage.rough]\nkind = \"generate\"\nnodes = 64\nhurst = 0.8\n\

@@ -15,12 +15,12 @@ data={{ data }}
 manifest={{ path }}
 
 if ! command -v "$program" > /dev/null; then
-    echo "error: $(hostname) has no $program: install asperity where all nodes see it," \
-        "or say with \`--program\` or \`before\` where it is" >&2
+    echo "error: cannot find $program on $(hostname): install asperity on a file system that all" \
+        "nodes share, or set its path with \`--program\` or \`before\`" >&2
     exit 127
 fi
 if [ ! -d "$data/cluster/{{ study }}" ]; then
-    echo "error: $(hostname) has no $data: it must be on a file system that all nodes share;" \
-        "name another with \`--data\`" >&2
+    echo "error: cannot find $data on $(hostname): put the data folder on a file system that all" \
+        "nodes share, and name it with \`--data\`" >&2
     exit 1
 fi

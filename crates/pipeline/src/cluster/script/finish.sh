@@ -1,6 +1,6 @@
 #!/bin/bash
-# {{ study }}: what comes after its elements. Computes what is little, submits again what is much,
-# and in the end writes the tables. Its argument is the round, from 0 on.
+# Finishes study {{ study }} after its array tasks: computes small remainders, resubmits large
+# ones, and finally writes the tables. Its argument is the number of the round, from 0.
 # Written by `asperity submit {{ manifest }}`.
 #SBATCH --job-name={{ study }}-finish
 #SBATCH --output={{ logs }}/finish-%j.txt

@@ -1,4 +1,4 @@
-//! The schema says what the reader does.
+//! The schema accepts what the reader accepts.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,7 +19,8 @@ fn study(text: &str) -> Result<Study, ManifestErrors> {
     Study::parse(text, "test.toml", &root().join("tests/manifests"), crate::study::no_claims)
 }
 
-/// Whether a value satisfies a schema; knows what [`schema`] uses of JSON Schema, and no more.
+/// Returns whether a value satisfies a schema. Supports only the parts of JSON Schema that
+/// [`schema`] uses.
 fn is_valid(value: &Value, schema: &Value) -> bool {
     let Some(rules) = schema.as_object() else {
         return schema.as_bool().unwrap_or(true);
@@ -158,7 +159,7 @@ fn every_key_is_explained() {
     }
 }
 
-/// The fewest keys that each form can do with.
+/// Returns the required keys of each form.
 fn smallest(form: Form) -> &'static str {
     match form {
         Form::Generate(Method::Random(_)) => "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16",
@@ -176,7 +177,7 @@ fn smallest(form: Form) -> &'static str {
     }
 }
 
-/// A manifest whose last table is the smallest of a form.
+/// Returns a manifest whose last table has only the required keys of a form.
 fn manifest(form: Form) -> String {
     let mut text = "[study]\nname = \"s\"\n".to_owned();
     let can_read = |rows| form.kind().definition().reads.rows.contains(&rows);
@@ -223,7 +224,7 @@ fn bounds_of_the_schema_are_those_of_the_study() {
         let keys = layout.properties();
         for (key, about) in keys {
             let plain: Vec<_> = manifest(form).lines().map(str::to_owned).collect();
-            // Numbers that may be pairs name both types.
+            // The type of a number that may be a pair is a list.
             let is_whole = [&about["type"], &about["type"][0]].contains(&&json!("integer"));
             // Only the last table is changed.
             let start = plain.iter().position(|line| line == "[stage.last]").unwrap();
@@ -253,7 +254,7 @@ fn bounds_of_the_schema_are_those_of_the_study() {
                 let Some(bound) = about.get(rule).and_then(Value::as_f64) else {
                     continue;
                 };
-                // Numbers of a manifest count to twelve digits.
+                // Numbers of a manifest are read to twelve digits.
                 let step = if is_whole { 1.0 } else { 1e-9 * bound.max(1.0) };
                 let (outside, inside) = (bound + outside * step, bound + inside * step);
                 assert!(refuses(outside), "{form:?}: {key} beyond {rule}");

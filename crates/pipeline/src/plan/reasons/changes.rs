@@ -1,5 +1,4 @@
-//! What can make a task run and how it is told, and what an edit did to one stage: its points now
-//! against those on record.
+//! Causes that make tasks run, their texts, and the comparison of one stage with its record.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -9,87 +8,86 @@ use serde_json::Value;
 
 use crate::plan::reasons::record::{PointRecord, StageRecord};
 
-/// One thing that makes tasks run, and the stage where it happened.
+/// Cause that makes tasks run, and the stage in which it arose.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Cause {
-    /// The position of the stage in the plan.
+    /// Index of the stage in the plan.
     pub stage: usize,
     pub why: Why,
 }
 
-/// What happened.
+/// Kind of cause.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 #[serde(tag = "why", rename_all = "kebab-case")]
 pub enum Why {
-    /// No run of the study is on record.
+    /// The study has no record of an earlier run.
     FirstRun,
     NewStage,
-    /// A point of the grid or a realization was not there before: the coordinates that say which.
+    /// A parameter point or a realization is new.
     New {
-        /// As few as tell it from all before.
+        /// Coordinates that distinguish it from all earlier points, as few as possible.
         fields: Vec<Field>,
     },
-    /// Parameters have other values.
+    /// Parameters have changed.
     Changed {
-        /// Which ones.
         fields: Vec<Change>,
     },
-    /// The program computes other numbers now.
+    /// The program computes the stage differently.
     Version {
-        /// The version of the stage on record.
+        /// Version of the stage on record.
         old: u32,
         new: u32,
     },
-    /// A stage is read that was not.
+    /// The stage reads another stage than before.
     ReadsMore {
         name: String,
     },
-    /// A stage is no longer read.
+    /// The stage no longer reads a stage.
     ReadsLess {
         name: String,
     },
-    /// What was pooled before is no longer there.
+    /// Something that was pooled before no longer exists.
     Fewer {
-        /// The coordinates of what is left out.
+        /// Coordinates of what is missing.
         fields: Vec<Field>,
     },
-    /// What is pooled comes in another order.
+    /// The pooled tables come in another order.
     Reordered,
-    /// It was planned before, and the run did not come to its end.
+    /// The task was planned before, and the run did not finish.
     Unfinished,
-    /// All tasks of the stage were finished, and the file of this one is gone.
+    /// All tasks of the stage were finished, and the file of this task is missing.
     Missing,
-    /// Its file was damaged and is in quarantine.
+    /// The file was damaged and is in quarantine.
     Damaged,
 }
 
-/// A coordinate and its value.
+/// Coordinate with its value.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct Field {
     pub field: String,
     pub value: Shown,
 }
 
-/// A parameter and its values before and now; `None` where there was none.
+/// Parameter with its values before and now; `None` where it had no value.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct Change {
     pub field: String,
-    /// On record.
+    /// Value on record.
     pub old: Option<Shown>,
-    /// In the manifest.
+    /// Value in the manifest.
     pub new: Option<Shown>,
 }
 
-/// A value, short enough for a line.
+/// Text of a value, short enough for a line.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 #[serde(transparent)]
 pub struct Shown(pub String);
 
 impl Shown {
-    /// Letters of a value that is neither a list nor a number.
+    /// Maximum length in characters of a value that is neither a list nor a number.
     const LONGEST: usize = 60;
 
-    /// A parameter's value, written as JSON.
+    /// Shortens the value of a parameter, given as JSON.
     pub fn of(json: &str) -> Shown {
         let value = serde_json::from_str(json);
         Shown(value.map_or_else(|_| json.to_owned(), |value| short(&value, json)))
@@ -109,12 +107,12 @@ fn short(value: &Value, json: &str) -> String {
                 parts.collect::<Vec<_>>().join(", ")
             }
         },
-        // The text as it stands: reading a number may round its last digit.
+        // The text is copied, because parsing a number may round its last digit.
         _ => cut(json),
     }
 }
 
-/// A short list whole, of a long one its ends.
+/// Formats a short list in full and a long list by its first and last values.
 fn listed(list: &[Value]) -> String {
     const SHORT: usize = 6;
     let items = |list: &[Value]| -> Vec<String> {
@@ -130,7 +128,7 @@ fn listed(list: &[Value]) -> String {
     }
 }
 
-/// Enough digits to recognise a load.
+/// Rounds a number to five digits, enough to recognise a load.
 fn rounded(value: &Value) -> String {
     match value.as_f64() {
         Some(number) => format!("{:.4e}", number)
@@ -165,10 +163,10 @@ impl fmt::Display for Why {
             Why::ReadsMore { name } => write!(formatter, "now reads `{name}`"),
             Why::ReadsLess { name } => write!(formatter, "no longer reads `{name}`"),
             Why::Fewer { fields } => write!(formatter, "without {}", joined(fields)),
-            Why::Reordered => write!(formatter, "other order"),
+            Why::Reordered => write!(formatter, "order changed"),
             Why::Unfinished => write!(formatter, "not computed yet"),
             Why::Missing => write!(formatter, "file missing"),
-            Why::Damaged => write!(formatter, "file damaged and set aside"),
+            Why::Damaged => write!(formatter, "damaged file set aside"),
         }
     }
 }
@@ -192,40 +190,40 @@ impl fmt::Display for Change {
     }
 }
 
-/// Points that left are offered to so many that came: one that was edited finds itself among the
-/// nearest, and a grid of thousands is not compared with thousands.
+/// Maximum number of removed points with which a new point is compared. An edited point finds its
+/// old version among the nearest, and large grids are not compared pairwise.
 const CANDIDATES: usize = 64;
 
-/// What happened to a stage.
+/// Changes of a stage since the last run.
 #[derive(Debug, Default)]
 pub struct StageChanges {
-    /// To all its tasks.
+    /// Changes that affect all its tasks.
     pub to_all: Vec<Why>,
-    /// To each point, in order.
+    /// Changes of each point, in order.
     pub points: Vec<PointChange>,
-    /// Points that nobody took the place of, and stages that are no longer read: only who pools
-    /// them notices.
+    /// Points without a successor, and stages that are no longer read. They affect only tasks that
+    /// pool them.
     pub gone: Vec<Why>,
     /// Stages that it did not read before.
     pub reads_more: Vec<String>,
-    /// Whether points, or stages that it reads, changed places.
+    /// Whether the order of points, or of the stages that it reads, has changed.
     pub is_reordered: bool,
 }
 
-/// What happened to a point.
+/// Changes of a parameter point since the last run.
 #[derive(Debug, Default)]
 pub struct PointChange {
-    /// None if it was there before.
+    /// Cause; `None` if the point existed before.
     pub why: Option<Why>,
-    /// Whether its identity is what it was, so that later stages do not see that.
+    /// Whether its identity is unchanged, so that later stages do not see the change.
     pub keeps_identity: bool,
-    /// Surfaces on record, if it was there before: more of them are new, and fewer are missed by
-    /// who pools them.
+    /// Number of surfaces on record, if the point existed before. Additional surfaces are new, and
+    /// missing surfaces affect tasks that pool them.
     pub realizations_before: Option<u32>,
 }
 
 impl StageChanges {
-    /// Compares a stage with what was in its place.
+    /// Compares a stage with its record.
     pub fn between(before: Option<&StageRecord>, now: &StageRecord) -> StageChanges {
         let Some(before) = before else {
             return StageChanges {
@@ -252,7 +250,7 @@ impl StageChanges {
     }
 }
 
-/// Which point on record each point is, or has come from.
+/// Assignment of points to points on record, as the same point or as its edited version.
 struct Matched {
     same: Vec<Option<usize>>,
     edited: Vec<Option<usize>>,
@@ -323,7 +321,7 @@ impl Matched {
     }
 }
 
-/// Values that parameters take among some points.
+/// Values of each parameter among a set of points.
 struct Seen<'a>(BTreeMap<&'a str, BTreeSet<&'a str>>);
 
 impl<'a> Seen<'a> {
@@ -335,7 +333,8 @@ impl<'a> Seen<'a> {
         Seen(seen)
     }
 
-    /// What tells a point from these: values that none of them has, or else all that vary.
+    /// Returns what distinguishes a point from the set: values that no point of the set has, or
+    /// else all parameters that vary.
     fn coordinates(&self, point: &PointRecord) -> Vec<Field> {
         let values = |name: &str| self.0.get(name);
         let is_unseen = |(name, value): &(&String, &String)| {
@@ -354,7 +353,7 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// The parameters in which two points differ.
+/// Returns the parameters in which two points differ.
 fn changes(before: &PointRecord, now: &PointRecord) -> Vec<Change> {
     let names: BTreeSet<&String> = before.fields.keys().chain(now.fields.keys()).collect();
     let value = |point: &PointRecord, name: &String| point.fields.get(name).map(|v| Shown::of(v));

@@ -1,4 +1,4 @@
-//! Lists of `nodes` and `side`: what is swept, and what is one rectangle.
+//! Tests of lists of `nodes` and `side`: sweeps and rectangles.
 
 use super::*;
 use asperity_contact::grid::Grid;
@@ -18,7 +18,7 @@ fn of(kind: &str, rest: &str) -> Vec<([usize; 2], [f64; 2])> {
     grids.map(|grid| shape(grid.unwrap())).collect()
 }
 
-/// Random surfaces of waves so long that any mesh has them.
+/// Returns the shapes of random surfaces whose waves fit any mesh.
 fn rough(rest: &str) -> Vec<([usize; 2], [f64; 2])> {
     of(ROUGH, &format!("k_upper = 4\n{rest}"))
 }
@@ -65,7 +65,7 @@ fn pairs_of_both_keys_are_one_rectangle_which_is_said() {
     assert_eq!(told.len(), 1);
     for part in [
         "stage `s`",
-        "`nodes = [128, 64]` with `side = [2, 1]` is one rectangle",
+        "`nodes = [128, 64]` with `side = [2, 1]` is read as one rectangle",
         "`nodes = [[128, 64]]`",
         "`cases = [{ nodes = 128, side = 2 }, …]`",
     ] {
@@ -86,7 +86,7 @@ fn nobody_asks_where_it_is_clear() {
         assert_eq!(rough(rest), rectangle, "{rest}");
         assert!(warnings(rest).is_empty(), "{rest}");
     }
-    // Lists of a number and itself could never be swept.
+    // A list that repeats one number cannot be a sweep.
     assert_eq!(rough("nodes = [64, 64]\nside = [2, 1]"), [([64, 64], [2.0, 1.0])]);
     assert!(warnings("nodes = [64, 64]\nside = [2, 1]").is_empty());
     assert_eq!(rough("nodes = [64, 64]\nside = [2, 2]"), [([64, 64], [2.0, 2.0])]);
