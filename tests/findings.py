@@ -1,11 +1,14 @@
-"""What studies have found, as a page: docs/findings.md is written from the tables under data/findings/.
+"""Writes docs/findings.md, the results of the shipped studies, from the tables in data/findings/.
 
-    python3 tests/findings.py                     whether the page says what the tables do
-    python3 tests/findings.py --write             write it
-    python3 tests/findings.py --collect DATA      take tables, claims and figures of finished studies from DATA,
-                                                  with the program on the PATH, or what ASPERITY names
+    python3 tests/findings.py                     check that the page agrees with the tables
+    python3 tests/findings.py --write             write the page
+    python3 tests/findings.py --collect DATA      copy tables, claims and figures of finished studies from the data
+                                                  folder DATA
+    python3 tests/findings.py --reword            update the texts of claims in data/findings/ after a change of
+                                                  wording; numbers stay
 
-Needs polars. Words are in findings_page.py, tables in findings_tables.py.
+The last two use the `asperity` on the PATH, or the program in ASPERITY. Needs polars. The text of the page is in
+findings_page.py, its tables are in findings_tables.py.
 """
 
 import json
@@ -13,28 +16,36 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import findings_page
-from findings_tables import ROOT, TABLES
+from findings_tables import CAMPAIGN, ROOT, TABLES
 
 FIGURES = ROOT / "docs/images/findings"
 PAGE = ROOT / "docs/findings.md"
 
 
-def collect(data):
-    program = os.environ.get("ASPERITY") or shutil.which("asperity")
-    assert program, "no asperity on the PATH"
+# The texts of a claim, which are the same for nearly all studies.
+TEXTS = ["says", "where", "because", "quantity", "expected"]
 
+
+def program():
+    named = os.environ.get("ASPERITY") or shutil.which("asperity")
+    assert named, "no asperity on the PATH"
+    return named
+
+
+def collect(data):
     def told(study, command, *arguments, may_be=(0,)):
         manifest = ROOT / "manifests" / f"{study}.toml"
-        ran = subprocess.run([program, command, manifest, "--data", data, *arguments], stdout=subprocess.PIPE)
+        ran = subprocess.run([program(), command, manifest, "--data", data, *arguments], stdout=subprocess.PIPE)
         assert ran.returncode in may_be, f"{command} of {study}"
         return ran.stdout
 
     plans = {study: json.loads(told(study, "plan", "--json")) for study in findings_page.STUDIES}
     for study, plan in plans.items():
-        assert not any(stage["to_run"] for stage in plan["stages"]), f"{study} has not been run to its end"
+        assert not any(stage["to_run"] for stage in plan["stages"]), f"{study} is not finished"
     for folder in (TABLES, FIGURES):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -53,26 +64,50 @@ def take(told, data, study, plan):
         shutil.copy(results / f"{table}.parquet", to)
     for figure in figures:
         shutil.copy(results / "figures" / f"{figure}.svg", FIGURES / f"{study}-{figure}.svg")
-    # It exits with 1 where a claim does not hold, which is a finding.
+    # The command exits with 1 if a claim does not hold.
     claims = json.loads(told(study, "claims", "--json", may_be=(0, 1)), object_hook=without_estimates)
     for name, what in (("about", about), ("claims", claims)):
         (to / f"{name}.json").write_text(json.dumps(what, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def without_estimates(of_json):
-    """What more surfaces would cost depends on how fast the machine was."""
+    """Removes the costs of more surfaces, which depend on the speed of the machine."""
     return {key: value for key, value in of_json.items() if key != "core_hours"}
+
+
+def reword():
+    manifest = ROOT / "manifests/quickstart.toml"
+    with tempfile.TemporaryDirectory() as empty:
+        told = subprocess.run([program(), "claims", manifest, "--data", empty, "--json"], stdout=subprocess.PIPE, check=True)
+    texts = texts_of(json.loads(told.stdout))
+    before = texts_of(json.loads((TABLES / CAMPAIGN / "claims.json").read_text(encoding="utf-8")))
+    for path in TABLES.glob("*/claims.json"):
+        found = json.loads(path.read_text(encoding="utf-8"))
+        for claim in found["claims"]:
+            name = claim["name"]
+            # A text that depends on the study differs from that of the campaign; change it by hand.
+            if all(claim[key] == before[name][key] for key in TEXTS):
+                claim |= texts[name]
+            else:
+                print(f"{path.parent.name}: {name} keeps its text")
+        path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def texts_of(claims):
+    return {claim["name"]: {key: claim[key] for key in TEXTS} for claim in claims["claims"]}
 
 
 def main(arguments):
     if arguments[:1] == ["--collect"] and len(arguments) == 2:
         collect(arguments[1])
+    elif arguments == ["--reword"]:
+        reword()
     elif arguments == ["--write"]:
         PAGE.write_text(findings_page.page(), encoding="utf-8")
     elif not arguments:
         assert PAGE.read_text(encoding="utf-8") == findings_page.page(), (
-            "docs/findings.md does not say what data/findings has: python3 tests/findings.py --write")
-        print("docs/findings.md says what its tables do")
+            "docs/findings.md does not agree with data/findings: run python3 tests/findings.py --write")
+        print("docs/findings.md agrees with its tables")
     else:
         sys.exit(__doc__)
 

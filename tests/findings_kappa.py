@@ -1,4 +1,4 @@
-"""How the secant area/load of docs/findings.md depends on which points are fitted, from their means under data/findings/."""
+"""The dependence of the secant in docs/findings.md on the selection of points, from the means in data/findings/."""
 
 import math
 
@@ -8,14 +8,15 @@ from findings_tables import BGT, between, digits, least_squares, rows, table, wi
 
 
 def words():
-    """The secant at the narrowest and the widest bandwidth, where all selections of points and forms agree."""
+    """Returns sentences on the secant at the narrowest and the widest bandwidth, over all selections and forms."""
     narrow, wide, light = ([kappa[at] for one in of_selections(load) for kappa in one["kappa"]]
                            for at, load in ((0, 0.05), (1, 0.05), (1, 0.01)))
-    disagree = (f"At a load of 0.01 selections disagree ({between(light)} at 128), and nothing is claimed. "
+    disagree = (f"At a load of 0.01 the selections disagree ({between(light)} at 128), so no value is claimed. "
                 if max(light) - min(light) > 0.01 else "")
-    return ("In the limits of great cells and fine meshes the secant, area over load, falls with the logarithm of the bandwidth: at a load of "
-            f"0.05, in units of √(2π), from {between(narrow)} at k_s/k_l = 2 to {between(wide)} at 128, over all selections "
-            f"of points and forms. {disagree}Persson's theory has 0.637 at light loads.")
+    return ("In the limits of large cells and fine meshes, the secant (area over load) falls with the logarithm of the "
+            f"bandwidth k_s/k_l. At a load of 0.05, in units of √(2π), it falls from {between(narrow)} at a bandwidth of 2 to "
+            f"{between(wide)} at 128; the ranges cover all selections of points and forms. {disagree}Persson's theory has "
+            "0.637 at light loads.")
 
 
 SELECTIONS = {
@@ -35,10 +36,11 @@ def points_under(load):
 
 
 def of_selections(load):
-    """The secant over √(2π) at k_s/k_l = 2 and 128 and the coefficient of the logarithm, of every selection by either form in 1/k_l.
+    """Returns, for every selection and either power of 1/k_l, the secant over √(2π) at k_s/k_l = 2 and 128 and the
+    coefficient of the logarithm.
 
-    Least squares to the means of the points; the error of a mean is that of all points with the same k_l, root mean
-    square: of eight surfaces it is known to a quarter, and points that agree by chance would count too much.
+    Fits the means of the points by least squares. The error of a mean is the root mean square over all points with the
+    same k_l: eight surfaces give an error to 25 % only, and points that agree by chance would have too much weight.
     """
     points = points_under(load)
     errors = {}
@@ -66,12 +68,12 @@ def selections():
             narrow, wide, logarithm = zip(*one["kappa"], strict=True)
             lines.append([digits(load, 1), one["name"], str(one["points"]),
                           *(between(values) for values in (narrow, wide)), between(logarithm, 2)])
-    return rows(["load", "points", "how many", "secant/√(2π) at k_s/k_l = 2", "at 128",
+    return rows(["load", "selection", "points", "secant/√(2π) at k_s/k_l = 2", "at 128",
                  "coefficient of ln(k_l/k_s) in the secant"], lines)
 
 
 def measured(load=0.01):
-    """The secant over √(2π) of the widest spectra that were computed, and its error."""
+    """Returns the secant over √(2π) of the widest spectra, with its error."""
     widest = [row for row in points_under(load) if row["k_upper"] == 128 * row["k_lower"]]
     finest = {}
     for row in sorted(widest, key=lambda row: row["nodes"]):

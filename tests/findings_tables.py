@@ -1,5 +1,4 @@
-"""The tables of docs/findings.md, from those under data/findings/: each function gives one as Markdown, or the numbers
-of a sentence."""
+"""The tables and generated sentences of docs/findings.md, from the tables in data/findings/."""
 
 import json
 import math
@@ -18,7 +17,7 @@ def table(study, name):
 
 
 def digits(value, count=4):
-    """So many significant digits, without an exponent where people would write none."""
+    """Returns a number with `count` significant digits, with an exponent only if it is very small or large."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0:
@@ -36,7 +35,7 @@ def with_interval(row, name, count=4):
 
 
 def with_error(value, error):
-    """A value to the second digit of its standard error, and this."""
+    """Returns a value, rounded to the second digit of its standard error, and the error."""
     places = max(1 - math.floor(math.log10(error)), 0)
     return f"{value:.{places}f} ± {error:.{places}f}"
 
@@ -56,7 +55,7 @@ def provenance(studies):
         about = json.loads((TABLES / study / "about.json").read_text(encoding="utf-8"))
         told = ", ".join(f"{stage} {tasks}" for stage, tasks in about["tasks"].items())
         lines.append([f"`manifests/{study}.toml`", told])
-    return rows(["study", "tasks of each stage"], lines)
+    return rows(["manifest", "stages and their numbers of tasks"], lines)
 
 
 def curves(load, correction):
@@ -65,7 +64,7 @@ def curves(load, correction):
 
 
 def area_at(load):
-    return between(curves(load, "none")["area_corrected_mean"]) + " as counted"
+    return between(curves(load, "none")["area_corrected_mean"])
 
 
 def persson_at(load):
@@ -77,25 +76,25 @@ def full_contact_range():
 
 
 def sealing_limit():
-    """The likeliest fit of the area at which the gap stops percolating."""
+    """Returns the fit with the smallest `akaike` of the area at which the gap stops percolating."""
     fits = table("limits", "percolation-limits").filter(pl.col("quantity") == "percolation_area_corrected")
     return fits.sort("akaike").to_dicts()[0]
 
 
 def sealing_words():
-    return (f"The gap stops percolating where {with_interval(sealing_limit(), 'limit', 3)} of the area are in contact, in the "
-            "limits of great cells, wide spectra and fine meshes; Wang & Müser (2020) have 0.415.")
+    return (f"The gap stops percolating at a contact area of {with_interval(sealing_limit(), 'limit', 3)}, in the limits of "
+            "large cells, wide spectra and fine meshes. Wang & Müser (2020) have 0.415.")
 
 
 def narrow_sealing():
     fit = sealing_limit()
     octave = fit["limit"] + fit["coefficient_2"] * 0.5 ** fit["exponent_2"]
-    return (f"Spectra of an octave, k_s = 2 k_l, seal earlier than wide ones: {digits(octave, 2)} by the fit above, which is where "
-            "the first claim fails.")
+    return (f"Spectra of one octave, k_s = 2 k_l, seal at smaller areas than wide spectra: at {digits(octave, 2)} by the fit "
+            "above. There the first claim fails.")
 
 
 def asperities_of_alpha(load):
-    """Ratios of the models' areas to the solution's on the paper's mesh, with α of the modes, by ascending α."""
+    """Returns, by ascending α of the modes, the ratios of model area to solved area on the mesh of the paper."""
     near = table("asperities-1024", "beside").filter((pl.col("load") / load - 1).abs() < 0.01)
     alpha = table("asperities-1024", "spectra").select("k_lower", "k_upper", alpha="nayak_lattice_mean")
     of = {}
@@ -105,24 +104,24 @@ def asperities_of_alpha(load):
 
 
 def asperity_words():
-    """Area of the models over that of the solution, for the least α and the greatest."""
+    """Returns sentences on the ratio of model area to solved area, for the smallest and the largest α."""
     (least, narrow), *_, (most, wide) = asperities_of_alpha(0.0057)
-    told = [f"{digits(narrow[word]['ratio'], 2)} of it at α = {digits(least[0], 2)} and {digits(wide[word]['ratio'], 2)} at "
+    told = [f"{digits(narrow[word]['ratio'], 2)} at α = {digits(least[0], 2)} and {digits(wide[word]['ratio'], 2)} at "
             f"α = {digits(most[0], 3)}" for word in ("none", "explicit")]
-    return (f"Asperity models have less area than the solution on the same surfaces, at each k_l the less the greater α: at a "
-            f"load of 0.0057 {told[0]} without interaction, {told[1]} where each asperity is displaced by all others. Area "
-            "where contacts overlap counts twice in them.")
+    return (f"Asperity models have less area than the solution on the same surfaces. At each k_l their area falls as α grows. "
+            f"At a load of 0.0057 the ratio of both areas is {told[0]} without interaction. It is {told[1]} if all asperities "
+            "displace each other. Overlapping area counts twice in the models.")
 
 
 def asperities_over_alpha():
     lines = [[digits(alpha, 3), str(k_lower), str(k_upper), *(digits(at[word]["ratio"], 3) for word in ("none", "explicit")),
               digits(100 * at["none"]["overlapping_share"], 2) + " %"]
              for (alpha, k_lower, k_upper), at in asperities_of_alpha(0.0057)]
-    return rows(["α", "k_l", "k_s", "no interaction", "each by all others", "area in contacts that overlap"], lines)
+    return rows(["α", "k_l", "k_s", "no interaction", "explicit interaction", "area in overlapping contacts"], lines)
 
 
 def least_squares(design, values, weights):
-    """Weighted least squares by the normal equations."""
+    """Solves weighted least squares by the normal equations."""
     count = len(design[0])
     matrix = [[sum(w * x[i] * x[j] for x, w in zip(design, weights, strict=True)) for j in range(count)]
               + [sum(w * x[i] * y for x, y, w in zip(design, values, weights, strict=True))] for i in range(count)]
@@ -134,7 +133,7 @@ def least_squares(design, values, weights):
 
 
 def spectra():
-    """Nayak's parameter, density of summits, effective modes and full contact of the campaign's spectra."""
+    """Returns Nayak's parameter, summit density, effective modes and full-contact load of the campaign's spectra."""
     lines = []
     for row in table(CAMPAIGN, "spectra").sort("k_lower", "k_upper").to_dicts():
         error = row["nayak_sd"] / math.sqrt(row["count"])
@@ -143,11 +142,11 @@ def spectra():
                       digits(row["effective_modes_mean"], 3),
                       f"{digits(row['full_contact_load_mean'], 3)} ({digits(row['full_contact_load_min'], 3)} … "
                       f"{digits(row['full_contact_load_max'], 3)})"])
-    return rows(["k_l", "k_s", "surfaces", "α", "D", "effective modes", "load at full contact"], lines)
+    return rows(["k_l", "k_s", "surfaces", "α", "D", "effective modes", "full-contact load (range)"], lines)
 
 
 def tabulated(name, error, closed, printed):
-    """A table of the paper, as printed and as found, for both Hurst exponents."""
+    """Returns a table of the paper, printed and found, for both Hurst exponents."""
     paper = pl.read_csv(ROOT / "crates/claims/data" / f"{printed}.csv")
     found = table("nayak", "table").join(paper, on=["hurst", "k_lower", "k_upper"], how="left")
     of = {(row["k_lower"], row["k_upper"], row["hurst"]): row for row in found.to_dicts()}
@@ -164,7 +163,7 @@ def tabulated(name, error, closed, printed):
 
 
 def laws(name, corrections, parameters):
-    """The parameters of a fitted law, with intervals, for each spectrum."""
+    """Returns the parameters of a fitted law, with intervals, for each spectrum."""
     found = table(CAMPAIGN, name)
     of = {(row["k_lower"], row["k_upper"], row["correction"]): row for row in found.to_dicts()}
     lines = []
@@ -178,7 +177,7 @@ def laws(name, corrections, parameters):
 
 
 def areas():
-    """Counted and corrected area near three loads, beside two theories."""
+    """Returns counted and corrected areas near three loads, with two theories."""
     lines = []
     for load in (0.012, 0.06, 0.3194):
         of = zip(*(curves(load, word).to_dicts() for word in ("none", "2017")), strict=True)
@@ -186,7 +185,7 @@ def areas():
             told = [with_error(row["area_corrected_mean"], row["area_corrected_sem"]) for row in (counted, corrected)]
             lines.append([digits(counted["load"]), str(counted["k_lower"]), str(counted["k_upper"]), *told,
                           digits(counted["area_persson"]), digits(counted["area_bush_gibson_thomas"])])
-    return rows(["load", "k_l", "k_s", "area, counted", "area, corrected as in 2017", "Persson",
+    return rows(["load", "k_l", "k_s", "counted area", "area corrected as in 2017", "Persson",
                  "Bush, Gibson & Thomas, α of the modes"], lines)
 
 
@@ -202,7 +201,7 @@ def literature():
 
 
 def limits(name):
-    """Fitted limits of each quantity, under each load, of the forms that the data prefer."""
+    """Returns the fitted limits of each quantity under each load, for forms with a weight of 0.1 or more."""
     fits = table("limits", name).filter((pl.col("status") == "fitted") & (pl.col("akaike_weight") >= 0.1))
     if "correction" in fits.columns:
         fits = fits.filter(pl.col("correction") == "2017")
@@ -217,11 +216,11 @@ def limits(name):
                       with_interval(row, "coefficient_2", 3), digits(row["akaike_weight"], 2),
                       digits(row["reduced_chi_square"], 2), digits(row["leave_one_out_error"], 2)])
     return rows(["Q", "load", "in 1/k_l", "in k_l/k_s", "in k_s/N", "Q₀", "coefficient of k_l/k_s", "weight",
-                 "χ² per degree of freedom", "error, one point left out"], lines)
+                 "χ² per degree of freedom", "leave-one-out error"], lines)
 
 
 def asperities(study):
-    """Area of the models over that of the solution, the median over spectra and its range."""
+    """Returns the area of the models over the area of the solution: median and range over spectra."""
     lines = []
     for (load,), at in sorted(table(study, "beside").group_by("load")):
         told = [digits(load, 2)]
@@ -230,12 +229,12 @@ def asperities(study):
             told.append(f"{digits(ratio.median(), 3)} ({between(ratio)})")
         overlap = at.filter(pl.col("interaction") == "none")["overlapping_share"]
         lines.append([*told, digits(100 * overlap.median(), 2) + " %"])
-    return rows(["load", "no interaction", "mean field", "each by all others", "area in contacts that overlap"],
+    return rows(["load", "no interaction", "mean field", "explicit interaction", "area in overlapping contacts"],
                 lines[::3])
 
 
 def pressures():
-    """Pressures beside Persson's: area fraction, and the share of nodes in contact below a fifth of E* h′."""
+    """Returns the area, and its fraction with pressures below 0.2 E* h′, found and in Persson's theory."""
     found = table("distributions", "mean-pressures").with_columns(
         width=2 * pl.col("contact_pressure").min().over("k_lower", "load"))
     lines = []
@@ -246,11 +245,11 @@ def pressures():
             low = at.filter(pl.col("contact_pressure") < 0.2)
             told += [digits(area), digits((low[density] * low["width"]).sum() / area, 3)]
         lines.append([str(k_lower), digits(load, 2), *told])
-    return rows(["k_l", "load", "area", "share of it below 0.2 E\\* h′", "Persson's area", "Persson's share"], lines)
+    return rows(["k_l", "load", "area", "fraction of it below 0.2 E\\* h′", "Persson's area", "Persson's fraction"], lines)
 
 
 def sealing():
-    parameters = [("percolation_area_corrected", "area, corrected"), ("percolation_area", "area, counted"),
+    parameters = [("percolation_area_corrected", "corrected area"), ("percolation_area", "counted area"),
                   ("percolation_load", "load")]
     lines = [[str(row["k_lower"]), str(row["k_upper"]), str(row["surfaces"]),
               *(with_interval(row, name) for name, _ in parameters)]
@@ -259,14 +258,14 @@ def sealing():
 
 
 def sealing_note():
-    """What the mesh takes off the area at the threshold, and off the flow, on eight nodes to the shortest wavelength."""
+    """Returns sentences on the errors of threshold and flow with eight nodes to the shortest wavelength."""
     shift = sealing_limit()["coefficient_3"] / 8
     flows = table("flow-mesh", "over-finest").filter(pl.col("nodes") == pl.col("nodes").min())
     low = [100 * (1 - ratio) for ratio in flows["flow_ratio"]]
     direction = "lowers" if shift < 0 else "raises"
-    return (f"These meshes have eight nodes to the shortest wavelength, which {direction} the area at the threshold by "
-            f"{digits(abs(shift), 1)}, as the fit above has it: nearly as much as the claim allows. Flow on eight nodes is "
-            f"{digits(min(low), 1)} to {digits(max(low), 1)} % less than on 64 (`flow-mesh.toml`):")
+    return (f"These meshes have eight nodes to the shortest wavelength. By the fit above this {direction} the area at the "
+            f"threshold by {digits(abs(shift), 1)}, nearly as much as the claim allows. With eight nodes the flow is "
+            f"{digits(min(low), 1)} to {digits(max(low), 1)} % smaller than with 64 (`flow-mesh.toml`):")
 
 
 def flow_mesh():
@@ -280,12 +279,12 @@ def flow_mesh():
         told = [with_error(row["flow_ratio"], error) if error > 0 else digits(row["flow_ratio"], 3)
                 for row, error in zip(at, errors, strict=True)]
         lines.append([str(nodes // 8), *told])
-    return rows(["nodes to the shortest wavelength", *(f"flow over that on 64, load {digits(load, 1)}" for load in loads)],
+    return rows(["nodes to the shortest wavelength", *(f"flow over flow with 64 nodes, load {digits(load, 1)}" for load in loads)],
                 lines)
 
 
 def edges():
-    """The exponent of the density of pressures from 0.1 to 0.2, and the density at the lightest ones, by mesh."""
+    """Returns, for each mesh, the exponent of the pressure density from 0.1 to 0.2 and the density below 0.025."""
     found = table("pressure-edges", "mean-pressures").with_columns(
         width=2 * pl.col("contact_pressure").min().over("nodes", "load"))
     lines = {}
@@ -301,7 +300,7 @@ def edges():
 
 
 def collapse_words():
-    """What a line in ln ζ and one in ln α leave of the corrected areas of the campaign."""
+    """Returns the residuals of a line in ln ζ and of a line in ln α for the corrected areas of the campaign."""
     alpha = {(row["k_lower"], row["k_upper"]): row["nayak_lattice"] for row in
              table("nayak", "table").filter(pl.col("hurst") == 0.8).to_dicts()}
     told = []
@@ -315,13 +314,13 @@ def collapse_words():
             offset, slope = least_squares([[1, one] for one in x], area, [1] * len(x))
             rest = [(y - offset - slope * one) ** 2 for one, y in zip(x, area, strict=True)]
             left.append(digits(math.sqrt(sum(rest) / len(rest)), 2))
-        told.append(f"{left[0]} at a load of {load}, where one in ln α leaves {left[1]}")
-    return (f"Of ln A a line in ln(k_s/k_l) leaves, root mean square, {', and '.join(told)}; α is that of the modes of the "
-            "cell.")
+        told.append(f"{left[0]} and {left[1]} at a load of {load}")
+    return (f"A straight line in ln(k_s/k_l) and one in ln α leave root mean square residuals of ln A of {', and '.join(told)}. "
+            "Here α is that of the modes of the cell.")
 
 
 def hurst():
-    """Corrected secants of every Hurst exponent, and α."""
+    """Returns the corrected secants and α of every Hurst exponent."""
     alpha = {row["hurst"]: row["nayak_lattice_mean"] for row in table("hurst", "spectra").to_dicts()}
     found = table("hurst", "curves").filter(pl.col("correction") == "2017")
     loads = [min(found["load"].unique(), key=lambda load, near=near: abs(load / near - 1)) for near in (0.01, 0.06, 0.2)]
