@@ -1,9 +1,9 @@
-"""The numbers of claims, once more: from the tables under data/findings and by other means than the program's.
+"""Recomputes the numbers of claims from the tables in data/findings, by other means than the program.
 
     python3 tests/findings_again.py
 
-Needs polars. Every quantity of the claims below is computed here from means over surfaces (the program has them from
-the surfaces themselves), and compared with what `asperity claims` said to nine digits.
+Needs polars. The script computes every quantity of the claims below from means over surfaces, and compares it with the
+output of `asperity claims` to nine digits. The program computes these quantities from the single surfaces.
 """
 
 import json
