@@ -202,7 +202,7 @@ fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
 /// Locks may hold on one machine only: of other machines nothing is known but receipts.
 fn alone(data: &DataFolder, force: bool) -> Result<Lock, SessionError> {
     let store = data.store();
-    let alone = Lock::alone(&store)?.ok_or(SessionError::InUse { store })?;
+    let alone = Lock::exclusive(&store)?.ok_or(SessionError::InUse { store })?;
     match data_folder::at_work(data)?.as_slice() {
         [receipt, more @ ..] if !force => Err(SessionError::AtWork {
             elements: 1 + more.len(),

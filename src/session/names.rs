@@ -147,7 +147,7 @@ mod tests {
     fn words_that_are_no_digits_and_too_few_digits_are_no_keys() {
         for word in ["", "fed", "../etc", "fedcx"] {
             let refused = among_keys(word).unwrap_err();
-            assert!(refused.starts_with(&format!("`{word}` is no key")), "{refused}");
+            assert!(refused.starts_with(&format!("`{word}` is not a key")), "{refused}");
         }
     }
 }

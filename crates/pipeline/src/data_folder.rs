@@ -16,7 +16,7 @@ use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{Store, StoreError, listing};
 
-/// The data folder. It need not exist.
+/// Folder in which a program keeps the results of its studies. It need not exist.
 ///
 /// - `store/`: tables of tasks
 /// - `results/STUDY/`: tables of stages
@@ -35,12 +35,10 @@ use asperity_tables::store::{Store, StoreError, listing};
 pub struct DataFolder(PathBuf);
 
 impl DataFolder {
-    /// Creates a handle for the folder at a path.
     pub fn new(path: impl Into<PathBuf>) -> DataFolder {
         DataFolder(path.into())
     }
 
-    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.0
     }

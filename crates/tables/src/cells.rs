@@ -1,15 +1,15 @@
-//! Cells of a table as people read them: numbers in line, keys and long texts cut short.
+//! Cells of a table as text: numbers with aligned decimals, keys and long texts shortened.
 
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Float64Type};
 use arrow::util::display::array_value_to_string;
 
-/// Letters of a text; more are cut off.
+/// Length at which texts are cut off, in characters.
 const MAX_LETTERS: usize = 40;
-/// Digits of a key that tell it from others, and that `show` and `view` take for it.
+/// Number of printed digits of a key. `show` and `view` accept this abbreviation.
 const KEY_DIGITS: usize = 8;
 
-/// The first cells of a column.
+/// Formats the first `rows` cells of a column.
 pub fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
     let text = |row| {
         if array.is_valid(row) {
@@ -39,10 +39,12 @@ fn shortened(text: &str) -> String {
     }
 }
 
-/// Numbers with as many decimals as their column needs: three significant digits of the smallest,
-/// five of the largest, and none that all of them can do without.
+/// Formats numbers with a common number of decimals.
+///
+/// The smallest number gets three significant digits, the largest five. Decimals that are zero in
+/// the whole column are left out.
 fn reals(values: &[Option<f64>]) -> Vec<String> {
-    /// More decimals are not read.
+    /// Above this number of decimals the column is printed in scientific notation.
     const MAX_DECIMALS: i32 = 8;
     let finite = || values.iter().flatten().filter(|value| value.is_finite());
     let exponents = finite().filter(|value| **value != 0.0);
@@ -53,9 +55,10 @@ fn reals(values: &[Option<f64>]) -> Vec<String> {
     let is_plain = smallest == i32::MAX || (wanted <= MAX_DECIMALS && largest < 9);
     let decimals = match smallest {
         i32::MAX => 0,
-        _ => {
-            finite().map(|value| needed(*value, wanted.clamp(0, MAX_DECIMALS) as usize)).max().unwrap_or(0)
-        }
+        _ => finite()
+            .map(|value| needed(*value, wanted.clamp(0, MAX_DECIMALS) as usize))
+            .max()
+            .unwrap_or(0),
     };
     let text = |value: &Option<f64>| match value {
         None => "–".to_owned(),
@@ -65,7 +68,7 @@ fn reals(values: &[Option<f64>]) -> Vec<String> {
     values.iter().map(text).collect()
 }
 
-/// Decimals of a number once trailing zeros are left out.
+/// Returns the number of decimals of a value without trailing zeros, at most `most`.
 fn needed(value: f64, most: usize) -> usize {
     let text = format!("{value:.most$}");
     match text.split_once('.') {
@@ -80,11 +83,12 @@ mod tests {
 
     #[test]
     fn small_numbers_keep_three_digits_beside_large_ones() {
-        let told = |values: &[f64]| reals(&values.iter().copied().map(Some).collect::<Vec<_>>());
-        assert_eq!(told(&[0.001234567, 1.5]), ["0.00123", "1.50000"]);
-        assert_eq!(told(&[2.0, 4.0]), ["2", "4"]);
-        assert_eq!(told(&[0.0, 0.0]), ["0", "0"]);
-        assert_eq!(told(&[1e-12, 1.0]), ["1.0000e-12", "1.0000e0"]);
+        let formatted =
+            |values: &[f64]| reals(&values.iter().copied().map(Some).collect::<Vec<_>>());
+        assert_eq!(formatted(&[0.001234567, 1.5]), ["0.00123", "1.50000"]);
+        assert_eq!(formatted(&[2.0, 4.0]), ["2", "4"]);
+        assert_eq!(formatted(&[0.0, 0.0]), ["0", "0"]);
+        assert_eq!(formatted(&[1e-12, 1.0]), ["1.0000e-12", "1.0000e0"]);
         assert_eq!(reals(&[None, Some(0.25), Some(f64::NAN)]), ["–", "0.25", "NaN"]);
     }
 }

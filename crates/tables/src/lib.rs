@@ -1,16 +1,16 @@
-//! Tables whose columns say what they mean, as Parquet files and in a store that keeps each once.
+//! Tables with described columns, their Parquet files, and the store that keeps each table once.
 //!
-//! The crate knows no physics and no manifest: a table is columns with a unit, a meaning and a role,
-//! and a key is the digest of whatever made the table.
+//! The crate knows neither physics nor manifests. A table is a set of columns with unit, meaning
+//! and role. A key is the digest of everything that decides a table.
 //!
-//! | module | what it holds |
+//! | module | contents |
 //! |---|---|
 //! | [`mod@column`] | description of a column: name, unit, meaning, role, type |
-//! | [`table`] | a table in memory, with typed access to its columns; tables put under one another |
-//! | [`cells`] | values of single cells as text |
-//! | [`parquet`] | files of tables, with digests that reveal damage; files of others, with bounded memory |
-//! | [`source`] | tables on disk that are read column by column |
-//! | [`store`] | finished tables by key and the records of what made them; see its own list |
+//! | [`table`] | table in memory with typed access to its columns; concatenation of tables |
+//! | [`cells`] | cells formatted as text |
+//! | [`parquet`] | Parquet files with digests, and bounded reading of foreign Parquet files |
+//! | [`source`] | tables in files or in memory, read column by column |
+//! | [`store`] | finished tables by key, with the recipe of each |
 //! | [`parallel`] | work on several threads that end with the call |
 
 pub mod cells;

@@ -1,15 +1,16 @@
 //! Parallel work on threads that end with the call.
 //!
-//! Threads of rayon's global pool stay alive after a call. In a process that is forked afterwards,
-//! as Python does, the pool still counts on threads that no longer exist, and waits forever. The
-//! pool also panics if the system refuses a thread; this module uses fewer threads instead.
+//! Threads of rayon's global pool stay alive after a call. If the process forks afterwards, as
+//! Python does, the pool of the child waits forever for threads that do not exist there. The pool
+//! also panics if the system refuses a thread. This module uses fewer threads instead.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, Builder, available_parallelism};
 
-/// Applies a function to all items and returns the results in the order of the items. It uses as
-/// many threads as there are cores, or as the system allows.
+/// Applies a function to all items and returns the results in the order of the items.
+///
+/// Uses one thread per core, or fewer if the system refuses threads.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let take = || {
@@ -33,7 +34,7 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
 /// some. Returns the result of each thread.
 ///
 /// # Panics
-/// When the work does, once all threads have ended.
+/// Panics if `work` panics, after all threads have ended.
 pub fn on_threads<R: Send>(name: &str, count: usize, work: &(impl Fn() -> R + Sync)) -> Vec<R> {
     thread::scope(|scope| {
         let start = |number: usize| {

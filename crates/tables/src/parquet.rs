@@ -1,7 +1,7 @@
-//! Tables as Parquet, byte for byte the same every time.
+//! Reading and writing of tables as Parquet files. Equal tables give equal bytes.
 
 mod decode;
-/// For fuzzing, which gets no further than a wrong digest without it.
+/// Public for fuzzing only, which needs to write the right digest.
 #[doc(hidden)]
 pub mod digest;
 mod footer;
@@ -31,24 +31,24 @@ pub use foreign::NumberColumns;
 pub use parts::TableFile;
 pub use thrift::Claim;
 
-/// Prefix of our entries in a file's metadata.
+/// Prefix of the entries of this program in the metadata of a file.
 const PREFIX: &str = "asperity.";
-/// Our entries that no caller hears of as such.
+// Entries that are not in [`Metadata::entries`].
 const KEY: &str = "key";
 const FIELDS: &str = "fields";
 const DIGESTED: &str = "digested";
 
-/// Bytes of a block of most disks.
+/// Size in bytes up to which a column is stored plain, a block of most disks.
 const SMALL: usize = 4096;
-/// Rows of a row group: whoever looks at the first rows reads no more.
+/// Number of rows of a row group, the smallest unit of reading.
 pub const GROUP: usize = 1 << 16;
 
-/// What a file says of itself.
+/// Metadata of a file about the whole table.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Metadata {
-    /// The task's key; a study's table of many tasks has none.
+    /// Key of the task, or `None` for a table of results, which has rows of many tasks.
     pub key: Option<TaskKey>,
-    /// Anything else, by name: recipe, versions, inputs.
+    /// Other entries by name, such as recipe, versions and inputs.
     pub entries: Vec<(String, String)>,
 }
 
@@ -62,40 +62,39 @@ impl Metadata {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Columns {
     All,
-    /// All but those that fill disks.
+    /// All columns except maps, which have the role [`Heavy`](crate::column::Role::Heavy).
     Light,
 }
 
-/// A file is no table of ours.
+/// Error of reading a Parquet file.
 #[derive(Debug, thiserror::Error)]
 pub enum ParquetError {
-    /// It is no Parquet, or a damaged one.
+    /// The file is not a Parquet file, or it is damaged.
     #[error(transparent)]
     Parquet(#[from] parquet::errors::ParquetError),
-    /// Its columns cannot be decoded.
+    /// A column cannot be decoded.
     #[error(transparent)]
     Arrow(#[from] arrow::error::ArrowError),
-    /// It cannot be read to its end.
+    /// The operating system cannot read the file.
     #[error(transparent)]
     Read(#[from] io::Error),
-    #[error("its content does not match its digest")]
+    #[error("the content does not match the digest in the file")]
     Digest,
-    #[error("its footer claims {0}")]
+    #[error("invalid Parquet metadata: {0}")]
     Footer(#[from] Claim),
-    #[error("a page of column `{column}` claims {claim}")]
+    #[error("invalid page of column `{column}`: {claim}")]
     Page { column: String, claim: Claim },
-    #[error("its parts contradict each other")]
+    #[error("the parts of the file contradict each other")]
     Malformed,
-    /// A column holds something that no table of ours holds.
-    #[error("its column `{name}` holds {found}")]
+    /// A column has a type that no table of this program has.
+    #[error("column `{name}` has the unsupported type {found}")]
     Schema { name: String, found: DataType },
-    /// What it says of its columns is not true of them.
-    #[error("it does not hold the columns that it names")]
+    #[error("the columns of the file differ from those in its metadata")]
     Columns,
-    /// It is another task's table, or another stage's.
-    #[error("it does not hold the table of {owner}")]
+    /// The file holds the table of another task or stage.
+    #[error("the file does not hold the table of {owner}")]
     Foreign {
-        /// Whose table was asked for.
+        /// Task or stage whose table was requested.
         owner: String,
     },
 }
@@ -103,16 +102,16 @@ pub enum ParquetError {
 /// Verifies all bytes of a file and returns its metadata.
 ///
 /// # Errors
-/// When the file is no Parquet, is damaged, or holds types that are not ours.
+/// Returns an error if the file is not Parquet, is damaged, or has columns of unsupported types.
 pub fn verify(file: File) -> Result<Metadata, ParquetError> {
     TableFile::open(file)?.verified()
 }
 
-/// A table as the bytes of a Parquet file.
+/// Encodes a table as the bytes of a Parquet file.
 ///
-/// Nothing in it depends on time or machine: `created_by` is fixed because its default names the
+/// The bytes do not depend on time or machine. `created_by` is fixed because its default names the
 /// version of the writing crate. Digests of all other bytes lie between the pages and the footer,
-/// where readers of Parquet never look: a single flipped bit is found on reading.
+/// which other Parquet readers ignore. They reveal a single flipped bit.
 pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     let batch = table.batch();
     let is_small = batch.columns().iter().map(is_small);
@@ -128,8 +127,9 @@ pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     sealed.expect("a finished file has a footer, and column chunks before it")
 }
 
-/// Writes a table of `rows` rows from its parts, one of which is in memory at a time. Each part but
-/// the last has the rows of one row group. The bytes are those of [`encode`].
+/// Writes a table of `rows` rows part by part, with one part in memory at a time.
+///
+/// Every part except the last has [`GROUP`] rows. The bytes are the same as those of [`encode`].
 pub fn write_parts(
     file: &mut File,
     rows: usize,
@@ -143,7 +143,7 @@ pub fn write_parts(
         return file.write_all(&encode(&first, metadata));
     }
     let schema = first.batch().schema();
-    // Even a row group of truth values is larger than a block.
+    // Even a row group of booleans exceeds `SMALL`.
     let properties = properties(&schema, metadata, &vec![false; schema.fields().len()]);
     let mut writer = writer(&mut *file, schema, properties, metadata);
     for part in std::iter::once(first).chain(parts) {
@@ -176,7 +176,7 @@ fn writer<W: Write + Send>(
         .expect("our column types have Parquet equivalents")
 }
 
-/// A task's table is read whole, or almost; of a table of results, parts are.
+/// Returns the kind of digest: the table of a task is read whole, a table of results in parts.
 fn digested(metadata: &Metadata) -> Digested {
     match metadata.key {
         Some(_) => Digested::Whole,
@@ -201,7 +201,7 @@ fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> Wri
         builder = builder.set_max_row_group_row_count(Some(GROUP));
     }
     if is_small.iter().all(|is_small| *is_small) {
-        // Where the pages of a column begin, of which there is one.
+        // The offset index is useless for columns of one page.
         builder = builder.set_offset_index_disabled(true);
     }
     for (field, is_small) in schema.fields().iter().zip(is_small) {
@@ -214,8 +214,10 @@ fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> Wri
     builder.build()
 }
 
-/// Whether a column fits a block of the disk anyhow. A study has tens of thousands of tables with
-/// one row: setting up compression, dictionaries and statistics would cost more than the rest.
+/// Returns true if a column is so small that it is stored plain.
+///
+/// A study has tens of thousands of tables with one row. Setting up compression, dictionaries and
+/// statistics would take longer than everything else.
 fn is_small(array: &ArrayRef) -> bool {
     let size = array.to_data().get_slice_memory_size();
     size.is_ok_and(|bytes| bytes <= SMALL)
@@ -228,7 +230,7 @@ fn plain(builder: WriterPropertiesBuilder, path: ColumnPath) -> WriterProperties
         .set_column_statistics_enabled(path, EnabledStatistics::None)
 }
 
-/// Where the values of a column are; those of a list have a name of their own.
+/// Returns the Parquet path of the values of a column. The values of a list lie two levels deeper.
 fn column_path(field: &Field) -> ColumnPath {
     let mut parts = vec![field.name().clone()];
     if let DataType::LargeList(_) = field.data_type() {
@@ -237,7 +239,7 @@ fn column_path(field: &Field) -> ColumnPath {
     ColumnPath::new(parts)
 }
 
-/// Floating-point fields compress best with their bytes regrouped and no dictionary.
+/// Sets the encoding of a column. Maps compress best with byte-stream split and no dictionary.
 fn encoding(
     builder: WriterPropertiesBuilder,
     path: ColumnPath,

@@ -1,4 +1,4 @@
-//! A table that is read as far as it is needed: out of a file, or out of memory.
+//! Tables in files or in memory, of which only the needed columns and rows are read.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::store::StoreError;
 use crate::store::files::open_table;
 use crate::table::Table;
 
-/// Rows under named columns, wherever they are.
+/// Table in a file or in memory.
 #[derive(Debug)]
 pub struct TableSource(Backing);
 
@@ -27,10 +27,10 @@ impl From<Table> for TableSource {
 }
 
 impl TableSource {
-    /// The table in a file, and what the file says of itself.
+    /// Opens the table in a file and returns it with the metadata of the file.
     ///
     /// # Errors
-    /// When the file is missing, unreadable or no table of this program.
+    /// Returns an error if the file is missing, unreadable or not a table of this program.
     pub fn open(path: &Path) -> Result<(TableSource, Metadata), StoreError> {
         let file = open_table(path)?;
         let metadata = file.metadata().clone();
@@ -58,19 +58,19 @@ impl TableSource {
         }
     }
 
-    /// All of it.
+    /// Reads all columns and rows of the table.
     ///
     /// # Errors
-    /// When it is damaged.
+    /// Returns an error if the file is damaged.
     pub fn table(&self) -> Result<Table, StoreError> {
         let all: Vec<usize> = (0..self.schema().fields().len()).collect();
         self.first(&all, self.rows())
     }
 
-    /// Some columns, by their places and in that order, in the first rows.
+    /// Reads the first `rows` rows of the columns with these indices, in the given order.
     ///
     /// # Errors
-    /// When what is read of it is damaged.
+    /// Returns an error if a part that is read is damaged.
     pub fn first(&self, columns: &[usize], rows: usize) -> Result<Table, StoreError> {
         match &self.0 {
             Backing::Memory(table) => {
@@ -83,7 +83,7 @@ impl TableSource {
         }
     }
 
-    /// Some columns, part after part from the first row to the last, each of which fits into memory.
+    /// Reads some columns part by part from the first row to the last. A part fits into memory.
     pub fn parts<'a>(
         &'a self,
         columns: &'a [usize],
@@ -105,10 +105,10 @@ impl TableSource {
         }
     }
 
-    /// Reads some columns of a part.
+    /// Reads some columns of one part.
     ///
     /// # Errors
-    /// When they are damaged.
+    /// Returns an error if these columns are damaged.
     pub fn part(&self, columns: &[usize], part: usize) -> Result<Table, StoreError> {
         match &self.0 {
             Backing::Memory(table) => Ok(table.project(columns)),
@@ -118,10 +118,10 @@ impl TableSource {
         }
     }
 
-    /// Whether all rows hold the same in a column.
+    /// Returns true if a column has the same value in all rows.
     ///
     /// # Errors
-    /// When the column is damaged.
+    /// Returns an error if the column is damaged.
     pub fn is_constant(&self, column: usize) -> Result<bool, StoreError> {
         if let Backing::File(_, file) = &self.0
             && let Some(constant) = file.is_constant(column)
@@ -131,7 +131,7 @@ impl TableSource {
         let table = self.first(&[column], self.rows())?;
         let values = table.batch().column(0);
         let pairs = values.len().saturating_sub(1);
-        // Each value is that of the next row.
+        // Compare the column with itself, shifted by one row.
         Ok(values.slice(0, pairs).to_data() == values.slice(values.len() - pairs, pairs).to_data())
     }
 }

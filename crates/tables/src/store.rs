@@ -1,10 +1,9 @@
-//! Finished tables on disk, each written once.
+//! Finished tables on disk, each written once under its key.
 //!
-//! A table appears under its key whole or not at all: it is written aside, flushed, and linked
-//! into place only if nobody else was faster. Equal keys mean equal tables, so losing that race
-//! loses nothing, and two processes may share a store. A table is read whole and as it was
-//! written, or not at all: its file holds a digest of its bytes and the recipe that its key
-//! follows from.
+//! Writing is atomic. A table is written to a staging folder, flushed, and renamed to its final
+//! path unless that exists. Equal keys mean equal tables, so several processes may share a store:
+//! if two of them compute the same table, either file is right. A file holds a digest of its bytes
+//! and the recipe from which its key follows. Reading verifies both.
 
 pub mod checkpoints;
 pub mod files;
@@ -23,10 +22,10 @@ use crate::store::key::{Provenance, TaskKey};
 use crate::store::users::Lock;
 use crate::table::Table;
 
-/// The folder in a store where tables are written before they get their places.
+/// Folder in the store where files are written before they are renamed to their final path.
 const STAGING: &str = "unfinished";
 
-/// A folder of finished tables, which stay there as long as somebody holds one of these.
+/// Folder of finished tables, with a shared lock that prevents their removal.
 #[derive(Debug, Clone)]
 pub struct Store {
     root: PathBuf,
@@ -34,37 +33,36 @@ pub struct Store {
     _lock: Arc<Lock>,
 }
 
-/// Where the tables of finished tasks are found, as far as they are no maps.
+/// Access to the tables of finished tasks without their maps.
 pub trait TaskTables {
-    /// Which of these tasks are finished, in their order.
+    /// Returns for each task, in the given order, whether it is finished.
     fn have(&self, keys: &[TaskKey]) -> Vec<bool>;
 
-    /// A finished task's table without its maps.
+    /// Reads the table of a finished task without its maps.
     ///
     /// # Errors
-    /// When there is none, or it cannot be read.
+    /// Returns an error if the table is missing or unreadable.
     fn light(&self, key: TaskKey) -> Result<Table, StoreError>;
 }
 
-/// The store cannot do what it was asked.
+/// Error of reading, writing or locking the files of a store or of results.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     #[error("cannot write `{}`", path.display())]
     Write { path: PathBuf, source: io::Error },
     #[error("cannot read `{}`", path.display())]
     Read { path: PathBuf, source: io::Error },
-    #[error("`{}` is damaged or no table of this program", path.display())]
+    #[error("`{}` is damaged, or was not written by this program", path.display())]
     Damaged { path: PathBuf, source: ParquetError },
-    /// A page or a figure has been changed since it was written.
-    #[error("`{}` is not as it was written; `asperity report` writes it anew", path.display())]
+    /// A page or figure of a report was changed after it had been written.
+    #[error("`{}` was edited; run `asperity report` to write it again", path.display())]
     Changed { path: PathBuf },
-    /// Nobody can tell whether others use the store.
-    #[error("cannot lock the store with `{}`", path.display())]
+    #[error("cannot lock the store: cannot open or lock `{}`", path.display())]
     Lock { path: PathBuf, source: io::Error },
 }
 
 impl StoreError {
-    /// The error that a reader met in a file. A disk that failed says nothing of what is on it.
+    /// Adds the path to an error of reading. A failed read does not mean that the file is damaged.
     pub(crate) fn in_file(path: &Path, error: ParquetError) -> StoreError {
         let path = path.to_owned();
         match error {
@@ -73,7 +71,7 @@ impl StoreError {
         }
     }
 
-    /// Whether no other table could be stored either.
+    /// Returns true if no other table could be stored either: the disk is full or not writable.
     pub fn affects_all_tables(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, StorageFull};
         let is_full = matches!(
@@ -83,7 +81,7 @@ impl StoreError {
         is_full || self.is_denied()
     }
 
-    /// Returns whether a file or folder cannot be written for want of permission.
+    /// Returns true if a file or folder cannot be written because of its permissions.
     pub fn is_denied(&self) -> bool {
         use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
         matches!(
@@ -93,7 +91,7 @@ impl StoreError {
         )
     }
 
-    /// Whether computing the table again would help: it is damaged, or not there at all.
+    /// Returns true if computing the table again helps, because it is damaged or missing.
     pub fn is_recomputable(&self) -> bool {
         match self {
             StoreError::Damaged { .. } => true,
@@ -106,20 +104,20 @@ impl StoreError {
 }
 
 impl Store {
-    /// The store in this folder, which is made if it does not exist.
+    /// Opens the store in this folder and creates the folder if necessary.
     ///
     /// # Errors
-    /// When the folder cannot be made, or nobody can tell whether it is pruned just now.
+    /// Returns an error if the folder cannot be created or the lock file cannot be opened.
     pub fn open(root: &Path) -> Result<Store, StoreError> {
         make_folder(root)?;
         Lock::prepare(root);
         Store::open_read_only(root)
     }
 
-    /// The store in this folder, which need not exist: a plan only looks.
+    /// Opens the store in this folder without creating anything. The folder need not exist.
     ///
     /// # Errors
-    /// When nobody can tell whether the store is pruned just now.
+    /// Returns an error if a lock file exists but cannot be opened.
     pub fn open_read_only(root: &Path) -> Result<Store, StoreError> {
         Ok(Store {
             root: root.to_owned(),
@@ -128,15 +126,15 @@ impl Store {
         })
     }
 
-    /// Where a task's table is, or would be.
+    /// Returns the path of the table of a task, which need not exist.
     pub fn path(&self, key: TaskKey) -> PathBuf {
         path(&self.root, key)
     }
 
-    /// Which of these tasks are finished, in their order.
+    /// Returns for each task, in the given order, whether it is finished.
     ///
-    /// Where many lie in one folder it is listed: on a parallel file system that costs about as
-    /// much as asking for one of them.
+    /// If many keys belong to one folder, the folder is listed. On a parallel file system this
+    /// costs about as much as looking up one file.
     pub fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
         const MANY: usize = 16;
         let mut folders: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
@@ -164,17 +162,18 @@ impl Store {
         self.path(key).is_file()
     }
 
-    /// Whether a damaged file of the task is in quarantine.
+    /// Returns true if a damaged file of the task is in quarantine.
     pub fn has_damaged(&self, key: TaskKey) -> bool {
         let mut name = self.path(key).into_os_string();
         name.push(files::DAMAGED);
         Path::new(&name).is_file()
     }
 
-    /// The finished tasks whose keys begin with these digits, at least two of them.
+    /// Returns the finished tasks whose keys begin with these digits, of which there must be two
+    /// or more.
     ///
     /// # Errors
-    /// When the folder cannot be listed.
+    /// Returns an error if the folder cannot be listed.
     pub fn finished(&self, digits: &str) -> Result<Vec<TaskKey>, StoreError> {
         let Some(folder) = digits.get(..2).map(|first| self.root.join(first)) else {
             return Ok(Vec::new());
@@ -185,15 +184,16 @@ impl Store {
         Ok(meant.filter_map(|key| key.parse().ok()).collect())
     }
 
-    /// A finished task's table.
+    /// Reads the table of a finished task.
     ///
     /// # Errors
-    /// When the file is missing, unreadable or damaged, or its content does not belong to the key.
+    /// Returns an error if the file is missing, unreadable or damaged, or if its content does not
+    /// belong to the key.
     pub fn read(&self, key: TaskKey, columns: Columns) -> Result<Table, StoreError> {
         Ok(self.read_with_provenance(key, columns)?.0)
     }
 
-    /// A finished task's table, and how it came about.
+    /// Reads the table of a finished task and its provenance.
     ///
     /// # Errors
     /// As [`Store::read`].
@@ -205,20 +205,21 @@ impl Store {
         read_keyed(&self.path(key), key, columns)
     }
 
-    /// Whether a task's file is as it was written, and the one that its name says; its rows are not
-    /// looked at, whose digest holds.
+    /// Verifies the digest of the file of a task, and that its content belongs to the key.
+    ///
+    /// Does not decode the rows, which the digest covers.
     ///
     /// # Errors
     /// As [`Store::read`].
     pub fn verify(&self, key: TaskKey) -> Result<(), StoreError> {
         let path = self.path(key);
-        owned(&path, key, files::verify_whole(&path)?).map(drop)
+        provenance_of(&path, key, files::verify_whole(&path)?).map(drop)
     }
 
-    /// Stores a finished task's table for good, under the key that follows from its provenance.
+    /// Stores the table of a finished task under the key that follows from its provenance.
     ///
     /// # Errors
-    /// When the disk is full, or the folder cannot be written.
+    /// Returns an error if the disk is full or the folder is not writable.
     pub fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
         let path = self.path(provenance.key());
         let bytes = parquet::encode(table, &provenance.metadata());
@@ -226,32 +227,33 @@ impl Store {
         self.unflushed.add(&path)
     }
 
-    /// Sees to it that every table that has been published is found after a power cut, too. Whole it
-    /// is in any case.
+    /// Flushes the folders of all published tables, so that a power cut loses none of their names.
+    ///
+    /// The contents are already on the disk.
     ///
     /// # Errors
-    /// When a folder cannot be flushed.
+    /// Returns an error if a folder cannot be flushed.
     pub fn flush(&self) -> Result<(), StoreError> {
         self.unflushed.flush()
     }
 
-    /// Where tables lie while they are written: in the store, for they cannot change their names
-    /// from one disk to another.
+    /// Returns the staging folder, which lies in the store because a rename cannot cross disks.
     fn staging(&self) -> PathBuf {
         self.root.join(STAGING)
     }
 
-    /// Renames a task's damaged file, so that its table can be computed again; its new name, or
-    /// none if another process has already mended it.
+    /// Renames the damaged file of a task, so that its table can be computed again.
+    ///
+    /// Returns the new path, or `None` if another process has already replaced the file.
     ///
     /// # Errors
-    /// When the folder cannot be written.
+    /// Returns an error if the folder is not writable.
     pub fn quarantine(&self, key: TaskKey) -> Result<Option<PathBuf>, StoreError> {
         let path = self.path(key);
         let Some(quarantined) = files::quarantine(&path)? else {
             return Ok(None);
         };
-        // Between looking and renaming, another process may have put a sound table there.
+        // Another process may have replaced the damaged file just before it was renamed.
         if read_keyed(&quarantined, key, Columns::Light).is_err() {
             return Ok(Some(quarantined));
         }
@@ -271,8 +273,9 @@ impl TaskTables for Store {
     }
 }
 
-/// Where a task's table is, or would be. Folders by the key's first two digits keep listings
-/// short.
+/// Returns the path of the table of a task, which need not exist.
+///
+/// The first two digits of the key name the folder, which keeps listings short.
 pub fn path(root: &Path, key: TaskKey) -> PathBuf {
     let name = key.to_string();
     let mut path = root.join(&name[..2]);
@@ -280,20 +283,20 @@ pub fn path(root: &Path, key: TaskKey) -> PathBuf {
     path
 }
 
-/// The table in a file, if it is that of the task, and how it came about.
+/// Reads a table and its provenance, and checks that the file belongs to the task.
 fn read_keyed(
     path: &Path,
     key: TaskKey,
     columns: Columns,
 ) -> Result<(Table, Provenance), StoreError> {
     let (table, metadata) = read_whole(path, columns)?;
-    Ok((table, owned(path, key, metadata)?))
+    Ok((table, provenance_of(path, key, metadata)?))
 }
 
-/// How the table in a file came about, if it is that of the task.
-fn owned(path: &Path, key: TaskKey, metadata: Metadata) -> Result<Provenance, StoreError> {
-    let told = Provenance::from_metadata(&metadata).filter(|told| told.key() == key);
-    told.filter(|_| metadata.key == Some(key)).ok_or_else(|| StoreError::Damaged {
+/// Returns the provenance in the metadata of a file, and checks that the file belongs to the task.
+fn provenance_of(path: &Path, key: TaskKey, metadata: Metadata) -> Result<Provenance, StoreError> {
+    let stated = Provenance::from_metadata(&metadata).filter(|stated| stated.key() == key);
+    stated.filter(|_| metadata.key == Some(key)).ok_or_else(|| StoreError::Damaged {
         path: path.to_owned(),
         source: ParquetError::Foreign { owner: format!("task {key}") },
     })
@@ -318,7 +321,7 @@ mod tests {
         }
     }
 
-    /// A store with one table in it.
+    /// Creates a store with one table.
     fn fixture() -> (tempfile::TempDir, Store, TaskKey, Table) {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(&folder.path().join("store")).unwrap();

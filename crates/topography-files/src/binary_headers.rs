@@ -71,7 +71,7 @@ fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     at_least_one(channels, "block 0x0b, the map")
 }
 
-/// Reads a map: numbers of nodes and bits per number from `header`, the numbers from `stored`.
+/// Reads the nodes and bits per number of a map from `header`, and its numbers from `stored`.
 fn frt_raster<'a>(
     header: &mut Cursor<'_>,
     stored: &mut Cursor<'a>,
@@ -320,7 +320,7 @@ fn read_plu(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     layers.collect()
 }
 
-/// Reads a layer: numbers of lines and columns, heights, extremes, images of three bytes per node.
+/// Reads a layer, which has its size, heights, extremes, and images of three bytes per node.
 fn plu_layer<'a>(
     cursor: &mut Cursor<'a>,
     number: u8,

@@ -105,7 +105,7 @@ impl<'a> Value<'a> {
 }
 
 impl<'a> Object<'a> {
-    /// Reads an object: its name, its length in bytes and its components.
+    /// Reads an object, which has a name, a length in bytes and components.
     fn read(cursor: &mut Cursor<'a>, depth: usize) -> Result<Object<'a>, FormatError> {
         if depth > MAX_DEPTH {
             let what = format!("objects are nested more than {MAX_DEPTH} levels deep");

@@ -1,4 +1,4 @@
-//! Helpers for reading headers: a cursor over the bytes of a file, named values, decompression.
+//! Helpers for reading the headers of files: a cursor over bytes, named values, decompression.
 
 use std::collections::BTreeMap;
 use std::io::Read;

@@ -94,7 +94,7 @@ pub struct TopographyFile<'a> {
     channels: Vec<Channel<'a>>,
 }
 
-/// Error of [`read`]. It does not name the file, whose path the crate does not know.
+/// Error of [`read`], which does not name the file because the crate does not know its path.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
 pub enum TopographyFileError {
@@ -157,7 +157,7 @@ pub enum FormatError {
     Unsupported(String),
 }
 
-/// Error of [`TopographyFile::find`]: the wanted channel does not exist or is ambiguous.
+/// Error of [`TopographyFile::find`] for a channel that does not exist or is ambiguous.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
 pub enum ChannelError {

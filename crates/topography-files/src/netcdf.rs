@@ -76,7 +76,7 @@ fn raster<'a>(
     Ok(raster.missing(missing.map_or(Missing::None, Missing::Value)).scaled(scale, offset))
 }
 
-/// Header of a file: dimensions with names and lengths, and variables.
+/// Header of a file with its dimensions (names and lengths) and variables.
 struct Dataset<'a> {
     dimensions: Vec<(&'a str, i64)>,
     variables: Vec<Variable<'a>>,
@@ -186,7 +186,7 @@ fn whole(cursor: &mut Cursor<'_>) -> Result<u32, FormatError> {
     Ok(u32::from_be_bytes(cursor.array()?))
 }
 
-/// Reads a list: a tag, the number of elements and the elements.
+/// Reads a list, which has a tag, the number of elements and the elements.
 fn list<'a, T>(
     cursor: &mut Cursor<'a>,
     element: impl Fn(&mut Cursor<'a>) -> Result<T, FormatError>,

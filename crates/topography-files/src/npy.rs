@@ -26,7 +26,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Ok(vec![Channel::new("heights", Unit::None, Size::Unknown, raster)])
 }
 
-/// Error of [`npy_array`]. It does not name the file, whose path the crate does not know.
+/// Error of [`npy_array`], which does not name the file because the crate does not know its path.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
 pub enum NpyError {
@@ -46,9 +46,9 @@ pub enum NpyError {
     Length { shape: Vec<u64>, element: &'static str, needed: u128, found: usize },
 }
 
-/// Reads a `.npy` file: the numbers of rows and columns, and the elements in row-major order.
+/// Reads a `.npy` file and returns its numbers of rows and columns and its elements.
 ///
-/// The elements may be infinite or NaN.
+/// The elements are in row-major order and may be infinite or NaN.
 ///
 /// # Errors
 /// Returns an error if the bytes are not a NumPy file or do not hold one two-dimensional array of

@@ -22,7 +22,7 @@ pub struct Sample {
     pub bytes: Vec<u8>,
     /// True if the last point is marked as missing.
     pub lacks_last_point: bool,
-    /// Sides in metres; `None` for a format without units.
+    /// Sides in metres, `None` for a format without units.
     pub sides: Option<[f64; 2]>,
 }
 
@@ -185,7 +185,7 @@ impl Default for Archive {
     }
 }
 
-/// Writes an X3P file.
+/// Writes an X3P file with this content.
 pub fn x3p(archive: &Archive) -> Vec<u8> {
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
     let mut add = |name: &str, bytes: &[u8]| {

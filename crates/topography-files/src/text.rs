@@ -1,5 +1,5 @@
-//! Text files: a matrix with or without header, as Gwyddion, SPIP, Nova and others export it, or
-//! triplets of x, y and height on a grid.
+//! Text files with a matrix, with or without header, as Gwyddion, SPIP, Nova and others export it,
+//! or with triplets of x, y and height on a grid.
 //!
 //! - The lines of a matrix run along x; the first line has y = 0.
 //! - The sides of a matrix are those of the header, or nodes × pixel size; those of triplets are

@@ -29,7 +29,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Parses a unit. The ångström is `Å`, since a lone `A` is the ampere.
+    /// Parses the spelling of a unit. The ångström is `Å`, since a lone `A` is the ampere.
     pub fn parse(text: &str) -> Unit {
         let text = normal(text);
         if text.is_empty() {

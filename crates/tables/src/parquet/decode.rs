@@ -30,24 +30,24 @@ use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, foot
 use crate::column::{ColumnKind, Role};
 use crate::table::Table;
 
-/// Rows read at a time; a file that claims more than it holds gets no more memory than these need.
+/// Number of rows per batch, which bounds the memory for a file that claims too many rows.
 const BATCH: usize = 1 << 16;
 
-/// A table and what its file says of itself.
+/// Reads a table and the metadata of its file.
 ///
 /// # Errors
-/// When the file is no Parquet, is damaged, or holds types that are not ours.
+/// Returns an error if the file is not Parquet, is damaged, or has columns of unsupported types.
 pub fn decode(file: File, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
     decode_bytes(read(file)?, columns)
 }
 
-/// A table and what its file says of itself, from the bytes of the file.
+/// Decodes a table and its metadata from the bytes of a file.
 ///
 /// # Errors
 /// As [`decode`].
 pub fn decode_bytes(bytes: Bytes, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
     let footer = verified(&bytes)?;
-    unless_it_panics(|| decode_verified(bytes, footer, columns))
+    catch_panics(|| decode_verified(bytes, footer, columns))
 }
 
 pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
@@ -56,25 +56,25 @@ pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
     Ok(bytes.into())
 }
 
-/// The footer of a file whose bytes are all as they were written.
+/// Verifies all bytes of a file and returns its footer.
 pub(super) fn verified(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     let verified = || {
         let footer = footer::read(bytes)?;
-        if digest::holds(bytes, &footer, digested(&footer)) {
+        if digest::is_intact(bytes, &footer, digested(&footer)) {
             Ok(footer)
         } else {
             Err(ParquetError::Digest)
         }
     };
-    // Whatever the reader makes of bytes that nobody has written says nothing.
-    unless_it_panics(verified).map_err(|_| ParquetError::Digest)
+    // Errors and panics of the `parquet` crate on damaged bytes only mean that they are damaged.
+    catch_panics(verified).map_err(|_| ParquetError::Digest)
 }
 
-/// The reader of Parquet panics at some files that were made to break it, with the right digest.
-pub(super) fn unless_it_panics<T>(
+/// Converts panics of the `parquet` crate, which some forged files cause, to errors.
+pub(super) fn catch_panics<T>(
     read: impl FnOnce() -> Result<T, ParquetError>,
 ) -> Result<T, ParquetError> {
-    // Nothing that it has touched is used again.
+    // Unwind safe, since nothing that `read` has touched is used again.
     catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err(ParquetError::Malformed))
 }
 
@@ -97,7 +97,7 @@ fn decode_verified(
     Ok((collected(reader, schema)?, metadata))
 }
 
-/// All rows, under these columns.
+/// Reads all rows into a table with this schema.
 pub(super) fn collected(
     reader: ParquetRecordBatchReader,
     schema: SchemaRef,
@@ -129,7 +129,8 @@ pub(super) fn read_metadata(footer: &ParquetMetaData) -> Metadata {
     metadata
 }
 
-/// How a file was digested; before version 2 of the tables of results, all were as a whole.
+/// Returns the kind of digests of a file. Before version 2 of the tables of results, every file had
+/// a single digest.
 pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
     if entry(footer, DIGESTED) == Some(Digested::Chunks.name()) {
         Digested::Chunks
@@ -138,7 +139,7 @@ pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
     }
 }
 
-/// Where the values of a column are among those of all columns.
+/// Returns the index of the Parquet leaf column that holds the values of a column.
 pub(super) fn leaf(footer: &ParquetMetaData, column: usize) -> Option<usize> {
     let schema = footer.file_metadata().schema_descr();
     (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == column)
@@ -168,31 +169,29 @@ pub(super) fn columns_as_json(schema: &Schema) -> String {
     serde_json::to_string(&columns).expect("three texts are plain data")
 }
 
-/// Some columns of a file: their places, and what they are.
+/// Selection of columns of a file by their indices, with their schema.
 type Chosen = (Arc<[usize]>, SchemaRef);
 
-/// How a file is read whose columns are known.
+/// Columns of a file, as needed to read it.
 #[derive(Debug)]
 pub(super) struct Known {
-    /// For Arrow's reader.
     pub arrow: ArrowReaderMetadata,
     pub schema: SchemaRef,
-    /// Those that do not fill disks.
+    /// Selection of all columns except maps.
     pub light: Chosen,
 }
 
 impl Known {
-    /// All columns, in order.
     pub fn all(&self) -> Chosen {
         let places = (0..self.schema.fields().len()).collect();
         (places, self.schema.clone())
     }
 }
 
-/// The columns as they were written: a task's file says so itself, others leave it to Arrow.
+/// Restores the columns of a file, from the own entry of a task's file or else from Arrow's schema.
 ///
 /// # Errors
-/// When the columns in the file are not those that were told of, or no columns of ours.
+/// Returns an error if the columns differ from this entry or have unsupported types.
 pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError> {
     let told = entry(&footer, FIELDS).map(str::to_owned);
     let footer = Arc::new(footer);
@@ -200,7 +199,7 @@ pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError>
     let Some(told) = told else {
         let arrow = ArrowReaderMetadata::try_new(footer, options)?;
         let schema = arrow.schema().as_ref().clone();
-        // The file's own metadata would otherwise travel with the table into others.
+        // Drop the metadata of the file, which would otherwise be copied to other tables.
         let schema = Arc::new(schema.with_metadata(FieldMetadata::new()));
         check(&schema)?;
         let light = light(&schema);
@@ -214,7 +213,7 @@ pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError>
     Ok(Known { arrow, schema, light })
 }
 
-/// Columns that a file has told of. Thousands of tables have the same: they are remembered.
+/// Restored columns of a task's file, cached because thousands of tables have the same columns.
 #[derive(Clone)]
 struct Told {
     text: Arc<str>,
@@ -223,9 +222,9 @@ struct Told {
     light: Chosen,
 }
 
-/// The latest of them.
+/// Cache of the restored columns that were read last.
 static TOLD: Mutex<VecDeque<Told>> = Mutex::new(VecDeque::new());
-/// How many are remembered: more than a study has stages and methods.
+/// Size of the cache, more than the number of stages and methods of a study.
 const REMEMBERED: usize = 32;
 
 impl Told {
@@ -254,7 +253,7 @@ impl Told {
     }
 }
 
-/// All columns must be of our types.
+/// Checks that all columns have supported types.
 fn check(schema: &Schema) -> Result<(), ParquetError> {
     let mut fields = schema.fields().iter();
     match fields.find(|field| !ColumnKind::holds(field.data_type())) {
@@ -291,7 +290,8 @@ fn restored(parquet: &Schema, told: &str) -> Option<Schema> {
     Some(Schema::new(fields.map(field).collect::<Vec<_>>()))
 }
 
-/// Parquet does not know how long the offsets of lists and bytes are.
+/// Returns the type of a table for a type that Arrow derives from Parquet. Parquet does not store
+/// the size of the offsets of lists and bytes.
 fn our_type(found: &DataType) -> DataType {
     match found {
         DataType::Binary => ColumnKind::Bytes.data_type(),

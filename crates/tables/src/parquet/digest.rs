@@ -1,9 +1,8 @@
-//! Digests of a file within it, where readers of Parquet never look: before its footer.
+//! Digests of a Parquet file, stored before its footer, where other readers ignore them.
 //!
-//! The file of a task has one digest of all its other bytes. A table of results, of which parts are
-//! read, has one of each column chunk, and one of these digests and of everything that is in no
-//! chunk, so that whoever reads a column need not read the others to know that it is as it was
-//! written.
+//! The file of a task has one digest of all other bytes. A table of results, of which parts are
+//! read, has one digest of each column chunk. A further digest covers these digests and all bytes
+//! outside of chunks. A column can therefore be verified without reading the others.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -14,26 +13,26 @@ use std::os::unix::fs::FileExt;
 use bytes::Bytes;
 use parquet::file::metadata::ParquetMetaData;
 
-/// Bytes of the digest before the footer.
+/// Length of the digest before the footer, in bytes.
 const DIGEST: usize = blake3::OUT_LEN;
-/// Bytes of the digest of a column chunk, as many as those of a key.
+/// Length of the digest of a column chunk, in bytes, the same as that of a key.
 const CHUNK_DIGEST: usize = 16;
-/// Bytes of the footer's length and the closing mark.
+/// Length of the footer's length and the closing mark, in bytes.
 pub(super) const TAIL: usize = 8;
-/// How a file begins.
+/// First four bytes of every Parquet file.
 pub(super) const MARK: &[u8] = b"PAR1";
 
-/// What of a file was digested together.
+/// Units of a file that have a digest each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Digested {
-    /// All of it.
+    /// The whole file has one digest.
     Whole,
-    /// Each column chunk.
+    /// Each column chunk has its digest.
     Chunks,
 }
 
 impl Digested {
-    /// The word in a file's metadata.
+    /// Returns the value of the entry in the metadata of a file.
     pub(super) fn name(self) -> &'static str {
         match self {
             Digested::Whole => "whole",
@@ -42,7 +41,7 @@ impl Digested {
     }
 }
 
-/// Puts a digest of a Parquet file before its footer; nothing if it has none.
+/// Inserts a digest of a Parquet file before its footer. Returns `None` if the file has no footer.
 pub fn seal(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     let footer = footer_start(&bytes)?;
     let digest = blake3::hash(&bytes);
@@ -50,20 +49,20 @@ pub fn seal(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// Puts digests of the column chunks of a Parquet file, and of all else, before its footer.
+/// Inserts the digests of the column chunks and of all other bytes before the footer of a file.
 ///
 /// # Errors
-/// When the file is not what `metadata` say.
+/// Returns an error if `metadata` does not describe the file.
 pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> io::Result<Vec<u8>> {
     let (footer, digests) = digests(bytes.len(), metadata, |range| Ok(Cow::from(&bytes[range])))?;
     bytes.splice(footer..footer, digests);
     Ok(bytes)
 }
 
-/// Seals a file on disk, with one column chunk in memory at a time.
+/// Inserts digests as [`seal_chunks`] does into a file on disk, with one chunk in memory at a time.
 ///
 /// # Errors
-/// When the file cannot be read or written.
+/// Returns an error if the file cannot be read or written.
 pub(super) fn seal_chunks_in(file: &mut File, metadata: &ParquetMetaData) -> io::Result<()> {
     let length = usize::try_from(file.metadata()?.len()).map_err(io::Error::other)?;
     let read = |range: Range<usize>| {
@@ -76,7 +75,7 @@ pub(super) fn seal_chunks_in(file: &mut File, metadata: &ParquetMetaData) -> io:
     file.write_all_at(&digests, footer as u64)
 }
 
-/// Where the footer of a file of so many bytes begins, and the digests that go before it.
+/// Returns the offset of the footer in a file of `length` bytes, and the digests to insert there.
 fn digests<'a>(
     length: usize,
     metadata: &ParquetMetaData,
@@ -98,22 +97,22 @@ fn digests<'a>(
     Ok((chunks.end + footer, digests))
 }
 
-/// Whether the bytes of a whole file are those that were written.
-pub(super) fn holds(bytes: &Bytes, metadata: &ParquetMetaData, digested: Digested) -> bool {
+/// Returns true if all bytes of a file agree with its digests.
+pub(super) fn is_intact(bytes: &Bytes, metadata: &ParquetMetaData, digested: Digested) -> bool {
     match digested {
-        Digested::Whole => holds_whole(bytes),
+        Digested::Whole => is_whole_intact(bytes),
         Digested::Chunks if !bytes.starts_with(MARK) => false,
         Digested::Chunks => {
             let chunks = ChunkDigests::verified(bytes, 0, metadata);
             chunks.is_some_and(|chunks| {
                 let mut all = 0..chunks.ranges.len();
-                all.all(|chunk| chunks.holds(chunk, &bytes[chunks.ranges[chunk].clone()]))
+                all.all(|chunk| chunks.matches(chunk, &bytes[chunks.ranges[chunk].clone()]))
             })
         }
     }
 }
 
-fn holds_whole(bytes: &Bytes) -> bool {
+fn is_whole_intact(bytes: &Bytes) -> bool {
     let Some((footer, start)) =
         footer_start(bytes).and_then(|footer| Some((footer, footer.checked_sub(DIGEST)?)))
     else {
@@ -124,7 +123,7 @@ fn holds_whole(bytes: &Bytes) -> bool {
     hasher.finalize().as_bytes() == &bytes[start..footer]
 }
 
-/// Where the column chunks of a file lie: one after the other from its opening mark on.
+/// Byte ranges of the column chunks of a file, which follow each other from the opening mark on.
 #[derive(Debug)]
 struct Chunks {
     ranges: Vec<Range<usize>>,
@@ -147,17 +146,18 @@ impl Chunks {
     }
 }
 
-/// The digests of a file's column chunks, which are as they were written.
+/// Digests of the column chunks of a file, themselves verified.
 #[derive(Debug)]
 pub(super) struct ChunkDigests {
-    /// Where each chunk lies, row group after row group.
+    /// Byte range of each chunk, row group after row group.
     pub ranges: Vec<Range<usize>>,
     digests: Bytes,
 }
 
 impl ChunkDigests {
-    /// What the end of a file says of its chunks; nothing if it is not as it was written. `end`
-    /// begins at byte `start` of the file, at or before the end of the last chunk.
+    /// Reads the digests of the chunks from the end of a file; `None` if the end is damaged.
+    ///
+    /// `end` begins at byte `start` of the file, at or before the end of the last chunk.
     pub(crate) fn verified(
         end: &Bytes,
         start: usize,
@@ -175,8 +175,8 @@ impl ChunkDigests {
             .then(|| ChunkDigests { ranges: chunks.ranges, digests: end.slice(digests..top) })
     }
 
-    /// Whether these are the bytes of a chunk.
-    pub fn holds(&self, chunk: usize, bytes: &[u8]) -> bool {
+    /// Returns true if `bytes` agree with the digest of a chunk.
+    pub fn matches(&self, chunk: usize, bytes: &[u8]) -> bool {
         let start = chunk * CHUNK_DIGEST;
         self.digests[start..start + CHUNK_DIGEST] == chunk_digest(bytes)
     }
@@ -188,7 +188,8 @@ fn chunk_digest(bytes: &[u8]) -> [u8; CHUNK_DIGEST] {
     digest
 }
 
-/// Where the footer begins in the last bytes of a file; its length stands before the closing mark.
+/// Returns the offset of the footer in the last bytes of a file, from the length before the closing
+/// mark.
 pub(super) fn footer_start(bytes: &[u8]) -> Option<usize> {
     let tail = bytes.len().checked_sub(TAIL)?;
     let length = bytes[tail..].first_chunk::<4>()?;
@@ -213,7 +214,7 @@ mod tests {
         Table::new(100, vec![(GAP, optional_reals(gaps)), (AREA, reals(areas))])
     }
 
-    /// The file of a task and that of a stage.
+    /// Returns the file of a task and the file of a table of results.
     fn files() -> [Vec<u8>; 2] {
         let of_task = Metadata {
             key: Some(TaskKey::new("test", 1, Digest::from_params(&()), &[])),
@@ -235,7 +236,7 @@ mod tests {
         }
     }
 
-    /// The reader of Parquet panics at some of them.
+    /// The `parquet` crate panics on some of the forged files.
     #[test]
     fn a_forged_file_with_the_right_digest_is_a_table_or_an_error() {
         let [mut opened, _] = files();

@@ -1,16 +1,20 @@
-//! The footer of a Parquet file, whose reading costs no more than a multiple of its length.
+//! Reading of Parquet footers in time and memory proportional to their length.
 //!
-//! A footer may be damaged, or made to break the program that reads it. Before the `parquet` crate
-//! sees a footer, it is walked over: no list claims more than it holds ([`thrift`](super::thrift)),
-//! and the tree of its columns is one. Version 60 of the crate makes room for as many columns as a
-//! group states (a file of 42 bytes asks for 16 GiB, and the process ends where there is less), calls
-//! itself for each level (10,000 levels overflow a stack of 8 MiB), and writes out the names of all
-//! groups around a column (a file of 1 MB takes 10 GB).
+//! A footer may be damaged, or made to break its reader. It is therefore validated before the
+//! `parquet` crate sees it. Lists must not claim more elements than they have
+//! ([`thrift`](super::thrift)), and the columns must form a tree. Version 60 of the crate lacks
+//! three bounds:
 //!
-//! The constants are the structures of
-//! [parquet.thrift](https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift),
-//! field by field; enumerations are whole numbers, unions structures with one field. Fields that
-//! the crate skips by their type alone need not be in them, and those that it reads must be.
+//! - It allocates as many columns as a group claims. A file of 42 bytes asks for 16 GiB, and the
+//!   process ends if there is less memory.
+//! - It recurses into groups. 10,000 levels overflow a stack of 8 MiB.
+//! - It stores the full path of every column. A file of 1 MB takes 10 GB.
+//!
+//! The constants describe the structures of [parquet.thrift][spec] field by field. Enumerations are
+//! integers; unions are structures with one field. The constants must contain all fields that the
+//! crate reads. They may omit fields that it skips.
+//!
+//! [spec]: https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift
 
 use bytes::Bytes;
 use parquet::errors::ParquetError as ReaderError;
@@ -18,11 +22,11 @@ use parquet::file::metadata::{FooterTail, ParquetMetaData, ParquetMetaDataReader
 
 use super::ParquetError;
 use super::digest::{TAIL, footer_start};
-use super::thrift::{Claim, MAX_DEPTH, Kind, Shape, Walk};
+use super::thrift::{Claim, Kind, MAX_DEPTH, Shape, Walk};
 
-/// Bytes of names that are written out for each byte of a footer.
-const NAME_BYTES_PER_FOOTER_BYTE: usize = 64;
-/// What a name takes apart from its letters.
+/// Largest number of bytes of column paths per byte of the footer.
+const PATH_BYTES_PER_BYTE: usize = 64;
+/// Memory of one name in a path in addition to its letters, in bytes.
 const NAME_OVERHEAD: usize = 32;
 
 const UNKNOWN: Shape = Shape::Unknown;
@@ -38,12 +42,12 @@ const LONGS: Shape = Shape::List(&LONG);
 const TEXTS: Shape = Shape::List(&BYTES);
 const EMPTY: Shape = Shape::Struct(&[]);
 
-/// `FileMetaData`, the footer.
+/// Fields of `FileMetaData`, the footer.
 const FOOTER: &[Shape] =
     &[INT, SCHEMA, LONG, ROW_GROUPS, KEY_VALUES, BYTES, ORDERS, UNKNOWN, BYTES];
-/// The tree of columns, from the root down, each group before what is in it.
+/// Tree of columns, in which each group precedes its children.
 const SCHEMA: Shape = Shape::List(&Shape::Struct(COLUMN));
-/// `SchemaElement`, a column or a group of them.
+/// Fields of `SchemaElement`, a column or a group of columns.
 const COLUMN: &[Shape] = &[INT, INT, INT, BYTES, INT, INT, INT, INT, INT, LOGICAL_TYPE];
 const LOGICAL_TYPE: Shape = Shape::Struct(&[
     EMPTY, EMPTY, EMPTY, EMPTY, DECIMAL, EMPTY, TIME, TIME, UNKNOWN, INTEGER, EMPTY, EMPTY, EMPTY,
@@ -62,7 +66,7 @@ const SORTING: Shape = Shape::List(&Shape::Struct(&[INT, BOOL, BOOL]));
 const ORDERS: Shape = Shape::List(&Shape::Struct(&[EMPTY, EMPTY, EMPTY]));
 const KEY_VALUES: Shape = Shape::List(&Shape::Struct(&[BYTES, BYTES]));
 
-/// `ColumnChunk` and its `ColumnMetaData`.
+/// List of `ColumnChunk`, each with its `ColumnMetaData`.
 const CHUNKS: Shape =
     Shape::List(&Shape::Struct(&[BYTES, LONG, CHUNK, LONG, INT, LONG, INT, UNKNOWN, BYTES]));
 const CHUNK: Shape = Shape::Struct(&[
@@ -75,7 +79,7 @@ const ENCODINGS: Shape = Shape::List(&Shape::Struct(&[INT, INT, INT]));
 const SIZES: Shape = Shape::Struct(&[LONG, LONGS, LONGS]);
 const GEOSPATIAL: Shape = Shape::Struct(&[Shape::Struct(&[DOUBLE; 8]), INTS]);
 
-/// `PageHeader`, which stands before each page of a column.
+/// Fields of `PageHeader`, which precedes each page of a column.
 pub const PAGE: &[Shape] = &[
     INT,
     INT,
@@ -86,17 +90,17 @@ pub const PAGE: &[Shape] = &[
     Shape::Struct(DICTIONARY),
     Shape::Struct(&[INT, INT, INT, INT, INT, INT, BOOL, STATISTICS]),
 ];
-/// `DictionaryPageHeader`.
+/// Fields of `DictionaryPageHeader`, a part of `PageHeader`.
 pub const DICTIONARY: &[Shape] = &[INT, INT, BOOL];
 
-/// The footer of a file that ends with these bytes.
+/// Reads the footer of a file that ends with these bytes.
 ///
 /// # Errors
-/// When it is none, is not within these bytes, or claims what it does not hold.
+/// Returns an error if the footer is damaged or begins before these bytes.
 pub fn read(end: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     let tail = end.last_chunk::<TAIL>().ok_or(Claim::Bytes)?;
     if FooterTail::try_new(tail)?.is_encrypted_footer() {
-        return Err(ReaderError::NYI("its footer is encrypted".to_owned()).into());
+        return Err(ReaderError::NYI("encrypted footers".to_owned()).into());
     }
     let start = footer_start(end).ok_or(Claim::Bytes)?;
     let footer = end.slice(start..end.len() - TAIL);
@@ -104,9 +108,9 @@ pub fn read(end: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     Ok(ParquetMetaDataReader::decode_metadata(&footer)?)
 }
 
-/// Refuses a footer that takes its reader more than a time and a memory in proportion to its length.
+/// Refuses a footer whose reading takes more time or memory than a multiple of its length.
 fn check(bytes: &[u8]) -> Result<(), Claim> {
-    let most = NAME_BYTES_PER_FOOTER_BYTE * bytes.len();
+    let most = PATH_BYTES_PER_BYTE * bytes.len();
     Walk::new(bytes).fields(FOOTER, |walk, field, kind, shape| match field {
         2 => {
             let mut columns = Vec::new();
@@ -116,14 +120,14 @@ fn check(bytes: &[u8]) -> Result<(), Claim> {
             })?;
             check_tree(&columns, most)
         }
-        _ => walk.pass(kind, shape),
+        _ => walk.skip(kind, shape),
     })
 }
 
-/// A column, or a group of `children`.
+/// Column, or group with `children`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Element {
-    /// Bytes of its name.
+    /// Length of the name in bytes.
     name: usize,
     children: i64,
 }
@@ -135,7 +139,7 @@ impl Element {
             match field {
                 4 => element.name = walk.bytes()?.len(),
                 5 => element.children = walk.number()?,
-                _ => walk.pass(kind, shape)?,
+                _ => walk.skip(kind, shape)?,
             }
             Ok(())
         })?;
@@ -143,15 +147,17 @@ impl Element {
     }
 }
 
-/// Refuses columns whose groups claim more of them than there are, are too many within each other,
-/// or whose names, written out with those of all groups around them, take more than `most` bytes.
+/// Checks the tree of columns.
+///
+/// Refuses groups that claim more children than there are elements, groups nested more than
+/// [`MAX_DEPTH`] deep, and column paths of more than `most` bytes in total.
 fn check_tree(elements: &[Element], most: usize) -> Result<(), Claim> {
-    // Of the groups that are not yet complete: what is missing of each, and the names down to it.
+    // Open groups: number of missing children, and bytes of the path down to the group.
     let mut groups: Vec<(i64, usize)> = Vec::new();
     let mut names = 0;
     for (index, element) in elements.iter().enumerate() {
-        let around = groups.last().map_or(0, |(_, around)| *around);
-        let path = around + element.name + NAME_OVERHEAD;
+        let above = groups.last().map_or(0, |(_, above)| *above);
+        let path = above + element.name + NAME_OVERHEAD;
         if let Some((missing, _)) = groups.last_mut() {
             *missing -= 1;
         }
@@ -190,7 +196,7 @@ mod tests {
         encode(&table, &Metadata::default())
     }
 
-    /// The file with more fields at the end of its footer.
+    /// Returns the file with more fields at the end of its footer.
     fn with(fields: &[u8]) -> Bytes {
         let mut bytes = file();
         let start = footer_start(&bytes).unwrap();
@@ -213,27 +219,24 @@ mod tests {
     #[test]
     fn fields_that_nobody_knows_are_passed_over() {
         assert_eq!(read(&file().into()).unwrap().file_metadata().num_rows(), 1);
-        // 100: the lists [[1, 2]], {1: 2}.
+        // Field 100 is the list [[1, 2]], the next field the map {1: 2}.
         let unknown = [0x09, 0xc8, 0x01, 0x19, 0x25, 2, 4, 0x1b, 1, 0x55, 2, 4];
         assert_eq!(read(&with(&unknown)).unwrap().file_metadata().num_rows(), 1);
     }
 
-    /// It takes the reader minutes: a list of a thousand lists of 2³¹ − 1 truth values.
+    /// A list of a thousand lists of 2³¹ − 1 booleans would take the `parquet` crate minutes.
     #[test]
-    fn lists_of_truth_values_are_refused_at_once() {
+    fn lists_of_booleans_are_refused() {
         let list = [0xf1, 0xff, 0xff, 0xff, 0xff, 0x07];
         let lists = [&[0x09, 0xc8, 0x01, 0xf9, 0xe8, 0x07][..], &list.repeat(1000)].concat();
         let error = read(&with(&lists)).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "its footer claims a list of 2147483647 truth values, which Parquet has none of"
-        );
+        assert_eq!(error.to_string(), "invalid Parquet metadata: a list of 2147483647 booleans");
     }
 
-    /// The reader would take what these bytes hold for fields of the footer.
+    /// The `parquet` crate would read the content of this text as fields of the footer.
     #[test]
     fn a_list_is_not_hidden_in_what_is_said_to_be_text() {
-        // 3, the number of rows, again, as text of four bytes.
+        // Field 3, the number of rows, for a second time, as text of four bytes.
         let hidden = [0x08, 0x06, 4, 0x19, 0xf1, 0xff, 0x07];
         let (found, known) = (Kind::Bytes, Kind::Long);
         assert_eq!(claim(&with(&hidden)), Claim::WrongType { found, known });
@@ -257,7 +260,7 @@ mod tests {
     #[test]
     fn a_group_has_as_many_columns_as_it_claims() {
         let most = usize::MAX;
-        // The root, of a group of two and another column.
+        // The root has a group of two columns and another column.
         assert_eq!(check_tree(&columns([2, 2, 0, 0, 0]), most), Ok(()));
         let root = Claim::Columns(1 << 31);
         assert_eq!(check_tree(&columns([1 << 31, 0]), most), Err(root));
@@ -267,7 +270,7 @@ mod tests {
         assert_eq!(check_tree(&columns([1, -1]), most), Err(group));
     }
 
-    /// The reader calls itself for each group, which ends the program where the stack ends.
+    /// The `parquet` crate recurses into groups, which would overflow the stack.
     #[test]
     fn groups_are_not_endlessly_within_each_other() {
         let nested = |groups: usize| columns([vec![1; groups], vec![0]].concat());
@@ -276,15 +279,15 @@ mod tests {
         assert_eq!(deep, Err(Claim::TooDeep));
     }
 
-    /// A group of a million letters with a thousand columns would be a gigabyte of names.
+    /// A group name of a million letters with a thousand columns would take a gigabyte of paths.
     #[test]
     fn names_are_not_written_out_endlessly() {
         let mut elements = columns([1, 1000].into_iter().chain([0; 1000]));
         elements[1].name = 1_000_000;
-        let most = NAME_BYTES_PER_FOOTER_BYTE * 1_020_000;
+        let most = PATH_BYTES_PER_BYTE * 1_020_000;
         assert_eq!(check_tree(&elements, most), Err(Claim::Names(most)));
         elements[1].name = 50;
-        let most = NAME_BYTES_PER_FOOTER_BYTE * 20_000;
+        let most = PATH_BYTES_PER_BYTE * 20_000;
         assert_eq!(check_tree(&elements, most), Ok(()));
     }
 }

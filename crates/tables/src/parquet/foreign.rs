@@ -1,9 +1,9 @@
-//! Columns of numbers from anybody's Parquet file, whose reading costs no more than what a file of as
-//! many bytes and rows can hold.
+//! Reading of numeric columns from Parquet files of other programs, in bounded time and memory.
 //!
-//! Each page begins with a header, which is walked over like the footer before the `parquet` crate
-//! reads it ([`thrift`](super::thrift)). The header states how long the page is once it is unpacked,
-//! and how many numbers a dictionary has; the crate makes room for both at once.
+//! The bound is proportional to the bytes and rows of the file. Each page begins with a header,
+//! which is validated like the footer before the `parquet` crate reads it
+//! ([`thrift`](super::thrift)). The header states the uncompressed size of the page and the number
+//! of values in a dictionary, for which the crate allocates memory.
 
 use std::sync::Arc;
 
@@ -18,33 +18,34 @@ use parquet::arrow::arrow_reader::{
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 
 use super::ParquetError;
-use super::decode::{leaf, unless_it_panics};
+use super::decode::{catch_panics, leaf};
 use super::footer::{self, DICTIONARY, PAGE};
 use super::thrift::{Claim, Walk};
 
-/// Bytes that a number takes with its index in a dictionary and its levels; a decimal one has 32.
+/// Uncompressed bytes allowed per row. The largest type, a decimal, has 32 bytes; a dictionary
+/// index and levels come on top.
 const BYTES_PER_VALUE: usize = 64;
-/// Bytes that pages take however few numbers they hold.
+/// Uncompressed bytes allowed for a column of any number of rows.
 const BASE_BYTES: usize = 1 << 20;
 
-/// The columns of numbers in a file, of which some may be read.
+/// Numeric columns of a Parquet file, each decoded on request.
 pub struct NumberColumns {
     bytes: Bytes,
     file: ArrowReaderMetadata,
-    /// Where they are among all columns.
+    /// Indices of the numeric columns among all columns.
     indices: Vec<usize>,
 }
 
 impl NumberColumns {
-    /// Those of a file of these bytes.
+    /// Reads the footer of a file and lists its numeric columns.
     ///
     /// # Errors
-    /// When the bytes are no Parquet, or are damaged.
+    /// Returns an error if the bytes are not a Parquet file or the footer is damaged.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<NumberColumns, ParquetError> {
-        unless_it_panics(|| {
+        catch_panics(|| {
             let bytes = Bytes::from(bytes);
             let footer = Arc::new(footer::read(&bytes)?);
-            // What a file says in Arrow's words of its columns is not bounded by its length.
+            // Skip the Arrow schema in the file, whose decoding is not bounded by its length.
             let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
             let file = ArrowReaderMetadata::try_new(footer, options)?;
             let fields = file.schema().fields().iter().enumerate();
@@ -59,21 +60,21 @@ impl NumberColumns {
         indices.map(|&index| self.field(index).name().as_str()).collect()
     }
 
-    /// How many rows the file says that it has.
+    /// Returns the number of rows that the footer states.
     pub fn rows(&self) -> usize {
         usize::try_from(self.footer().file_metadata().num_rows()).unwrap_or(usize::MAX)
     }
 
-    /// The numbers of one of them; a row where it is null holds none.
+    /// Reads a numeric column by its index in [`names`](Self::names); nulls become NaN.
     ///
     /// # Errors
-    /// When the column is damaged, or has not as many rows as the file says.
+    /// Returns an error if the column is damaged or its number of rows differs from the footer.
     pub fn read(&self, column: usize) -> Result<Vec<f64>, ParquetError> {
         let index = self.indices[column];
-        unless_it_panics(|| self.read_at(index))
+        catch_panics(|| self.read_at(index))
     }
 
-    /// Only this one is decoded: the others may be large, or made to take for ever.
+    /// Decodes one column without touching others, which may be large or damaged.
     fn read_at(&self, index: usize) -> Result<Vec<f64>, ParquetError> {
         let leaf = leaf(self.footer(), index).ok_or(ParquetError::Malformed)?;
         let groups = self.footer().row_groups().iter();
@@ -107,8 +108,10 @@ impl NumberColumns {
     }
 }
 
-/// Refuses the chunks of a column of so many rows whose pages cannot all be read in a time and a
-/// memory in proportion to these rows and the bytes of the file.
+/// Checks the chunks of a column before they are decoded.
+///
+/// Refuses them if decoding takes more time or memory than a multiple of the number of rows and
+/// the length of the file.
 fn check_chunks<'a>(
     file: &[u8],
     chunks: impl Iterator<Item = &'a ColumnChunkMetaData>,
@@ -123,7 +126,7 @@ fn check_chunks<'a>(
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         let pages = start.and_then(|bytes| bytes.get(..length));
         let pages = pages.ok_or_else(|| refused(Claim::Bytes))?;
-        // Chunks may all be the same bytes.
+        // Without this check, many chunks could share the same bytes.
         read += pages.len();
         if read > file.len() {
             return Err(refused(Claim::Bytes));
@@ -133,7 +136,7 @@ fn check_chunks<'a>(
     Ok(())
 }
 
-/// Refuses pages that take more than so many bytes once they are unpacked; takes what they take.
+/// Subtracts the uncompressed sizes of the pages from `left`, and refuses pages beyond it.
 fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), Claim> {
     while !pages.is_empty() {
         let (after, header) = Header::read(pages)?;
@@ -142,7 +145,7 @@ fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), Claim> {
         let unpacked = unpacked.filter(|bytes| bytes <= left);
         let unpacked = unpacked.ok_or(Claim::Unpacked(header.unpacked))?;
         *left -= unpacked;
-        // Each takes a byte or more.
+        // Each value takes one byte or more.
         if !usize::try_from(header.values).is_ok_and(|values| values <= unpacked) {
             return Err(Claim::Values(header.values));
         }
@@ -152,19 +155,19 @@ fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), Claim> {
     Ok(())
 }
 
-/// What the header of a page says.
+/// Fields of a page header that need a check.
 #[derive(Debug, Default)]
 struct Header {
-    /// Bytes of the page after it.
+    /// Compressed length of the page after the header, in bytes.
     length: i64,
-    /// Bytes of the page once it is unpacked.
+    /// Uncompressed length of the page, in bytes.
     unpacked: i64,
-    /// Values, if the page is a dictionary.
+    /// Number of values of a dictionary page, otherwise zero.
     values: i64,
 }
 
 impl Header {
-    /// The header at the start of these bytes, and where it ends.
+    /// Reads the header at the start of the bytes and returns its length with it.
     fn read(bytes: &[u8]) -> Result<(usize, Header), Claim> {
         let mut header = Header::default();
         let mut walk = Walk::new(bytes);
@@ -174,9 +177,9 @@ impl Header {
                 3 => header.length = walk.number()?,
                 7 => walk.fields(DICTIONARY, |walk, field, kind, shape| match field {
                     1 => walk.number().map(|values| header.values = values),
-                    _ => walk.pass(kind, shape),
+                    _ => walk.skip(kind, shape),
                 })?,
-                _ => walk.pass(kind, shape)?,
+                _ => walk.skip(kind, shape)?,
             }
             Ok(())
         })?;
@@ -225,7 +228,7 @@ mod tests {
         assert_eq!(columns.read(0).unwrap(), [1.0, 2.0]);
     }
 
-    /// Columns of every kind, nested ones among them, with statistics, as others write them.
+    /// Files of other programs with columns of many types, nested columns and statistics.
     const SAMPLES: [&[u8]; 3] = [
         include_bytes!("samples/duckdb.parquet"),
         include_bytes!("samples/polars.parquet"),
@@ -258,7 +261,7 @@ mod tests {
         }
     }
 
-    /// A page with these sizes and nothing else, zigzag numbers as they are written.
+    /// Builds a page with these zigzag-encoded sizes and further header fields `more`.
     fn page(unpacked: &[u8], size: &[u8], more: &[u8], bytes: usize) -> Vec<u8> {
         let header = [&[0x15, 0, 0x15], unpacked, &[0x15], size, more, &[0]].concat();
         [header, vec![7; bytes]].concat()
@@ -270,7 +273,7 @@ mod tests {
 
     #[test]
     fn pages_follow_each_other_to_the_end_of_their_chunk() {
-        // Three bytes, of five once they are unpacked; and none.
+        // Three bytes, five uncompressed, and an empty page.
         let pages = [page(&[10], &[6], &[], 3), page(&[0], &[0], &[], 0)].concat();
         assert_eq!(passed(&pages, 8), Ok(3));
         assert_eq!(passed(&pages, 4), Err(Claim::Unpacked(5)));
@@ -281,18 +284,18 @@ mod tests {
 
     #[test]
     fn a_dictionary_has_bytes_for_its_values() {
-        // 7: its values, in the encoding 0.
+        // Field 7 is a dictionary header with the number of values and the encoding 0.
         let of = |values| page(&[10], &[6], &[0x4c, 0x15, values, 0x15, 0, 0], 3);
         assert_eq!(passed(&of(10), 8), Ok(3));
         assert_eq!(passed(&of(12), 8), Err(Claim::Values(6)));
     }
 
-    /// The reader gives truth values no bytes, and at the end of a file doubles none, either.
+    /// The `parquet` crate consumes no bytes for booleans, nor for doubles at the end of a file.
     #[test]
     fn headers_hold_no_lists_without_a_byte_for_each_element() {
         const MANY: usize = 0x7fff_ffff;
         let list = |kind: u8| [0xf0 | kind, 0xff, 0xff, 0xff, 0xff, 0x07];
-        // In the header of the data, and beside it.
+        // Lists in the header of the data page, and next to it.
         let inside = |kind| [&[0x2c, 0x99][..], &list(kind), &[0]].concat();
         let beside = |kind| [&[0x99][..], &list(kind)].concat();
         for more in [&inside as &dyn Fn(u8) -> Vec<u8>, &beside] {

@@ -1,4 +1,4 @@
-//! Parts of a table: some of its columns, or its first rows, verified as they are read.
+//! Reading of some columns or row groups of a table, verified as they are read.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -14,7 +14,7 @@ use parquet::file::reader::{ChunkReader, Length};
 use parquet::file::statistics::Statistics;
 
 use super::decode::{
-    self, Known, collected, columns_of, digested, leaf, read_metadata, unless_it_panics,
+    self, Known, catch_panics, collected, columns_of, digested, leaf, read_metadata,
 };
 use super::digest::{ChunkDigests, Digested, MARK, footer_start};
 use super::{Metadata, ParquetError, footer};
@@ -24,12 +24,12 @@ use crate::table::Table;
 /// Smallest size of the values, in bytes, at which columns are read on several threads.
 const WORTH_THREADS: i64 = 1 << 20;
 
-/// Bytes at the end of a file that are read first; more if its footer takes more.
+/// Number of bytes at the end of a file that are read first. A longer footer needs a second read.
 const TAIL_READ: usize = 1 << 16;
 
-/// A table on the disk, of which parts are read.
+/// Open table in a file, of which parts are read.
 ///
-/// Its footer has been verified when there is one of these; each column chunk is when it is read.
+/// Opening verifies the footer. Reading verifies the column chunks that it reads.
 #[derive(Debug)]
 pub struct TableFile {
     bytes: Source,
@@ -37,28 +37,28 @@ pub struct TableFile {
     metadata: Metadata,
 }
 
-/// Where column chunks come from.
+/// Source of the column chunks.
 #[derive(Debug)]
 enum Source {
-    /// A file, and what its chunks must be like.
+    /// File and the digests of its chunks.
     File(File, ChunkDigests),
-    /// The verified bytes of a file that is digested as a whole.
+    /// Verified bytes of a file with a single digest.
     Memory(Bytes),
 }
 
 impl TableFile {
-    /// The table in a file.
+    /// Opens a file and verifies its footer, or all bytes if the file has a single digest.
     ///
     /// # Errors
-    /// When the file cannot be read, is no Parquet, or its footer is damaged; one that is digested
-    /// as a whole, when any of it is.
+    /// Returns an error if the file cannot be read, is not Parquet, or is damaged where it is
+    /// verified.
     pub fn open(file: File) -> Result<TableFile, ParquetError> {
         let length = file.metadata()?.len();
         let end = end_of(&file, length, TAIL_READ)?;
-        let footer = unless_it_panics(|| footer(&end, &file, length)).map_err(damaged)?;
+        let footer = catch_panics(|| footer(&end, &file, length)).map_err(damaged)?;
         let (bytes, footer) = match digested(&footer) {
             Digested::Chunks => {
-                let digests = unless_it_panics(|| digests(&end, &file, length, &footer));
+                let digests = catch_panics(|| digests(&end, &file, length, &footer));
                 let digests = digests.map_err(damaged)?;
                 (Source::File(file, digests), footer)
             }
@@ -69,14 +69,14 @@ impl TableFile {
             }
         };
         let metadata = read_metadata(&footer);
-        let known = unless_it_panics(|| columns_of(footer))?;
+        let known = catch_panics(|| columns_of(footer))?;
         Ok(TableFile { bytes, known, metadata })
     }
 
     /// Verifies all bytes, with one column chunk in memory at a time, and returns the metadata.
     ///
     /// # Errors
-    /// When it is damaged.
+    /// Returns an error if the file is damaged.
     pub(crate) fn verified(self) -> Result<Metadata, ParquetError> {
         if let Source::File(file, digests) = &self.bytes {
             let mut bytes = vec![0; MARK.len()];
@@ -85,7 +85,7 @@ impl TableFile {
             for (chunk, range) in digests.ranges.iter().enumerate() {
                 bytes.resize(range.len(), 0);
                 file.read_exact_at(&mut bytes, range.start as u64)?;
-                are_whole &= digests.holds(chunk, &bytes);
+                are_whole &= digests.matches(chunk, &bytes);
             }
             if !are_whole {
                 return Err(ParquetError::Digest);
@@ -94,7 +94,6 @@ impl TableFile {
         Ok(self.metadata)
     }
 
-    /// What the file says of itself.
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
     }
@@ -112,10 +111,10 @@ impl TableFile {
         self.known.arrow.metadata()
     }
 
-    /// Some columns, by their places in the schema and in that order, in the first rows.
+    /// Reads the first `rows` rows of the columns with these indices, in the given order.
     ///
     /// # Errors
-    /// When what is read of the file is damaged.
+    /// Returns an error if a part that is read is damaged.
     pub fn first(&self, columns: &[usize], rows: usize) -> Result<Table, ParquetError> {
         let rows = rows.min(self.rows());
         let mut left = rows;
@@ -127,10 +126,10 @@ impl TableFile {
         self.read(columns, &groups.collect::<Vec<_>>(), rows)
     }
 
-    /// Some columns of one row group.
+    /// Reads some columns of one row group.
     ///
     /// # Errors
-    /// When what is read of the file is damaged.
+    /// Returns an error if these columns are damaged.
     pub fn group(&self, columns: &[usize], group: usize) -> Result<Table, ParquetError> {
         self.read(columns, &[group], self.rows_of(group))
     }
@@ -144,8 +143,11 @@ impl TableFile {
         usize::try_from(rows).unwrap_or(0)
     }
 
-    /// Whether all rows hold the same in a column, as far as the file says it: the smallest and the
-    /// largest value of each row group. Real numbers may hide one that is none behind them.
+    /// Returns whether a column has the same value in all rows, if the statistics of the file
+    /// decide it.
+    ///
+    /// The statistics are the smallest and largest value of each row group. They ignore NaN and
+    /// nulls, so that only integers without nulls can be found constant.
     pub fn is_constant(&self, column: usize) -> Option<bool> {
         let leaf = leaf(self.footer(), column)?;
         let groups = self.footer().row_groups().iter();
@@ -163,7 +165,7 @@ impl TableFile {
         }
     }
 
-    /// Some columns of some row groups, which have so many rows together, or more.
+    /// Reads the first `rows` rows of some columns from some row groups.
     fn read(
         &self,
         columns: &[usize],
@@ -172,7 +174,7 @@ impl TableFile {
     ) -> Result<Table, ParquetError> {
         let read = |&column: &usize| {
             let part = self.part(column, groups)?;
-            unless_it_panics(|| self.column(part, column, groups, rows))
+            catch_panics(|| self.column(part, column, groups, rows))
         };
         let tables = if self.size(columns, groups) < WORTH_THREADS {
             columns.iter().map(read).collect()
@@ -186,8 +188,8 @@ impl TableFile {
         Ok(Table::of(rows, schema, arrays.collect()))
     }
 
-    /// Returns the uncompressed size of some columns in some row groups, in bytes, as the file
-    /// states it.
+    /// Returns the uncompressed size of some columns in some row groups, as the file states it, in
+    /// bytes.
     fn size(&self, columns: &[usize], groups: &[usize]) -> i64 {
         let leaves: Vec<usize> =
             columns.iter().filter_map(|&column| leaf(self.footer(), column)).collect();
@@ -199,7 +201,7 @@ impl TableFile {
         sizes.fold(0, i64::saturating_add)
     }
 
-    /// The verified bytes of a column in some row groups.
+    /// Reads and verifies the bytes of a column in some row groups.
     fn part(&self, column: usize, groups: &[usize]) -> Result<Part, ParquetError> {
         let (file, digests) = match &self.bytes {
             Source::Memory(bytes) => return Ok(Part::whole(bytes.clone())),
@@ -213,7 +215,7 @@ impl TableFile {
             let range = digests.ranges.get(chunk).ok_or(ParquetError::Malformed)?;
             let mut bytes = vec![0; range.len()];
             file.read_exact_at(&mut bytes, range.start as u64)?;
-            if digests.holds(chunk, &bytes) {
+            if digests.matches(chunk, &bytes) {
                 Ok((range.start, Bytes::from(bytes)))
             } else {
                 Err(ParquetError::Digest)
@@ -258,7 +260,7 @@ fn end_of(file: &File, length: u64, wanted: usize) -> Result<Bytes, ParquetError
     Ok(bytes.into())
 }
 
-/// The footer of a file that ends like this, not yet verified.
+/// Reads the footer of a file, without verification. `end` holds the last bytes of the file.
 fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, ParquetError> {
     let mut end = end.clone();
     if footer_start(&end).is_none() {
@@ -271,7 +273,7 @@ fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, Parq
     footer::read(&end)
 }
 
-/// What the end of a file says of its chunks.
+/// Reads the digests of the chunks of a file and verifies its footer.
 fn digests(
     end: &Bytes,
     file: &File,
@@ -283,7 +285,7 @@ fn digests(
     if let Some(digests) = verified(end) {
         return Ok(digests);
     }
-    // Perhaps the last bytes were too few.
+    // The first read of the end may have been too short.
     let groups = footer.row_groups().iter();
     let last = groups.flat_map(|group| group.columns()).last();
     let chunks_end = last.map_or(0, |chunk| {
@@ -295,7 +297,7 @@ fn digests(
     verified(&end).ok_or(ParquetError::Digest)
 }
 
-/// The bytes of a file as far as they are needed.
+/// Bytes of some column chunks, each with its offset in the file.
 #[derive(Clone)]
 struct Part(Arc<Vec<(usize, Bytes)>>);
 
@@ -304,13 +306,15 @@ impl Part {
         Part(Arc::new(vec![(0, bytes)]))
     }
 
-    /// From a place in the file to the end of the chunk there.
-    fn from(&self, start: u64) -> Result<Bytes, ReaderError> {
+    /// Returns the bytes from an offset in the file to the end of its chunk.
+    fn from_offset(&self, start: u64) -> Result<Bytes, ReaderError> {
         let found = self.0.iter().find_map(|(first, bytes)| {
             let offset = usize::try_from(start).ok()?.checked_sub(*first)?;
             (offset <= bytes.len()).then(|| bytes.slice(offset..))
         });
-        found.ok_or_else(|| ReaderError::General(format!("byte {start} is of no column read")))
+        found.ok_or_else(|| {
+            ReaderError::General(format!("byte {start} is in no column that was read"))
+        })
     }
 }
 
@@ -325,15 +329,15 @@ impl ChunkReader for Part {
     type T = bytes::buf::Reader<Bytes>;
 
     fn get_read(&self, start: u64) -> Result<Self::T, ReaderError> {
-        Ok(self.from(start)?.reader())
+        Ok(self.from_offset(start)?.reader())
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ReaderError> {
-        let bytes = self.from(start)?;
+        let bytes = self.from_offset(start)?;
         if bytes.len() >= length {
             Ok(bytes.slice(..length))
         } else {
-            Err(ReaderError::EOF(format!("{length} bytes from byte {start} on")))
+            Err(ReaderError::EOF(format!("{length} bytes from byte {start} on are not there")))
         }
     }
 }
@@ -348,7 +352,7 @@ mod tests {
     };
     use crate::parquet::{Columns, GROUP, Metadata, decode_bytes, encode, write_parts};
 
-    /// More rows than one row group has.
+    /// Number of rows, more than one row group has.
     const ROWS: usize = 150_000;
 
     const KINDS: [(&str, ColumnKind); 5] = [
@@ -444,12 +448,16 @@ mod tests {
         assert_eq!(open(&none).first(&[0, 3], 10).unwrap(), none.project(&[0, 3]));
     }
 
-    /// Tables of results were digested as a whole once.
+    /// Files of tasks have a single digest, as did older tables of results.
     #[test]
     fn a_file_with_one_digest_is_read_in_parts_too() {
         let whole = table(10);
-        let key =
-            crate::store::key::TaskKey::new("test", 1, crate::store::key::Digest::from_params(&()), &[]);
+        let key = crate::store::key::TaskKey::new(
+            "test",
+            1,
+            crate::store::key::Digest::from_params(&()),
+            &[],
+        );
         let metadata = Metadata { key: Some(key), entries: Vec::new() };
         let file = TableFile::open(file(&encode(&whole, &metadata))).unwrap();
         assert_eq!(file.metadata(), &metadata);
@@ -464,7 +472,7 @@ mod tests {
         let Source::File(_, digests) = &opened.bytes else {
             panic!("results are digested by column chunk");
         };
-        // The second row group of `area`.
+        // Damage the second row group of `area`.
         let chunk = digests.ranges[KINDS.len() + 1].clone();
         let mut flipped = sound;
         flipped[chunk.start + chunk.len() / 2] ^= 8;
@@ -499,7 +507,7 @@ mod tests {
         }
     }
 
-    /// As many columns as no first read of the end of a file has room for.
+    /// The footer of this many columns exceeds the first read of the end of a file.
     #[test]
     fn a_long_footer_is_read_to_its_beginning() {
         let names: Vec<&'static str> = (0..700)
@@ -522,7 +530,7 @@ mod tests {
             open(&Table::new(ROWS, vec![(area, reals(value(ROWS, odd)))])).is_constant(0)
         };
         assert_eq!(constant(2.0), Some(false));
-        // The smallest and the largest value do not tell.
+        // The smallest and the largest value do not decide it.
         assert_eq!(constant(f64::NAN), None);
         assert_eq!(constant(1.0), None);
         let file = open(&table(ROWS));

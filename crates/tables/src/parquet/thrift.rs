@@ -1,51 +1,54 @@
-//! A walk over the compact protocol of Thrift, in which Parquet writes its footer and the headers of
-//! its pages. The walk keeps nothing of what it passes, and each of its steps takes at least a byte.
+//! Validation of Thrift's compact protocol, in which Parquet writes its footer and page headers.
 //!
-//! The `parquet` crate (version 60) has no such bound. It skips the elements of lists and maps of
-//! truth values without taking a byte for each, and in the header of a page it skips doubles and
-//! texts beyond the end of the file. A list of 2³¹ elements fits into eight bytes and takes the crate
-//! seventeen seconds, and a list may hold many such lists.
+//! The walk over the bytes stores nothing, and each of its steps consumes at least one byte. Its
+//! time is therefore bounded by the number of bytes. The `parquet` crate (version 60) has no such
+//! bound. It skips elements of lists and maps of booleans without consuming bytes. In page headers
+//! it also skips doubles and texts beyond the end of the file. A list of 2³¹ elements fits into
+//! eight bytes and takes the crate seventeen seconds, and a list may contain many such lists.
 //!
-//! The walk must see the fields that the crate sees. The crate reads a field that it knows without
-//! comparing the type that the bytes state; so the type of every known field is compared with its
-//! [`Shape`] here.
+//! The walk must see the same fields as the crate. The crate reads known fields without checking
+//! the type in the bytes. The walk therefore compares the type of every known field with its
+//! [`Shape`].
 //!
-//! See the [specification](https://github.com/apache/thrift/blob/master/doc/specs/thrift-compact-protocol.md).
+//! The protocol has a [specification][spec].
+//!
+//! [spec]: https://github.com/apache/thrift/blob/master/doc/specs/thrift-compact-protocol.md
 
 use thiserror::Error;
 
-/// How deep lists and structures, or groups of columns, are within each other at most: the `parquet`
-/// crate skips as many, and its stack holds them.
+/// Largest nesting depth of lists and structures, and of column groups.
+///
+/// The `parquet` crate skips values to the same depth. Its stack is large enough for it.
 pub const MAX_DEPTH: usize = 64;
 
-/// Why bytes are not read any further.
+/// Reason why bytes are refused, as the end of a message "invalid …: ".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Claim {
-    #[error("more bytes than it has")]
+    #[error("a length or offset beyond the end of the data")]
     Bytes,
-    #[error("a list of {0} truth values, which Parquet has none of")]
+    #[error("a list of {0} booleans")]
     Booleans(usize),
-    #[error("a list of {0} elements, more than it has bytes")]
+    #[error("a list of {0} elements with fewer bytes")]
     Elements(usize),
-    #[error("lists and structures more than {MAX_DEPTH} deep within each other")]
+    #[error("more than {MAX_DEPTH} levels of nesting")]
     TooDeep,
-    #[error("a value of type {0}, which Thrift has not")]
+    #[error("unknown Thrift type {0}")]
     UnknownType(u8),
-    #[error("a value of type {found:?} where Parquet has one of type {known:?}")]
+    #[error("a value of type {found:?}, expected {known:?}")]
     WrongType { found: Kind, known: Kind },
-    #[error("a number of more than 64 bits")]
+    #[error("an integer of more than 64 bits")]
     Number,
-    #[error("a group of {0} columns, which it has not")]
+    #[error("a group of {0} columns that do not exist")]
     Columns(i64),
-    #[error("columns whose names take more than {0} bytes with those of their groups")]
+    #[error("column paths of more than {0} bytes in total")]
     Names(usize),
-    #[error("{0} bytes once it is unpacked, for which its column has too few rows")]
+    #[error("an uncompressed size of {0} bytes, too large for the number of rows")]
     Unpacked(i64),
-    #[error("a dictionary of {0} values, for which it has too few bytes")]
+    #[error("a dictionary of {0} values with fewer bytes")]
     Values(i64),
 }
 
-/// What the bytes say that a value is.
+/// Type of a value as its bytes state it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Bool,
@@ -63,7 +66,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The type that has this number, of a field and of elements of a list.
+    /// Decodes the type of a field or of the elements of a list.
     fn from_code(word: u8) -> Result<Kind, Claim> {
         Ok(match word {
             1 | 2 => Kind::Bool,
@@ -83,10 +86,10 @@ impl Kind {
     }
 }
 
-/// What a value that the `parquet` crate reads is made of.
+/// Expected structure of a value that the `parquet` crate reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// The crate skips the value by its type alone.
+    /// The crate skips the value by the type in the bytes.
     Unknown,
     Plain(Kind),
     List(&'static Shape),
@@ -95,7 +98,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Refuses another type than that of the shape.
+    /// Returns an error if the type does not fit the shape.
     fn check(self, found: Kind) -> Result<(), Claim> {
         let known = match self {
             Shape::Unknown => return Ok(()),
@@ -107,7 +110,7 @@ impl Shape {
     }
 }
 
-/// Bytes that are walked over, and the position in them.
+/// Position in bytes of the compact protocol.
 #[derive(Debug, Clone)]
 pub struct Walk<'a> {
     bytes: &'a [u8],
@@ -120,18 +123,18 @@ impl<'a> Walk<'a> {
         Walk { bytes, position: 0, depth: 0 }
     }
 
-    /// How many bytes it has passed.
+    /// Returns the number of bytes consumed.
     pub fn position(&self) -> usize {
         self.position
     }
 
-    /// Passes a structure: `visit` passes each of its fields.
+    /// Consumes a structure, whose fields `visit` must consume one by one.
     pub fn fields(
         &mut self,
         known: &'static [Shape],
         mut visit: impl FnMut(&mut Self, i16, Kind, Shape) -> Result<(), Claim>,
     ) -> Result<(), Claim> {
-        self.deeper(|walk| {
+        self.nested(|walk| {
             let mut last: i16 = 0;
             while let Some((kind, field)) = walk.field(last)? {
                 let index = usize::try_from(field).ok().and_then(|field| field.checked_sub(1));
@@ -145,7 +148,7 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Passes a list: `visit` passes each of its elements.
+    /// Consumes a list, whose elements `visit` must consume one by one.
     pub fn elements(
         &mut self,
         known: Shape,
@@ -155,13 +158,13 @@ impl<'a> Walk<'a> {
         if size > 0 {
             known.check(kind)?;
         }
-        self.deeper(|walk| (0..size).try_for_each(|_| visit(walk, kind)))
+        self.nested(|walk| (0..size).try_for_each(|_| visit(walk, kind)))
     }
 
-    /// Passes a value of this type and shape.
-    pub fn pass(&mut self, kind: Kind, shape: Shape) -> Result<(), Claim> {
+    /// Consumes a value of this type and shape.
+    pub fn skip(&mut self, kind: Kind, shape: Shape) -> Result<(), Claim> {
         match kind {
-            // A field of this kind is true or false by its type.
+            // The type of a boolean field includes its value.
             Kind::Bool => Ok(()),
             Kind::Byte => self.take(1).map(drop),
             Kind::Short | Kind::Int | Kind::Long => self.varint().map(drop),
@@ -171,23 +174,23 @@ impl<'a> Walk<'a> {
             Kind::List | Kind::Set => {
                 let element =
                     if let Shape::List(element) = shape { *element } else { Shape::Unknown };
-                self.elements(element, |walk, kind| walk.pass(kind, element))
+                self.elements(element, |walk, kind| walk.skip(kind, element))
             }
             Kind::Map => self.map(),
             Kind::Struct => {
                 let known = if let Shape::Struct(known) = shape { known } else { &[] };
-                self.fields(known, |walk, _, kind, shape| walk.pass(kind, shape))
+                self.fields(known, |walk, _, kind, shape| walk.skip(kind, shape))
             }
         }
     }
 
-    /// A whole number.
+    /// Reads an integer in zigzag encoding.
     pub fn number(&mut self) -> Result<i64, Claim> {
         let value = self.varint()?;
         Ok((value >> 1).cast_signed() ^ -((value & 1).cast_signed()))
     }
 
-    /// Bytes that have their number before them.
+    /// Reads a byte string, which is preceded by its length.
     pub fn bytes(&mut self) -> Result<&'a [u8], Claim> {
         let length = usize::try_from(self.varint()?).map_err(|_| Claim::Bytes)?;
         self.take(length)
@@ -202,19 +205,19 @@ impl<'a> Walk<'a> {
         let [key, value] = [Kind::from_code(kinds >> 4)?, Kind::from_code(kinds & 0xf)?];
         self.bounded(size, key)?;
         self.bounded(size, value)?;
-        self.deeper(|walk| {
+        self.nested(|walk| {
             (0..size).try_for_each(|_| {
-                walk.pass(key, Shape::Unknown)?;
-                walk.pass(value, Shape::Unknown)
+                walk.skip(key, Shape::Unknown)?;
+                walk.skip(value, Shape::Unknown)
             })
         })
     }
 
-    /// The number of elements of a list or a set, and what they are.
+    /// Reads the number and the type of the elements of a list or set.
     fn list(&mut self) -> Result<(usize, Kind), Claim> {
         let header = self.take(1)?[0];
         if header == 0 {
-            // Some write so of an empty list.
+            // Some programs write an empty list this way.
             return Ok((0, Kind::Byte));
         }
         let kind = Kind::from_code(header & 0xf)?;
@@ -226,7 +229,10 @@ impl<'a> Walk<'a> {
         Ok((size, kind))
     }
 
-    /// Every element takes a byte, but the reader of Parquet gives truth values none.
+    /// Returns an error if `size` elements need more bytes than there are.
+    ///
+    /// Every element needs a byte. Booleans are refused because the `parquet` crate consumes no
+    /// byte for them.
     fn bounded(&self, size: usize, kind: Kind) -> Result<(), Claim> {
         match kind {
             Kind::Bool if size > 0 => Err(Claim::Booleans(size)),
@@ -235,7 +241,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The kind and the number of the next field; none at the end of a structure.
+    /// Reads the type and the number of the next field; `None` at the end of a structure.
     fn field(&mut self, last: i16) -> Result<Option<(Kind, i16)>, Claim> {
         let header = self.take(1)?[0];
         if header & 0xf == 0 {
@@ -243,7 +249,7 @@ impl<'a> Walk<'a> {
         }
         let kind = Kind::from_code(header & 0xf)?;
         let number = match header >> 4 {
-            #[expect(clippy::cast_possible_truncation, reason = "as the reader has it")]
+            #[expect(clippy::cast_possible_truncation, reason = "the parquet crate truncates too")]
             0 => self.number()? as i16,
             step => last.checked_add(step.into()).ok_or(Claim::Number)?,
         };
@@ -269,12 +275,12 @@ impl<'a> Walk<'a> {
         Ok(taken)
     }
 
-    fn deeper(&mut self, pass: impl FnOnce(&mut Self) -> Result<(), Claim>) -> Result<(), Claim> {
+    fn nested(&mut self, inner: impl FnOnce(&mut Self) -> Result<(), Claim>) -> Result<(), Claim> {
         if self.depth == MAX_DEPTH {
             return Err(Claim::TooDeep);
         }
         self.depth += 1;
-        pass(self)?;
+        inner(self)?;
         self.depth -= 1;
         Ok(())
     }
@@ -291,7 +297,7 @@ mod tests {
 
     fn passed(bytes: &[u8]) -> Result<usize, Claim> {
         let mut walk = Walk::new(bytes);
-        walk.pass(Kind::Struct, KNOWN)?;
+        walk.skip(Kind::Struct, KNOWN)?;
         Ok(walk.position())
     }
 
@@ -318,18 +324,18 @@ mod tests {
         assert_eq!(number(&[0xff; 11]), Err(Claim::Number));
     }
 
-    /// 2³¹ − 1 as a list has its size.
+    /// 2³¹ − 1 as the encoded size of a list.
     const MANY: [u8; 5] = [0xff, 0xff, 0xff, 0xff, 0x07];
     const SIZE: usize = 0x7fff_ffff;
 
     #[test]
     fn lists_without_a_byte_for_each_element_are_refused_at_once() {
         let list = |header: u8| [&[0x39, header][..], &MANY, &[0, 0]].concat();
-        // Of an unknown field 3: truth values by both of their types, and structures.
+        // The unknown field 3 with booleans, of both types, and with structures.
         assert_eq!(passed(&list(0xf1)), Err(Claim::Booleans(SIZE)));
         assert_eq!(passed(&list(0xf2)), Err(Claim::Booleans(SIZE)));
         assert_eq!(passed(&list(0xfc)), Err(Claim::Elements(SIZE)));
-        // Few of them would shift what comes after, as the reader sees it.
+        // Even short lists are refused: the `parquet` crate would misread the bytes after them.
         assert_eq!(passed(&[0x39, 0x21, 1, 1, 0]), Err(Claim::Booleans(2)));
         assert_eq!(passed(&[0x39, 0x01, 0]), Ok(3));
         let map = [&[0x3b][..], &MANY, &[0x12, 0]].concat();
@@ -346,7 +352,7 @@ mod tests {
 
     #[test]
     fn structures_within_each_other_end_where_the_reader_would() {
-        // Field 3 of each holds the next.
+        // Field 3 of each structure is the next structure.
         let nested = |levels: usize| [vec![0x3c; levels], vec![0; levels + 1]].concat();
         assert_eq!(passed(&nested(63)), Ok(127));
         assert_eq!(passed(&nested(64)), Err(Claim::TooDeep));

@@ -1,8 +1,7 @@
-//! How far a long task has come, kept while it is computed: it can go on from there after its process
-//! has ended, in whatever way.
+//! Checkpoints of long tasks, from which another process can continue after a crash.
 //!
-//! The store keeps it as `checkpoints/KEY.checkpoint`, which ends with the digest of all that comes
-//! before, and is there until the task's table is.
+//! The file `checkpoints/KEY.checkpoint` in the store ends with the digest of all bytes before. It
+//! is removed when the table of the task has been stored.
 
 use std::fs;
 use std::io::{self, Write};
@@ -15,46 +14,47 @@ use super::Store;
 use super::files::{Existing, write_with};
 use super::key::TaskKey;
 
-/// The folder of checkpoints in a store.
+/// Name of the folder of checkpoints in a store.
 pub const FOLDER: &str = "checkpoints";
-/// What their names end with.
+/// Extension of the names of checkpoints.
 pub(crate) const ENDING: &str = ".checkpoint";
 
 const DIGEST: usize = blake3::OUT_LEN;
 
-/// Where one task keeps how far it has come. Nothing in it decides a number: a task that goes on from
-/// a checkpoint ends with the bytes that it would have had.
+/// Storage for the checkpoints of one task.
+///
+/// A checkpoint changes no result: a continued task produces the same bytes as an uninterrupted
+/// one.
 pub trait Checkpoints: Sync {
-    /// What was kept last; none if there is nothing, or nothing whole.
+    /// Returns the last checkpoint, or `None` if there is none or its digest is wrong.
     fn last(&self) -> Option<Vec<u8>>;
 
-    /// Whether it is time to keep something.
+    /// Returns true if it is time for the next checkpoint.
     fn is_due(&self) -> bool;
 
-    /// Keeps what is written, in the place of what was kept before. Where that is not possible,
-    /// nothing is kept and the task goes on.
+    /// Replaces the checkpoint by the bytes that `write` writes. Ignores errors.
     fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>);
 }
 
-/// The checkpoints of one task, one in the place of the other.
+/// Checkpoints of one task in a store, each replacing the one before.
 #[derive(Debug)]
 pub struct StoredCheckpoints<'a> {
     store: &'a Store,
     key: TaskKey,
     every: Duration,
-    /// When something was kept last, or the task began.
+    /// Time of the last checkpoint, or the start of the task.
     last: Mutex<Instant>,
     is_kept: AtomicBool,
 }
 
 impl<'a> StoredCheckpoints<'a> {
-    /// Those of a task that begins now, one after every so long.
+    /// Creates the storage for a task that starts now. `every` is the time between checkpoints.
     pub fn new(store: &'a Store, key: TaskKey, every: Duration) -> StoredCheckpoints<'a> {
         let last = Mutex::new(Instant::now());
         StoredCheckpoints { store, key, every, last, is_kept: AtomicBool::new(false) }
     }
 
-    /// Removes what is kept: the task's table is there. What cannot be removed does no harm.
+    /// Removes the checkpoint, which is useless once the table exists. Ignores errors.
     pub fn remove(&self) {
         if self.is_kept.load(Ordering::Relaxed) {
             let _ = fs::remove_file(self.path());
@@ -96,14 +96,14 @@ impl Checkpoints for StoredCheckpoints<'_> {
             out.out.write_all(digest.as_bytes())?;
             out.out.flush()
         });
-        // A full disk is told of by the task's table.
+        // Writing the table reports a full disk.
         drop(written);
         self.is_kept.store(true, Ordering::Relaxed);
         *self.kept_at() = Instant::now();
     }
 }
 
-/// Hands bytes on, and knows their digest.
+/// Writer that also computes the digest of the bytes.
 struct Hashing<W> {
     hasher: blake3::Hasher,
     out: W,

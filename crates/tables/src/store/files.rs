@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all, and are read whole or not at all.
+//! Atomic writing of files, verified reading of tables, and quarantine of damaged files.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -12,29 +12,30 @@ use super::users::Writer;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
 
-/// What is appended to the names of files that turned out to be damaged.
+/// Suffix of the names of damaged files in quarantine.
 pub(crate) const DAMAGED: &str = ".damaged";
 
-/// How long a new file may wait.
+/// Longest time that a new file waits for the flush of its folder.
 const MAX_WAIT: Duration = Duration::from_secs(1);
 
-/// What to do with a file that is already there.
+/// Treatment of an existing file with the same path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
-    /// Leave it: it is the same.
+    /// Keep the existing file, which has the same content.
     Keep,
-    /// Put the new one in its place.
+    /// Replace the existing file by the new one.
     Replace,
 }
 
-/// Writes a file that appears whole or not at all, even if the power is cut: its bytes are on the
-/// disk before it gets its name.
+/// Writes a file atomically, even if the power is cut: its bytes are on the disk before it is
+/// renamed to `path`.
 ///
-/// Until then it lies in `staging`, a folder of the same disk, for a file cannot change its name
-/// across disks. A process that is killed leaves it there, under a name that says whose it is.
+/// The file is first written to `staging`, a folder on the same disk, because a rename cannot cross
+/// disks. A killed process leaves the file there, with a name that identifies the process.
 ///
 /// # Errors
-/// When a folder cannot be made, or the file not be written, flushed or moved into place.
+/// Returns an error if a folder cannot be created, or if the file cannot be written, flushed or
+/// renamed.
 pub fn write_whole(
     path: &Path,
     bytes: &[u8],
@@ -45,8 +46,8 @@ pub fn write_whole(
     flush_folder(path.parent().unwrap_or(Path::new(".")))
 }
 
-/// Like [`write_whole`], but for its name, which may be lost if the power is cut before its folder
-/// is flushed.
+/// Writes a file as [`write_whole`] does, but without flushing its folder. A power cut may lose the
+/// whole file, but never leaves a part of it.
 ///
 /// # Errors
 /// As [`write_whole`].
@@ -59,10 +60,10 @@ pub fn write_file(
     write_with(path, existing, staging, |file| file.write_all(bytes))
 }
 
-/// Like [`write_file`], of what is not in memory as a whole.
+/// Writes a file as [`write_file`] does, with content that `write` produces piece by piece.
 ///
 /// # Errors
-/// As [`write_file`], and those of `write`.
+/// As [`write_file`], and the errors of `write`.
 pub fn write_with(
     path: &Path,
     existing: Existing,
@@ -92,10 +93,10 @@ pub fn write_with(
     result.map_err(|source| StoreError::Write { path: path.to_owned(), source })
 }
 
-/// Sees to it that the disk knows the names of a folder's files.
+/// Flushes a folder, so that the names of its files are on the disk.
 ///
 /// # Errors
-/// When the folder cannot be flushed, although its file system can flush folders.
+/// Returns an error if the flush fails on a file system that supports it.
 pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
     let flushed = File::open(folder).and_then(|folder| folder.sync_all());
     flushed
@@ -103,8 +104,7 @@ pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
         .map_err(|source| StoreError::Write { path: folder.to_owned(), source })
 }
 
-/// Accepts `EINVAL` and `ENOSYS`, by which some network and user-space file systems say that they
-/// cannot flush folders.
+/// Ignores `EINVAL` and `ENOSYS`, with which some file systems refuse to flush folders.
 fn unless_unsupported(error: io::Error) -> io::Result<()> {
     match error.kind() {
         io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported => Ok(()),
@@ -112,25 +112,26 @@ fn unless_unsupported(error: io::Error) -> io::Result<()> {
     }
 }
 
-/// Folders with new files of which the disk may not know yet, and since when the first of them waits.
+/// Folders with new files whose names may not be on the disk yet.
 ///
-/// A file is on the disk before it gets its name, but its name is on the disk only once its folder
-/// has been flushed. One flush does for all files of a folder, so that tasks of milliseconds do not
-/// wait for one each: a power cut costs the tasks of the last second.
+/// The bytes of a file are on the disk before the file is renamed. Its name is on the disk once its
+/// folder has been flushed. One flush serves many files, so that tasks of milliseconds do not wait
+/// for one flush each. A power cut loses at most the tasks of the last second.
 #[derive(Debug, Default)]
 pub(crate) struct Unflushed(Mutex<Waiting>);
 
 #[derive(Debug, Default)]
 struct Waiting {
     folders: BTreeSet<PathBuf>,
+    /// Time at which the oldest of the new files was added.
     since: Option<Instant>,
 }
 
 impl Unflushed {
-    /// A new file; flushes its folder and the others if one of them has waited long enough.
+    /// Adds a new file, and flushes all folders if the oldest file has waited for [`MAX_WAIT`].
     ///
     /// # Errors
-    /// When a folder cannot be flushed.
+    /// Returns an error if a folder cannot be flushed.
     pub fn add(&self, file: &Path) -> Result<(), StoreError> {
         let is_due = {
             let mut waiting = self.0.lock().expect("no panic happens while it is held");
@@ -140,10 +141,10 @@ impl Unflushed {
         if is_due { self.flush() } else { Ok(()) }
     }
 
-    /// Flushes all of them.
+    /// Flushes all folders with new files.
     ///
     /// # Errors
-    /// When a folder cannot be flushed.
+    /// Returns an error if a folder cannot be flushed.
     pub fn flush(&self) -> Result<(), StoreError> {
         let waiting = {
             let mut waiting = self.0.lock().expect("no panic happens while it is held");
@@ -153,38 +154,37 @@ impl Unflushed {
     }
 }
 
-/// Locks a folder until the returned file is dropped, so that readers who take the lock too see
-/// only complete sets of files. Returns `None` where folders cannot be locked.
+/// Takes the exclusive lock of a folder until the returned file is dropped, so that readers that
+/// take the shared lock see only complete sets of files.
+///
+/// Returns `None` if the folder cannot be locked.
 pub fn lock_to_write(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     folder.lock().is_ok().then_some(folder)
 }
 
-/// Locks a folder for reading, which many readers may do at once.
+/// Takes the shared lock of a folder for reading. Returns `None` if the folder cannot be locked.
 pub fn lock_to_read(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     folder.lock_shared().is_ok().then_some(folder)
 }
 
-/// What is there already must be a file, or else nothing has been stored.
+/// Checks that an existing path is a file: a folder in its place means that nothing was stored.
 fn is_file(path: &Path) -> io::Result<()> {
-    if path.is_file() {
-        Ok(())
-    } else {
-        Err(io::Error::other("something that is no file is in its place"))
-    }
+    if path.is_file() { Ok(()) } else { Err(io::Error::other("the path exists and is not a file")) }
 }
 
-/// Makes a folder and those above it.
+/// Creates a folder and its parents.
 ///
 /// # Errors
-/// When it cannot be made.
+/// Returns an error if a folder cannot be created.
 pub fn make_folder(path: &Path) -> Result<(), StoreError> {
     fs::create_dir_all(path).map_err(|source| StoreError::Write { path: path.to_owned(), source })
 }
 
-/// The way to a file from a folder, as `../small/area.parquet`; the path itself if one of the two
-/// cannot be found.
+/// Returns the path of a file relative to a folder, such as `../small/area.parquet`.
+///
+/// Returns `path` unchanged if the file or the folder does not exist.
 pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
     let (Ok(whole), Ok(folder)) = (fs::canonicalize(path), fs::canonicalize(folder)) else {
         return path.to_owned();
@@ -195,10 +195,10 @@ pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
     up.chain(whole.components().skip(common)).collect()
 }
 
-/// The names of what is in a folder, in order; none if there is no such folder.
+/// Lists the sorted names of the entries of a folder, none if the folder does not exist.
 ///
 /// # Errors
-/// When it cannot be listed.
+/// Returns an error if the folder cannot be listed.
 pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
     let unreadable = |source| StoreError::Read { path: folder.to_owned(), source };
     let entries = match fs::read_dir(folder) {
@@ -212,21 +212,21 @@ pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
     Ok(names)
 }
 
-/// Temporary files are private by default; results are for colleagues too.
+/// Returns permissions for everybody to read. Temporary files are private by default.
 fn readable() -> fs::Permissions {
     use std::os::unix::fs::PermissionsExt;
     fs::Permissions::from_mode(0o644)
 }
 
-/// The table in a file, and what the file says of itself.
+/// Reads the table in a file and the metadata of the file.
 ///
 /// # Errors
-/// When the file is missing, unreadable, damaged, or no table of this program.
+/// Returns an error if the file is missing, unreadable, damaged or not a table of this program.
 pub fn read_whole(path: &Path, columns: Columns) -> Result<(Table, Metadata), StoreError> {
     read(path, |file| parquet::decode(file, columns))
 }
 
-/// What a file says of itself, all of whose bytes and columns are as they should be.
+/// Verifies all bytes and the columns of a file and returns its metadata.
 ///
 /// # Errors
 /// As [`read_whole`].
@@ -234,10 +234,10 @@ pub fn verify_whole(path: &Path) -> Result<Metadata, StoreError> {
     read(path, parquet::verify)
 }
 
-/// A table of which parts are read.
+/// Opens a table of which parts are read later.
 ///
 /// # Errors
-/// As [`read_whole`], but for the parts that are not read yet.
+/// As [`read_whole`], except that damage in later parts is not found yet.
 pub(crate) fn open_table(path: &Path) -> Result<TableFile, StoreError> {
     read(path, TableFile::open)
 }
@@ -250,11 +250,12 @@ fn read<T>(
     file.and_then(read).map_err(|error| StoreError::in_file(path, error))
 }
 
-/// Renames a damaged file, so that nobody takes it for a table and nothing of it is lost; its new
-/// name, or none if the file has gone.
+/// Renames a damaged file, so that it is kept but no longer read as a table.
+///
+/// Returns the new path, or `None` if the file no longer exists.
 ///
 /// # Errors
-/// When the folder cannot be written.
+/// Returns an error if the folder is not writable.
 pub fn quarantine(path: &Path) -> Result<Option<PathBuf>, StoreError> {
     let quarantined = free_name(path);
     match fs::rename(path, &quarantined) {
@@ -264,7 +265,7 @@ pub fn quarantine(path: &Path) -> Result<Option<PathBuf>, StoreError> {
     }
 }
 
-/// `NAME.damaged`, `NAME.damaged-2` …: earlier finds are kept.
+/// Returns the first unused path of `NAME.damaged`, `NAME.damaged-2` and so on.
 fn free_name(path: &Path) -> PathBuf {
     let named = |ending: &str| {
         let mut name = path.as_os_str().to_owned();

@@ -1,5 +1,4 @@
-//! Names of results, and what each was made from: the file of a table tells enough to work out its key
-//! again.
+//! Keys of tasks, and the provenance from which a key follows.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,33 +7,35 @@ use serde::{Serialize, Serializer};
 
 use crate::parquet::Metadata;
 
-/// The name of a result: a hash of everything that decides its value.
+/// Key of a task and of its table, a hash of everything that decides the table.
 ///
 /// Two tasks with equal keys produce equal tables, so a stored table never goes stale.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TaskKey([u8; 16]);
 
-/// A word that is no key.
+/// Error of parsing a [`TaskKey`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{word}` is no key: a key is 32 hexadecimal digits, as in the `task` column of a table")]
+#[error(
+    "`{word}` is not a key; a key has 32 hexadecimal digits, as in the column `task` of a table"
+)]
 pub struct InvalidKey {
     word: String,
 }
 
-/// A hash of parameters, taken once however many tasks share them.
+/// Hash of parameters, computed once for all tasks that share them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Digest(blake3::Hash);
 
 impl Digest {
-    /// Hashes parameters as JSON, which is stable between builds and readable.
+    /// Hashes the parameters as JSON, which is readable and the same for all builds.
     pub fn from_params(params: &impl Serialize) -> Digest {
-        // At once: a hasher that hears each word by itself takes several times as long.
+        // Hash one buffer: feeding the hasher word by word is several times slower.
         let json = serde_json::to_vec(params)
             .expect("parameters are plain numbers, strings and lists of them");
         Digest(blake3::hash(&json))
     }
 
-    /// The digest of parameters that are JSON already.
+    /// Hashes parameters that are already serialized as JSON.
     pub(crate) fn from_json(params: &str) -> Digest {
         Digest(blake3::hash(params.as_bytes()))
     }
@@ -47,11 +48,13 @@ impl fmt::Display for Digest {
 }
 
 impl TaskKey {
-    /// The key of a task of `stage` at `version` that reads `params` and tables with these
-    /// identities: their keys, but for what no later stage reads of them.
+    /// Computes the key of a task of `stage` at `version` with these parameters and inputs.
+    ///
+    /// `inputs` are the identities of the input tables: their keys without the parameters that no
+    /// later stage reads.
     pub fn new(stage: &str, version: u32, params: Digest, inputs: &[TaskKey]) -> TaskKey {
         let mut hasher = blake3::Hasher::new();
-        // The length comes first, so that no two lists of ingredients run together.
+        // Hash the length first, so that the bytes of different arguments never coincide.
         hasher.update(&(stage.len() as u64).to_le_bytes());
         hasher.update(stage.as_bytes());
         hasher.update(&version.to_le_bytes());
@@ -64,12 +67,12 @@ impl TaskKey {
         TaskKey(key)
     }
 
-    /// What its first two digits say.
+    /// Returns the first two hexadecimal digits as a number.
     pub(crate) fn first_byte(self) -> u8 {
         self.0[0]
     }
 
-    /// What its first sixteen digits say.
+    /// Returns the first sixteen hexadecimal digits as a number.
     pub fn first_word(self) -> u64 {
         (u128::from_be_bytes(self.0) >> 64) as u64
     }
@@ -105,16 +108,16 @@ impl Serialize for TaskKey {
     }
 }
 
-/// What decided a table.
+/// Everything that decides a table, as its file states it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Provenance {
     pub stage: String,
-    /// The version of the stage's numbers.
+    /// Version of the stage, which increases when its numbers change.
     pub version: u32,
-    /// The stage's parameters, as JSON.
+    /// Parameters of the stage for the task, as JSON.
     pub recipe: String,
     pub inputs: Vec<TaskKey>,
-    /// What the key says of them: the keys of their identities, without what no later stage reads.
+    /// Identities of the inputs, which are keys without the parameters that no later stage reads.
     pub input_identities: Vec<TaskKey>,
 }
 
@@ -122,18 +125,18 @@ const STAGE: &str = "stage";
 const STAGE_VERSION: &str = "stage_version";
 const RECIPE: &str = "recipe";
 const INPUTS: &str = "inputs";
-/// Files have their own word for the identities of inputs.
+/// Name of the identities of inputs in files.
 const INPUT_IDENTITIES: &str = "read_as";
 const PROGRAM_VERSION: &str = "version";
 
 impl Provenance {
-    /// The key that follows from it.
+    /// Computes the key of the task.
     pub fn key(&self) -> TaskKey {
         let params = Digest::from_json(&self.recipe);
         TaskKey::new(&self.stage, self.version, params, &self.input_identities)
     }
 
-    /// What is written into the file.
+    /// Returns the metadata to be written into the file.
     pub fn metadata(&self) -> Metadata {
         let entry = |name: &str, value: String| (name.to_owned(), value);
         Metadata {
@@ -149,7 +152,7 @@ impl Provenance {
         }
     }
 
-    /// What a file tells; nothing if it does not tell all of it.
+    /// Reads the provenance from the metadata of a file; `None` if an entry is missing.
     pub fn from_metadata(metadata: &Metadata) -> Option<Provenance> {
         Some(Provenance {
             stage: metadata.get(STAGE)?.to_owned(),
@@ -186,8 +189,9 @@ mod tests {
 
     #[test]
     fn stage_version_and_parameters_change_the_key() {
-        let of =
-            |stage, version, loads: [f64; 2]| TaskKey::new(stage, version, Digest::from_params(&loads), &[]);
+        let of = |stage, version, loads: [f64; 2]| {
+            TaskKey::new(stage, version, Digest::from_params(&loads), &[])
+        };
         assert_ne!(key(), of("measure", 1, [0.01, 0.02]));
         assert_ne!(key(), of("solve", 2, [0.01, 0.02]));
         assert_ne!(key(), of("solve", 1, [0.01, 0.03]));

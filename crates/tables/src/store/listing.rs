@@ -1,4 +1,4 @@
-//! What lies in the folders of a store and of results, as the names of files tell it.
+//! Listings of the folders of a store and of results, with the kind of each file by its name.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::{fs, io};
 use super::files::{DAMAGED, names};
 use super::key::TaskKey;
 use super::users::UNFINISHED;
-use super::{StoreError, STAGING, checkpoints, path};
+use super::{STAGING, StoreError, checkpoints, path};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredFile {
@@ -16,38 +16,37 @@ pub struct StoredFile {
     pub what: FileKind,
 }
 
-/// What a file is, by its name.
+/// Kind of a file, as its name and folder say.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FileKind {
     Task(TaskKey),
-    /// How far a task had come whose process has ended since, unless it is at work.
+    /// Checkpoint of a task that is running or was interrupted.
     Checkpoint(TaskKey),
     Stage {
         study: String,
         stage: String,
     },
-    /// Whose the tables of a study's stages are.
+    /// File that names the owner of the tables in a folder of results.
     Owner {
         study: String,
     },
-    /// What a study was when it last ran.
+    /// Record of the study at its last run.
     Record {
         study: String,
     },
-    /// What shares a study out among machines, or what they left of it.
+    /// Script, receipt or other file of the cluster jobs of a study.
     Cluster {
         study: String,
     },
     Quarantined,
-    /// A file that a killed process did not finish, unless somebody is writing it just now.
+    /// File that a process is writing, or did not finish because it was killed.
     Unfinished,
 }
 
-/// Every file that this program has put into the store in this folder, in the order of their
-/// names; of others it knows nothing.
+/// Lists the files of this program in a store by name, including unfinished and damaged files.
 ///
 /// # Errors
-/// When a folder cannot be listed.
+/// Returns an error if a folder cannot be listed.
 pub fn store_files(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = Vec::new();
     for folder in folders(root)? {
@@ -64,19 +63,19 @@ pub fn store_files(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     Ok(files)
 }
 
-/// What is being written into the store in this folder, or was when its writer was killed.
+/// Lists the files in the staging folder of a store, which are unfinished.
 ///
 /// # Errors
-/// When the folder cannot be listed.
+/// Returns an error if the folder cannot be listed.
 pub fn unfinished(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     known(&root.join(STAGING), |_| None)
 }
 
-/// The files of a folder that this program has put there; `whole` tells by their names what the
-/// finished ones are.
+/// Lists the files of this program in a folder. `whole` returns the kind of a finished file by its
+/// name, or `None` for a foreign file.
 ///
 /// # Errors
-/// When the folder cannot be listed.
+/// Returns an error if the folder cannot be listed.
 pub fn known(
     folder: &Path,
     whole: impl Fn(&str) -> Option<FileKind>,
@@ -93,17 +92,17 @@ pub fn known(
     let found = names.filter_map(|name| {
         let what = what(&name)?;
         let path = folder.join(name);
-        // A file that has gone meanwhile has no size.
+        // A file that was removed meanwhile has no size.
         let bytes = path.metadata().map_or(0, |metadata| metadata.len());
         Some(StoredFile { path, bytes, what })
     });
     Ok(found.collect())
 }
 
-/// The tasks whose tables a folder holds: none if it is not there.
+/// Returns the tasks whose tables are in a folder, none if the folder does not exist.
 ///
 /// # Errors
-/// When it cannot be listed.
+/// Returns an error if the folder cannot be listed.
 pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
     let mut finished = HashSet::new();
     let entries = match fs::read_dir(folder) {
@@ -117,7 +116,7 @@ pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
         let Some(key) = key.and_then(|key| key.parse().ok()) else {
             continue;
         };
-        // Only of what is no plain file, such as a link to one, the file itself must be asked.
+        // The directory entry knows plain files. Links cost another system call.
         if entry.file_type()?.is_file() || entry.path().is_file() {
             finished.insert(key);
         }
@@ -125,10 +124,10 @@ pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
     Ok(finished)
 }
 
-/// The folders in a folder, in the order of their names; none if it is not there.
+/// Lists the folders in a folder by name, none if it does not exist.
 ///
 /// # Errors
-/// When the folder cannot be listed.
+/// Returns an error if the folder cannot be listed.
 pub fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let paths = names(folder)?.into_iter().map(|name| folder.join(name));
     Ok(paths.filter(|path| path.is_dir()).collect())

@@ -1,12 +1,12 @@
-//! Who uses a store: locks, and the names of files that are being written.
+//! Locks of a store, and the processes that write its unfinished files.
 //!
-//! A process that works with a store shares a lock on it; one that removes tables from it holds the
-//! lock alone. The lock belongs to an open file, so that the system takes it back when a process
-//! ends in whatever way: no lock can be left behind.
+//! A process that works with a store holds a shared lock; one that removes tables holds an
+//! exclusive lock. The lock belongs to an open file, so that the system releases it when the
+//! process ends, even by a crash.
 //!
-//! Machines that share a file system do not always share its locks: where `flock` holds on one
-//! machine only, as on some NFS and Lustre, nobody sees that others are at work. So the name of an
-//! unfinished file says which process of which machine writes it.
+//! On some file systems, such as some NFS and Lustre, `flock` works within one machine only. A
+//! process then does not see the locks of other machines. The name of an unfinished file therefore
+//! names the machine and the process that write it.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
@@ -18,22 +18,26 @@ use sysinfo::{Pid, ProcessesToUpdate, System};
 
 use super::StoreError;
 
-/// Name of the file in the store that is locked. It is always empty and never removed.
+/// Name of the lock file in the store. It is always empty and never removed.
 const LOCK: &str = "lock";
 
-/// A hold on a store, until it is dropped. Empty where files cannot be locked: nobody can have
-/// such a store alone, so that there is nothing to be afraid of.
+/// Lock of a store, held until it is dropped.
+///
+/// It is empty if the file cannot be locked. Then no process can take the exclusive lock, so that
+/// no process removes tables.
 #[derive(Debug)]
 pub struct Lock {
     _file: Option<File>,
 }
 
 impl Lock {
-    /// Shares the store in this folder; waits while somebody has it alone. Nothing is made: where
-    /// there is no file to be locked, nobody has worked yet.
+    /// Takes the shared lock of the store in this folder; waits while another process has the
+    /// exclusive lock.
+    ///
+    /// Creates no file. A store without lock file has never been used.
     ///
     /// # Errors
-    /// When the file to be locked is there and may not be opened.
+    /// Returns an error if the lock file exists but cannot be opened.
     pub fn share(folder: &Path) -> Result<Lock, StoreError> {
         let Some(file) = open(folder)? else {
             return Ok(Lock { _file: None });
@@ -42,17 +46,16 @@ impl Lock {
         Ok(Lock { _file: locked.then_some(file) })
     }
 
-    /// Makes the file to be locked, before the store is shared for work. Where it cannot be written
-    /// nobody can have the store alone.
+    /// Creates the lock file if possible. Without it, no process can take the exclusive lock.
     pub fn prepare(folder: &Path) {
         let _ = writable(&folder.join(LOCK));
     }
 
-    /// Takes the store in this folder alone, unless somebody uses it.
+    /// Takes the exclusive lock of the store in this folder; `None` if another process uses it.
     ///
     /// # Errors
-    /// When the file to be locked cannot be opened or locked.
-    pub fn alone(folder: &Path) -> Result<Option<Lock>, StoreError> {
+    /// Returns an error if the lock file cannot be created, opened or locked.
+    pub fn exclusive(folder: &Path) -> Result<Option<Lock>, StoreError> {
         let path = folder.join(LOCK);
         let failed = |source| StoreError::Lock { path: path.clone(), source };
         let file = writable(&path).map_err(failed)?;
@@ -64,8 +67,9 @@ impl Lock {
     }
 }
 
-/// The file to be locked; none in a store that was never locked. Some file systems share locks of
-/// files only that may be written.
+/// Opens the lock file, or returns `None` if it does not exist.
+///
+/// The file is opened for writing if possible: some file systems lock only such files.
 fn open(folder: &Path) -> Result<Option<File>, StoreError> {
     let path = folder.join(LOCK);
     let mut options = OpenOptions::new();
@@ -81,17 +85,19 @@ fn writable(path: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
 }
 
-/// How the names of files begin that are still being written.
+/// Prefix of the names of files that are still being written.
 pub(crate) const UNFINISHED: &str = ".unfinished-";
 
-/// Nobody writes one file for so long, whatever the clocks of two machines say.
+/// Time without a change after which an unfinished file counts as abandoned.
+///
+/// It exceeds the time to write a file plus any difference between the clocks of two machines.
 const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 86400);
 
-/// A process of a machine.
+/// Process that writes an unfinished file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Writer {
     pub machine: String,
-    /// The number that it knows the process by.
+    /// Process identifier on that machine.
     pub process: u32,
 }
 
@@ -100,13 +106,12 @@ impl Writer {
         Writer { machine: own_machine().to_owned(), process: std::process::id() }
     }
 
-    /// How the names of its unfinished files begin; some letters follow that tell them apart.
+    /// Returns the prefix of the names of its unfinished files; random letters follow it.
     pub fn prefix(&self) -> String {
         format!("{UNFINISHED}{}@{}-", self.process, self.machine)
     }
 
-    /// Whose unfinished file has this name; nobody's that is known if an older version of the
-    /// program gave it.
+    /// Parses the name of an unfinished file; `None` for names of older versions of the program.
     pub fn from_name(name: &str) -> Option<Writer> {
         let (process, rest) = name.strip_prefix(UNFINISHED)?.split_once('@')?;
         let (machine, _) = rest.rsplit_once('-')?;
@@ -114,12 +119,12 @@ impl Writer {
     }
 }
 
-/// A moment on a machine: who lives there, and how late it is.
+/// Name, clock and process table of a machine, which decide if a file is abandoned.
 #[derive(Debug)]
 pub struct HostState {
     pub machine: String,
     pub now: SystemTime,
-    /// When a process of the machine began, if it lives.
+    /// Returns the start time of a running process of the machine.
     pub started: fn(u32) -> Option<SystemTime>,
 }
 
@@ -128,12 +133,13 @@ impl HostState {
         HostState { machine: own_machine().to_owned(), now: SystemTime::now(), started }
     }
 
-    /// Whether an unfinished file is nobody's any more. One of this machine is, once its process
-    /// has ended; of other machines nothing is known, so that only a file that has not been
-    /// touched for a week is taken for abandoned.
+    /// Returns true if no process writes this unfinished file any more.
+    ///
+    /// A file of this machine is abandoned once its process has ended. The processes of other
+    /// machines are unknown, so that their files are abandoned after a week without a change.
     pub fn is_abandoned(&self, file: &Path) -> bool {
-        let Some(touched) = file.metadata().and_then(|told| told.modified()).ok() else {
-            // It is finished, or somebody else has removed it.
+        let Some(touched) = file.metadata().and_then(|metadata| metadata.modified()).ok() else {
+            // The file was finished or removed meanwhile.
             return false;
         };
         let is_long_before = |moment: SystemTime| {
@@ -142,7 +148,7 @@ impl HostState {
         };
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         match Writer::from_name(&name) {
-            // The system may have given the number to another process since.
+            // A process that started long after the last change has reused the identifier.
             Some(writer) if !self.machine.is_empty() && writer.machine == self.machine => {
                 (self.started)(writer.process).is_none_or(is_long_before)
             }
@@ -151,7 +157,7 @@ impl HostState {
     }
 }
 
-/// The name of this machine, as far as it tells it from others and fits a file's name.
+/// Returns the name of this machine in characters fit for file names; empty if it is not unique.
 fn own_machine() -> &'static str {
     static NAME: OnceLock<String> = OnceLock::new();
     NAME.get_or_init(|| {
@@ -182,18 +188,18 @@ mod tests {
         Lock::prepare(folder.path());
         let one = Lock::share(folder.path()).unwrap();
         let other = Lock::share(folder.path()).unwrap();
-        assert!(Lock::alone(folder.path()).unwrap().is_none());
+        assert!(Lock::exclusive(folder.path()).unwrap().is_none());
         drop(one);
-        assert!(Lock::alone(folder.path()).unwrap().is_none());
+        assert!(Lock::exclusive(folder.path()).unwrap().is_none());
         drop(other);
-        assert!(Lock::alone(folder.path()).unwrap().is_some());
+        assert!(Lock::exclusive(folder.path()).unwrap().is_some());
     }
 
     #[test]
     fn one_alone_keeps_others_waiting_until_it_is_done() {
         let folder = tempfile::tempdir().unwrap();
-        let alone = Lock::alone(folder.path()).unwrap().unwrap();
-        assert!(Lock::alone(folder.path()).unwrap().is_none());
+        let alone = Lock::exclusive(folder.path()).unwrap().unwrap();
+        assert!(Lock::exclusive(folder.path()).unwrap().is_none());
         std::thread::scope(|scope| {
             let waiting = scope.spawn(|| Lock::share(folder.path()).map(drop));
             drop(alone);
@@ -211,16 +217,18 @@ mod tests {
         assert_eq!(folder.path().read_dir().unwrap().count(), 0);
     }
 
-    /// A machine on which one process lives, since a day ago.
+    /// Machine whose only process, 7, has been running for a day.
     fn node07() -> HostState {
         HostState {
             machine: "node-07".to_owned(),
             now: SystemTime::now(),
-            started: |process| (process == 7).then(|| SystemTime::now() - Duration::from_secs(86400)),
+            started: |process| {
+                (process == 7).then(|| SystemTime::now() - Duration::from_secs(86400))
+            },
         }
     }
 
-    /// Whether a file of this name, last touched so many days ago, is abandoned.
+    /// Returns true if a file of this name, last changed `days` days ago, is abandoned.
     fn is_abandoned(name: &str, days: u64) -> bool {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
@@ -247,14 +255,14 @@ mod tests {
     #[test]
     fn files_of_a_living_process_are_not_abandoned() {
         assert!(!is_abandoned(&name("node-07", 7), 0));
-        // It may have been asleep.
+        // The process may have been suspended.
         assert!(!is_abandoned(&name("node-07", 7), 5));
     }
 
     #[test]
     fn files_of_a_process_that_has_ended_are_abandoned_at_once() {
         assert!(is_abandoned(&name("node-07", 8), 0));
-        // Its number is another's by now.
+        // Another process has reused the identifier.
         assert!(is_abandoned(&name("node-07", 7), 9));
     }
 
