@@ -1,4 +1,4 @@
-//! Any text as a manifest: read, judged and planned, or refused with a message.
+//! Fuzz target that reads, validates and plans any text as a manifest.
 #![no_main]
 
 use std::path::{Component, Path};
@@ -9,11 +9,11 @@ use asperity::session::claim_names;
 use asperity::study::Study;
 use libfuzzer_sys::fuzz_target;
 
-/// Tasks of a study that is planned here: larger ones are sound, but slow.
+/// Largest number of surfaces of a study that is planned. Larger studies are valid but slow.
 const MOST_SURFACES: u64 = 20;
 
 fuzz_target!(|text: &str| {
-    // Where surface files are looked for.
+    // Folder of the surface files.
     let folder = Path::new("maps");
     match Study::parse(text, "fuzz.toml", folder, claim_names) {
         Err(errors) => assert!(!errors.render(false).is_empty()),
@@ -25,8 +25,8 @@ fuzz_target!(|text: &str| {
     }
 });
 
-/// Inputs come before the tasks that read them, keys follow from what decides them, and no table
-/// leaves the folder of results.
+/// Checks that inputs precede the tasks that read them, that keys follow from provenance, and that
+/// tables stay in the folder of results.
 fn check(plan: &Plan) {
     for (number, task) in plan.tasks.iter().enumerate() {
         assert!(task.inputs.iter().all(|&input| input < number));

@@ -1,7 +1,7 @@
-//! Any bytes as a file of a power spectral density, CSV or Parquet: one with positive wavenumbers that
-//! ascend and finite densities, or refused.
+//! Fuzz target that reads any bytes as a CSV or Parquet file with a power spectral density.
 //!
-//! Parquet is reached only by what begins like it: the corpus has such files.
+//! A file that is accepted has finite densities at positive, ascending wavenumbers. The Parquet
+//! reader is reached through files of the corpus that begin with the Parquet signature.
 #![no_main]
 
 use asperity::contact::topography::spectral_density::SpectralDensity;
@@ -9,7 +9,7 @@ use asperity::stages::spectrum_files::read;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(init: {
-    // By default any panic ends the fuzzer, even one that is caught and becomes an error.
+    // The default hook aborts the fuzzer on any panic, even on one that the reader catches.
     std::panic::set_hook(Box::new(|_| {}));
 }, |bytes: &[u8]| {
     match read(bytes) {

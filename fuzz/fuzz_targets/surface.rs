@@ -1,4 +1,4 @@
-//! Any bytes as a measured surface: a map of finite heights, or refused.
+//! Fuzz target that reads any bytes as a NumPy file of a measured surface.
 #![no_main]
 
 use asperity::contact::grid::{Cell, Grid};
@@ -7,7 +7,7 @@ use asperity::contact::topography::surface::{Surface, check_range};
 use asperity::topography_files::npy_array;
 use libfuzzer_sys::fuzz_target;
 
-/// Larger maps are sound, but slow.
+/// Largest number of nodes of a map whose edges are closed. Larger maps are valid but slow.
 const MOST_NODES: usize = 64 * 64;
 
 fn surface(bytes: &[u8]) -> Result<Surface, Box<dyn std::error::Error>> {

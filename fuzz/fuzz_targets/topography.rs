@@ -1,5 +1,7 @@
-//! Any bytes as a file of surface topography, of whichever format they start like. With `FORMAT=sur`
-//! in the environment only what that reader takes up is kept, so that each can be fuzzed for itself.
+//! Fuzz target that reads any bytes as a surface topography file of any format.
+//!
+//! With `FORMAT=sur` in the environment, only inputs that concern the reader `sur` are kept, so that
+//! each format can be fuzzed separately.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -7,10 +9,10 @@ use std::sync::LazyLock;
 use asperity::topography_files::{Statistics, TopographyFileError, formats, read};
 use libfuzzer_sys::{Corpus, fuzz_target};
 
-/// Bytes of an Igor wave that add up to zero.
+/// Length of the headers of an Igor wave in bytes, whose two-byte integers add up to zero.
 const WAVE_HEADER: usize = 384;
 
-/// The only reader that is of interest; none: all are.
+/// Name of the format to fuzz, or `None` for all formats.
 static FORMAT: LazyLock<Option<String>> = LazyLock::new(|| {
     let format = std::env::var("FORMAT").ok()?;
     assert!(formats().iter().any(|known| known.name() == format));
@@ -20,7 +22,7 @@ static FORMAT: LazyLock<Option<String>> = LazyLock::new(|| {
 fuzz_target!(|bytes: &[u8]| -> Corpus {
     let mut bytes = bytes.to_vec();
     if bytes.len() >= WAVE_HEADER && bytes.starts_with(&[5, 0]) {
-        // With the right checksum put in: chance would not find it.
+        // Correct the checksum, which the fuzzer would not find.
         bytes[2..4].fill(0);
         let (numbers, _) = bytes[..WAVE_HEADER].as_chunks::<2>();
         let numbers = numbers.iter().map(|bytes| i16::from_le_bytes(*bytes));

@@ -1,5 +1,7 @@
-//! Any text as the description of an X3P: chance would not find the checksums of an archive. Up to
-//! the first zero is `main.xml`, the rest is the matrix and the marks of valid points.
+//! Fuzz target that reads any text as the description of an X3P file.
+//!
+//! The input up to the first zero byte is `main.xml`, the rest is both the matrix and the mask of
+//! valid points. The target writes the zip archive, whose checksums the fuzzer would not find.
 #![no_main]
 
 use std::io::{Cursor, Write};
