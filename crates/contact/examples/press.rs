@@ -1,4 +1,4 @@
-//! Presses a rough surface under a few loads, and prints the area fraction beside Persson's theory.
+//! Presses a rough surface under nine loads and prints its contact area and that of Persson's theory.
 //!
 //! ```sh
 //! cargo run --release -p asperity-contact --example press

@@ -1,8 +1,8 @@
-//! How pressures or gaps are distributed over the nodes of a map: counts in equal bins.
+//! Histograms of pressures or gaps over the nodes of a map, with bins of equal width.
 
 use serde::Serialize;
 
-/// Equal bins from zero on.
+/// Bins of equal width from zero to an upper end.
 ///
 /// ```
 /// use asperity_contact::distribution::EqualBins;
@@ -14,41 +14,43 @@ use serde::Serialize;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EqualBins {
-    /// How many; one at least.
+    /// Number of bins, at least one.
     pub count: u32,
-    /// The upper end of the last one, above zero.
+    /// Upper end of the last bin, positive.
     pub to: f64,
 }
 
-/// Values in each bin.
+/// Numbers of values in each bin and above the last bin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counts {
-    /// From the lowest bin to the highest.
+    /// Number of values in each bin, from the lowest bin to the highest.
     pub bins: Vec<u64>,
-    /// Values above the last one.
+    /// Number of values above the last bin.
     pub beyond: u64,
 }
 
 impl EqualBins {
-    /// Width of a bin.
+    /// Returns the width of a bin.
     #[inline]
     pub fn width(&self) -> f64 {
         self.to / f64::from(self.count)
     }
 
-    /// The lower end of a bin, or the upper end of the one before.
+    /// Returns the lower end of a bin; for `bin == count`, the upper end of the last bin.
     #[inline]
     pub fn edge(&self, bin: u32) -> f64 {
         if bin == self.count { self.to } else { f64::from(bin) * self.width() }
     }
 
-    /// The middle of a bin.
+    /// Returns the centre of a bin.
     pub fn center(&self, bin: u32) -> f64 {
         (f64::from(bin) + 0.5) * self.width()
     }
 
-    /// Counts values, none of them negative. A bin holds its lower end, and the last one the upper
-    /// too, as numpy's histograms have it.
+    /// Counts non-negative values.
+    ///
+    /// A bin contains its lower end. The last bin also contains its upper end, as in
+    /// `numpy.histogram`.
     pub fn counts(&self, values: impl Iterator<Item = f64>) -> Counts {
         let mut counts = Counts { bins: vec![0; self.count as usize], beyond: 0 };
         let per_value = 1.0 / self.width();
@@ -62,8 +64,9 @@ impl EqualBins {
         counts
     }
 
-    /// The bin of a value, of which rounding may first tell a neighbour.
-    // `counts` is compiled in the crate that calls it, and asks this of every node.
+    /// Returns the bin of a value; corrects the quotient if rounding gives a neighbouring bin.
+    // Inlined because `counts` is generic, is compiled in the calling crate and calls this for
+    // every node.
     #[inline]
     fn bin(&self, value: f64, per_value: f64) -> u32 {
         let last = self.count - 1;

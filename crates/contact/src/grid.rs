@@ -1,23 +1,25 @@
-//! Where the nodes of a map lie.
+//! Rectangular cells, the nodes of maps, and the boundary condition.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// What lies beyond the edges of a map.
+/// Boundary condition at the edges of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Boundary {
-    /// The surface repeats itself.
+    /// The surface is periodic along x and y.
     #[default]
     Periodic,
-    /// Nothing: pressure is zero there, displacements are absolute, contact and clusters end at the
-    /// edges.
+    /// The map is an isolated patch on a half-space.
+    ///
+    /// The pressure beyond the edges is zero, displacements are absolute, and contact and clusters
+    /// end at the edges.
     Free,
 }
 
 impl Boundary {
-    /// The word used in manifests and tables.
+    /// Returns the name used in manifests and tables.
     pub fn name(self) -> &'static str {
         match self {
             Boundary::Periodic => "periodic",
@@ -25,18 +27,18 @@ impl Boundary {
         }
     }
 
-    /// Whether the map repeats itself.
+    /// Returns `true` if the map is periodic.
     pub fn is_periodic(&self) -> bool {
         *self == Boundary::Periodic
     }
 }
 
-/// A rectangle of L_x × L_y, in any unit of length.
+/// A rectangle of sides L_x × L_y, in any unit of length.
 ///
-/// Its longer side L is what wavenumbers are counted in, and lengths where they are reduced: k is
-/// the number of waves along it, q = 2πk/L. On a square that is its side.
+/// Wavenumbers k count waves along the longer side L, so that q = 2πk/L. Reduced lengths are
+/// multiples of L.
 ///
-/// Holding one means: both sides are positive and finite.
+/// Both sides are positive and finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
     size: [f64; 2],
@@ -57,30 +59,30 @@ pub struct Cell {
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
 ///
-/// Holding one means: there is a node, and as many as can be counted.
+/// A grid has at least one node, and N_x N_y does not overflow `usize`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
     nodes: [usize; 2],
     cell: Cell,
 }
 
-/// Why numbers do not make a grid.
+/// Error of a grid or a cell that cannot exist.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum GridError {
-    #[error("a surface needs at least one node")]
+    #[error("a grid without nodes; give at least one node along each axis")]
     Empty,
-    #[error("{} × {} nodes are too many to count", nodes[0], nodes[1])]
+    #[error("a grid of {} × {} nodes is too large; use fewer nodes", nodes[0], nodes[1])]
     TooMany { nodes: [usize; 2] },
-    #[error("side of the cell is {side}, it must be positive and finite")]
+    #[error("a side of the cell is {side}; it must be positive and finite")]
     Side { side: f64 },
 }
 
 impl Cell {
-    /// A cell of the given sides along x and y.
+    /// Creates a cell from its sides along x and y.
     ///
     /// # Errors
-    /// When a side is not positive and finite.
+    /// Fails if a side is not positive and finite.
     pub fn new(size: [f64; 2]) -> Result<Self, GridError> {
         match size.into_iter().find(|side| !is_length(*side)) {
             Some(side) => Err(GridError::Side { side }),
@@ -88,46 +90,47 @@ impl Cell {
         }
     }
 
-    /// A square cell.
+    /// Creates a square cell from its side.
     ///
     /// # Errors
-    /// When the side is not positive and finite.
+    /// Fails if the side is not positive and finite.
     pub fn square(side: f64) -> Result<Self, GridError> {
         Self::new([side; 2])
     }
 
-    /// Sides along x and y.
+    /// Returns the sides along x and y.
     pub fn size(&self) -> [f64; 2] {
         self.size
     }
 
-    /// The longer side.
+    /// Returns the longer side L.
     #[inline]
     pub fn longer_side(&self) -> f64 {
         self.size[0].max(self.size[1])
     }
 
-    /// Area L_x L_y.
+    /// Returns the area L_x L_y.
     pub fn area(&self) -> f64 {
         self.size[0] * self.size[1]
     }
 
-    /// The wavevector of so many waves along x and y, in units of 2π over the longer side.
+    /// Returns the wavevector with the given numbers of waves along x and y, in units of 2π/L.
     #[inline]
     pub fn wavevector(&self, waves: [f64; 2]) -> [f64; 2] {
         let [aspect_x, aspect_y] = self.aspect();
         [waves[0] * aspect_x, waves[1] * aspect_y]
     }
 
-    /// Length of the wavevector of so many waves along x and y, in units of 2π over the longer
-    /// side.
+    /// Returns the length of the wavevector with the given numbers of waves, in units of 2π/L.
     #[inline]
     pub fn wavenumber(&self, waves: [f64; 2]) -> f64 {
         let [k_x, k_y] = self.wavevector(waves);
         (k_x * k_x + k_y * k_y).sqrt()
     }
 
-    /// The longer side over either side; exactly one on a square, so that wavenumbers are whole.
+    /// Returns L/L_x and L/L_y.
+    ///
+    /// Both are exactly one on a square, where wavenumbers are therefore whole numbers.
     #[inline]
     pub fn aspect(&self) -> [f64; 2] {
         self.size.map(|side| self.longer_side() / side)
@@ -139,10 +142,10 @@ fn is_length(side: f64) -> bool {
 }
 
 impl Grid {
-    /// So many nodes along x and y of a cell.
+    /// Creates a grid of N_x × N_y nodes on a cell.
     ///
     /// # Errors
-    /// When there is no node, or more than can be counted.
+    /// Fails if there is no node or if N_x N_y overflows.
     pub fn new(nodes: [usize; 2], cell: Cell) -> Result<Self, GridError> {
         match nodes[0].checked_mul(nodes[1]) {
             Some(0) => Err(GridError::Empty),
@@ -151,69 +154,72 @@ impl Grid {
         }
     }
 
-    /// `nodes` × `nodes` nodes of a square cell.
+    /// Creates a grid of `nodes` × `nodes` nodes on a square cell.
     ///
     /// # Errors
-    /// As [`Grid::new`] and [`Cell::new`].
+    /// Fails under the conditions of [`Grid::new`] and [`Cell::new`].
     pub fn square(nodes: usize, side: f64) -> Result<Self, GridError> {
         Self::new([nodes; 2], Cell::square(side)?)
     }
 
-    /// Nodes along x and y.
+    /// Returns the numbers of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
 
-    /// The cell that the nodes fill.
+    /// Returns the cell of the grid.
     pub fn cell(&self) -> Cell {
         self.cell
     }
 
-    /// Nodes in all.
+    /// Returns the total number of nodes, N_x N_y.
     pub fn count(&self) -> usize {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Every second node along both axes from the first on, if there are even numbers of them.
+    /// Returns the grid of every second node along both axes, starting with the first.
+    ///
+    /// Returns `None` if a number of nodes is odd.
     pub fn coarsened(&self) -> Option<Self> {
         let is_even = self.nodes.iter().all(|nodes| nodes.is_multiple_of(2));
         is_even.then(|| Self { nodes: self.nodes.map(|nodes| nodes / 2), ..*self })
     }
 
-    /// Distance Δx, Δy between neighbours along x and y.
+    /// Returns the distances Δx and Δy between neighbouring nodes.
     pub fn spacing(&self) -> [f64; 2] {
         let [size_x, size_y] = self.cell.size;
         [size_x / self.nodes[0] as f64, size_y / self.nodes[1] as f64]
     }
 
-    /// How often the smaller of the distances between neighbours fits into the longer side.
+    /// Returns L/min(Δx, Δy): the number of the smaller steps along the longer side.
     pub fn smaller_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;
         along_x.max(self.nodes[1] as f64 * aspect_y)
     }
 
-    /// How often the larger of the distances between neighbours fits into the longer side.
+    /// Returns L/max(Δx, Δy): the number of the larger steps along the longer side.
     pub fn larger_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;
         along_x.min(self.nodes[1] as f64 * aspect_y)
     }
 
-    /// Whether neighbours are as far apart along x as along y, to rounding.
+    /// Returns `true` if Δx = Δy up to rounding.
     pub fn has_square_cells(&self) -> bool {
         self.smaller_steps() - self.larger_steps() <= 1e-9 * self.smaller_steps()
     }
 
-    /// Where element `node` of a map is: i along x, j along y.
+    /// Returns the indices (i, j) along x and y of element `node` of a map.
     #[inline]
-    pub fn place(&self, node: usize) -> [usize; 2] {
+    pub fn indices(&self, node: usize) -> [usize; 2] {
         [node / self.nodes[1], node % self.nodes[1]]
     }
 }
 
-/// The magnitude of the wavenumber that entry `index` of a transform of `nodes` numbers stands for:
-/// k and k − N are one on a mesh.
+/// Returns |k| of entry `index` of a discrete Fourier transform of `nodes` numbers.
+///
+/// On a mesh, k and k − N are the same wave.
 pub(crate) fn magnitude(index: usize, nodes: usize) -> usize {
     index.min(nodes - index)
 }
@@ -293,9 +299,9 @@ mod tests {
     }
 
     #[test]
-    fn places_are_row_by_row() {
+    fn maps_are_row_major() {
         let grid = rectangle([2, 3], [1.0, 1.0]);
-        let places: Vec<_> = (0..grid.count()).map(|node| grid.place(node)).collect();
-        assert_eq!(places, [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]]);
+        let indices: Vec<_> = (0..grid.count()).map(|node| grid.indices(node)).collect();
+        assert_eq!(indices, [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]]);
     }
 }

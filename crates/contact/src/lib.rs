@@ -1,32 +1,42 @@
 //! Frictionless contact of a rough surface with an elastic half-space, from first touch to full
-//! contact, by the boundary element method with fast Fourier transforms; no files and no tables.
+//! contact, by the boundary element method with fast Fourier transforms.
 //!
-//! | module | |
+//! The crate does not read or write files.
+//!
+//! | module | contents |
 //! |---|---|
-//! | [`topography`] | rough surfaces, drawn, of simple shapes or measured, and their statistics |
-//! | [`solver`] | pressure and gap under a load: which nodes of a surface touch |
-//! | [`morphology`] | area, perimeter and clusters of the nodes that touch |
-//! | [`distribution`] | how many nodes bear which pressure, or have which gap |
-//! | [`flow`] | what flows through the gap |
-//! | [`theory`] | the area by Persson's theory, by asperity models, and by a law with an exponent |
-//! | [`asperities`] | Hertz' contacts of the summits of a surface, with and without interaction |
-//! | [`elasticity`] | what a pressure does to the surface of a body |
-//! | [`grid`] | where the nodes of all maps lie, and what is beyond their edges |
-//! | [`fft`], [`instructions`] | transforms, convolutions, and their vector instructions |
-//! | [`threads`] | who shares the work on a surface |
+//! | [`topography`] | random, simple and measured surfaces, and their statistics |
+//! | [`solver`] | pressure and gap of a surface under a load |
+//! | [`morphology`] | area, perimeter and clusters of the contact |
+//! | [`distribution`] | histograms of pressures and gaps |
+//! | [`flow`] | flow of a fluid through the gap |
+//! | [`theory`] | contact area by Persson's theory, asperity models and the evolution law |
+//! | [`asperities`] | Hertzian contacts of the summits of a surface, with and without interaction |
+//! | [`elasticity`] | displacement of the surface of a body under a pressure |
+//! | [`grid`] | nodes of the maps, and their boundary condition |
+//! | [`fft`], [`instructions`] | Fourier transforms, convolutions, and vector instructions |
+//! | [`threads`] | threads that share the work on one surface |
 //!
-//! A surface of a [spectrum](topography::spectrum) or from a map is a
-//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) presses its heights,
-//! load after load, into a [`PeriodicHalfSpace`](elasticity::PeriodicHalfSpace) or a
-//! [`FreeHalfSpace`](elasticity::FreeHalfSpace); a [`ContactMap`](morphology::map::ContactMap) of
-//! the pressure has its [`ContactArea`](morphology::area::ContactArea) and
-//! [`Clusters`](morphology::clusters::Clusters). The README has an example, and `examples/press.rs`
-//! another.
+//! [`RandomSurface`](topography::random::RandomSurface) and
+//! [`Preparation`](topography::preparation::Preparation) return a
+//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) presses its heights under
+//! one load after another. The elastic body is a
+//! [`PeriodicHalfSpace`](elasticity::PeriodicHalfSpace) or a
+//! [`FreeHalfSpace`](elasticity::FreeHalfSpace). From the pressure, make a
+//! [`ContactMap`](morphology::map::ContactMap); it gives the
+//! [`ContactArea`](morphology::area::ContactArea) and the
+//! [`Clusters`](morphology::clusters::Clusters). The README and `examples/press.rs` are complete
+//! examples.
 //!
-//! Maps are row-major: node (i, j) of a grid of N_x × N_y nodes is element i·N_y + j and lies at x
-//! = iΔx, y = jΔy. Wavenumbers k count waves along the longer side L of the cell, k = L/λ; angular
-//! ones are q = 2πk/L. Everything elastic depends on the load y = p₀/(E* h′) alone, where h′ =
-//! √⟨|∇h|²⟩ is the rms slope: solvers and models work in it.
+//! # Conventions
+//!
+//! - Maps are row-major. Node (i, j) of a grid of N_x × N_y nodes is element i·N_y + j and lies at
+//!   x = iΔx, y = jΔy.
+//! - Wavenumbers k count waves along the longer side L of the cell: k = L/λ. Angular wavenumbers
+//!   are q = 2πk/L.
+//! - The load is reduced: y = p₀/(E* h′), with the mean pressure p₀, the effective modulus E* and
+//!   the rms slope h′ = √⟨|∇h|²⟩. The elastic contact depends on y alone.
+//! - Heights are positive towards the elastic body.
 
 #![warn(missing_docs, unnameable_types)]
 
@@ -43,7 +53,7 @@ pub mod theory;
 pub mod threads;
 pub mod topography;
 
-/// The example of the README is compiled and run with the tests.
+// Compiles and runs the example of the README with the tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,9 +1,8 @@
-//! Morphology: what the contact of two surfaces looks like, seen as a map of the nodes that touch.
+//! Morphology of the contact: area, perimeter and clusters of the nodes in contact.
 //!
-//! - [`map`] holds one bit a node;
-//! - [`area`] counts the area and the switches between contact and gap, from which the perimeter
-//!   follows, and estimates the area of the smooth contact from both;
-//! - [`clusters`] finds connected contacts, and connected gaps.
+//! - [`map`]: the contact map, with one bit per node;
+//! - [`area`]: area, perimeter, and the contact area corrected for the mesh;
+//! - [`clusters`]: connected regions of contact or of gap.
 
 pub mod area;
 pub mod clusters;

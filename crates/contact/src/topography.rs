@@ -1,26 +1,25 @@
-//! Topography: the heights of a rough surface, where they come from and what is known of them
-//! before anything is pressed.
+//! Rough surfaces: random, simple and measured topographies, and their statistics.
 //!
-//! | surfaces | |
+//! | surfaces | contents |
 //! |---|---|
-//! | [`surface`] | heights on the nodes of a grid, and scans with missing points |
-//! | [`spectrum`] | the spectral density of a self-affine surface, with or without a grain |
-//! | [`random`] | surfaces that are drawn mode by mode from such a spectrum |
-//! | [`spectral_density`] | a spectral density given by numbers, and surfaces drawn from it |
+//! | [`surface`] | heights on the nodes of a grid, and measured maps with missing points |
+//! | [`spectrum`] | power spectral density of a self-affine surface, isotropic or anisotropic |
+//! | [`random`] | random surfaces, drawn mode by mode from such a spectrum |
+//! | [`spectral_density`] | tabulated power spectral density, and surfaces drawn from it |
 //! | [`shapes`] | punches and waves whose contact has a closed form |
 //!
-//! | measured maps | |
+//! | measured maps | contents |
 //! |---|---|
-//! | [`preparation`] | what is done to a map before it is pressed, in order |
-//! | [`level`], [`fill`], [`gaussian`] | its form taken away, its holes filled, Gaussian filters |
-//! | [`periodic`] | edges that meet, and a periodic map on other nodes |
+//! | [`preparation`] | steps from a measured map to a surface that can be pressed |
+//! | [`level`], [`fill`], [`gaussian`] | removal of form, filling of holes, Gaussian filters |
+//! | [`periodic`] | periodic continuation of a map, and resampling |
 //!
-//! | statistics | |
+//! | statistics | contents |
 //! |---|---|
-//! | [`moments`], [`differences`] | spectral moments of periodic maps, and of others |
-//! | [`descriptors`] | descriptors, ISO 25178, and the assumptions of theories |
-//! | [`height_distribution`] | histograms of heights, pooled over surfaces, and the bearing curve |
-//! | [`power_spectrum`], [`autocorrelation`] | means over rings of wavevectors, and of distances |
+//! | [`moments`], [`differences`] | spectral moments of periodic and of other maps |
+//! | [`descriptors`] | parameters of ISO 25178, and the assumptions of contact theories |
+//! | [`height_distribution`] | histograms of heights, and the bearing area curve |
+//! | [`power_spectrum`], [`autocorrelation`] | radial averages of power and of height differences |
 //!
 //! Heights are positive towards the elastic body.
 

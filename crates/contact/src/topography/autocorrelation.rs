@@ -95,8 +95,8 @@ impl Autocorrelation {
 
     /// At lags of 0, 1, 2, … nodes along an axis, up to half the side.
     pub fn along(&self, axis: Axis) -> Vec<f64> {
-        let step = axis.of([self.nodes[1], 1]);
-        let lags = 0..=axis.of(self.grid.nodes()) / 2;
+        let step = axis.select([self.nodes[1], 1]);
+        let lags = 0..=axis.select(self.grid.nodes()) / 2;
         lags.map(|lag| self.values[lag * step]).collect()
     }
 
@@ -160,7 +160,7 @@ mod tests {
         let mean = heights.iter().sum::<f64>() / heights.len() as f64;
         let (mut sum, mut pairs) = (0.0, 0.0);
         for (node, height) in heights.iter().enumerate() {
-            let [i, j] = surface.grid().place(node);
+            let [i, j] = surface.grid().indices(node);
             let (i, j) = (i + lag_x, j + lag_y);
             if wraps || (i < nodes_x && j < nodes_y) {
                 let other = heights[i % nodes_x * nodes_y + j % nodes_y];
@@ -196,7 +196,7 @@ mod tests {
         let surface = rough([12, 10]);
         for boundary in [Boundary::Periodic, Boundary::Free] {
             let found = Autocorrelation::of(&surface, boundary);
-            let variance = Moments::of(&surface).m00;
+            let variance = Moments::from_surface(&surface).m00;
             assert!((found.along(Axis::X)[0] - variance).abs() < 1e-14);
             assert!((found.rings()[0].value - variance).abs() < 1e-14);
         }
@@ -212,7 +212,7 @@ mod tests {
         let opposite = |surface: &Surface| {
             let grid = surface.grid();
             let turned = (0..81).map(|node| {
-                let [i, j] = grid.place(node);
+                let [i, j] = grid.indices(node);
                 surface.heights()[i * 9 + 8 - j]
             });
             Surface::new(grid, turned.collect()).unwrap()

@@ -65,7 +65,7 @@ impl Descriptors {
         transform.forward(&heights, &mut spectrum, &mut scratch);
         let (moments, shape) = threads.both(
             grid.count(),
-            || Moments::of_spectrum(&spectrum, grid),
+            || Moments::from_half_spectrum(&spectrum, grid),
             || distribution_shape(&heights),
         );
         let (skewness, excess_kurtosis) = shape.unzip();
@@ -180,7 +180,7 @@ impl Roughness {
         };
         let (ssk, excess) = shape_of_heights(surface).unzip();
         let moments = match boundary {
-            Boundary::Periodic => Moments::of(surface),
+            Boundary::Periodic => Moments::from_surface(surface),
             Boundary::Free => differences::moments(surface),
         };
         let extreme = |pick: fn(f64, f64) -> f64| heights.iter().copied().fold(0.0, pick);

@@ -1,21 +1,22 @@
-//! Moments of a map that is not periodic, from differences between its nodes.
+//! Moments of maps that are not periodic, from finite differences.
 //!
-//! A measured map is a window: its opposite edges do not meet, and the steps between them, which
-//! are none of the surface, would dominate the slopes of a trigonometric interpolant. Differences
-//! inside the map know nothing of them. They are those of SurfaceTopography: the gradient from one
-//! node to the next, where there is a next one along both axes, and second differences about inner
-//! nodes. Waves of λ, on steps of Δ, lose sinc(Δ/λ) of their slope to them, half a per cent at 18
-//! nodes a wave.
+//! Opposite edges of a measured map do not match. The steps between them do not belong to the
+//! surface, but would dominate the slopes of a trigonometric interpolant. Finite differences inside
+//! the map do not depend on them. They have the definition of the package SurfaceTopography: forward
+//! differences at nodes with a next node along both axes, and second differences at inner nodes. On
+//! steps Δ, they multiply the slope of waves of length λ by sinc(Δ/λ); the loss is half a per cent
+//! at 18 nodes per wave.
 //!
-//! Over larger distances, such differences say what a surface looks like at a [`Scale`]
-//! (scale-dependent roughness parameters, Sanner et al. 2022, doi:10.1016/j.apsadv.2021.100190).
+//! [`along`] computes differences over larger distances: scale-dependent roughness parameters,
+//! Sanner et al. 2022, doi:10.1016/j.apsadv.2021.100190.
 
 use super::moments::Moments;
 use super::surface::{Axis, Surface, for_each_line};
 use crate::grid::Boundary;
 
-/// Mean squares of differences of the heights: [`Moments`] as far as a map that is not periodic has
-/// them. Of modes it has none.
+/// Computes the moments of a map from the mean squares of finite differences.
+///
+/// [`Moments::squared_pair_power`] is zero, because the map has no modes.
 ///
 /// ```
 /// use asperity_contact::grid::{Cell, Grid};
@@ -25,7 +26,7 @@ use crate::grid::Boundary;
 /// // An inclined plane, whose edges do not meet: h = 3x + 4y.
 /// let grid = Grid::new([4, 5], Cell::new([2.0, 5.0])?)?;
 /// let height = |node: usize| {
-///     let [i, j] = grid.place(node);
+///     let [i, j] = grid.indices(node);
 ///     3.0 * 0.5 * i as f64 + 4.0 * j as f64
 /// };
 /// let plane = Surface::new(grid, (0..20).map(height).collect())?;
@@ -60,29 +61,28 @@ pub fn moments(surface: &Surface) -> Moments {
     }
 }
 
-/// Mean of a value over so many nodes; zero over none.
+/// Returns the mean of `value(i, j)` over nodes; zero without nodes.
 fn mean_over([nodes_x, nodes_y]: [usize; 2], value: impl Fn(usize, usize) -> f64) -> f64 {
     let nodes = (0..nodes_x).flat_map(|i| (0..nodes_y).map(move |j| (i, j)));
     let sum = nodes.fold(0.0, |sum, (i, j)| sum + value(i, j));
     sum / (nodes_x * nodes_y).max(1) as f64
 }
 
-/// A map at one distance of its nodes along an axis.
+/// Rms slope and curvature of a map at one distance along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
-    /// The distance ℓ, in nodes.
+    /// Distance ℓ, in steps of the grid.
     pub steps: usize,
-    /// √⟨((h(x + ℓ) − h(x))/ℓ)²⟩.
+    /// Rms slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩.
     pub slope: f64,
-    /// √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩; 1/length.
+    /// Rms curvature √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩, in 1/length.
     pub curvature: f64,
 }
 
-/// The map at distances of 1, 2, 3, 4, 6, 8, 12, … nodes along an axis, as far as second
-/// differences fit it; a periodic one up to half its side.
+/// Computes the rms slope and curvature of a map at distances of 1, 2, 3, 4, 6, 8, 12, … steps.
 ///
-/// Means are over all pairs, or triples, of nodes: around the cell of a periodic map, inside of any
-/// other.
+/// The largest distance is about half the side of the map. Means are over all pairs and triples of
+/// nodes along the axis; on a periodic map they continue across the edges.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -90,7 +90,7 @@ pub struct Scale {
 /// use asperity_contact::topography::differences::along;
 /// use asperity_contact::topography::shapes::Shape;
 ///
-/// // A paraboloid of radius R is as curved at every scale.
+/// // The curvature of a paraboloid is 1/R at every scale.
 /// let dome = Shape::Paraboloid { radius: 0.25 }.draw(Grid::square(16, 1.0)?);
 /// for scale in along(&dome, Axis::X, Boundary::Free) {
 ///     assert!((scale.curvature - 4.0).abs() < 1e-11);
@@ -98,8 +98,8 @@ pub struct Scale {
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
 pub fn along(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<Scale> {
-    let nodes = axis.of(surface.grid().nodes());
-    let spacing = axis.of(surface.grid().spacing());
+    let nodes = axis.select(surface.grid().nodes());
+    let spacing = axis.select(surface.grid().spacing());
     let longest = match boundary {
         Boundary::Periodic => nodes / 2,
         Boundary::Free => nodes.saturating_sub(1) / 2,
@@ -122,7 +122,7 @@ pub fn along(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<Scale> {
     distances.iter().zip(sums).map(scale).collect()
 }
 
-/// Powers of two and what lies half way between them, up to a longest.
+/// Returns 2ⁿ and 1.5 × 2ⁿ in ascending order, up to `longest`.
 fn distances(longest: usize) -> impl Iterator<Item = usize> {
     let powers = (0..usize::BITS).map(|power| 1_usize << power);
     let both = powers.flat_map(|power| [power, power + power / 2]);
@@ -148,7 +148,7 @@ impl MeanSquare {
     }
 }
 
-/// Differences over one distance.
+/// First and second differences over one distance.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     first: MeanSquare,
@@ -202,7 +202,7 @@ mod tests {
     fn a_saddle_has_nothing_but_the_mixed_derivative() {
         let grid = rectangle([6, 8], [1.5, 4.0]);
         let heights = (0..grid.count()).map(|node| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             3.0 * (0.25 * i as f64) * (0.5 * j as f64)
         });
         let moments = moments(&Surface::new(grid, heights.collect()).unwrap());
@@ -212,12 +212,12 @@ mod tests {
 
     #[test]
     fn a_long_wave_has_the_moments_of_its_modes() {
-        // 200 nodes a wave: 1 − (π/200)²/3 of the square slope, and at either edge one node in 400
-        // that has no neighbour, twice the mean of its curvature.
+        // With 200 nodes per wave, differences keep 1 − (π/200)²/3 of the square slope. One node in
+        // 400 at either edge has no neighbour; its square curvature is twice the mean.
         let (amplitude, waves) = (0.1, 2);
         let surface =
             Shape::WaveProduct { amplitude, waves }.draw(rectangle([400, 400], [1.0, 2.0]));
-        let (found, exact) = (moments(&surface), Moments::of(&surface));
+        let (found, exact) = (moments(&surface), Moments::from_surface(&surface));
         for (found, exact) in [
             (found.m00, exact.m00),
             (found.m20, exact.m20),
@@ -265,9 +265,9 @@ mod tests {
 
     #[test]
     fn one_step_gives_differences_of_neighbours() {
-        // The same in every line, so that leaving out the last one changes nothing.
+        // All lines are equal, so that omitting the last one does not change means.
         let grid = rectangle([12, 9], [2.0, 1.0]);
-        let height = |node: usize| libm::sin((grid.place(node)[0] as f64).powi(2));
+        let height = |node: usize| libm::sin((grid.indices(node)[0] as f64).powi(2));
         let surface = Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap();
         let of_neighbours = moments(&surface);
         let scale = along(&surface, Axis::X, Boundary::Free)[0];

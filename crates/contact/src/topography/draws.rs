@@ -1,11 +1,11 @@
-//! Random numbers that belong to a mode of a surface, whoever asks for them and in whatever order.
+//! Counter-based random numbers for the modes of a surface.
 //!
-//! A generator that is read in sequence would give another surface on another mesh, or with another
-//! upper cutoff. Here every mode (k_x, k_y) owns four words of a ChaCha8 stream that is keyed by
-//! the seed and the realization: k_x selects the stream, k_y the position in it. Refining the mesh
-//! or raising the cutoff adds modes and leaves the others alone.
+//! With a sequential generator, the surface would depend on the mesh and on the upper cutoff. Here
+//! every mode (k_x, k_y) owns four words of a ChaCha8 stream. The key of the stream holds the seed
+//! and the realization; k_x selects the stream and k_y the position in it. A finer mesh or a higher
+//! cutoff adds modes and does not change the others.
 //!
-//! [`Waves`] adds the modes up on a mesh, by one inverse transform.
+//! [`Waves`] sums the modes on a mesh with one inverse transform.
 
 use std::f64::consts::TAU;
 
@@ -16,29 +16,28 @@ use rustfft::num_complex::Complex;
 use crate::fft::Transform;
 use crate::threads::Threads;
 
-/// Keeps these draws apart from any other use of the same seed; the digit is a version.
+/// Separates these draws from other uses of the same seed; the digit is a version.
 const DOMAIN: [u8; 20] = *b"asperity mode draws1";
 
-/// Words of the stream that a mode owns: two numbers of 53 bits.
+/// Number of 32-bit words of the stream for each mode: two numbers of 53 bits.
 const WORDS_PER_MODE: u128 = 4;
 
-/// The draws of all modes of one realization.
+/// Random numbers of all modes of one realization.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draws {
     key: [u8; 32],
 }
 
-/// The draw of one mode: two independent uniform numbers, read as a complex Gaussian.
+/// Two independent uniform random numbers of one mode, from which a complex Gaussian follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeDraw {
-    /// In (0, 1].
+    /// Uniform in (0, 1].
     magnitude: f64,
-    /// In [0, 1).
+    /// Uniform in [0, 1).
     turn: f64,
 }
 
 impl Draws {
-    /// The draws of the given realization of a seed.
     pub fn new(seed: u64, realization: u32) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -47,13 +46,12 @@ impl Draws {
         Self { key }
     }
 
-    /// The draw of mode (k_x, k_y).
     #[cfg(test)]
     pub fn mode(&self, k_x: i32, k_y: u32) -> ModeDraw {
         ModeDraw::next(&mut self.generator(k_x, k_y))
     }
 
-    /// The draws of modes (k_x, first), (k_x, first + 1), …
+    /// Iterates over the draws of modes (k_x, first), (k_x, first + 1), …
     pub fn row(&self, k_x: i32, first: u32) -> impl Iterator<Item = ModeDraw> + use<> {
         let mut generator = self.generator(k_x, first);
         std::iter::repeat_with(move || ModeDraw::next(&mut generator))
@@ -68,14 +66,14 @@ impl Draws {
 }
 
 impl ModeDraw {
-    /// Power of a complex Gaussian coefficient: exponentially distributed with mean one.
+    /// Returns the squared modulus of a complex Gaussian: exponentially distributed with mean one.
     pub fn power(self) -> f64 {
         -libm::log(self.magnitude)
     }
 
-    /// A complex number of modulus one, uniform over the circle and independent of the power.
+    /// Returns a complex number of modulus one, uniform over the circle and independent of the power.
     ///
-    /// √power × phase is (n₁ + i n₂)/√2 of two standard normal numbers, by Box and Muller.
+    /// √power × phase is (n₁ + i n₂)/√2 with two standard normal numbers (Box & Muller).
     pub fn phase(self) -> Complex<f64> {
         let (sine, cosine) = libm::sincos(TAU * self.turn);
         Complex::new(cosine, sine)
@@ -85,20 +83,20 @@ impl ModeDraw {
         let mut integer = || (generator.next_u64() >> 11) as f64;
         let scale = f64::EPSILON / 2.0;
         Self {
-            // Never zero, whose logarithm is infinite.
+            // Not zero, because `power` takes the logarithm.
             magnitude: (integer() + 1.0) * scale,
             turn: integer() * scale,
         }
     }
 }
 
-/// 0, −1, 1, −2, 2, … become 0, 1, 2, 3, 4, …
+/// Maps 0, −1, 1, −2, 2, … to 0, 1, 2, 3, 4, …
 fn zigzag(k: i32) -> u64 {
     let k = i64::from(k);
     ((k << 1) ^ (k >> 63)) as u64
 }
 
-/// A sum of waves c e^(i q·x) + c* e^(−i q·x) on the nodes of a mesh.
+/// Sum of waves c e^(i q·x) + c* e^(−i q·x) on the nodes of a mesh.
 pub(super) struct Waves {
     transform: Transform<f64>,
     nodes: [usize; 2],
@@ -106,27 +104,26 @@ pub(super) struct Waves {
 }
 
 impl Waves {
-    /// None so far.
-    pub fn on(nodes: [usize; 2]) -> Self {
+    pub fn new(nodes: [usize; 2]) -> Self {
         let transform = Transform::new(nodes);
         let half = vec![Complex::default(); transform.spectrum_len()];
         Self { transform, nodes, half }
     }
 
-    /// Adds the wave with so many periods along x and y, at most half as many as there are nodes.
+    /// Adds the wave with the given numbers of periods, at most half the number of nodes.
     pub fn add(&mut self, [k_x, k_y]: [i32; 2], coefficient: Complex<f64>) {
         let [nodes_x, nodes_y] = self.nodes;
         let columns = self.transform.spectrum_columns();
         let k_y = k_y as usize;
         self.half[row_of(k_x, nodes_x) * columns + k_y] += coefficient;
-        // Of the opposite mode only these columns are stored. At Nyquist it is the same entry,
-        // which thus receives 2 Re(c), the sample that any finer mesh has there.
+        // The half spectrum stores the opposite mode −k only in these columns. Where k and −k are the
+        // same entry, it holds 2 Re(c), the sample of the wave on any finer mesh.
         if k_y == 0 || 2 * k_y == nodes_y {
             self.half[row_of(-k_x, nodes_x) * columns + k_y] += coefficient.conj();
         }
     }
 
-    /// Their sum, times a factor.
+    /// Returns the sum of the waves, multiplied by a factor.
     pub fn heights(mut self, threads: &Threads, factor: f64) -> Vec<f64> {
         let mut heights = vec![0.0; self.nodes[0] * self.nodes[1]];
         let scratch = &mut self.transform.scratch_on(threads.clone());
@@ -136,7 +133,7 @@ impl Waves {
     }
 }
 
-/// Row of a spectrum that holds the signed wavenumber.
+/// Returns the row of a spectrum that holds a signed wavenumber.
 pub(super) fn row_of(k_x: i32, nodes: usize) -> usize {
     let k_x = k_x as isize;
     k_x.rem_euclid(nodes as isize) as usize

@@ -1,13 +1,12 @@
-//! Heights for the points of a map that were not measured.
+//! Filling of missing points.
 //!
-//! A contact problem needs a height everywhere, and none of these is what was there: smooth where
-//! the instrument lost its signal on steep flanks, flat where it did on a step, never a peak. Holes
-//! are therefore filled only when the manifest says how, and rows count the nodes.
+//! A contact problem needs a height at every node. A filled height is not a measurement: it is
+//! smooth where the instrument lost its signal on a steep flank, and it is never a peak. The default
+//! is therefore an error, and [`Prepared`](super::preparation::Prepared) counts the filled nodes.
 //!
-//! Nearest points are found by their distances in lengths, not in nodes: the nearest one within
-//! each line along y first, then the nearest of these among the lines, from a node's own line
-//! outwards until lines are farther away than what is found. Of equally near points one of the
-//! nearest line stands, there the one of smaller x, then of smaller y.
+//! The nearest point is nearest in length, not in nodes. It is found first within each line along
+//! y, then among the lines, from the line of the node outwards. Of equally near points, the one on
+//! the nearest line is chosen, then the one of smaller x, then of smaller y.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,27 +14,27 @@ use super::surface::{MissingPoints, Scan, Surface};
 
 mod harmonic;
 
-/// What becomes of points that were not measured.
+/// Method to fill missing points.
 ///
-/// The solution of Laplace's equation in each hole is the smoothest surface between its edges, and
-/// no higher or lower than they are. The lowest height of the map touches last.
+/// The solution of Laplace's equation in a hole is the smoothest surface between its edges, and its
+/// heights lie between theirs. The lowest height of the map makes contact last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
-    /// The map is refused.
+    /// Missing points are an error.
     #[default]
     Error,
-    /// Laplace's equation is solved in the holes.
+    /// The solution of Laplace's equation in each hole.
     Harmonic,
-    /// They get the height of the nearest measured point.
+    /// The height of the nearest measured point.
     Nearest,
-    /// They get the lowest height of the map.
+    /// The lowest height of the map.
     Lowest,
 }
 
 impl Fill {
-    /// The word used in manifests and tables.
+    /// Returns the name used in manifests and tables.
     pub fn name(self) -> &'static str {
         match self {
             Fill::Error => "error",
@@ -45,14 +44,16 @@ impl Fill {
         }
     }
 
-    /// The surface of a map. Holes of a periodic map reach over its edges; at the edges of any
-    /// other the slope across them is zero where Laplace's equation is solved.
+    /// Fills the holes of a map.
+    ///
+    /// Holes of a periodic map continue across its edges. At the edges of other maps,
+    /// [`Fill::Harmonic`] has zero normal slope.
     ///
     /// # Errors
-    /// When points are missing and nothing fills them: [`Fill::Error`], or no point was measured.
+    /// Fails if points are missing and the method is [`Fill::Error`], or if no point was measured.
     pub fn fill(self, scan: Scan, is_periodic: bool) -> Result<Surface, MissingPoints> {
         if scan.missing() == 0 || scan.measured().next().is_none() {
-            return scan.whole();
+            return scan.into_surface();
         }
         match self {
             Fill::Error => scan,
@@ -60,7 +61,7 @@ impl Fill {
             Fill::Nearest => filled(scan, is_periodic),
             Fill::Lowest => lowest(scan),
         }
-        .whole()
+        .into_surface()
     }
 }
 
@@ -72,7 +73,7 @@ fn lowest(scan: Scan) -> Scan {
     scan.with(missing.into_iter().map(|node| (node, lowest)))
 }
 
-/// The map with its holes filled.
+/// Fills the holes of a map with the heights of the nearest measured points.
 fn filled(scan: Scan, is_periodic: bool) -> Scan {
     let [nodes_x, nodes_y] = scan.grid().nodes();
     let [step_x, step_y] = scan.grid().spacing();
@@ -102,7 +103,7 @@ fn filled(scan: Scan, is_periodic: bool) -> Scan {
     scan.with(found)
 }
 
-/// The lines so far from one, the lower first.
+/// Returns the lines at a distance of `lines` from a line, the lower index first.
 fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<usize>; 2] {
     let (below, above) = if is_periodic {
         (Some((line + of - lines) % of), Some((line + lines) % of))
@@ -114,11 +115,11 @@ fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<us
     both
 }
 
-/// For each node the nearest that was measured in its line along y: how many steps away, and where.
+/// Returns, for each node, the nearest measured node in its line along y: distance in steps, and j.
 fn nearest_in_lines(scan: &Scan, is_periodic: bool) -> Vec<Option<(u32, u32)>> {
     let nodes_y = scan.grid().nodes()[1];
     let mut nearest = vec![None; scan.heights().len()];
-    // Twice around, so that what lies beyond an edge is known there.
+    // Two turns, so that the search continues across the edges.
     let turns = if is_periodic { 2 } else { 1 };
     for (line, nearest) in
         scan.heights().chunks_exact(nodes_y).zip(nearest.chunks_exact_mut(nodes_y))
@@ -193,16 +194,16 @@ mod tests {
     fn a_whole_map_is_left_alone() {
         let map = scan([4, 5], [1.0, 1.0], |x, y| x * y, |_, _| false);
         for fill in [Fill::Error].into_iter().chain(FILLS) {
-            assert_eq!(fill.fill(map.clone(), false), map.clone().whole());
+            assert_eq!(fill.fill(map.clone(), false), map.clone().into_surface());
         }
     }
 
-    /// The least square of a distance to a measured node, by looking at all of them.
+    /// Returns the smallest squared distance to a measured node, by exhaustive search.
     fn distance(map: &Scan, node: usize, is_periodic: bool) -> f64 {
         let grid = map.grid();
-        let here = grid.place(node);
+        let here = grid.indices(node);
         let squares = map.measured().map(|(other, _)| {
-            let there = grid.place(other);
+            let there = grid.indices(other);
             let along = |axis: usize| {
                 let steps = here[axis].abs_diff(there[axis]);
                 let around = grid.nodes()[axis] - steps;
@@ -216,7 +217,7 @@ mod tests {
 
     #[test]
     fn every_hole_gets_the_height_of_a_nearest_point() {
-        // Heights that tell the node they belong to.
+        // Each node has a different height, which identifies it.
         let name = |x: f64, y: f64| 1e3 * x + y;
         let is_missing = |i: usize, j: usize| (i * i + 3 * j * j) % 13 > 2 || (6..12).contains(&i);
         for size in [[2.0, 1.5], [1.0, 9.0]] {
@@ -236,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn of_equally_near_points_the_first_line_and_place_stand() {
+    fn of_equally_near_points_the_one_with_the_smallest_index_is_chosen() {
         let row = scan([1, 5], [1.0, 5.0], |_, y| y, |_, j| j == 2);
         assert_eq!(filled(row, false).heights()[2], 1.0);
         let column = scan([5, 1], [5.0, 1.0], |x, _| x, |i, _| i == 2);

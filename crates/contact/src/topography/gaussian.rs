@@ -1,13 +1,13 @@
-//! The areal Gaussian filter of ISO 16610-61.
+//! Areal Gaussian filter of ISO 16610-61.
 //!
-//! Its weighting function s(x, y) = exp(−π (x² + y²)/(αλ_c)²)/(αλ_c)² with α = √(ln 2/π) lets half
-//! of a wave at the cutoff pass: a wave of length λ has [`transmission`] exp(−π (αλ_c/λ)²),
-//! whatever its direction.
+//! The weighting function is s(x, y) = exp(−π (x² + y²)/(αλ_c)²)/(αλ_c)² with α = √(ln 2/π). A wave
+//! of length λ has the [`transmission`] exp(−π (αλ_c/λ)²) in all directions, which is one half at
+//! the cutoff λ_c.
 //!
-//! On a periodic map every mode is multiplied by just that. On any other the weights are those of
-//! the nodes inside the map, normalised there: near the edges the mean is over what lies on one
-//! side, and is drawn towards it. The weights of one axis do not depend on the other, so that rows
-//! and columns are averaged one after the other.
+//! On a periodic map, each mode is multiplied by its transmission. On other maps, the weights are
+//! normalised over the nodes inside the map. Near an edge the mean is therefore one-sided. The
+//! weighting function is a product of functions of x and y, so rows and columns are averaged one
+//! after the other.
 
 use std::f64::consts::{LN_2, PI};
 
@@ -17,10 +17,12 @@ use super::moments::signed_wavenumber;
 use super::surface::Surface;
 use crate::fft::Transform;
 
-/// Exponent at which a weight is lost in the rounding of the largest one, e^(−40) = 4e−18.
+/// Exponent beyond which weights are omitted: e^(−40) = 4e−18 is below rounding.
 const NEGLIGIBLE: f64 = 40.0;
 
-/// The share of a wave that is left by the mean over a cutoff, both in one unit of length.
+/// Returns the factor by which [`low_pass`] multiplies the amplitude of a wave.
+///
+/// Cutoff and wavelength are in the same unit.
 ///
 /// ```
 /// use asperity_contact::topography::gaussian::transmission;
@@ -33,20 +35,21 @@ pub fn transmission(cutoff: f64, wavelength: f64) -> f64 {
     libm::exp(-LN_2 * (cutoff / wavelength).powi(2))
 }
 
-/// The waviness of a map: waves shorter than the cutoff, in the unit of the sides, go.
+/// Returns the waviness of a map: attenuates waves shorter than the cutoff.
 ///
-/// A map that is `is_periodic` repeats itself beyond its edges.
+/// The cutoff is in the unit of the sides. `is_periodic` selects the filter for periodic maps.
 pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     let means = if is_periodic {
-        of_modes(surface, |wavenumber| transmission(cutoff, 1.0 / wavenumber))
+        filter_modes(surface, |wavenumber| transmission(cutoff, 1.0 / wavenumber))
     } else {
-        inside(surface, cutoff)
+        average_inside(surface, cutoff)
     };
     Surface::new(surface.grid(), means).expect("means of finite heights are finite")
 }
 
-/// The roughness of a map: what its waviness leaves, and so waves longer than the cutoff go, the
-/// mean height among them.
+/// Returns the roughness of a map, its heights minus those of [`low_pass`].
+///
+/// This attenuates waves longer than the cutoff and removes the mean height.
 pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     let waviness = low_pass(surface, cutoff, is_periodic);
     let heights = surface.heights().iter().zip(waviness.heights());
@@ -54,8 +57,8 @@ pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     Surface::new(surface.grid(), rough.collect()).expect("differences of heights are finite")
 }
 
-/// Heights whose modes are multiplied by a factor that depends on their waves per length.
-fn of_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
+/// Multiplies each mode by a factor that depends on its wavenumber 1/λ.
+fn filter_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();
     let [side_x, side_y] = grid.cell().size();
@@ -76,12 +79,12 @@ fn of_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     heights
 }
 
-/// Means over the nodes inside the map.
-fn inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
+/// Returns the weighted means over the nodes inside the map.
+fn average_inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();
     let [along_x, along_y] = [0, 1].map(|axis| weights(cutoff / grid.spacing()[axis]));
-    // Above the first height rounding is that of the roughness, however high the map lies.
+    // Relative to the first height, rounding errors do not depend on the mean height.
     let reference = surface.heights()[0];
     let heights: Vec<f64> = surface.heights().iter().map(|height| height - reference).collect();
     let mut rows = vec![0.0; heights.len()];
@@ -107,22 +110,22 @@ fn inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     means
 }
 
-/// Weights of the nodes so many steps away, for a cutoff in steps; that of the node itself is one.
+/// Returns the weights of nodes at a distance of 0, 1, 2, … steps; the cutoff is in steps.
 fn weights(cutoff: f64) -> Vec<f64> {
     // π/α² = π²/ln 2
     let exponent = |steps: usize| PI * PI / LN_2 * (steps as f64 / cutoff).powi(2);
-    let known = (0..).map(exponent).take_while(|exponent| *exponent < NEGLIGIBLE);
-    known.map(|exponent| libm::exp(-exponent)).collect()
+    let exponents = (0..).map(exponent).take_while(|exponent| *exponent < NEGLIGIBLE);
+    exponents.map(|exponent| libm::exp(-exponent)).collect()
 }
 
-/// The nodes of a row that count for one of them, ascending, and their weights.
+/// Iterates over the nodes with a weight in the mean at `node`, ascending, with their weights.
 fn neighbours(node: usize, nodes: usize, weights: &[f64]) -> impl Iterator<Item = (usize, f64)> {
     let reach = weights.len() - 1;
     let within = node.saturating_sub(reach)..=(node + reach).min(nodes - 1);
     within.map(move |other| (other, weights[other.abs_diff(node)]))
 }
 
-/// The sum of the weights that count for each node of a row.
+/// Returns the sum of the weights inside the map for each node of a line.
 fn normalisation(nodes: usize, weights: &[f64]) -> Vec<f64> {
     let sum = |node: usize| neighbours(node, nodes, weights).map(|(_, weight)| weight).sum();
     (0..nodes).map(sum).collect()
@@ -145,7 +148,7 @@ mod tests {
         let grid = rectangle(nodes, size);
         let [step_x, step_y] = grid.spacing();
         let heights = (0..grid.count()).map(|node| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             height(i as f64 * step_x, j as f64 * step_y)
         });
         Surface::new(grid, heights.collect()).unwrap()
@@ -218,10 +221,10 @@ mod tests {
         let [step_x, step_y] = grid.spacing();
         let passed = low_pass(&rough, 0.5, false);
         for node in 0..grid.count() {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             let (mut sum, mut all) = (0.0, 0.0);
             for (other, height) in rough.heights().iter().enumerate() {
-                let [k, l] = grid.place(other);
+                let [k, l] = grid.indices(other);
                 let [x, y] = [k as f64 - i as f64, l as f64 - j as f64];
                 let square = (x * step_x).powi(2) + (y * step_y).powi(2);
                 let alpha = (LN_2 / PI).sqrt();

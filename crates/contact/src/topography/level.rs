@@ -1,9 +1,9 @@
-//! The form of a map: what is taken away so that roughness is left.
+//! Removal of the form of a map (levelling).
 //!
-//! A polynomial in x and y is fitted to the points that were measured, by least squares with equal
-//! weights, and subtracted from them; missing points stay missing. The normal equations are those
-//! of Legendre polynomials over the sides of the map, nearly orthogonal there, and their solution
-//! is refined with the residuals, so that a surface of the fitted form is removed to rounding.
+//! A polynomial in x and y is fitted to the measured points by least squares with equal weights and
+//! subtracted. Missing points stay missing. The basis are Legendre polynomials over the sides of the
+//! map, which are nearly orthogonal. The solution of the normal equations is refined with the
+//! residuals. A surface of the fitted form is therefore removed up to rounding.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,36 +11,38 @@ use super::periodic::detrend;
 use super::surface::Scan;
 use crate::grid::Grid;
 
-/// Which form is taken away: of a quadric c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y² the first one, three
-/// or six terms. Quadrics fit bowed scanners, cylinders and spheres.
+/// Form that is removed: the first 0, 1, 3 or 6 terms of c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y².
+///
+/// A quadric fits the bow of a scanner, cylinders and spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
-    /// None.
+    /// No form; the map stays unchanged.
     None,
-    /// The mean height.
+    /// The mean height of the map.
     Mean,
-    /// The mean plane.
+    /// The least-squares plane.
     Plane,
-    /// The mean quadric.
+    /// The least-squares quadric.
     Quadric,
 }
 
-/// Coefficients of a quadric.
-const MOST_TERMS: usize = 6;
+/// Number of coefficients of a quadric.
+const MAX_TERMS: usize = 6;
 
-/// Solutions of the normal equations, each for what the last one has left.
+/// Number of solutions of the normal equations; each after the first corrects the residual.
 const ROUNDS: usize = 3;
 
-/// Share of a term's sum of squares that must not follow from the terms before: on points in a row
-/// it does, and the term is left out.
+/// Least fraction of the sum of squares of a term that is independent of the preceding terms.
+///
+/// A term below this is omitted. This occurs if, for example, all points lie on one line.
 const INDEPENDENT: f64 = 1e-12;
 
-type Terms = [f64; MOST_TERMS];
+type Terms = [f64; MAX_TERMS];
 
 impl Level {
-    /// The word used in manifests and tables.
+    /// Returns the name used in manifests and tables.
     pub fn name(self) -> &'static str {
         match self {
             Level::None => "none",
@@ -59,12 +61,12 @@ impl Level {
         }
     }
 
-    /// The map without its form.
+    /// Removes the form from a map.
     pub fn level(self, scan: Scan) -> Scan {
         match self {
             Level::None => scan,
-            // Of a map without holes it is the plane that goes before edges are made to meet.
-            Level::Plane if scan.missing() == 0 => match scan.whole() {
+            // Gives the same bits as the `detrend` of `Edges::close`.
+            Level::Plane if scan.missing() == 0 => match scan.into_surface() {
                 Ok(surface) => detrend(&surface).into(),
                 Err(_) => unreachable!("no point is missing"),
             },
@@ -73,21 +75,21 @@ impl Level {
     }
 }
 
-/// The map without the polynomial of so many terms that fits it best.
+/// Subtracts the least-squares polynomial with the given number of terms.
 fn without_form(scan: &Scan, terms: usize) -> Scan {
     let Some((_, reference)) = scan.measured().next() else {
         return scan.clone();
     };
-    let basis = Basis::on(scan.grid());
-    let equations = NormalEquations::of(scan, &basis, terms);
-    let mut coefficients = [0.0; MOST_TERMS];
+    let basis = Basis::new(scan.grid());
+    let equations = NormalEquations::new(scan, &basis, terms);
+    let mut coefficients = [0.0; MAX_TERMS];
     let residual = |node: usize, height: f64, coefficients: &Terms| {
         let values = basis.at(node);
         let form: f64 = (0..terms).map(|k| coefficients[k] * values[k]).sum();
         (values, height - reference - form)
     };
     for _ in 0..ROUNDS {
-        let mut moments = [0.0; MOST_TERMS];
+        let mut moments = [0.0; MAX_TERMS];
         for (node, height) in scan.measured() {
             let (values, left) = residual(node, height, &coefficients);
             (0..terms).for_each(|k| moments[k] += values[k] * left);
@@ -95,27 +97,27 @@ fn without_form(scan: &Scan, terms: usize) -> Scan {
         let step = equations.solve(&moments);
         (0..terms).for_each(|k| coefficients[k] += step[k]);
     }
-    scan.changed(|node, height| residual(node, height, &coefficients).1)
+    scan.map_measured(|node, height| residual(node, height, &coefficients).1)
 }
 
-/// Legendre polynomials of x and y, which run from −1 to 1 over the map.
+/// Legendre polynomials of x and y, where the map is [−1, 1] × [−1, 1].
 struct Basis {
     grid: Grid,
     middle: [f64; 2],
 }
 
 impl Basis {
-    fn on(grid: Grid) -> Basis {
+    fn new(grid: Grid) -> Basis {
         let middle = grid.nodes().map(|nodes| (nodes as f64 - 1.0) / 2.0);
         Basis { grid, middle }
     }
 
-    /// 1, x, y, P₂(x), xy and P₂(y) at a node.
+    /// Returns 1, x, y, P₂(x), xy and P₂(y) at a node.
     fn at(&self, node: usize) -> Terms {
-        let place = self.grid.place(node);
+        let indices = self.grid.indices(node);
         let along = |axis: usize| {
             let middle = self.middle[axis];
-            (place[axis] as f64 - middle) / middle.max(1.0)
+            (indices[axis] as f64 - middle) / middle.max(1.0)
         };
         let (x, y) = (along(0), along(1));
         let second = |x: f64| (3.0 * x * x - 1.0) / 2.0;
@@ -123,16 +125,18 @@ impl Basis {
     }
 }
 
-/// The Cholesky factor of the matrix of normal equations, lower and row by row. A row whose
-/// diagonal is zero belongs to a term that follows from those before; its coefficient is zero.
+/// Cholesky factor of the normal equations, lower triangular and row-major.
+///
+/// A row whose diagonal is zero belongs to a term that depends linearly on the preceding terms. Its
+/// coefficient is zero.
 struct NormalEquations {
     terms: usize,
-    factor: [Terms; MOST_TERMS],
+    factor: [Terms; MAX_TERMS],
 }
 
 impl NormalEquations {
-    fn of(scan: &Scan, basis: &Basis, terms: usize) -> NormalEquations {
-        let mut matrix = [[0.0; MOST_TERMS]; MOST_TERMS];
+    fn new(scan: &Scan, basis: &Basis, terms: usize) -> NormalEquations {
+        let mut matrix = [[0.0; MAX_TERMS]; MAX_TERMS];
         for (node, _) in scan.measured() {
             let values = basis.at(node);
             for (row, one) in matrix.iter_mut().zip(&values) {
@@ -140,7 +144,7 @@ impl NormalEquations {
                 sums.for_each(|(sum, other)| *sum += one * other);
             }
         }
-        let mut factor = [[0.0; MOST_TERMS]; MOST_TERMS];
+        let mut factor = [[0.0; MAX_TERMS]; MAX_TERMS];
         for (k, row) in matrix.iter().enumerate().take(terms) {
             for (l, value) in row.iter().enumerate().take(k) {
                 let sum: f64 = (0..l).map(|m| factor[k][m] * factor[l][m]).sum();
@@ -154,7 +158,7 @@ impl NormalEquations {
             if left > INDEPENDENT * row[k] {
                 factor[k][k] = left.sqrt()
             } else {
-                factor[k] = [0.0; MOST_TERMS]
+                factor[k] = [0.0; MAX_TERMS]
             }
         }
         NormalEquations { terms, factor }
@@ -162,7 +166,7 @@ impl NormalEquations {
 
     fn solve(&self, moments: &Terms) -> Terms {
         let factor = &self.factor;
-        let mut solution = [0.0; MOST_TERMS];
+        let mut solution = [0.0; MAX_TERMS];
         for (k, moment) in moments.iter().enumerate().take(self.terms) {
             if factor[k][k] > 0.0 {
                 let sum: f64 = (0..k).map(|m| factor[k][m] * solution[m]).sum();
@@ -186,7 +190,7 @@ mod tests {
 
     const LEVELS: [Level; 3] = [Level::Mean, Level::Plane, Level::Quadric];
 
-    /// c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y², as far as a level takes it away.
+    /// Returns the terms of c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y² that a level removes.
     fn form(level: Level) -> impl Fn(f64, f64) -> f64 {
         let terms = level.terms();
         move |x, y| {
@@ -220,7 +224,7 @@ mod tests {
         let map = scan([20, 30], [1.0, 1.5], rough, is_in_hole);
         for level in LEVELS {
             let left = level.level(map.clone());
-            let basis = Basis::on(left.grid());
+            let basis = Basis::new(left.grid());
             for term in 0..level.terms() {
                 let moments = left.measured().map(|(node, height)| basis.at(node)[term] * height);
                 assert!(moments.sum::<f64>().abs() < 1e-11, "{level:?}");
@@ -234,7 +238,7 @@ mod tests {
 
     #[test]
     fn a_hole_moves_no_plane() {
-        // The plane of a map with holes, and of the same map without, are fitted in two ways.
+        // Maps with and without holes take different code paths.
         let plane = |x: f64, y: f64| 1e3 + 2.0 * x - 3.0 * y;
         let holes: [fn(usize, usize) -> bool; 2] = [|_, _| false, is_in_hole];
         let [whole, holed] = holes
@@ -262,6 +266,6 @@ mod tests {
     #[test]
     fn no_level_changes_nothing() {
         let map = scan([4, 4], [1.0, 1.0], |x, y| x - y, |_, _| false);
-        assert_eq!(Level::None.level(map.clone()).whole(), map.whole());
+        assert_eq!(Level::None.level(map.clone()).into_surface(), map.into_surface());
     }
 }

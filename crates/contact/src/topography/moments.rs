@@ -1,5 +1,7 @@
-//! Spectral moments of a periodic surface, and the statistics that are ratios of them; and Nayak's
-//! parameter and the density of summits of a spectrum over continuous wavenumbers, in closed form.
+//! Spectral moments of a periodic surface, and closed forms for a continuous spectrum.
+//!
+//! [`Moments`] are sums over the modes of a surface. [`Continuum`] gives Nayak's parameter and the
+//! density of summits of a self-affine spectrum over continuous wavenumbers.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,12 +11,11 @@ use super::surface::Surface;
 use crate::fft::Transform;
 use crate::grid::{Cell, Grid};
 
-/// Moments of the power spectrum, m_pq = Σ q_x^p q_y^q |ĥ(q)|² over all modes
-/// q = 2π (k_x/L_x, k_y/L_y) but the mean; m_pq has the unit of length^(2 − p − q).
+/// Spectral moments m_pq = Σ q_x^p q_y^q |ĥ(q)|², in units of length^(2 − p − q).
 ///
-/// Derivatives are those of the trigonometric interpolant: m20 + m02 is the mean square gradient
-/// without the bias of finite differences. All moments here are even, so that the ambiguous sign
-/// of the Nyquist wavenumber does not matter.
+/// The sum is over all modes q = 2π (k_x/L_x, k_y/L_y) except the mean. Derivatives are those of the
+/// trigonometric interpolant, so m20 + m02 is the mean square gradient without the bias of finite
+/// differences. All moments here are even; the sign of the Nyquist wavenumber does not matter.
 ///
 /// ```
 /// use std::f64::consts::PI;
@@ -25,7 +26,7 @@ use crate::grid::{Cell, Grid};
 ///
 /// // One wave of amplitude Δ: ⟨h²⟩ = Δ²/2, rms slope √2 π Δ/λ, α = 2.
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 };
-/// let moments = Moments::of(&wave.draw(Grid::square(16, 1.0)?));
+/// let moments = Moments::from_surface(&wave.draw(Grid::square(16, 1.0)?));
 /// assert!((moments.m00 - 0.005).abs() < 1e-15);
 /// assert!((moments.rms_slope() - 0.1 * PI * 2_f64.sqrt()).abs() < 1e-14);
 /// assert!((moments.nayak().unwrap() - 2.0).abs() < 1e-12);
@@ -45,24 +46,24 @@ pub struct Moments {
     pub m40: f64,
     /// Mean square second derivative along y.
     pub m04: f64,
-    /// Σ P_j² over pairs of modes ±k, P_j being the power of a pair; length⁴.
+    /// Σ P_j² over pairs of modes ±k, where P_j is the power of a pair, in length⁴.
     pub squared_pair_power: f64,
 }
 
 impl Moments {
-    /// Moments of the heights on their mesh, through their discrete Fourier transform.
-    pub fn of(surface: &Surface) -> Self {
+    /// Computes the moments of a surface from its discrete Fourier transform.
+    pub fn from_surface(surface: &Surface) -> Self {
         let transform = Transform::new(surface.grid().nodes());
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(surface.heights(), &mut spectrum, &mut transform.scratch());
-        Self::of_spectrum(&spectrum, surface.grid())
+        Self::from_half_spectrum(&spectrum, surface.grid())
     }
 
-    /// Moments of an unnormalised half spectrum.
-    pub(super) fn of_spectrum(spectrum: &[Complex<f64>], grid: Grid) -> Self {
+    /// Computes the moments from an unnormalised half spectrum.
+    pub(super) fn from_half_spectrum(spectrum: &[Complex<f64>], grid: Grid) -> Self {
         let [nodes_x, nodes_y] = grid.nodes();
         let normalisation = 1.0 / (grid.count() as f64).powi(2);
-        let mut sum = MomentSum::on(grid.cell());
+        let mut sum = MomentSum::new(grid.cell());
         for (i, row) in spectrum.chunks_exact(nodes_y / 2 + 1).enumerate() {
             let k_x = signed_wavenumber(i, nodes_x);
             for (k_y, value) in row.iter().enumerate() {
@@ -76,49 +77,51 @@ impl Moments {
         sum.finish(1.0)
     }
 
-    /// Root mean square height about the mean.
+    /// Returns the root mean square height about the mean, √m00.
     pub fn rms_height(&self) -> f64 {
         self.m00.sqrt()
     }
 
-    /// Root mean square gradient √⟨|∇h|²⟩ = √(m20 + m02).
+    /// Returns the rms slope √⟨|∇h|²⟩ = √(m20 + m02).
     pub fn rms_slope(&self) -> f64 {
         (self.m20 + self.m02).sqrt()
     }
 
-    /// m2 = (m20 + m02)/2, the mean square slope of an average profile.
+    /// Returns m2 = (m20 + m02)/2, the mean square slope of a profile.
     pub fn second(&self) -> f64 {
         (self.m20 + self.m02) / 2.0
     }
 
-    /// m4 = (m40 + m04)/2, the mean square second derivative of an average profile.
+    /// Returns m4 = (m40 + m04)/2, the mean square second derivative of a profile.
     pub fn fourth(&self) -> f64 {
         (self.m40 + self.m04) / 2.0
     }
 
-    /// Nayak's parameter α = m00 m4 / m2² (Nayak 1971); none for a flat surface.
+    /// Returns Nayak's parameter α = m00 m4 / m2² (Nayak 1971), or `None` for a flat surface.
     pub fn nayak(&self) -> Option<f64> {
         let second = self.second();
         (second > 0.0).then(|| self.m00 * (self.fourth() / second) / second)
     }
 
-    /// Summits per unit area of an isotropic Gaussian surface, √3/(18π) m4/m2 (Nayak 1971); zero
-    /// for a flat one.
+    /// Returns the density of summits of an isotropic Gaussian surface, √3/(18π) m4/m2 (Nayak 1971).
+    ///
+    /// The unit is 1/length². The density of a flat surface is zero.
     pub fn summit_density(&self) -> f64 {
         let second = self.second();
         if second > 0.0 { 3_f64.sqrt() / (18.0 * PI) * self.fourth() / second } else { 0.0 }
     }
 
-    /// Summit density in integer wavenumbers, as the paper tabulates it: summits per (L/2π)², L
-    /// being the longer side of the cell.
+    /// Returns the number of summits per (L/2π)², where L is the longer side of the cell.
+    ///
+    /// This is the density for integer wavenumbers, which Yastrebov, Anciaux & Molinari 2015 tabulate.
     pub fn summit_density_integer(&self, cell: Cell) -> f64 {
         self.summit_density() * (cell.longer_side() / TAU).powi(2)
     }
 
-    /// Effective number of independent modes, (Σ P_j)²/Σ P_j² over pairs ±k; zero for a flat
-    /// surface.
+    /// Returns the effective number of independent modes, (Σ P_j)²/Σ P_j² over pairs ±k.
     ///
-    /// How far one surface represents its ensemble: a sum of n waves of equal amplitude has n.
+    /// A sum of n waves of equal amplitude has n; a flat surface has zero. The larger the number, the
+    /// better one surface represents its ensemble.
     pub fn effective_modes(&self) -> f64 {
         if self.squared_pair_power > 0.0 {
             self.m00 * (self.m00 / self.squared_pair_power)
@@ -128,7 +131,7 @@ impl Moments {
     }
 }
 
-/// Running sums over pairs of modes ±k, in wavenumbers of the longer side.
+/// Accumulator of the moments over pairs of modes ±k, with wavenumbers in units of 2π/L.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MomentSum {
     cell: Cell,
@@ -136,12 +139,11 @@ pub(super) struct MomentSum {
 }
 
 impl MomentSum {
-    /// No mode so far.
-    pub fn on(cell: Cell) -> Self {
+    pub fn new(cell: Cell) -> Self {
         Self { cell, sums: Moments::default() }
     }
 
-    /// Adds a pair of modes of ± so many waves along x and y; `power` is that of both together.
+    /// Adds the pair of modes with ±`waves` along x and y; `power` is the sum of both.
     pub fn add_pair(&mut self, waves: [f64; 2], power: f64) {
         let [x, y] = self.cell.wavevector(waves).map(|k| k * k);
         let sums = &mut self.sums;
@@ -154,7 +156,7 @@ impl MomentSum {
         sums.squared_pair_power += power * power;
     }
 
-    /// Mean square gradient so far.
+    /// Returns the mean square gradient of the modes added so far.
     pub fn square_slope(&self) -> f64 {
         (self.sums.m20 + self.sums.m02) * self.square_unit()
     }
@@ -163,7 +165,7 @@ impl MomentSum {
         (TAU / self.cell.longer_side()).powi(2)
     }
 
-    /// The moments, heights multiplied by `scale`.
+    /// Returns the moments of the heights multiplied by `scale`.
     pub fn finish(self, scale: f64) -> Moments {
         let square = self.square_unit();
         let power = scale * scale;
@@ -180,13 +182,15 @@ impl MomentSum {
     }
 }
 
-/// Wavenumber along x of row `i` of a half spectrum; positive at Nyquist.
+/// Returns the number of waves along x of row `i` of a half spectrum; positive at Nyquist.
 pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
     if 2 * i <= nodes { i as f64 } else { i as f64 - nodes as f64 }
 }
 
-/// How many modes of the full spectrum entry (i, k_y) stands for: two, but one where k and −k
-/// coincide on the mesh, and none for the mean and where −k has an entry of its own that counts.
+/// Returns the number of modes of the full spectrum that entry (i, k_y) of a half spectrum represents.
+///
+/// This is two in general, and one if k and −k coincide on the mesh. It is zero for the mean, and if
+/// the entry of −k already represents both.
 pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     let alone = |index: usize, nodes: usize| index == 0 || 2 * index == nodes;
     match (alone(k_y, nodes_y), alone(i, nodes_x)) {
@@ -197,23 +201,24 @@ pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2])
     }
 }
 
-/// An isotropic spectrum of a cell much larger than its longest wavelength.
+/// An isotropic self-affine spectrum over continuous wavenumbers.
 ///
-/// A plateau from k_lower to k_rolloff, then a power law to k_upper; both results follow from the
-/// ratios of the cutoffs and the Hurst exponent, appendix A of Yastrebov, Anciaux & Molinari 2015.
-/// The sum over the discrete modes of a periodic cell differs, the more the smaller `k_lower`.
+/// The density has a plateau from k_lower to k_rolloff and a power law from there to k_upper. Nayak's
+/// parameter and the density of summits depend on the ratios of the cutoffs and on the Hurst
+/// exponent: appendix A of Yastrebov, Anciaux & Molinari 2015. Sums over the discrete modes of a
+/// periodic cell differ from them, the more the smaller k_lower is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Continuum {
-    /// Hurst exponent, 0 to 1, both limits included.
+    /// Hurst exponent, from 0 to 1 inclusive.
     pub hurst: f64,
-    /// ξ = k_lower / k_rolloff, 0 to 1; 1 where there is no plateau.
+    /// Ratio ξ = k_lower / k_rolloff, from 0 to 1; 1 without plateau.
     pub plateau: f64,
-    /// ζ = k_upper / k_rolloff, at least 1.
+    /// Magnification ζ = k_upper / k_rolloff, at least 1.
     pub magnification: f64,
 }
 
 impl Continuum {
-    /// Nayak's parameter α = m0 m4 / m2², at least 3/2.
+    /// Returns Nayak's parameter α = m0 m4 / m2², at least 3/2.
     pub fn nayak(&self) -> f64 {
         if self.is_ring() {
             return 1.5;
@@ -221,26 +226,27 @@ impl Continuum {
         1.5 * self.moment(0.0) * self.moment(4.0) / self.moment(2.0).powi(2)
     }
 
-    /// Summits per unit area, D = √3/(18π) m4/m2, where `k_rolloff` is the angular wavenumber.
+    /// Returns the density of summits D = √3/(18π) m4/m2.
     ///
-    /// With the integer wavenumber instead, the value tabulated in the paper, which is smaller than
-    /// the number of summits in the cell by (2π)².
+    /// With the angular wavenumber as `k_rolloff`, D is the number of summits per unit area. With the
+    /// integer wavenumber, it is the value tabulated in the paper, the number of summits in the cell
+    /// divided by (2π)².
     pub fn summit_density(&self, k_rolloff: f64) -> f64 {
         let ratio = if self.is_ring() { 1.0 } else { self.moment(4.0) / self.moment(2.0) };
         3_f64.sqrt() / (24.0 * PI) * k_rolloff * k_rolloff * ratio
     }
 
-    /// All wavenumbers alike: every moment of the ring vanishes, their ratios do not.
+    /// Returns `true` for a single wavenumber, where moments vanish but their ratios have limits.
     fn is_ring(&self) -> bool {
         self.plateau == 1.0 && self.magnification == 1.0
     }
 
-    /// ∫ Φ k^(order + 1) dk, wavenumbers in units of k_rolloff.
+    /// Returns ∫ Φ k^(order + 1) dk with wavenumbers in units of k_rolloff.
     fn moment(&self, order: f64) -> f64 {
         let plateau = -libm::expm1((order + 2.0) * libm::log(self.plateau)) / (order + 2.0);
         let log_magnification = libm::log(self.magnification);
         let exponent = (order - 2.0 * self.hurst) * log_magnification;
-        // The logarithm that the power law turns into, at H = 0 in m0 and at H = 1 in m2.
+        // The integral is a logarithm for m0 at H = 0 and for m2 at H = 1.
         let decay = if exponent == 0.0 {
             log_magnification
         } else {
@@ -256,7 +262,7 @@ mod tests {
     use crate::grid::samples::{cell, rectangle, square};
     use crate::topography::shapes::Shape;
 
-    /// Heights without any symmetry.
+    /// Returns heights without symmetry.
     fn rough(nodes: usize, side: f64) -> Surface {
         let height = |node| libm::sin(7.0 + (node * node) as f64);
         Surface::new(square(nodes, side), (0..nodes * nodes).map(height).collect()).unwrap()
@@ -274,7 +280,7 @@ mod tests {
             let mean = surface.heights().iter().sum::<f64>() / count;
             let square = |height: &f64| (height - mean).powi(2);
             let variance = surface.heights().iter().map(square).sum::<f64>() / count;
-            let power = Moments::of(&surface).m00;
+            let power = Moments::from_surface(&surface).m00;
             assert!((power - variance).abs() < 1e-15, "{nodes}: {power} {variance}");
         }
     }
@@ -284,7 +290,8 @@ mod tests {
         // The last one is at the Nyquist wavenumber, where the cosine is ±1 on the nodes.
         for (waves, mean_square) in [(1, 0.5), (5, 0.5), (8, 1.0)] {
             let amplitude = 0.1;
-            let moments = Moments::of(&Shape::Wave { amplitude, waves }.draw(square(16, 2.0)));
+            let moments =
+                Moments::from_surface(&Shape::Wave { amplitude, waves }.draw(square(16, 2.0)));
             let q = TAU * f64::from(waves) / 2.0;
             let power = mean_square * amplitude * amplitude;
             assert_close(moments.m00, power);
@@ -300,7 +307,8 @@ mod tests {
         for (nodes, size) in [([16, 10], [2.0, 0.5]), ([9, 32], [0.3, 4.0])] {
             let grid = rectangle(nodes, size);
             let (amplitude, waves) = (0.1, 3);
-            let moments = Moments::of(&Shape::WaveProduct { amplitude, waves }.draw(grid));
+            let moments =
+                Moments::from_surface(&Shape::WaveProduct { amplitude, waves }.draw(grid));
             let [q_x, q_y] = size.map(|side| TAU * 3.0 / side);
             let power = amplitude * amplitude / 4.0;
             assert_close(moments.m20, q_x.powi(2) * power);
@@ -317,7 +325,7 @@ mod tests {
         // cos·cos is the sum of waves along (1, 1) and (1, −1), cos + cos along the axes.
         for shape in [Shape::WaveProduct { amplitude, waves }, Shape::WaveSum { amplitude, waves }]
         {
-            let moments = Moments::of(&shape.draw(square(16, 1.0)));
+            let moments = Moments::from_surface(&shape.draw(square(16, 1.0)));
             assert_close(moments.effective_modes(), 2.0);
             // All modes on one circle: m2 and m4 are half the square slope and, along the axes,
             // half the square curvature, along the diagonals a quarter.
@@ -330,8 +338,9 @@ mod tests {
     fn transposing_the_heights_swaps_the_axes() {
         let surface = rough(9, 1.5);
         let transposed = (0..81).map(|node| surface.heights()[node % 9 * 9 + node / 9]);
-        let swapped = Moments::of(&Surface::new(square(9, 1.5), transposed.collect()).unwrap());
-        let moments = Moments::of(&surface);
+        let swapped =
+            Moments::from_surface(&Surface::new(square(9, 1.5), transposed.collect()).unwrap());
+        let moments = Moments::from_surface(&surface);
         assert_close(moments.m20, swapped.m02);
         assert_close(moments.m40, swapped.m04);
         assert_close(moments.m22, swapped.m22);
@@ -342,8 +351,8 @@ mod tests {
     fn units_of_length_scale_moments_and_leave_ratios_alone() {
         let surface = rough(12, 1.0);
         let scaled = surface.heights().iter().map(|height| 3.0 * height).collect();
-        let scaled = Moments::of(&Surface::new(square(12, 3.0), scaled).unwrap());
-        let moments = Moments::of(&surface);
+        let scaled = Moments::from_surface(&Surface::new(square(12, 3.0), scaled).unwrap());
+        let moments = Moments::from_surface(&surface);
         assert_close(scaled.rms_height(), 3.0 * moments.rms_height());
         assert_close(scaled.rms_slope(), moments.rms_slope());
         assert_close(scaled.fourth(), moments.fourth() / 9.0);

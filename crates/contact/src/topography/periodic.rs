@@ -1,14 +1,14 @@
-//! Three ways to make a measured map periodic, and what each does to its statistics.
+//! Periodic continuation of measured maps, and resampling of periodic maps.
 //!
-//! A measured map is a window on a larger surface: its opposite edges do not meet. Taken as
-//! periodic, the steps where they should meet have a white tail in the spectrum, |ĥ|² ~ q^(−2)
-//! along the axes, which dominates the slope and the curvature.
+//! A measured map is a window on a larger surface, and its opposite edges do not match. If it is
+//! treated as periodic, the steps at the edges add a tail |ĥ|² ~ q^(−2) along the axes to its
+//! spectrum, which dominates slope and curvature. [`detrend`], [`mirror`] and [`taper`] reduce the
+//! steps; each affects the statistics of the map.
 //!
-//! [`resampled`] puts a periodic map on other nodes, by sampling its trigonometric interpolant.
-//! Modes that both meshes carry stay as they are, and modes that only one of them carries are none
-//! of the other's. What a mesh of an even number of nodes knows of its highest wave along an axis
-//! is the sum of both directions: on a finer one each has half of it, from a finer one both are
-//! added.
+//! [`resampled`] samples the trigonometric interpolant of a periodic map on another grid. Modes that
+//! both grids resolve do not change; all other modes are zero. On an even number of nodes, the entry
+//! at the Nyquist wavenumber is the sum of both directions ±k. A finer grid assigns half of it to
+//! each; a coarser grid adds both.
 
 use std::cmp::Ordering;
 use std::f64::consts::PI;
@@ -20,25 +20,25 @@ use super::surface::Surface;
 use crate::fft::Transform;
 use crate::grid::{Cell, Grid, magnitude};
 
-/// How a measured map is made periodic, or whether it is.
+/// Treatment of the edges of a measured map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "edges", rename_all = "lowercase")]
 pub enum Edges {
-    /// It is periodic as it is; nothing is done.
+    /// The map is periodic and stays unchanged.
     Periodic,
-    /// It is not, and nothing is done.
+    /// The map is not periodic and stays unchanged.
     Open,
-    /// Its mean plane goes, then it is continued by its mirror images, see [`mirror`].
+    /// Continuation by mirror images after removal of the mean plane, see [`mirror`].
     Mirror,
-    /// Its mean plane goes, then it fades to the mean at its edges, see [`taper`].
+    /// Fade to the mean height at the edges after removal of the mean plane, see [`taper`].
     Taper {
-        /// Share of either side over which it fades at each edge, at most one half.
+        /// Fraction of each side over which the map fades at each edge, at most one half.
         taper_fraction: f64,
     },
 }
 
 impl Edges {
-    /// The word used in manifests and tables.
+    /// Returns the name used in manifests and tables.
     pub fn name(self) -> &'static str {
         match self {
             Edges::Periodic => "periodic",
@@ -48,7 +48,7 @@ impl Edges {
         }
     }
 
-    /// The map with edges that meet, or as it is, if they are left open.
+    /// Applies the treatment to a map.
     pub fn close(self, map: Surface) -> Surface {
         match self {
             Edges::Periodic | Edges::Open => map,
@@ -58,15 +58,15 @@ impl Edges {
     }
 }
 
-/// The map without its least-squares mean plane.
+/// Subtracts the least-squares mean plane of a map.
 ///
-/// Takes away the tilt of the sample, and with it the part of the longest waves that looks like a
-/// plane; the mean height becomes zero. The edges still do not meet.
+/// This removes the tilt of the sample, and the part of the longest waves that resembles a plane.
+/// The mean height becomes zero. The edges still do not match.
 pub fn detrend(surface: &Surface) -> Surface {
     let grid = surface.grid();
     let middle = grid.nodes().map(|nodes| (nodes as f64 - 1.0) / 2.0);
     let offset = |node: usize| {
-        let [i, j] = grid.place(node);
+        let [i, j] = grid.indices(node);
         [i as f64 - middle[0], j as f64 - middle[1]]
     };
     let (mut sum, mut along_x, mut along_y) = (0.0, 0.0, 0.0);
@@ -76,7 +76,7 @@ pub fn detrend(surface: &Surface) -> Surface {
         along_x += x * height;
         along_y += y * height;
     }
-    // Offsets from the middle are orthogonal to each other and to a constant on a full mesh.
+    // On a complete grid, x, y and 1 are orthogonal.
     let mean = sum / grid.count() as f64;
     let [nodes_x, nodes_y] = grid.nodes();
     let slope_x = along_x / (nodes_y as f64 * square_offsets(nodes_x)).max(f64::MIN_POSITIVE);
@@ -87,50 +87,52 @@ pub fn detrend(surface: &Surface) -> Surface {
     })
 }
 
-/// Σ of the squared offsets of so many nodes from their middle.
+/// Returns the sum of the squared offsets of `nodes` equidistant nodes from their middle.
 fn square_offsets(nodes: usize) -> f64 {
     let middle = (nodes as f64 - 1.0) / 2.0;
     (0..nodes).map(|index| (index as f64 - middle).powi(2)).sum()
 }
 
-/// The map and its three mirror images, on a cell of twice the sides.
+/// Continues a map by its three mirror images, on a cell of twice the sides.
 ///
-/// The heights meet at all edges and their distribution is untouched; slopes jump there where the
-/// map has a slope across its edge. The four images are correlated: the larger cell holds no more
-/// independent asperities than the map, and directions ±45° of an anisotropic map are mixed.
+/// The heights match at all edges and their distribution does not change. Slopes are discontinuous
+/// where the map has a slope across its edge. The four images are correlated: the larger cell has no
+/// more independent asperities than the map. The directions +45° and −45° of an anisotropic map are
+/// mixed.
 pub fn mirror(surface: &Surface) -> Surface {
     let grid = surface.grid();
     let nodes = grid.nodes();
     let cell = Cell::new(grid.cell().size().map(|side| 2.0 * side));
     let doubled = cell.and_then(|cell| Grid::new(nodes.map(|nodes| 2 * nodes), cell));
-    let doubled = doubled.expect("a map in memory can be counted and measured");
+    let doubled = doubled.expect("twice the sides and nodes of a valid grid are a valid grid");
     let fold = |index: usize, nodes: usize| index.min(2 * nodes - 1 - index);
     let heights = (0..doubled.count())
         .map(|node| {
-            let [i, j] = doubled.place(node);
+            let [i, j] = doubled.indices(node);
             surface.heights()[fold(i, nodes[0]) * nodes[1] + fold(j, nodes[1])]
         })
         .collect();
     Surface::new(doubled, heights).expect("copies of finite heights")
 }
 
-/// The map, faded to its mean height over a fraction `edge` of either side along each edge, at most
-/// one half; a Tukey window, at one half that of Hann.
+/// Fades a map to its mean height near its edges with a Tukey window.
 ///
-/// Heights and slopes meet at the edges and the interior is untouched, but the faded rim has lower
-/// peaks: rms height and slope fall, for Hann's window the variance by (3/8)² on average, and the
-/// fade itself adds slopes of order rms height / (`edge` × side).
+/// `edge` is the fraction of each side over which the map fades at each edge, at most one half; with
+/// one half it is the Hann window. Heights and slopes match at the edges, and the interior does not
+/// change. The faded rim has lower peaks, which reduces rms height and slope. The Hann window
+/// reduces the variance to (3/8)² on average. The fade adds slopes of order
+/// rms height / (`edge` × side).
 pub fn taper(surface: &Surface, edge: f64) -> Surface {
     let grid = surface.grid();
     let [window_x, window_y] = grid.nodes().map(|nodes| window(nodes, edge));
     let mean = surface.heights().iter().sum::<f64>() / grid.count() as f64;
     map_nodes(surface, |node, height| {
-        let [i, j] = grid.place(node);
+        let [i, j] = grid.indices(node);
         mean + window_x[i] * window_y[j] * (height - mean)
     })
 }
 
-/// Weights of a row of nodes: one, but at both ends.
+/// Returns the weights of a Tukey window over a line of nodes.
 pub(super) fn window(nodes: usize, edge: f64) -> Vec<f64> {
     let faded = edge.min(0.5) * nodes as f64;
     (0..nodes)
@@ -145,28 +147,31 @@ fn map_nodes(surface: &Surface, change: impl Fn(usize, f64) -> f64) -> Surface {
     Surface::new(surface.grid(), heights).expect("averages of finite heights are finite")
 }
 
-/// The map on so many nodes along x and y of the same cell; node (0, 0) stays where it is.
+/// Interpolates a periodic map on another grid of the same cell; node (0, 0) keeps its position.
 ///
-/// Exact where no wave is lost: going to a finer mesh and back restores the map to rounding.
+/// The interpolation is exact for all waves that both grids resolve. Resampling to a finer grid and
+/// back restores the map up to rounding.
 ///
 /// # Panics
-/// When there is no node.
+/// Panics if a number of nodes is zero.
 pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
     let before = surface.grid();
     if before.nodes() == nodes {
         return surface.clone();
     }
-    let after = Grid::new(nodes, before.cell()).expect("a mesh with nodes that can be counted");
+    let after = Grid::new(nodes, before.cell())
+        .expect("the numbers of nodes are positive and their product does not overflow");
     let [from, to] = [before.nodes(), nodes].map(Transform::<f64>::new);
     let mut spectrum = vec![Complex::default(); from.spectrum_len()];
     from.forward(surface.heights(), &mut spectrum, &mut from.scratch());
     let mode = |[row, column]: [usize; 2]| {
         let [nodes_x, nodes_y] = before.nodes();
         let columns = from.spectrum_columns();
-        match column < columns {
-            true => spectrum[row * columns + column],
-            // The other half of a real map's spectrum.
-            false => spectrum[(nodes_x - row) % nodes_x * columns + nodes_y - column].conj(),
+        if column < columns {
+            spectrum[row * columns + column]
+        } else {
+            // The spectrum of a real map is Hermitian.
+            spectrum[(nodes_x - row) % nodes_x * columns + nodes_y - column].conj()
         }
     };
     let along_x = sources(before.nodes()[0], nodes[0]);
@@ -190,16 +195,17 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
     Surface::new(after, heights).expect("interpolants of finite heights are finite")
 }
 
-/// One entry of a spectrum, and its weight.
+/// Index of an entry of a spectrum, and its weight.
 type Source = Option<(usize, f64)>;
 
-/// For each entry of the spectrum of `after` numbers those of `before` numbers that it is made of.
+/// Returns, for each entry of a spectrum of `after` numbers, the weighted entries of that of
+/// `before` numbers whose sum it is.
 fn sources(before: usize, after: usize) -> Vec<[Source; 2]> {
-    let carried = before.min(after);
+    let resolved = before.min(after);
     let source = |entry: usize| {
         let wavenumber = magnitude(entry, after);
         let opposite = before - wavenumber.min(before);
-        match (2 * wavenumber).cmp(&carried) {
+        match (2 * wavenumber).cmp(&resolved) {
             Ordering::Less if entry <= after / 2 => [Some((wavenumber, 1.0)), None],
             Ordering::Less => [Some((opposite, 1.0)), None],
             Ordering::Equal => match before.cmp(&after) {
@@ -221,11 +227,11 @@ mod tests {
     use crate::grid::samples::rectangle;
     use crate::topography::moments::Moments;
 
-    /// On square cells, along x of unit side.
+    /// Returns `height(i, j)` on a grid of square cells whose side along x is one.
     fn surface(nodes: [usize; 2], height: impl Fn(f64, f64) -> f64) -> Surface {
         let grid = rectangle(nodes, [1.0, nodes[1] as f64 / nodes[0] as f64]);
         let height = |node: usize| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             height(i as f64, j as f64)
         };
         Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap()
@@ -272,7 +278,7 @@ mod tests {
             assert_eq!(grid.spacing(), map.grid().spacing());
             let [width, length] = grid.nodes();
             let at = |i: usize, j: usize| mirrored.heights()[i * length + j];
-            for [i, j] in (0..grid.count()).map(|node| grid.place(node)) {
+            for [i, j] in (0..grid.count()).map(|node| grid.indices(node)) {
                 assert_eq!(at(i, j), at(width - 1 - i, j));
                 assert_eq!(at(i, j), at(i, length - 1 - j));
                 if i < nodes[0] && j < nodes[1] {
@@ -285,7 +291,7 @@ mod tests {
     #[test]
     fn mirroring_keeps_the_distribution_of_heights() {
         let map = detrend(&rough([16, 12]));
-        let (before, after) = (Moments::of(&map), Moments::of(&mirror(&map)));
+        let (before, after) = (Moments::from_surface(&map), Moments::from_surface(&mirror(&map)));
         assert!((before.rms_height() - after.rms_height()).abs() < 1e-14);
     }
 
@@ -295,7 +301,7 @@ mod tests {
         let mean = map.heights().iter().sum::<f64>() / 8192.0;
         let tapered = taper(&map, 0.25);
         for (node, (before, after)) in map.heights().iter().zip(tapered.heights()).enumerate() {
-            let [i, j] = map.grid().place(node);
+            let [i, j] = map.grid().indices(node);
             let [depth_x, depth_y] = [i.min(63 - i), j.min(127 - j)];
             if depth_x >= 16 && depth_y >= 32 {
                 assert!((before - after).abs() < 1e-14);
@@ -324,11 +330,11 @@ mod tests {
         }
     }
 
-    /// Waves up to 3 along x and 2 along y, at the nodes of a mesh.
+    /// Returns a sum of waves, up to 3 periods along x and 2 along y, on a grid.
     fn waves(nodes: [usize; 2]) -> Surface {
         let grid = rectangle(nodes, [3.0, 2.0]);
         let heights = (0..grid.count()).map(|node| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             let x = TAU * i as f64 / nodes[0] as f64;
             let y = TAU * j as f64 / nodes[1] as f64;
             1.0 + libm::sin(3.0 * x + 2.0 * y + 0.4) + libm::cos(x - 2.0 * y) + libm::sin(3.0 * x)
@@ -367,7 +373,7 @@ mod tests {
     #[test]
     fn the_highest_wave_of_a_mesh_stays_real_between_its_nodes() {
         let grid = rectangle([4, 4], [1.0, 1.0]);
-        let heights = (0..16).map(|node| [1.0, -1.0][grid.place(node)[0] % 2]);
+        let heights = (0..16).map(|node| [1.0, -1.0][grid.indices(node)[0] % 2]);
         let wave = Surface::new(grid, heights.collect()).unwrap();
         let finer = resampled(&wave, [16, 4]);
         for node in 0..64 {
@@ -377,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_that_a_coarser_mesh_cannot_carry_are_none_of_it() {
+    fn a_coarser_mesh_has_only_the_waves_that_it_resolves() {
         let short = rectangle([32, 4], [1.0, 1.0]);
         let heights = (0..128).map(|node| {
             let x = (node / 4) as f64 / 32.0;

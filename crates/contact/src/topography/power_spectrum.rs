@@ -96,8 +96,8 @@ pub fn rings(surface: &Surface, boundary: Boundary) -> Vec<Ring> {
 /// The mean over all lines of nodes of |ĥ|² L, each about its own mean. Of a periodic map,
 /// (2 Σ C₁ − C₁(πN/L) [N even])/L is the mean square height of profiles about their means.
 pub fn of_profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
-    let nodes = axis.of(surface.grid().nodes());
-    let side = axis.of(surface.grid().cell().size());
+    let nodes = axis.select(surface.grid().nodes());
+    let side = axis.select(surface.grid().cell().size());
     let weights = weights(nodes, boundary);
     let transform = Transform::new([1, nodes]);
     let mut scratch = transform.scratch();
@@ -176,7 +176,7 @@ mod tests {
                 .iter()
                 .map(|ring| ring.density * f64::from(ring.modes))
                 .sum();
-            assert_close(sum / (size[0] * size[1]), Moments::of(&surface).m00);
+            assert_close(sum / (size[0] * size[1]), Moments::from_surface(&surface).m00);
         }
     }
 
@@ -196,10 +196,10 @@ mod tests {
         {
             let surface = rough(nodes, [3.0, 2.0]);
             let densities = of_profiles(&surface, axis, Boundary::Periodic);
-            let along = axis.of(nodes);
+            let along = axis.select(nodes);
             let last = densities[densities.len() - 1];
             let once = if along % 2 == 0 { last } else { 0.0 };
-            let integral = (2.0 * densities.iter().sum::<f64>() - once) / axis.of([3.0, 2.0]);
+            let integral = (2.0 * densities.iter().sum::<f64>() - once) / axis.select([3.0, 2.0]);
             let mut variance = 0.0;
             for_each_line(&surface, axis, |line| {
                 let mean = mean(line);
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn an_inclined_plane_has_no_tail_under_the_window() {
         let plane = |grid: crate::grid::Grid| {
-            let heights = (0..grid.count()).map(|node| grid.place(node)[0] as f64);
+            let heights = (0..grid.count()).map(|node| grid.indices(node)[0] as f64);
             Surface::new(grid, heights.collect()).unwrap()
         };
         let surface = plane(square(128, 1.0));

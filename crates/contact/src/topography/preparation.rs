@@ -1,14 +1,17 @@
-//! What is done to a measured map before it is pressed, and in which order.
+//! Preparation of a measured map: the steps from a [`Scan`] to a surface that can be pressed.
 //!
-//! 1. [`Crop`]: a part of it, of the nodes as they were measured.
-//! 2. [`Level`]: its form goes, fitted to the points that were measured. Before holes are filled,
-//!    or what fills them would be fitted, too.
-//! 3. [`Fill`]: heights for points that were not measured. After levelling, so that the lowest
-//!    point is that of the roughness and not the lower end of a slope.
-//! 4. [`high_pass`], [`low_pass`]: waves of the wanted lengths. They need a whole map, without the
-//!    form that filters follow badly at edges.
-//! 5. [`resampled`]: other nodes. After the low pass, which decides what they must carry.
-//! 6. [`Edges`]: they are made to meet, or left as they are.
+//! The steps have a fixed order:
+//!
+//! 1. [`Crop`] selects a rectangle of the measured nodes.
+//! 2. [`Level`] fits the form to the measured points and subtracts it. It precedes [`Fill`] because
+//!    filled heights must not enter the fit.
+//! 3. [`Fill`] gives heights to missing points. It follows [`Level`] so that the lowest point belongs
+//!    to the roughness and not to a tilt.
+//! 4. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes, and
+//!    without form, which distorts the results near the edges.
+//! 5. [`resampled`] interpolates on another grid. It follows [`low_pass`], which determines the
+//!    shortest waves that the grid must resolve.
+//! 6. [`Edges`] makes the map periodic, or leaves it as it is.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -20,61 +23,61 @@ use super::periodic::{Edges, resampled};
 use super::surface::{MissingPoints, Scan, Surface, Window};
 use crate::grid::Grid;
 
-/// What is asked for; what is not there is not done.
+/// Steps that turn a measured map into a surface; a step that is `None` is skipped.
 ///
-/// That nothing is to be done may be asked for, too, as one of several levels that are compared:
-/// then it is a word in recipe and row.
+/// `Some(Level::None)` also does nothing, but is recorded. It serves studies that compare several
+/// levels.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Preparation {
-    /// Which part of the map, in the unit of its sides.
+    /// Part of the map to keep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crop: Option<Crop>,
-    /// The form that goes.
+    /// Form to remove.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level: Option<Level>,
-    /// What becomes of missing points; without a word they are an error.
+    /// Method to fill missing points; `None` is the same as [`Fill::Error`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
-    /// Wavelength above which waves go.
+    /// Cutoff of the high pass: removes longer wavelengths; in the unit of the sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high_pass: Option<f64>,
-    /// Wavelength below which waves go.
+    /// Cutoff of the low pass: removes shorter wavelengths; in the unit of the sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<f64>,
-    /// Nodes along x and y that the map is interpolated on; it is taken to be periodic.
+    /// Numbers of nodes along x and y after resampling, which treats the map as periodic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resample: Option<[u32; 2]>,
 }
 
-/// A map that can be pressed.
+/// Result of a preparation: a surface that can be pressed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
-    /// Its heights.
+    /// Heights after all steps.
     pub surface: Surface,
-    /// Nodes that were not measured and have been filled.
+    /// Number of missing points that have been filled.
     pub filled: usize,
 }
 
-/// Why a map cannot be prepared as asked.
+/// Error of the preparation of a map.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum PreparationError {
-    #[error("the part that is cut out is none of the map: {0}")]
+    #[error("cannot crop the map: {0}")]
     Crop(#[from] CropError),
     #[error(transparent)]
     Missing(#[from] MissingPoints),
-    #[error("no roughness is left")]
+    #[error("the prepared map is flat; remove less form, or choose other cutoffs")]
     Flat,
 }
 
-/// Spread of heights, over that before, of which only rounding is left.
+/// Ratio of the height ranges after and before, below which only rounding errors remain.
 const FLAT: f64 = 1e-12;
 
 impl Preparation {
-    /// The part of the map that is asked for, without its form; points may be missing.
+    /// Returns the cropped map without its form; points may be missing.
     ///
     /// # Errors
-    /// When the part reaches beyond the map.
+    /// Fails if the crop is not inside the map.
     pub fn levelled(&self, scan: Scan) -> Result<Scan, CropError> {
         let part = match &self.crop {
             Some(crop) => scan.cropped(crop.window(scan.grid())?),
@@ -83,11 +86,11 @@ impl Preparation {
         Ok(self.level.unwrap_or(Level::None).level(part))
     }
 
-    /// The map as it is to be pressed.
+    /// Applies all steps to a measured map.
     ///
     /// # Errors
-    /// When it has no such part, or points are missing that nothing fills, or the preparation has
-    /// left no roughness of it.
+    /// Fails if the crop is not inside the map, if points are missing and no fill is chosen, or if
+    /// the result is flat.
     pub fn prepare(&self, scan: Scan, edges: Edges) -> Result<Prepared, PreparationError> {
         let before = spread(scan.heights());
         let levelled = self.levelled(scan)?;
@@ -113,13 +116,13 @@ impl Preparation {
     }
 }
 
-/// How far the highest point lies above the lowest; missing ones do not count.
+/// Returns the difference between the highest and the lowest height; ignores missing points.
 pub fn spread(heights: &[f64]) -> f64 {
     let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
     heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
 }
 
-/// A rectangle of a map, by lengths along x and y in the unit of its sides.
+/// A rectangle of a map, given by lengths along x and y in the unit of the sides.
 ///
 /// ```
 /// use asperity_contact::grid::{Cell, Grid};
@@ -134,27 +137,27 @@ pub fn spread(heights: &[f64]) -> f64 {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Crop {
-    /// Where its first node lies, from that of the map.
+    /// Position of the first node, relative to the first node of the map.
     pub from: [f64; 2],
-    /// Its sides: nodes × step, as everywhere.
+    /// Sides of the rectangle: nodes × step.
     pub size: [f64; 2],
 }
 
-/// Why a rectangle is no part of a map.
+/// Error of a crop that does not fit the map.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum CropError {
-    #[error("along {axis} it reaches from {from} to {to}, the map from 0 to {side}")]
+    #[error("the crop reaches from {from} to {to} along {axis}, the map from 0 to {side}")]
     Outside { axis: char, from: f64, to: f64, side: f64 },
-    #[error("along {axis} its side {size} is less than a node, which are {step} apart")]
+    #[error("the side of the crop along {axis} is {size}, less than the step {step} of the map")]
     Empty { axis: char, size: f64, step: f64 },
 }
 
 impl Crop {
-    /// The nodes that are meant: first node and number of nodes are rounded, along either axis.
+    /// Returns the nodes of the rectangle; rounds its first node and its number of nodes.
     ///
     /// # Errors
-    /// When the rectangle reaches beyond the map by half a step or more, or has no node.
+    /// Fails if the rectangle reaches beyond the map by half a step or more, or has no node.
     pub fn window(&self, grid: Grid) -> Result<Window, CropError> {
         let mut window = Window { first: [0; 2], nodes: [0; 2] };
         for (axis, name) in ['x', 'y'].into_iter().enumerate() {
@@ -194,14 +197,14 @@ mod tests {
     fn a_map_of_which_nothing_is_asked_stays_as_it_is() {
         let map = scan([8, 6], [1.0, 1.0], |x, y| x * y + 3.0, |_, _| false);
         let prepared = Preparation::default().prepare(map.clone(), Edges::Open);
-        let surface = map.whole().unwrap();
+        let surface = map.into_surface().unwrap();
         assert_eq!(prepared, Ok(Prepared { surface, filled: 0 }));
         assert_eq!(serde_json::to_string(&Preparation::default()).unwrap(), "{}");
     }
 
     #[test]
     fn a_tilted_wave_with_a_hole_becomes_the_wave_of_half_the_amplitude() {
-        // Whole waves within the part, so that its mean plane is nearly the tilt.
+        // The crop holds whole waves, so that its mean plane is nearly the tilt.
         let height = |x: f64, y: f64| 0.01 * libm::cos(TAU * x / 0.5) + 3.0 * x - y;
         let is_missing = |i: usize, j: usize| (i, j) == (40, 9);
         let map = scan([96, 24], [3.0, 0.75], height, is_missing);
@@ -244,7 +247,7 @@ mod tests {
     fn the_whole_map_is_a_part_of_it() {
         let whole = window([0.0, 0.0], [1.0, 4.0]).unwrap();
         assert_eq!((whole.first, whole.nodes), ([0, 0], [10, 20]));
-        // Half a step of 0.1 and of 0.2 is nothing.
+        // Offsets of less than half a step of 0.1 and 0.2 round to zero.
         let rounded = window([0.04, -0.09], [1.0, 4.0]).unwrap();
         assert_eq!(rounded, whole);
     }
@@ -252,7 +255,10 @@ mod tests {
     #[test]
     fn what_is_no_part_of_a_map_is_refused_with_the_axis() {
         let beyond = window([0.5, 1.0], [0.5, 3.2]).unwrap_err();
-        assert_eq!(beyond.to_string(), "along y it reaches from 1 to 4.2, the map from 0 to 4");
+        assert_eq!(
+            beyond.to_string(),
+            "the crop reaches from 1 to 4.2 along y, the map from 0 to 4"
+        );
         assert!(matches!(
             window([-0.2, 0.0], [0.5, 1.0]),
             Err(CropError::Outside { axis: 'x', .. })
@@ -260,7 +266,7 @@ mod tests {
         let empty = window([0.5, 1.0], [0.04, 3.0]).unwrap_err();
         assert_eq!(
             empty.to_string(),
-            "along x its side 0.04 is less than a node, which are 0.1 apart"
+            "the side of the crop along x is 0.04, less than the step 0.1 of the map"
         );
         for odd in [f64::NAN, f64::INFINITY] {
             assert!(window([odd, 0.0], [0.5, 1.0]).is_err());

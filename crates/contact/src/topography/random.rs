@@ -1,4 +1,4 @@
-//! A random surface, drawn mode by mode.
+//! Random self-affine surfaces, drawn mode by mode.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,19 +9,20 @@ use super::surface::Surface;
 use crate::grid::{Cell, Grid};
 use crate::threads::Threads;
 
-/// What the moduli of the coefficients are.
+/// Distribution of the moduli of the Fourier coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Amplitude {
-    /// Complex Gaussian coefficients, as filtered white noise has (Hu & Tonder 1992): the spectral
-    /// density holds on average, and moments scatter between realizations.
+    /// Complex Gaussian coefficients, as of filtered white noise (Hu & Tonder 1992).
+    ///
+    /// The mean power follows the spectral density; moments scatter between realizations.
     #[serde(rename = "filter")]
     Gaussian,
-    /// Moduli that follow the spectral density exactly; only phases are random.
+    /// Moduli that follow the spectral density exactly, with random phases.
     #[serde(rename = "random-phase")]
     Deterministic,
 }
 
-/// A random surface, drawn mode by mode: the mesh samples it and does not change it.
+/// A random surface, defined by its modes; a mesh only samples it.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -35,79 +36,83 @@ pub enum Amplitude {
 /// assert!((surface.moments(coarse.grid().cell()).rms_slope() - 0.1).abs() < 1e-12);
 /// // Every second node of a finer mesh has the same height.
 /// let fine = surface.draw(Grid::square(64, 1.0)?);
-/// let place = |node: usize| 2 * (node / 32) * 64 + 2 * (node % 32);
+/// let shared = |node: usize| 2 * (node / 32) * 64 + 2 * (node % 32);
 /// for (node, height) in coarse.heights().iter().enumerate() {
-///     assert!((height - fine.heights()[place(node)]).abs() < 1e-12);
+///     assert!((height - fine.heights()[shared(node)]).abs() < 1e-12);
 /// }
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RandomSurface {
-    /// The modes and their mean power, up to a factor.
+    /// Power spectral density: the modes and their mean power, up to a factor.
     #[serde(flatten)]
     pub spectrum: Spectrum,
-    /// Whether the power of each mode scatters about its mean.
+    /// Distribution of the power of each mode.
     #[serde(rename = "method")]
     pub amplitude: Amplitude,
-    /// √⟨|∇h|²⟩ of this very realization, not of the ensemble.
+    /// Rms slope √⟨|∇h|²⟩ of each realization (not of the ensemble).
     pub rms_slope: f64,
-    /// Names a family of draws.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Names one member of the family.
+    /// Index of the realization; each index gives an independent surface.
     pub realization: u32,
 }
 
-/// The modes of about the same wavenumber.
+/// Mean power of the modes whose wavenumbers round to the same integer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
-    /// |k| rounded to an integer.
+    /// Rounded wavenumber |k|, in units of 2π/L.
     pub wavenumber: u32,
-    /// Pairs of modes ±k in it.
+    /// Number of pairs of modes ±k in the ring.
     pub pairs: u32,
-    /// Mean of |ĥ|² over the modes of the realization; length².
+    /// Mean of |ĥ|² over the modes of the realization, in length².
     pub power: f64,
-    /// The same for modes that have their mean power.
+    /// Mean of the expected |ĥ|² over the same modes, in length².
     pub mean_power: f64,
 }
 
 impl RandomSurface {
-    /// The heights on a grid of at least two nodes to the shortest wave of either axis, in the unit
-    /// of the grid's lengths.
+    /// Samples the surface on a grid, with heights in the unit of the grid's sides.
     ///
-    /// Finer meshes show the same heights at the nodes they share. The slope is that of the waves
-    /// themselves; a mesh of exactly two nodes cannot tell the phases of the two waves at
-    /// its Nyquist wavenumber, so that its own Fourier transform has a slightly different one.
+    /// Grids have the same heights at shared nodes. The rms slope is that of the modes. If the
+    /// shortest waves have exactly two nodes, the Fourier transform of the grid gives a slightly
+    /// different slope, because it cannot resolve the phases at the Nyquist wavenumber.
+    ///
+    /// # Panics
+    /// Panics if the shortest wave along an axis has fewer than two nodes.
     pub fn draw(&self, grid: Grid) -> Surface {
         self.draw_on(&Threads::one(), grid)
     }
 
-    /// The same by several threads.
+    /// Samples the surface on a grid like [`RandomSurface::draw`], with several threads.
     pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
         let [nodes_x, nodes_y] = grid.nodes();
-        let [most_x, most_y] = self.spectrum.most_waves(grid.cell());
-        for (nodes, waves) in [(nodes_x, most_x), (nodes_y, most_y)] {
-            assert!(2 * waves as usize <= nodes, "{nodes} nodes cannot carry {waves} waves");
+        let [max_x, max_y] = self.spectrum.max_waves(grid.cell());
+        for (nodes, waves) in [(nodes_x, max_x), (nodes_y, max_y)] {
+            assert!(2 * waves as usize <= nodes, "{nodes} nodes cannot resolve {waves} waves");
         }
-        let mut waves = Waves::on(grid.nodes());
-        let mut sum = MomentSum::on(grid.cell());
+        let mut waves = Waves::new(grid.nodes());
+        let mut sum = MomentSum::new(grid.cell());
         self.for_each_pair(grid.cell(), |k_x, k_y, density, draw| {
             let power = self.power(density, &draw);
             sum.add_pair([k_x.into(), k_y.into()], 2.0 * power);
             waves.add([k_x, k_y as i32], power.sqrt() * draw.phase());
         });
         let heights = waves.heights(threads, self.scale(&sum));
-        Surface::new(grid, heights).expect("a sum of finite waves on a whole mesh")
+        Surface::new(grid, heights).expect("a sum of finite waves is finite")
     }
 
-    /// Moments of the surface from its modes alone, without a mesh.
+    /// Returns the spectral moments of the realization, summed over its modes.
     pub fn moments(&self, cell: Cell) -> Moments {
-        self.moments_beside_mean(cell).0
+        self.realized_and_expected_moments(cell).0
     }
 
-    /// Moments of the surface, and of one of the same slope whose modes all have their mean power:
-    /// the sums over the lattice of modes, from which realizations scatter.
-    pub fn moments_beside_mean(&self, cell: Cell) -> (Moments, Moments) {
-        let [mut drawn, mut mean] = [MomentSum::on(cell); 2];
+    /// Returns the spectral moments of the realization and those of the expected power.
+    ///
+    /// Both have the same rms slope. The second are sums over all modes with their mean power; the
+    /// moments of realizations scatter around them.
+    pub fn realized_and_expected_moments(&self, cell: Cell) -> (Moments, Moments) {
+        let [mut drawn, mut mean] = [MomentSum::new(cell); 2];
         self.for_each_pair(cell, |k_x, k_y, density, draw| {
             let power = self.power(density, &draw);
             drawn.add_pair([k_x.into(), k_y.into()], 2.0 * power);
@@ -117,11 +122,11 @@ impl RandomSurface {
         (moments(drawn), moments(mean))
     }
 
-    /// Mean power |ĥ|² of a mode in each ring of wavenumbers that round to the same integer, rings
-    /// without modes left out; of the surface, and of one of the same slope whose modes all have
-    /// their mean power.
+    /// Returns the mean power |ĥ|² in rings of wavenumbers that round to the same integer.
+    ///
+    /// Rings without modes are omitted. [`Ring::mean_power`] is normalised to the same rms slope.
     pub fn rings(&self, cell: Cell) -> Vec<Ring> {
-        let [mut drawn, mut mean] = [MomentSum::on(cell); 2];
+        let [mut drawn, mut mean] = [MomentSum::new(cell); 2];
         let rings = 1 + self.spectrum.k_upper as usize;
         let mut sums = vec![(0, 0.0, 0.0); rings];
         self.for_each_pair(cell, |k_x, k_y, density, draw| {
@@ -146,7 +151,7 @@ impl RandomSurface {
         sums.into_iter().enumerate().filter_map(ring).collect()
     }
 
-    /// Visits one of each pair of modes ±k with its mean power, before scaling, and its draw.
+    /// Calls `visit(k_x, k_y, density, draw)` for one mode of each pair ±k, before scaling.
     fn for_each_pair(&self, cell: Cell, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
         let mut densities = self.spectrum.densities();
         let square_length = self.spectrum.square_length();
@@ -155,13 +160,13 @@ impl RandomSurface {
             let draws = draws.row(row.k_x, *row.k_y.start());
             for (k_y, draw) in row.k_y.zip(draws) {
                 let wavevector = cell.wavevector([row.k_x.into(), k_y.into()]);
-                let density = densities.at(square_length.of(wavevector));
+                let density = densities.at(square_length.at(wavevector));
                 visit(row.k_x, k_y, density, draw);
             }
         }
     }
 
-    /// |c|² of a mode, before scaling.
+    /// Returns |c|² of a mode before scaling.
     fn power(&self, density: f64, draw: &ModeDraw) -> f64 {
         match self.amplitude {
             Amplitude::Gaussian => density * draw.power(),
@@ -169,19 +174,18 @@ impl RandomSurface {
         }
     }
 
-    /// What the heights are multiplied by for the slope asked for.
+    /// Returns the factor that scales the heights to the rms slope.
     fn scale(&self, sum: &MomentSum) -> f64 {
         let square_slope = sum.square_slope();
         if square_slope > 0.0 { self.rms_slope / square_slope.sqrt() } else { 0.0 }
     }
 }
 
-/// Surfaces that tests need.
 #[cfg(test)]
 pub(crate) mod samples {
     use super::*;
 
-    /// Of Hurst exponent 0.8 and unit rms slope.
+    /// Returns a surface of Hurst exponent 0.8 and unit rms slope.
     pub fn random(k_lower: u32, k_upper: u32, seed: u64) -> RandomSurface {
         RandomSurface {
             spectrum: Spectrum {
@@ -279,7 +283,7 @@ mod tests {
             for realization in 0..3 {
                 let surface = RandomSurface { realization, ..random(amplitude, 1, 15) };
                 for side in [1.0, 2.5] {
-                    let slope = Moments::of(&surface.draw(square(32, side))).rms_slope();
+                    let slope = Moments::from_surface(&surface.draw(square(32, side))).rms_slope();
                     assert_close(slope, 0.02, 1e-13);
                 }
             }
@@ -293,7 +297,7 @@ mod tests {
         let [coarse, fine] = [[60, 24], [120, 72]].map(|nodes| random.draw(rectangle(nodes, size)));
         let rms_height = random.moments(coarse.grid().cell()).rms_height();
         for (node, height) in coarse.heights().iter().enumerate() {
-            let [i, j] = coarse.grid().place(node);
+            let [i, j] = coarse.grid().indices(node);
             let shared = fine.heights()[2 * i * 72 + 3 * j];
             assert!((height - shared).abs() < 1e-12 * rms_height);
         }
@@ -307,7 +311,8 @@ mod tests {
     }
 
     fn moments_agree(surface: &RandomSurface, grid: Grid) {
-        let (modes, mesh) = (surface.moments(grid.cell()), Moments::of(&surface.draw(grid)));
+        let (modes, mesh) =
+            (surface.moments(grid.cell()), Moments::from_surface(&surface.draw(grid)));
         assert_close(mesh.rms_slope(), 0.02, 1e-13);
         assert_close(modes.m00, mesh.m00, 1e-13);
         assert_close(modes.m20, mesh.m20, 1e-13);
@@ -329,7 +334,7 @@ mod tests {
         for (k_lower, k_upper, nayak, density, effective) in sums {
             let [scattering, fixed] =
                 [Amplitude::Gaussian, Amplitude::Deterministic].map(|amplitude| {
-                    random(amplitude, k_lower, k_upper).moments_beside_mean(cell(3.0))
+                    random(amplitude, k_lower, k_upper).realized_and_expected_moments(cell(3.0))
                 });
             assert_eq!(fixed.0, fixed.1);
             assert_eq!(scattering.1, fixed.1);
@@ -358,7 +363,7 @@ mod tests {
             surface.moments(cell(1.0))
         };
         let along_x = moments(2.0, 0.0);
-        // A sum over the lattice in place of an integral over the plane.
+        // The tolerance is the difference between the sum over modes and the integral.
         assert_close(along_x.m02 / along_x.m20, 4.0, 0.02);
         assert_close(along_x.m04 / along_x.m40, 16.0, 0.02);
         let along_y = moments(2.0, 90.0);
@@ -383,7 +388,7 @@ mod tests {
         let [one, other] = [isotropic, stretched].map(|surface| surface.draw(square(64, 1.0)));
         let rms_height = isotropic.moments(cell(1.0)).rms_height();
         for (one, other) in one.heights().iter().zip(other.heights()) {
-            // Modes on the cutoffs go, a hundredth of all.
+            // The anisotropy removes modes on the cutoffs, a hundredth of all.
             assert!((one - other).abs() < rms_height);
         }
         let product: f64 = one.heights().iter().zip(other.heights()).map(|(a, b)| a * b).sum();

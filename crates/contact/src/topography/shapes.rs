@@ -1,4 +1,4 @@
-//! Shapes whose contact has a closed form.
+//! Simple shapes whose contact has a closed form.
 
 use std::f64::consts::TAU;
 
@@ -7,11 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::surface::Surface;
 use crate::grid::Grid;
 
-/// Axes.
 const X: usize = 0;
 const Y: usize = 1;
 
-/// A periodic surface of simple shape, peaks up; lengths in the unit of the sides of the cell.
+/// A surface of simple shape, peaks up; lengths are in the unit of the sides of the cell.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -29,37 +28,42 @@ const Y: usize = 1;
 #[serde(tag = "method", rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "the formula of each names them")]
 pub enum Shape {
-    /// h = −r²/(2R) around the centre of the cell: Hertz's contact while it is small in the cell.
+    /// h = −r²/(2R) around the centre of the cell: Hertz contact, if the contact is much smaller than
+    /// the cell.
     Paraboloid { radius: f64 },
-    /// h = Δ cos(2π n x/L_x): Westergaard's contact. `waves` is n.
+    /// h = Δ cos(2π n x/L_x), with n = `waves`: the contact of Westergaard 1939.
     Wave { amplitude: f64, waves: u32 },
-    /// h = Δ cos(2π n x/L_x) cos(2π n y/L_y): on a square the contact of Johnson, Greenwood &
+    /// h = Δ cos(2π n x/L_x) cos(2π n y/L_y): on a square, the contact of Johnson, Greenwood &
     /// Higginson 1985.
     WaveProduct { amplitude: f64, waves: u32 },
-    /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: the same contact, turned by 45° and √2 shorter.
+    /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: on a square, `WaveProduct` of twice the amplitude,
+    /// rotated by 45°, with wavelengths longer by √2.
     WaveSum { amplitude: f64, waves: u32 },
-    /// Zero within a disc of the given radius around the centre, −`depth` outside.
+    /// Flat punch: h = 0 within `radius` of the centre of the cell, −`depth` outside.
     #[serde(rename = "flat-punch")]
     Punch { radius: f64, depth: f64 },
 }
 
 impl Shape {
-    /// The heights on a grid; radii must be positive, all lengths finite.
+    /// Samples the heights on a grid.
+    ///
+    /// # Panics
+    /// Panics if a height is not finite, as with an infinite length or a radius R = 0.
     pub fn draw(&self, grid: Grid) -> Surface {
-        let heights = (0..grid.count()).map(|node| self.height(grid, grid.place(node))).collect();
+        let heights = (0..grid.count()).map(|node| self.height(grid, grid.indices(node))).collect();
         Surface::new(grid, heights).expect("lengths are finite and radii positive")
     }
 
-    fn height(&self, grid: Grid, place: [usize; 2]) -> f64 {
+    fn height(&self, grid: Grid, indices: [usize; 2]) -> f64 {
         let (nodes, size) = (grid.nodes(), grid.cell().size());
         let square_radius = || {
             let from_centre =
-                |axis: usize| (place[axis] as f64 / nodes[axis] as f64 - 0.5) * size[axis];
+                |axis: usize| (indices[axis] as f64 / nodes[axis] as f64 - 0.5) * size[axis];
             from_centre(X).powi(2) + from_centre(Y).powi(2)
         };
         let wave = |axis: usize, waves: u32| {
-            // Reduced to one turn, so that all waves of a surface are equal to the last bit.
-            let phase = (place[axis] * waves as usize) % nodes[axis];
+            // Modulo one period, so that all waves of a surface have the same bits.
+            let phase = (indices[axis] * waves as usize) % nodes[axis];
             libm::cos(TAU * phase as f64 / nodes[axis] as f64)
         };
         match *self {
@@ -111,7 +115,7 @@ mod tests {
             (Shape::WaveSum { amplitude, waves }, [steepest / 2.0; 2]),
         ];
         for (shape, exact) in slopes {
-            let moments = Moments::of(&shape.draw(square(30, 1.0)));
+            let moments = Moments::from_surface(&shape.draw(square(30, 1.0)));
             for (found, exact) in [moments.m20, moments.m02].into_iter().zip(exact) {
                 assert!((found - exact).abs() < 1e-13, "{shape:?}: {found}");
             }

@@ -1,7 +1,7 @@
-//! Isotropic power spectral densities that are given by numbers, and random surfaces of them.
+//! Tabulated isotropic power spectral densities, and random surfaces drawn from them.
 //!
-//! Densities are C(q) of angular wavenumbers with ∫ C d²q/(2π)² = h_rms², and zero beyond the
-//! wavenumbers that are given.
+//! The density C(q) is a function of the angular wavenumber, in length⁴, with
+//! ∫ C d²q/(2π)² = h_rms². It is zero outside the table.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::RangeInclusive;
@@ -15,47 +15,47 @@ use super::surface::Surface;
 use crate::grid::Grid;
 use crate::threads::Threads;
 
-/// How far, as a share of it, a wavenumber may be from one that is given and still be that one:
-/// what twelve digits of a number that a person writes out leave.
+/// Relative difference below which two wavenumbers are equal; allows for values rounded to text.
 const ROUNDING: f64 = 1e-9;
 
-/// An isotropic power spectral density.
+/// An isotropic power spectral density C(q), given by a table.
 ///
-/// Holding one means: wavenumbers are positive and ascend, densities are finite, not negative, and
-/// some are positive.
+/// Wavenumbers are positive and ascending. Densities are finite and not negative, and at least one
+/// is positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralDensity(Shape);
 
 #[derive(Debug, Clone, PartialEq)]
 enum Shape {
-    /// Wavenumbers and densities, between which the logarithm of the density is linear in that of
-    /// the wavenumber; where a neighbour is zero, so is the density.
+    /// Wavenumbers and densities with log-log linear interpolation.
+    ///
+    /// The density is zero between two points if one of them is zero.
     Points(Vec<[f64; 2]>),
-    /// Densities of rings by their number: wavenumbers that are that many steps, to the nearest.
+    /// Densities of rings; ring n holds the wavenumbers that round to n steps.
     Rings { step: f64, densities: Vec<f64> },
 }
 
-/// Why numbers are no spectral density.
+/// Error of a table that is not a spectral density.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum SpectralDensityError {
-    #[error("{found} wavenumbers are no spectrum, it takes at least 2")]
+    #[error("the spectral density has {found} wavenumbers; it needs at least 2")]
     TooFew { found: usize },
-    #[error("wavenumber {number} is {wavenumber:?}, it must be positive and above those before")]
+    #[error("wavenumber {number} is {wavenumber:?}; wavenumbers must be positive and ascending")]
     Wavenumber { number: usize, wavenumber: f64 },
-    #[error("density {number} is {density:?}, it must be finite and not negative")]
+    #[error("density {number} is {density:?}; it must be finite and not negative")]
     Density { number: usize, density: f64 },
-    #[error("every density is zero")]
+    #[error("every density is zero; at least one must be positive")]
     Flat,
 }
 
 impl SpectralDensity {
-    /// A density that is known at some wavenumbers, and between them by a power law from each to
-    /// the next.
+    /// Creates a density from points (q, C), with a power law between neighbouring points.
     ///
     /// # Errors
-    /// When wavenumbers are fewer than two or do not ascend, or a density is none.
-    pub fn through(points: Vec<[f64; 2]>) -> Result<Self, SpectralDensityError> {
+    /// Fails if there are fewer than two points, if wavenumbers are not positive and ascending, if a
+    /// density is negative or not finite, or if all densities are zero.
+    pub fn from_points(points: Vec<[f64; 2]>) -> Result<Self, SpectralDensityError> {
         if points.len() < 2 {
             let found = points.len();
             return Err(SpectralDensityError::TooFew { found });
@@ -71,16 +71,17 @@ impl SpectralDensity {
         Ok(Self(Shape::Points(points)))
     }
 
-    /// The mean densities of rings of wavenumbers, each as wide as `step` about so many steps:
-    /// every mode has the density of its ring. Rings that are not named have none.
+    /// Creates a piecewise constant density from pairs (n, C) of rings of wavenumbers.
     ///
-    /// On a cell of the side L = 2π/step surfaces have the density of every ring on average, where
-    /// a curve through the rings would not: within the first few the density falls by more than
-    /// half.
+    /// Ring n contains the wavenumbers that round to n × `step`. Omitted rings have a density of zero.
+    ///
+    /// On a cell of side L = 2π/`step`, the mean density of every ring of the surfaces is then C.
+    /// Interpolation between the rings would not give this, because the density falls by more than
+    /// half within each of the first rings.
     ///
     /// # Errors
-    /// When a density is none.
-    pub fn of_rings(
+    /// Fails if a density is negative or not finite, or if all densities are zero.
+    pub fn from_rings(
         step: f64,
         rings: impl IntoIterator<Item = (u32, f64)>,
     ) -> Result<Self, SpectralDensityError> {
@@ -94,7 +95,7 @@ impl SpectralDensity {
         Ok(Self(Shape::Rings { step, densities }))
     }
 
-    /// The same surface in a unit of length of which there are `factor` in the unit so far.
+    /// Converts the density to another unit of length; one old unit is `factor` new units.
     #[must_use]
     pub fn in_unit(mut self, factor: f64) -> Self {
         let square = factor * factor;
@@ -114,7 +115,7 @@ impl SpectralDensity {
         self
     }
 
-    /// C(q); zero where nothing is known.
+    /// Returns C(q), or zero outside the table.
     pub fn at(&self, wavenumber: f64) -> f64 {
         match &self.0 {
             Shape::Rings { step, densities } => {
@@ -134,7 +135,7 @@ impl SpectralDensity {
         }
     }
 
-    /// The smallest and the largest wavenumber that may have a density.
+    /// Returns the smallest and the largest wavenumber of the table.
     pub fn range(&self) -> [f64; 2] {
         match &self.0 {
             Shape::Points(points) => [points[0][0], points[points.len() - 1][0]],
@@ -143,7 +144,7 @@ impl SpectralDensity {
     }
 }
 
-/// The power law through two points.
+/// Interpolates between two points by a power law.
 fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f64 {
     if low == 0.0 || high == 0.0 {
         return 0.0;
@@ -154,7 +155,7 @@ fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f
     if factor.is_finite() && factor > 0.0 { low * factor } else { libm::exp(libm::log(low) + rise) }
 }
 
-/// ln(a/b), also where the ratio is no number of double precision.
+/// Returns ln(a/b), also if a/b overflows or underflows.
 fn log_ratio(a: f64, b: f64) -> f64 {
     let ratio = a / b;
     if ratio.is_finite() && ratio > 0.0 { libm::log(ratio) } else { libm::log(a) - libm::log(b) }
@@ -171,57 +172,57 @@ fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralD
     if is_flat { Err(SpectralDensityError::Flat) } else { Ok(()) }
 }
 
-/// A Gaussian random surface with a given spectral density.
+/// A Gaussian random surface with a tabulated spectral density.
 ///
-/// Draws belong to seed, realization and mode: two meshes of one cell differ by the waves alone
-/// that are too short for the coarser one. It shows those of two nodes as far as a mesh can: one of
-/// the two modes that look alike on it.
+/// The random numbers depend only on seed, realization and mode. On two grids of one cell, the
+/// surfaces therefore differ only by the waves that the coarser grid cannot resolve. Of two modes
+/// that coincide at the Nyquist wavenumber of a grid, the surface contains one.
 ///
 /// ```
 /// use std::f64::consts::TAU;
 ///
 /// use asperity_contact::grid::{Boundary, Grid};
-/// use asperity_contact::topography::spectral_density::GivenSpectrum;
+/// use asperity_contact::topography::spectral_density::TabulatedSurface;
 /// use asperity_contact::topography::spectral_density::SpectralDensity;
 ///
 /// // White from 4 to 12 waves along a side of one.
-/// let density = SpectralDensity::through(vec![[TAU * 4.0, 1e-6], [TAU * 12.0, 1e-6]])?;
-/// let surface = GivenSpectrum { density: &density, rms_slope: None, seed: 1, realization: 0 };
+/// let density = SpectralDensity::from_points(vec![[TAU * 4.0, 1e-6], [TAU * 12.0, 1e-6]])?;
+/// let surface = TabulatedSurface { density: &density, rms_slope: None, seed: 1, realization: 0 };
 /// let grid = Grid::square(32, 1.0).unwrap();
 /// let square: f64 = surface.draw(grid).heights().iter().map(|height| height * height).sum();
-/// // As much for each of π (12² − 4²) modes of the mesh.
+/// // Each of the π (12² − 4²) modes contributes 1e-6.
 /// assert!((square / 1024.0 / (402.0 * 1e-6) - 1.0).abs() < 0.2);
 /// # Ok::<(), asperity_contact::topography::spectral_density::SpectralDensityError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GivenSpectrum<'a> {
-    /// Its density, in the unit of the grid's lengths.
+pub struct TabulatedSurface<'a> {
+    /// Power spectral density, in the unit of the grid's sides.
     pub density: &'a SpectralDensity,
-    /// √⟨|∇h|²⟩ that the surface is scaled to; where it is none, the density decides.
+    /// Rms slope √⟨|∇h|²⟩ to which the heights are scaled; `None` keeps the heights of the density.
     pub rms_slope: Option<f64>,
-    /// Names a family of draws.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Names one member of the family.
+    /// Index of the realization; each index gives an independent surface.
     pub realization: u32,
 }
 
-impl GivenSpectrum<'_> {
-    /// The heights on a grid; flat, if it has no mode with a density.
+impl TabulatedSurface<'_> {
+    /// Draws the heights on a grid; the surface is flat if no mode has a density.
     pub fn draw(&self, grid: Grid) -> Surface {
         self.draw_on(&Threads::one(), grid)
     }
 
-    /// The same by several threads.
+    /// Draws the heights on a grid like [`TabulatedSurface::draw`], with several threads.
     pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
-        let mut waves = Waves::on(grid.nodes());
-        let mut sum = MomentSum::on(grid.cell());
+        let mut waves = Waves::new(grid.nodes());
+        let mut sum = MomentSum::new(grid.cell());
         let draws = Draws::new(self.seed, self.realization);
         for (k_x, columns) in modes(grid, self.density.range()[1]) {
             let draws = draws.row(k_x, *columns.start() as u32);
             for (k_y, draw) in columns.zip(draws) {
                 let mean_power = self.density.at(wavenumber(grid, k_x, k_y)) / grid.cell().area();
                 if mean_power > 0.0 {
-                    let wave = Wave::of(grid, [k_x, k_y], mean_power, &draw);
+                    let wave = Wave::new(grid, [k_x, k_y], mean_power, &draw);
                     sum.add_pair([k_x, k_y].map(f64::from), wave.power);
                     waves.add([k_x, k_y], wave.coefficient);
                 }
@@ -233,58 +234,58 @@ impl GivenSpectrum<'_> {
             _ => 1.0,
         };
         let heights = waves.heights(threads, scale);
-        Surface::new(grid, heights).expect("a sum of finite waves on a whole mesh")
+        Surface::new(grid, heights).expect("a sum of finite waves is finite")
     }
 }
 
-/// Whether some mode of a mesh has a density.
+/// Returns `true` if a mode of the grid has a positive density.
 pub fn occupies(density: &SpectralDensity, grid: Grid) -> bool {
     let mut modes = modes(grid, density.range()[1]);
     modes.any(|(k_x, mut columns)| columns.any(|k_y| density.at(wavenumber(grid, k_x, k_y)) > 0.0))
 }
 
-/// A wave and its mean square height on the mesh.
+/// Coefficient of a wave, and its mean square height on the grid.
 struct Wave {
     coefficient: Complex<f64>,
     power: f64,
 }
 
 impl Wave {
-    fn of(grid: Grid, waves: [i32; 2], mean_power: f64, draw: &ModeDraw) -> Wave {
+    fn new(grid: Grid, waves: [i32; 2], mean_power: f64, draw: &ModeDraw) -> Wave {
         let coefficient = (mean_power * draw.power()).sqrt() * draw.phase();
         let [x, y] = [0, 1].map(|axis| is_own_opposite(waves[axis], grid.nodes()[axis]));
-        match x && y {
-            // A single mode, which the mesh shows as 2 Re(c).
-            true => {
-                let coefficient = FRAC_1_SQRT_2 * coefficient;
-                Wave { coefficient, power: (2.0 * coefficient.re).powi(2) }
-            }
-            false => Wave { coefficient, power: 2.0 * coefficient.norm_sqr() },
+        if x && y {
+            // A single mode, with the heights ±2 Re(c) on the grid.
+            let coefficient = FRAC_1_SQRT_2 * coefficient;
+            Wave { coefficient, power: (2.0 * coefficient.re).powi(2) }
+        } else {
+            Wave { coefficient, power: 2.0 * coefficient.norm_sqr() }
         }
     }
 }
 
-/// Whether k and −k are one on a mesh.
+/// Returns `true` if k and −k coincide on a grid.
 fn is_own_opposite(waves: i32, nodes: usize) -> bool {
     waves == 0 || 2 * waves.unsigned_abs() as usize == nodes
 }
 
-/// Every mode of a mesh but the mean, one of each pair ±k, by its waves along x, up to a wavenumber
-/// along either axis.
-fn modes(grid: Grid, highest: f64) -> impl Iterator<Item = (i32, RangeInclusive<i32>)> {
+/// Iterates over one mode of each pair ±k of a grid, except the mean: k_x with a range of k_y.
+///
+/// The wavenumber along either axis is at most `max_wavenumber`.
+fn modes(grid: Grid, max_wavenumber: f64) -> impl Iterator<Item = (i32, RangeInclusive<i32>)> {
     let size = grid.cell().size();
-    let most = |axis: usize| {
-        let within = (highest * size[axis] / TAU * (1.0 + 1e-12)).floor();
+    let max_waves = |axis: usize| {
+        let within = (max_wavenumber * size[axis] / TAU * (1.0 + 1e-12)).floor();
         (grid.nodes()[axis] / 2).min(within as usize) as i32
     };
-    let [most_x, most_y] = [most(0), most(1)];
+    let [max_x, max_y] = [max_waves(0), max_waves(1)];
     let [nodes_x, nodes_y] = grid.nodes();
     let is_nyquist = |waves: i32, nodes: usize| 2 * waves.unsigned_abs() as usize == nodes;
-    let rows = -most_x..=most_x;
+    let rows = -max_x..=max_x;
     rows.filter(move |&k_x| k_x >= 0 || !is_nyquist(k_x, nodes_x)).map(move |k_x| {
-        // What lies at ±N/2 along y and left of x = 0 is there with the opposite sign.
-        let hidden = k_x < 0 && is_nyquist(most_y, nodes_y);
-        (k_x, i32::from(k_x <= 0)..=most_y - i32::from(hidden))
+        // For k_x < 0, the modes k_y = ±N/2 coincide with the opposite of a mode with k_x > 0.
+        let hidden = k_x < 0 && is_nyquist(max_y, nodes_y);
+        (k_x, i32::from(k_x <= 0)..=max_y - i32::from(hidden))
     })
 }
 
@@ -306,7 +307,7 @@ mod tests {
 
     fn power_law(exponent: f64, waves: [f64; 2]) -> SpectralDensity {
         let point = |k: f64| [TAU * k, 1e-6 * libm::pow(k, -exponent)];
-        SpectralDensity::through(waves.map(point).to_vec()).unwrap()
+        SpectralDensity::from_points(waves.map(point).to_vec()).unwrap()
     }
 
     #[test]
@@ -322,11 +323,12 @@ mod tests {
     }
 
     #[test]
-    fn a_power_law_goes_on_where_its_ratios_are_beyond_double_precision() {
+    fn a_power_law_is_exact_if_its_ratios_overflow() {
         let falling = vec![[1e-200, 1e200], [1e200, 1e-200]];
         let rising = vec![[1e-200, 1e-200], [1e200, 1e200]];
         for q in [1e-199, 1e-3, 1.0, 1e199] {
-            let at = |points: &[[f64; 2]]| SpectralDensity::through(points.to_vec()).unwrap().at(q);
+            let at =
+                |points: &[[f64; 2]]| SpectralDensity::from_points(points.to_vec()).unwrap().at(q);
             assert!((at(&falling) * q - 1.0).abs() < 1e-12, "{q}");
             assert!((at(&rising) / q - 1.0).abs() < 1e-12, "{q}");
         }
@@ -335,14 +337,14 @@ mod tests {
     #[test]
     fn a_density_beside_zero_is_zero() {
         let points = vec![[1.0, 2.0], [2.0, 0.0], [3.0, 1.0], [4.0, 1.0]];
-        let density = SpectralDensity::through(points).unwrap();
+        let density = SpectralDensity::from_points(points).unwrap();
         let found = [1.0, 1.5, 2.0, 2.5, 3.0, 3.5].map(|q| density.at(q));
         assert_eq!(found, [2.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
     }
 
     #[test]
     fn numbers_that_are_no_density_are_refused() {
-        let found = |points: Vec<[f64; 2]>| SpectralDensity::through(points).unwrap_err();
+        let found = |points: Vec<[f64; 2]>| SpectralDensity::from_points(points).unwrap_err();
         let number = 2;
         assert_eq!(found(vec![[1.0, 1.0]]), SpectralDensityError::TooFew { found: 1 });
         assert_eq!(
@@ -356,8 +358,8 @@ mod tests {
         assert_eq!(found(vec![[1.0, 0.0], [2.0, 0.0]]), SpectralDensityError::Flat);
     }
 
-    fn surface(density: &SpectralDensity, realization: u32) -> GivenSpectrum<'_> {
-        GivenSpectrum { density, rms_slope: None, seed: 11, realization }
+    fn surface(density: &SpectralDensity, realization: u32) -> TabulatedSurface<'_> {
+        TabulatedSurface { density, rms_slope: None, seed: 11, realization }
     }
 
     #[test]
@@ -377,9 +379,9 @@ mod tests {
         let size = [1.0, 0.75];
         let [coarse, fine] =
             [[30, 24], [60, 72]].map(|nodes| surface(&density, 3).draw(rectangle(nodes, size)));
-        let rms_height = Moments::of(&fine).rms_height();
+        let rms_height = Moments::from_surface(&fine).rms_height();
         for (node, height) in coarse.heights().iter().enumerate() {
-            let [i, j] = coarse.grid().place(node);
+            let [i, j] = coarse.grid().indices(node);
             let shared = fine.heights()[2 * i * 72 + 3 * j];
             assert!((height - shared).abs() < 1e-12 * rms_height);
         }
@@ -387,11 +389,11 @@ mod tests {
 
     #[test]
     fn slope_is_scaled_where_it_is_asked_for() {
-        // To the corners of the mesh: waves of two nodes count as the mesh sees them.
+        // The density extends to the corners of the grid and includes waves at Nyquist.
         let density = power_law(2.0, [1.0, 100.0]);
         for grid in [square(16, 1.0), rectangle([9, 12], [1.0, 0.5])] {
-            let scaled = GivenSpectrum { rms_slope: Some(0.3), ..surface(&density, 0) };
-            let slope = Moments::of(&scaled.draw(grid)).rms_slope();
+            let scaled = TabulatedSurface { rms_slope: Some(0.3), ..surface(&density, 0) };
+            let slope = Moments::from_surface(&scaled.draw(grid)).rms_slope();
             assert!((slope / 0.3 - 1.0).abs() < 1e-12, "{slope}");
         }
     }
@@ -405,7 +407,7 @@ mod tests {
         assert!(surface(&density, 0).draw(square(16, 1.0)).heights() == [0.0; 256]);
     }
 
-    /// Mean densities of rings over many surfaces.
+    /// Returns the mean densities of rings over several surfaces.
     fn mean_rings(density: &SpectralDensity, grid: Grid, surfaces: u32) -> Vec<Ring> {
         let mut mean: Vec<Ring> = Vec::new();
         for realization in 0..surfaces {
@@ -425,7 +427,7 @@ mod tests {
     fn surfaces_have_the_density_of_every_ring_up_to_the_corners_of_the_mesh() {
         for grid in [square(16, 1.0), rectangle([16, 9], [1.0, 0.7])] {
             let rings = (1..12).map(|ring| (ring, f64::from(ring).powi(-3)));
-            let density = SpectralDensity::of_rings(TAU, rings).unwrap();
+            let density = SpectralDensity::from_rings(TAU, rings).unwrap();
             let surfaces = 400;
             for ring in mean_rings(&density, grid, surfaces) {
                 if ring.waves >= 12 {

@@ -1,5 +1,4 @@
-//! The power spectral density of a self-affine surface, along a grain or alike in all directions,
-//! and the modes that it occupies.
+//! Power spectral density of a self-affine surface, isotropic or anisotropic, and its modes.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::{Range, RangeInclusive};
@@ -9,66 +8,68 @@ use serde::{Deserialize, Serialize};
 use super::moments::{Continuum, MomentSum, Moments};
 use crate::grid::Cell;
 
-/// Power spectral density, eq. (PSD) of Yastrebov, Anciaux & Molinari 2015, isotropic but for a
-/// grain.
+/// Power spectral density of a self-affine surface, eq. (PSD) of Yastrebov, Anciaux & Molinari
+/// 2015.
 ///
-/// Constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))` for `k_rolloff ≤
-/// |k| ≤ k_upper`, zero elsewhere; both cutoffs belong to the spectrum, which is what reproduces
-/// the Nayak parameters tabulated in the paper. Wavenumbers are in units of 2π/L, L being the
-/// longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
+/// The density is constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))`
+/// for `k_rolloff ≤ |k| ≤ k_upper`, and zero elsewhere. The modes at both cutoffs belong to the
+/// spectrum; with them it reproduces the Nayak parameters tabulated in the paper. Wavenumbers are in
+/// units of 2π/L, where L is the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
-    /// Hurst exponent, 0 to 1.
+    /// Hurst exponent, between 0 and 1.
     pub hurst: f64,
-    /// Lower cutoff.
+    /// Lower cutoff, in units of 2π/L.
     pub k_lower: u32,
-    /// End of the plateau; equal to `k_lower` where there is none.
+    /// Roll-off wavenumber, at the end of the plateau; equal to `k_lower` without plateau.
     pub k_rolloff: u32,
-    /// Upper cutoff.
+    /// Upper cutoff, in units of 2π/L.
     pub k_upper: u32,
-    /// What stretches the surface; cutoffs are those across its grain.
+    /// Anisotropy of the surface; the wavenumbers above are those across the grain.
     #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
     pub anisotropy: Option<Anisotropy>,
 }
 
-/// Densities of a spectrum, each computed once: the modes of a mesh are many times more than their
-/// lengths, and a power costs more than drawing a mode.
+/// Cache of the densities of a spectrum by |k|².
+///
+/// A mesh has many more modes than values of |k|², and `pow` takes longer than drawing a mode.
 #[derive(Debug, Clone)]
 pub struct Densities {
     spectrum: Spectrum,
-    /// By |k|², where that is whole, as it is on a square; not a number where nobody has asked.
-    known: Vec<f64>,
+    /// Densities indexed by whole |k|², as on a square cell; NaN if not computed yet.
+    cached: Vec<f64>,
 }
 
-/// Squared lengths above it are not remembered: they would fill memory.
-const MOST_KNOWN: u32 = 1 << 20;
+/// Largest |k|² in the cache; limits its memory to 8 MiB.
+const MAX_CACHED: u32 = 1 << 20;
 
 impl Densities {
-    /// [`Spectrum::density`], to the last bit.
+    /// Returns [`Spectrum::density`], bit for bit.
     pub fn at(&mut self, k_squared: f64) -> f64 {
         let whole = (k_squared.fract() == 0.0).then_some(k_squared as usize);
-        let Some(known) = whole.and_then(|whole| self.known.get_mut(whole)) else {
+        let Some(cached) = whole.and_then(|whole| self.cached.get_mut(whole)) else {
             return self.spectrum.density(k_squared);
         };
-        if known.is_nan() {
-            *known = self.spectrum.density(k_squared);
+        if cached.is_nan() {
+            *cached = self.spectrum.density(k_squared);
         }
-        *known
+        *cached
     }
 }
 
-/// The modes of a spectrum that share one `k_x`.
+/// Consecutive modes of a spectrum with the same `k_x`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeRow {
-    /// Waves along x, signed.
+    /// Signed number of waves along x.
     pub k_x: i32,
-    /// Waves along y, never negative.
+    /// Numbers of waves along y.
     pub k_y: RangeInclusive<u32>,
 }
 
 impl Spectrum {
-    /// Density at `|k|² = k_squared`, relative to the plateau; `k_squared` lies between the
-    /// cutoffs.
+    /// Returns the density at `|k|² = k_squared`, relative to the plateau.
+    ///
+    /// `k_squared` must lie between the squared cutoffs.
     pub fn density(&self, k_squared: f64) -> f64 {
         let rolloff_squared = square(self.k_rolloff);
         if k_squared < rolloff_squared {
@@ -78,61 +79,63 @@ impl Spectrum {
         libm::pow(ratio, -(1.0 + self.hurst))
     }
 
-    /// Densities of many modes.
+    /// Returns an empty cache of densities.
     pub fn densities(&self) -> Densities {
-        let lengths = square(self.k_upper).min(MOST_KNOWN as f64) as usize + 1;
-        Densities { spectrum: *self, known: vec![f64::NAN; lengths] }
+        let lengths = square(self.k_upper).min(MAX_CACHED as f64) as usize + 1;
+        Densities { spectrum: *self, cached: vec![f64::NAN; lengths] }
     }
 
-    /// What the square of a wavevector is, on which its density depends.
+    /// Returns the quadratic form |k′|² on which the density depends.
     pub(super) fn square_length(&self) -> SquareLength {
         let stretched = self.anisotropy.map(|grain| grain.square_length());
         stretched.unwrap_or(SquareLength::ISOTROPIC)
     }
 
-    /// One of each pair of modes ±k of a cell: all with k_y > 0, and of those with k_y = 0 the ones
-    /// with k_x > 0. Ascending in k_x, and in k_y within a row.
+    /// Iterates over one mode of each pair ±k of a cell.
+    ///
+    /// These are the modes with k_y > 0, and those with k_y = 0 and k_x > 0. They are in ascending
+    /// order of k_x, then of k_y.
     pub fn rows(&self, cell: Cell) -> impl Iterator<Item = ModeRow> + use<> {
         let (lower, upper) = (square(self.k_lower), square(self.k_upper));
-        let [most_x, most_y] = self.most_waves(cell);
-        // Exact on a square, where wavenumbers are whole and their squares far below 2⁵³.
+        let [max_x, max_y] = self.max_waves(cell);
+        // Exact on a square, where wavenumbers are integers and their squares far below 2⁵³.
         let square_length = self.square_length();
         let k_squared =
-            move |k_x: i32, k_y: u32| square_length.of(cell.wavevector([k_x.into(), k_y.into()]));
+            move |k_x: i32, k_y: u32| square_length.at(cell.wavevector([k_x.into(), k_y.into()]));
         let has_grain = self.anisotropy.is_some();
-        (-(most_x as i32)..=most_x as i32).flat_map(move |k_x| {
-            let k_y = u32::from(k_x <= 0)..most_y + 1;
-            let rows = match has_grain {
-                // Off the axes lengths need not ascend, and a row may cross the annulus twice.
-                true => runs(k_y, |k_y| (lower..=upper).contains(&k_squared(k_x, k_y))),
-                false => {
-                    let first = partition_point(k_y.clone(), |k_y| k_squared(k_x, k_y) < lower);
-                    let rest = first..k_y.end;
-                    let end = partition_point(rest, |k_y| k_squared(k_x, k_y) <= upper);
-                    Vec::from_iter((first < end).then(|| first..=end - 1))
-                }
+        (-(max_x as i32)..=max_x as i32).flat_map(move |k_x| {
+            let k_y = u32::from(k_x <= 0)..max_y + 1;
+            let rows = if has_grain {
+                // |k′|² need not ascend with k_y, and a row may cross the annulus twice.
+                runs(k_y, |k_y| (lower..=upper).contains(&k_squared(k_x, k_y)))
+            } else {
+                let first = partition_point(k_y.clone(), |k_y| k_squared(k_x, k_y) < lower);
+                let rest = first..k_y.end;
+                let end = partition_point(rest, |k_y| k_squared(k_x, k_y) <= upper);
+                Vec::from_iter((first < end).then(|| first..=end - 1))
             };
             rows.into_iter().map(move |k_y| ModeRow { k_x, k_y })
         })
     }
 
-    /// The most waves of a mode along x and y.
-    pub fn most_waves(&self, cell: Cell) -> [u32; 2] {
-        // No more than the upper cutoff, for no side is longer than the longer one.
+    /// Returns the largest numbers of waves of a mode along x and y.
+    pub fn max_waves(&self, cell: Cell) -> [u32; 2] {
+        // At most `k_upper`, because `aspect` is at least one.
         let aspect = cell.aspect();
         let Some(_) = self.anisotropy else {
             return aspect.map(|aspect| (f64::from(self.k_upper) / aspect) as u32);
         };
-        let most = self.square_length().most();
-        // A wave on the edge is not lost to rounding.
+        let most = self.square_length().unit_extents();
+        // The margin keeps modes on the cutoff in spite of rounding.
         let waves = |axis: usize| f64::from(self.k_upper) * most[axis] / aspect[axis];
         [waves(0), waves(1)].map(|waves| (waves * (1.0 + 1e-12)) as u32)
     }
 
-    /// Spectral moments over the modes of a cell, each mode with its mean power, up to a factor.
+    /// Returns the spectral moments over the modes of a cell, up to a common factor.
     ///
-    /// Ratios such as Nayak's parameter are those of the cell, not of [`Spectrum::continuum`]: with
-    /// `k_lower = 1` a cell has few of the longest waves, and the two parameters differ by a half.
+    /// Each mode has its mean power. Ratios such as Nayak's parameter differ from those of
+    /// [`Spectrum::continuum`], because a cell has few modes near `k_lower`. With `k_lower = 1` the
+    /// two Nayak parameters differ by half.
     ///
     /// ```
     /// use asperity_contact::grid::Cell;
@@ -147,25 +150,24 @@ impl Spectrum {
     pub fn moments(&self, cell: Cell) -> Moments {
         let mut densities = self.densities();
         let square_length = self.square_length();
-        let mut sum = MomentSum::on(cell);
+        let mut sum = MomentSum::new(cell);
         for row in self.rows(cell) {
             for k_y in row.k_y {
                 let waves = [row.k_x.into(), k_y.into()];
-                let density = densities.at(square_length.of(cell.wavevector(waves)));
+                let density = densities.at(square_length.at(cell.wavevector(waves)));
                 sum.add_pair(waves, 2.0 * density);
             }
         }
         sum.finish(1.0)
     }
 
-    /// Nayak's parameter over the modes of a square cell; `None` for a spectrum without modes.
+    /// Returns Nayak's parameter over the modes of a square cell; `None` for a spectrum without modes.
     pub fn nayak_on_a_square(&self) -> Option<f64> {
         let cell = Cell::square(1.0).expect("1 is the side of a cell");
         self.moments(cell).nayak()
     }
 
-    /// The same density, but for its grain, over continuous wavenumbers, where moments have closed
-    /// forms.
+    /// Returns the isotropic density over continuous wavenumbers, whose moments have closed forms.
     pub fn continuum(&self) -> Continuum {
         let rolloff = f64::from(self.k_rolloff);
         Continuum {
@@ -180,7 +182,7 @@ fn square(k: u32) -> f64 {
     f64::from(k).powi(2)
 }
 
-/// Numbers that belong, as far as they follow each other.
+/// Returns the runs of consecutive numbers that satisfy `belongs`.
 fn runs(numbers: Range<u32>, belongs: impl Fn(u32) -> bool) -> Vec<RangeInclusive<u32>> {
     let mut runs: Vec<RangeInclusive<u32>> = Vec::new();
     for number in numbers.filter(|&number| belongs(number)) {
@@ -192,7 +194,7 @@ fn runs(numbers: Range<u32>, belongs: impl Fn(u32) -> bool) -> Vec<RangeInclusiv
     runs
 }
 
-/// The first of ascending numbers that is not `before`.
+/// Returns the first number that does not satisfy `before`, by bisection.
 fn partition_point(numbers: Range<u32>, before: impl Fn(u32) -> bool) -> u32 {
     let Range { mut start, mut end } = numbers;
     while start < end {
@@ -206,15 +208,15 @@ fn partition_point(numbers: Range<u32>, before: impl Fn(u32) -> bool) -> u32 {
     end
 }
 
-/// An isotropic surface that has been stretched along one direction.
+/// Anisotropy of an isotropic surface that is stretched along one direction, the grain.
 ///
-/// Its power spectral density at the wavevector k is that of the isotropic surface at
-/// k′ = (ratio × k∥, k⊥), of which k∥ = k_x cos θ + k_y sin θ lies along the grain and
-/// k⊥ = k_y cos θ − k_x sin θ across: wavelengths, and with them correlation lengths, are `ratio`
-/// times as long along the grain, and across it what they were. Mean square slopes along and across
-/// are as 1 to ratio².
+/// The power spectral density at the wavevector k is that of the isotropic surface at
+/// k′ = (ratio × k∥, k⊥). The component k∥ = k_x cos θ + k_y sin θ is along the grain,
+/// k⊥ = k_y cos θ − k_x sin θ is across. The stretch multiplies wavelengths and correlation lengths
+/// along the grain by `ratio`; those across do not change. The mean square slope along the grain is
+/// 1/ratio² of that across.
 ///
-/// Holding one means: the ratio is above one, and the angle from 0 up to but not with 180 degrees.
+/// The ratio is greater than one, and the angle is in [0°, 180°).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anisotropy {
     #[serde(rename = "anisotropy_ratio")]
@@ -223,7 +225,7 @@ pub struct Anisotropy {
     angle: f64,
 }
 
-/// |k′|² = xx k_x² + 2 xy k_x k_y + yy k_y².
+/// Quadratic form |k′|² = xx k_x² + 2 xy k_x k_y + yy k_y².
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SquareLength {
     xx: f64,
@@ -232,10 +234,10 @@ pub(super) struct SquareLength {
 }
 
 impl Anisotropy {
-    /// Correlation lengths along the grain are `ratio` times those across, the grain at an angle
-    /// from the x axis in degrees; none where both are alike.
+    /// Creates an anisotropy from its ratio and the angle of the grain to the x axis, in degrees.
     ///
-    /// Ratios below one are those of a grain at right angles to it.
+    /// Returns `None` for a ratio of one, the isotropic surface. A ratio below one is equivalent to
+    /// its inverse with the grain rotated by 90°.
     ///
     /// ```
     /// use asperity_contact::topography::spectrum::Anisotropy;
@@ -250,19 +252,19 @@ impl Anisotropy {
         (ratio > 1.0).then_some(Self { ratio, angle })
     }
 
-    /// How many times longer wavelengths are along the grain than across.
+    /// Returns the ratio of the correlation lengths along and across the grain.
     pub fn ratio(&self) -> f64 {
         self.ratio
     }
 
-    /// Direction of the grain from the x axis, in degrees.
+    /// Returns the angle of the grain to the x axis, in degrees.
     pub fn angle(&self) -> f64 {
         self.angle
     }
 
     pub(super) fn square_length(&self) -> SquareLength {
         let (sine, cosine) = match self.angle {
-            // Exactly, so that cutoffs hold to the wave.
+            // Exact values, so that modes on the cutoffs are not lost to rounding.
             45.0 => (FRAC_1_SQRT_2, FRAC_1_SQRT_2),
             90.0 => (1.0, 0.0),
             135.0 => (FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
@@ -278,17 +280,17 @@ impl Anisotropy {
 }
 
 impl SquareLength {
-    /// Without a grain.
+    /// Quadratic form of an isotropic surface, |k|².
     pub const ISOTROPIC: Self = Self { xx: 1.0, xy: 0.0, yy: 1.0 };
 
-    /// Of a wavevector.
-    pub fn of(&self, [x, y]: [f64; 2]) -> f64 {
-        // In this order, x and y may change places.
+    /// Returns |k′|² of a wavevector.
+    pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
+        // This order gives the same bits if x and y are exchanged.
         self.xx * (x * x) + self.yy * (y * y) + 2.0 * self.xy * (x * y)
     }
 
-    /// The largest components of any wavevector whose length is at most one.
-    pub fn most(&self) -> [f64; 2] {
+    /// Returns the largest components of wavevectors with |k′| ≤ 1.
+    pub fn unit_extents(&self) -> [f64; 2] {
         let determinant = self.xx * self.yy - self.xy * self.xy;
         [self.yy, self.xx].map(|other| (other / determinant).sqrt())
     }
@@ -370,13 +372,13 @@ mod tests {
                 .flat_map(|k_x| (0..=12).map(move |k_y| (k_x, k_y)))
                 .filter(|&(k_x, k_y): &(i32, i32)| k_y > 0 || k_x > 0)
                 .filter(|&(k_x, k_y)| {
-                    let squared = square_length.of([k_x.into(), k_y.into()]);
+                    let squared = square_length.at([k_x.into(), k_y.into()]);
                     (16.0..=144.0).contains(&squared)
                 })
                 .collect();
             let found = modes(&spectrum, cell(1.0));
             assert_eq!(found, expected, "{angle}");
-            let most = spectrum.most_waves(cell(1.0)).map(|waves| waves as i32);
+            let most = spectrum.max_waves(cell(1.0)).map(|waves| waves as i32);
             let reached = [
                 found.iter().map(|mode| mode.0.abs()).max(),
                 found.iter().map(|mode| mode.1).max(),
@@ -393,11 +395,11 @@ mod tests {
     }
 
     #[test]
-    fn densities_that_are_remembered_are_those_that_are_computed() {
+    fn cached_densities_equal_computed_densities() {
         let spectrum = spectrum(2, 4, 8192);
         let mut densities = spectrum.densities();
         for _ in 0..2 {
-            let squares = [4, 15, 16, 17, MOST_KNOWN, MOST_KNOWN + 1, 1 << 26].map(f64::from);
+            let squares = [4, 15, 16, 17, MAX_CACHED, MAX_CACHED + 1, 1 << 26].map(f64::from);
             for k_squared in squares.into_iter().chain([4.5, 1e6 / 3.0]) {
                 assert_eq!(densities.at(k_squared), spectrum.density(k_squared));
             }
@@ -425,31 +427,31 @@ mod tests {
     }
 
     #[test]
-    fn wavevectors_along_the_grain_count_for_longer_ones() {
+    fn wavenumbers_along_the_grain_are_multiplied_by_the_ratio() {
         for angle in [0.0, 20.0, 90.0, 135.0] {
             let length = square_length(3.0, angle);
             let (sine, cosine) = f64::to_radians(angle).sin_cos();
-            assert!((length.of([cosine, sine]) - 9.0).abs() < 1e-14);
-            assert!((length.of([-sine, cosine]) - 1.0).abs() < 1e-14);
+            assert!((length.at([cosine, sine]) - 9.0).abs() < 1e-14);
+            assert!((length.at([-sine, cosine]) - 1.0).abs() < 1e-14);
         }
     }
 
     #[test]
     fn along_an_axis_lengths_are_exact() {
-        assert_eq!(square_length(2.0, 0.0).of([3.0, 4.0]), 52.0);
-        assert_eq!(square_length(2.0, 90.0).of([3.0, 4.0]), 73.0);
-        assert_eq!(SquareLength::ISOTROPIC.of([3.0, 4.0]), 25.0);
+        assert_eq!(square_length(2.0, 0.0).at([3.0, 4.0]), 52.0);
+        assert_eq!(square_length(2.0, 90.0).at([3.0, 4.0]), 73.0);
+        assert_eq!(SquareLength::ISOTROPIC.at([3.0, 4.0]), 25.0);
     }
 
     #[test]
     fn no_wavevector_within_the_ellipse_goes_beyond_its_box() {
         for angle in [0.0, 30.0, 45.0, 90.0, 100.0] {
             let length = square_length(2.5, angle);
-            let most = length.most();
+            let most = length.unit_extents();
             let mut reached = [0.0_f64; 2];
             for turn in 0..36000 {
                 let (y, x) = f64::to_radians(f64::from(turn) / 100.0).sin_cos();
-                let scale = length.of([x, y]).sqrt();
+                let scale = length.at([x, y]).sqrt();
                 reached = [reached[0].max(x / scale), reached[1].max(y / scale)];
             }
             for (reached, most) in reached.into_iter().zip(most) {

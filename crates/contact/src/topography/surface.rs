@@ -1,4 +1,4 @@
-//! Heights on the nodes of a grid: a [`Surface`], and a [`Scan`] some of whose points are missing.
+//! Heights on the nodes of a grid: [`Surface`] is complete, [`Scan`] may have missing points.
 
 use thiserror::Error;
 
@@ -6,7 +6,7 @@ use crate::grid::{Cell, Grid, GridError};
 
 /// Heights of a surface on the nodes of a grid, peaks up.
 ///
-/// Holding one means: as many finite heights as nodes.
+/// There is one finite height for each node.
 ///
 /// ```
 /// use asperity_contact::grid::{Cell, Grid};
@@ -26,94 +26,94 @@ pub struct Surface {
     heights: Vec<f64>,
 }
 
-/// Why heights do not make a surface.
+/// Error of heights that do not form a surface.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum SurfaceError {
-    #[error("{found} heights do not fill a mesh of {} × {} nodes", nodes[0], nodes[1])]
+    #[error("{found} heights for a grid of {} × {} nodes; give one height for each node", nodes[0], nodes[1])]
     Count { found: usize, nodes: [usize; 2] },
     #[error(transparent)]
     Grid(#[from] GridError),
-    #[error("height at row {row}, column {column} is {height}, every height must be finite")]
+    #[error("the height at row {row}, column {column} is {height}; every height must be finite")]
     NotFinite { row: usize, column: usize, height: f64 },
     #[error(
-        "height at row {row}, column {column} is {height:e}, more than {HIGHEST:e}: squares and sums of such \
-         heights are no numbers"
+        "the height at row {row}, column {column} is {height:e}, beyond ±{HIGHEST:e}: squares of such heights \
+         overflow; use a smaller unit"
     )]
     TooHigh { row: usize, column: usize, height: f64 },
 }
 
-/// How far from zero heights may be that somebody gives: what is made of them then stays finite.
+/// Largest magnitude of an input height; results computed from such heights remain finite.
 pub const HIGHEST: f64 = 1e100;
 
-/// Looks at heights that somebody gives; what is not finite is not looked at.
+/// Checks the magnitude of input heights; ignores heights that are not finite.
 ///
 /// # Errors
-/// When one is beyond [`HIGHEST`].
+/// Fails if the magnitude of a height exceeds [`HIGHEST`].
 pub fn check_range(grid: Grid, heights: &[f64]) -> Result<(), SurfaceError> {
     let beyond = |height: &f64| height.is_finite() && height.abs() > HIGHEST;
     let Some(index) = heights.iter().position(beyond) else {
         return Ok(());
     };
-    let [row, column] = grid.place(index);
+    let [row, column] = grid.indices(index);
     Err(SurfaceError::TooHigh { row, column, height: heights[index] })
 }
 
 impl Surface {
-    /// The surface with one height for each node, row-major, in the unit of the grid's lengths.
+    /// Creates a surface from one height per node, row-major, in the unit of the grid's sides.
     ///
     /// # Errors
-    /// When there are more or fewer heights than nodes, or one is not finite.
+    /// Fails if the number of heights is not the number of nodes, or if a height is not finite.
     pub fn new(grid: Grid, heights: Vec<f64>) -> Result<Self, SurfaceError> {
         if grid.count() != heights.len() {
             return Err(SurfaceError::Count { found: heights.len(), nodes: grid.nodes() });
         }
         if let Some(index) = heights.iter().position(|height| !height.is_finite()) {
-            let [row, column] = grid.place(index);
+            let [row, column] = grid.indices(index);
             return Err(SurfaceError::NotFinite { row, column, height: heights[index] });
         }
         Ok(Self { grid, heights })
     }
 
-    /// Where the heights are.
+    /// Returns the grid of the heights.
     pub fn grid(&self) -> Grid {
         self.grid
     }
 
-    /// Heights, row-major.
+    /// Returns the heights, row-major.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
 
-    /// The surface with its heights multiplied by a factor.
+    /// Multiplies the heights by a factor.
     ///
     /// # Errors
-    /// When a height leaves the range of floating-point numbers.
+    /// Fails if a height overflows.
     pub fn scaled(mut self, factor: f64) -> Result<Self, SurfaceError> {
         self.heights.iter_mut().for_each(|height| *height *= factor);
         Self::new(self.grid, self.heights)
     }
 
-    /// The heights, given away.
+    /// Consumes the surface and returns its heights, row-major.
     pub fn into_heights(self) -> Vec<f64> {
         self.heights
     }
 }
 
-/// A direction in which the nodes of a map follow each other.
+/// Axis along which the lines of a map run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// Lines of equal y.
+    /// The x axis; y is constant on a line.
     X,
-    /// Lines of equal x.
+    /// The y axis; x is constant on a line.
     Y,
 }
 
 impl Axis {
-    /// Both.
+    /// Both axes, x first.
     pub const BOTH: [Axis; 2] = [Axis::X, Axis::Y];
 
-    /// The word in tables.
+    /// Returns the name used in tables.
     pub fn name(self) -> &'static str {
         match self {
             Axis::X => "x",
@@ -121,8 +121,8 @@ impl Axis {
         }
     }
 
-    /// What belongs to the axis, of a pair along x and y.
-    pub fn of<T: Copy>(self, [x, y]: [T; 2]) -> T {
+    /// Selects the value for this axis from a pair of values along x and y.
+    pub fn select<T: Copy>(self, [x, y]: [T; 2]) -> T {
         match self {
             Axis::X => x,
             Axis::Y => y,
@@ -130,7 +130,7 @@ impl Axis {
     }
 }
 
-/// Visits the heights of every line along an axis, in the order of the other.
+/// Calls `visit` with the heights of every line along an axis, in the order of the other axis.
 pub(super) fn for_each_line(surface: &Surface, axis: Axis, mut visit: impl FnMut(&[f64])) {
     let [nodes_x, nodes_y] = surface.grid().nodes();
     match axis {
@@ -147,9 +147,9 @@ pub(super) fn for_each_line(surface: &Surface, axis: Axis, mut visit: impl FnMut
     }
 }
 
-/// Heights on the nodes of a grid, peaks up, as an instrument has measured them.
+/// Heights measured by an instrument on the nodes of a grid, peaks up.
 ///
-/// Holding one means: a finite height for every node that was measured, NaN for every other one.
+/// Measured nodes have a finite height, missing points have NaN.
 ///
 /// ```
 /// use asperity_contact::grid::{Cell, Grid};
@@ -159,7 +159,7 @@ pub(super) fn for_each_line(surface: &Surface, axis: Axis, mut visit: impl FnMut
 /// let scan = Scan::new(grid, vec![0.5, f64::NAN, 0.25, 1.0])?;
 /// assert_eq!(scan.missing(), 1);
 /// assert_eq!(scan.measured().map(|(node, _)| node).collect::<Vec<_>>(), [0, 2, 3]);
-/// assert_eq!(scan.whole().unwrap_err().missing, 1);
+/// assert_eq!(scan.into_surface().unwrap_err().missing, 1);
 /// # Ok::<(), asperity_contact::topography::surface::SurfaceError>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -168,31 +168,32 @@ pub struct Scan {
     heights: Vec<f64>,
 }
 
-/// A map with points that are missing is no surface.
+/// Error of a map with missing points where a complete surface is required.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("{missing} of {count} points are missing")]
+#[error("{missing} of {count} points are missing; fill them, or crop the map")]
 pub struct MissingPoints {
-    /// How many were not measured.
+    /// Number of missing points.
     pub missing: usize,
-    /// Of how many.
+    /// Number of all points.
     pub count: usize,
 }
 
 /// A rectangle of nodes of a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Window {
-    /// Its first node, along x and y.
+    /// Indices of the first node along x and y.
     pub first: [usize; 2],
-    /// Its nodes along x and y, at least one.
+    /// Numbers of nodes along x and y, at least one.
     pub nodes: [usize; 2],
 }
 
 impl Scan {
-    /// One number for each node, row-major, in the unit of the grid's lengths; what is not finite
-    /// is missing.
+    /// Creates a map from one number per node, row-major, in the unit of the grid's sides.
+    ///
+    /// A number that is not finite marks a missing point.
     ///
     /// # Errors
-    /// When there are more or fewer numbers than nodes.
+    /// Fails if the number of heights is not the number of nodes.
     pub fn new(grid: Grid, mut heights: Vec<f64>) -> Result<Scan, SurfaceError> {
         if grid.count() != heights.len() {
             return Err(SurfaceError::Count { found: heights.len(), nodes: grid.nodes() });
@@ -202,41 +203,41 @@ impl Scan {
         Ok(Scan { grid, heights })
     }
 
-    /// Where the heights are.
+    /// Returns the grid of the heights.
     pub fn grid(&self) -> Grid {
         self.grid
     }
 
-    /// Heights, row-major; NaN where they are missing.
+    /// Returns the heights, row-major; NaN at missing points.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
 
-    /// Whether a node was not measured.
+    /// Returns `true` if the node was not measured.
     pub fn is_missing(&self, node: usize) -> bool {
         self.heights[node].is_nan()
     }
 
-    /// How many nodes were not measured.
+    /// Returns the number of missing points.
     pub fn missing(&self) -> usize {
         self.heights.len() - self.measured().count()
     }
 
-    /// The nodes that were measured, ascending, and their heights.
+    /// Iterates over the measured nodes in ascending order, with their heights.
     pub fn measured(&self) -> impl Iterator<Item = (usize, f64)> {
         let nodes = self.heights.iter().copied().enumerate();
         nodes.filter(|(_, height)| !height.is_nan())
     }
 
-    /// The same map with other heights at the nodes that were measured.
-    pub(super) fn changed(&self, change: impl Fn(usize, f64) -> f64) -> Scan {
+    /// Replaces the heights of the measured nodes by `change(node, height)`.
+    pub(super) fn map_measured(&self, change: impl Fn(usize, f64) -> f64) -> Scan {
         let heights = self.heights.iter().enumerate();
         let heights = heights
             .map(|(node, height)| if height.is_nan() { f64::NAN } else { change(node, *height) });
         Scan { grid: self.grid, heights: heights.collect() }
     }
 
-    /// The same map with heights at some of its nodes.
+    /// Sets the heights of some nodes.
     pub(super) fn with(mut self, heights: impl IntoIterator<Item = (usize, f64)>) -> Scan {
         for (node, height) in heights {
             self.heights[node] = height;
@@ -244,10 +245,10 @@ impl Scan {
         self
     }
 
-    /// The nodes of a window, on a cell that is as much smaller.
+    /// Returns the part of the map inside a window; the step does not change.
     ///
     /// # Panics
-    /// When the window is not within the map.
+    /// Panics if the window reaches beyond the map.
     pub fn cropped(&self, window: Window) -> Scan {
         let [first_x, first_y] = window.first;
         let [nodes_x, nodes_y] = window.nodes;
@@ -255,23 +256,26 @@ impl Scan {
         let rows = (first_x..first_x + nodes_x).map(|i| i * length + first_y);
         let heights = rows.flat_map(|start| &self.heights[start..start + nodes_y]);
         let spacing = self.grid.spacing();
-        let size = [0, 1].map(|axis| match window.nodes[axis] == self.grid.nodes()[axis] {
-            // The same to the last bit, which a quotient and a product need not give.
-            true => self.grid.cell().size()[axis],
-            false => spacing[axis] * window.nodes[axis] as f64,
+        let size = [0, 1].map(|axis| {
+            if window.nodes[axis] == self.grid.nodes()[axis] {
+                // Keeps every bit of the side; step × nodes may round differently.
+                self.grid.cell().size()[axis]
+            } else {
+                spacing[axis] * window.nodes[axis] as f64
+            }
         });
         let grid = Cell::new(size).and_then(|cell| Grid::new(window.nodes, cell));
         Scan {
             heights: heights.copied().collect(),
-            grid: grid.expect("a part of a map can be counted and measured"),
+            grid: grid.expect("a part of a valid grid is a valid grid"),
         }
     }
 
-    /// The surface, if every node was measured.
+    /// Converts the map to a surface.
     ///
     /// # Errors
-    /// When points are missing, and how many.
-    pub fn whole(self) -> Result<Surface, MissingPoints> {
+    /// Fails if points are missing.
+    pub fn into_surface(self) -> Result<Surface, MissingPoints> {
         let (missing, count) = (self.missing(), self.heights.len());
         Surface::new(self.grid, self.heights).map_err(|_| MissingPoints { missing, count })
     }
@@ -290,7 +294,7 @@ pub(super) mod samples {
 
     use crate::grid::samples::rectangle;
 
-    /// A map of heights over x and y, without the nodes that are said to be missing.
+    /// Samples `height(x, y)` on a grid; `is_missing(i, j)` selects the missing points.
     pub fn scan(
         nodes: [usize; 2],
         size: [f64; 2],
@@ -300,7 +304,7 @@ pub(super) mod samples {
         let grid = rectangle(nodes, size);
         let [step_x, step_y] = grid.spacing();
         let heights = (0..grid.count()).map(|node| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             if is_missing(i, j) { f64::NAN } else { height(i as f64 * step_x, j as f64 * step_y) }
         });
         Scan::new(grid, heights.collect()).unwrap()
@@ -317,14 +321,17 @@ mod tests {
     fn heights_that_are_no_surface_are_refused() {
         let grid = rectangle([2, 3], [1.0, 1.0]);
         let few = Surface::new(grid, vec![0.0; 3]).unwrap_err();
-        assert_eq!(few.to_string(), "3 heights do not fill a mesh of 2 × 3 nodes");
+        assert_eq!(
+            few.to_string(),
+            "3 heights for a grid of 2 × 3 nodes; give one height for each node"
+        );
         let heights = vec![0.0, 0.0, 0.0, 0.0, f64::NAN, 0.0];
         assert_eq!(
             Surface::new(grid, heights).unwrap_err().to_string(),
-            "height at row 1, column 1 is NaN, every height must be finite"
+            "the height at row 1, column 1 is NaN; every height must be finite"
         );
         let error = check_range(grid, &[0.0, 1e308, f64::INFINITY]).unwrap_err().to_string();
-        assert!(error.contains("1e308, more than 1e100"), "{error}");
+        assert!(error.contains("1e308, beyond ±1e100"), "{error}");
     }
 
     #[test]
@@ -346,15 +353,15 @@ mod tests {
     fn the_whole_window_is_the_map_to_the_last_bit() {
         let map = scan([7, 3], [0.1, 0.3], |x, y| x * y, |_, _| false);
         let window = Window { first: [0, 0], nodes: [7, 3] };
-        assert_eq!(map.cropped(window).whole(), map.clone().whole());
+        assert_eq!(map.cropped(window).into_surface(), map.clone().into_surface());
     }
 
     #[test]
-    fn what_is_not_finite_is_missing() {
+    fn heights_that_are_not_finite_are_missing() {
         let map = scan([2, 2], [1.0, 1.0], |x, _| 1.0 / x, |_, _| false);
         assert_eq!(map.missing(), 2);
         let missing = MissingPoints { missing: 2, count: 4 };
-        assert_eq!(map.whole(), Err(missing));
-        assert_eq!(missing.to_string(), "2 of 4 points are missing");
+        assert_eq!(map.into_surface(), Err(missing));
+        assert_eq!(missing.to_string(), "2 of 4 points are missing; fill them, or crop the map");
     }
 }

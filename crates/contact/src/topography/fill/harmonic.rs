@@ -1,51 +1,52 @@
-//! Laplace's equation in the holes of a map.
+//! Harmonic filling: solves Laplace's equation in the holes of a map.
 //!
-//! At each missing node Σ w (h − h′) = 0 over its neighbours along x and y, with w = 1/Δx² and
-//! 1/Δy²; heights that were measured are given, and beyond the edge of a map that is not periodic
-//! there is no neighbour, so that nothing flows over it. The matrix of each hole is symmetric and
-//! positive definite, since every hole has an edge: conjugate gradients, preconditioned by an
-//! incomplete Cholesky factor, in numbers of steps that grow with the root of a hole's width. Holes
-//! are solved one by one and all sums go in the order of the nodes, so that the result is the same
-//! whatever computes it.
+//! At each missing node, Σ w (h − h′) = 0 over its neighbours along x and y, with w = 1/Δx² and
+//! 1/Δy². The measured heights are boundary values. At the edge of a map that is not periodic, the
+//! normal derivative is zero.
+//!
+//! The matrix of each hole is symmetric and positive definite, because every hole has measured
+//! neighbours. It is solved by conjugate gradients with an incomplete Cholesky preconditioner; the
+//! number of iterations grows with the square root of the width of the hole. Holes are solved one
+//! by one, and sums have the order of the nodes, so the result does not depend on threads.
 
 use crate::topography::surface::Scan;
 
-/// Norm of the residual, over that of the right-hand side, at which a solution ends; heights are
-/// counted from the mean of the hole's edge.
+/// Tolerance: the norm of the residual divided by that of the right-hand side.
+///
+/// Heights are relative to the mean of the measured neighbours of the hole.
 const TOLERANCE: f64 = 1e-15;
 
-/// Solutions, each for the residual that the one before has left: rounding within a long one is
-/// then made good.
+/// Number of restarts from the recomputed residual, which corrects accumulated rounding errors.
 const ROUNDS: usize = 3;
 
-/// The map with its holes filled.
+/// Fills the holes of a map.
 pub fn filled(scan: Scan, is_periodic: bool) -> Scan {
-    let lattice = Lattice::of(&scan, is_periodic);
-    let mut place = vec![NONE; scan.heights().len()];
+    let lattice = Lattice::new(&scan, is_periodic);
+    let mut index_in_hole = vec![NONE; scan.heights().len()];
     let mut solved = Vec::new();
-    for node in 0..place.len() {
-        if scan.is_missing(node) && place[node] == NONE {
-            let nodes = lattice.hole(node, &scan, &mut place);
-            let heights = Hole::of(&nodes, &place, &scan, &lattice).heights();
+    for node in 0..index_in_hole.len() {
+        if scan.is_missing(node) && index_in_hole[node] == NONE {
+            let nodes = lattice.hole(node, &scan, &mut index_in_hole);
+            let heights = Hole::new(&nodes, &index_in_hole, &scan, &lattice).heights();
             solved.extend(nodes.into_iter().zip(heights));
         }
     }
     scan.with(solved)
 }
 
-/// No place in a hole: a node that was measured, or has not been looked at.
+/// Index in a hole of a node that was measured or has not been visited.
 const NONE: u32 = u32::MAX;
 
-/// Which nodes are neighbours, and how they weigh.
+/// Neighbours of the nodes of a grid, and their weights.
 struct Lattice {
     nodes: [usize; 2],
     is_periodic: bool,
-    /// Along x and y, over the larger of both.
+    /// Weights along x and y, relative to the larger of both.
     weights: [f64; 2],
 }
 
 impl Lattice {
-    fn of(scan: &Scan, is_periodic: bool) -> Lattice {
+    fn new(scan: &Scan, is_periodic: bool) -> Lattice {
         let steps = scan.grid().spacing();
         let smaller = steps[0].min(steps[1]);
         Lattice {
@@ -55,8 +56,9 @@ impl Lattice {
         }
     }
 
-    /// The neighbours of a node along −x, x, −y and y, with their weights; a weight of zero where
-    /// there is none.
+    /// Returns the neighbours of a node along −x, x, −y and y, with their weights.
+    ///
+    /// A missing neighbour beyond the edge has a weight of zero.
     fn neighbours(&self, node: usize) -> [(usize, f64); 4] {
         let [nodes_x, nodes_y] = self.nodes;
         let (i, j) = (node / nodes_y, node % nodes_y);
@@ -73,15 +75,15 @@ impl Lattice {
         ]
     }
 
-    /// The nodes of the hole around a node, ascending; `place` tells where in it each of them is.
-    fn hole(&self, node: usize, scan: &Scan, place: &mut [u32]) -> Vec<usize> {
+    /// Returns the nodes of the hole that contains `node`, ascending, and sets their `index_in_hole`.
+    fn hole(&self, node: usize, scan: &Scan, index_in_hole: &mut [u32]) -> Vec<usize> {
         let mut nodes = vec![node];
-        place[node] = 0;
+        index_in_hole[node] = 0;
         let mut seen = 0;
         while seen < nodes.len() {
             for (other, weight) in self.neighbours(nodes[seen]) {
-                if weight > 0.0 && scan.is_missing(other) && place[other] == NONE {
-                    place[other] = 0;
+                if weight > 0.0 && scan.is_missing(other) && index_in_hole[other] == NONE {
+                    index_in_hole[other] = 0;
                     nodes.push(other);
                 }
             }
@@ -89,26 +91,28 @@ impl Lattice {
         }
         nodes.sort_unstable();
         for (at, &node) in nodes.iter().enumerate() {
-            place[node] = u32::try_from(at).expect("a map in memory has fewer nodes");
+            index_in_hole[node] = u32::try_from(at).expect("a map in memory has fewer nodes");
         }
         nodes
     }
 }
 
-/// The equations of one hole.
+/// Linear system of one hole.
 struct Hole {
-    /// The unknown neighbours of each unknown, itself where there is none, and their weights.
+    /// Indices and weights of the unknown neighbours of each unknown.
+    ///
+    /// A measured neighbour is replaced by the unknown itself, with a weight of zero.
     neighbours: Vec<[(u32, f64); 4]>,
     diagonal: Vec<f64>,
-    /// The diagonal of the incomplete factor.
+    /// Diagonal of the incomplete factor.
     pivots: Vec<f64>,
-    given: Vec<f64>,
-    /// The mean of the measured neighbours, from which heights are counted.
+    right_side: Vec<f64>,
+    /// Mean of the measured neighbours, to which the unknown heights are relative.
     reference: f64,
 }
 
 impl Hole {
-    fn of(nodes: &[usize], place: &[u32], scan: &Scan, lattice: &Lattice) -> Hole {
+    fn new(nodes: &[usize], index_in_hole: &[u32], scan: &Scan, lattice: &Lattice) -> Hole {
         let edge = nodes.iter().flat_map(|&node| lattice.neighbours(node));
         let edge = edge.filter(|(node, weight)| *weight > 0.0 && !scan.is_missing(*node));
         let (sum, count) = edge
@@ -118,50 +122,50 @@ impl Hole {
             neighbours: Vec::with_capacity(nodes.len()),
             diagonal: Vec::with_capacity(nodes.len()),
             pivots: Vec::new(),
-            given: Vec::with_capacity(nodes.len()),
+            right_side: Vec::with_capacity(nodes.len()),
             reference,
         };
         for &node in nodes {
-            let own = place[node];
-            let (mut diagonal, mut given) = (0.0, 0.0);
+            let own = index_in_hole[node];
+            let (mut diagonal, mut right_side) = (0.0, 0.0);
             let unknown = lattice.neighbours(node).map(|(other, weight)| {
                 diagonal += weight;
                 if scan.is_missing(other) {
-                    return (place[other], weight);
+                    return (index_in_hole[other], weight);
                 }
-                given += weight * (scan.heights()[other] - reference);
+                right_side += weight * (scan.heights()[other] - reference);
                 (own, 0.0)
             });
             hole.neighbours.push(unknown);
             hole.diagonal.push(diagonal);
-            hole.given.push(given);
+            hole.right_side.push(right_side);
         }
         hole.pivots = pivots(&hole.neighbours, &hole.diagonal);
         hole
     }
 
     fn heights(&self) -> Vec<f64> {
-        let mut solution = vec![0.0; self.given.len()];
-        let least = TOLERANCE * norm(&self.given);
+        let mut solution = vec![0.0; self.right_side.len()];
+        let tolerance = TOLERANCE * norm(&self.right_side);
         for _ in 0..ROUNDS {
             let product = self.product(&solution);
-            let residual = self.given.iter().zip(&product);
+            let residual = self.right_side.iter().zip(&product);
             let residual: Vec<f64> = residual.map(|(given, product)| given - product).collect();
-            if norm(&residual) <= least {
+            if norm(&residual) <= tolerance {
                 break;
             }
-            let step = self.solution_of(residual, least);
+            let step = self.conjugate_gradients(residual, tolerance);
             solution.iter_mut().zip(step).for_each(|(height, step)| *height += step);
         }
         solution.iter().map(|height| self.reference + height).collect()
     }
 
-    /// Conjugate gradients from zero until the residual has become small.
-    fn solution_of(&self, mut residual: Vec<f64>, least: f64) -> Vec<f64> {
+    /// Solves the system by conjugate gradients from zero, until the residual is within `tolerance`.
+    fn conjugate_gradients(&self, mut residual: Vec<f64>, tolerance: f64) -> Vec<f64> {
         let mut solution = vec![0.0; residual.len()];
         let mut direction = self.preconditioned(&residual);
         let mut power = dot(&residual, &direction);
-        // In exact arithmetic there are no more steps than unknowns.
+        // In exact arithmetic, there are at most as many steps as unknowns.
         for _ in 0..2 * residual.len() + 10 {
             let product = self.product(&direction);
             let curvature = dot(&direction, &product);
@@ -173,7 +177,7 @@ impl Hole {
             steps.for_each(|(height, direction)| *height += length * direction);
             let left = residual.iter_mut().zip(&product);
             left.for_each(|(residual, product)| *residual -= length * product);
-            if norm(&residual) <= least {
+            if norm(&residual) <= tolerance {
                 break;
             }
             let towards = self.preconditioned(&residual);
@@ -186,7 +190,7 @@ impl Hole {
         solution
     }
 
-    /// The residual through both triangles of the incomplete factor.
+    /// Applies the preconditioner: solves with both triangles of the incomplete factor.
     fn preconditioned(&self, residual: &[f64]) -> Vec<f64> {
         let mut values = residual.to_vec();
         for (at, neighbours) in self.neighbours.iter().enumerate() {
@@ -219,21 +223,23 @@ impl Hole {
     }
 }
 
-/// The diagonal of the modified incomplete Cholesky factor, (D + L) D⁻¹ (D + Lᵀ) with the L of the
-/// matrix: what a complete one would fill in is taken off the diagonal, nearly all of it, so that
-/// smooth heights are all but solved for (Gustafsson 1978).
+/// Returns the diagonal D of the modified incomplete Cholesky factor (D + L) D⁻¹ (D + Lᵀ).
+///
+/// L is the lower triangle of the matrix. The fraction `FILL_IN` of the neglected fill-in is
+/// subtracted from the diagonal, which makes the factor accurate for smooth heights (Gustafsson
+/// 1978).
 fn pivots(neighbours: &[[(u32, f64); 4]], diagonal: &[f64]) -> Vec<f64> {
-    const TAKEN_OFF: f64 = 0.97;
+    const FILL_IN: f64 = 0.97;
     const LEAST: f64 = 0.25;
     let mut pivots: Vec<f64> = Vec::with_capacity(diagonal.len());
-    // Σ w over the neighbours that come later.
+    // Σ w over the neighbours with larger indices.
     let mut later: Vec<f64> = Vec::with_capacity(diagonal.len());
     for (at, neighbours) in neighbours.iter().enumerate() {
         let (mut pivot, mut after) = (diagonal[at], 0.0);
         for &(other, weight) in neighbours {
             let other = other as usize;
             if other < at {
-                let filled = TAKEN_OFF * (later[other] - weight);
+                let filled = FILL_IN * (later[other] - weight);
                 pivot -= weight * (weight + filled) / pivots[other];
             } else if other > at {
                 after += weight;
@@ -278,7 +284,7 @@ mod tests {
 
     #[test]
     fn a_harmonic_function_of_the_lattice_is_restored() {
-        // x² − y² and xy solve the difference equation, too, whatever the steps are.
+        // x² − y² and xy also solve the difference equation, for all steps.
         for form in [|x: f64, y: f64| x * x - y * y, |x: f64, y: f64| x * y] {
             let holed = scan([30, 24], [1.5, 0.6], form, is_in_hole);
             let whole = scan([30, 24], [1.5, 0.6], form, |_, _| false);
@@ -290,15 +296,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_flows_over_the_edge_of_a_map_unless_it_is_periodic() {
-        // A hole from one edge inwards, heights given on a line along y: none of them changes with
-        // x.
+    fn the_normal_derivative_at_the_edge_of_an_open_map_is_zero() {
+        // A line along y with a hole at one edge.
         let form = |_: f64, y: f64| libm::sin(6.0 * y);
         let row = scan([1, 40], [0.1, 2.0], form, |_, j| j < 10);
         let open = filled(row.clone(), false);
         let beyond = open.heights()[10];
         assert!(open.heights()[..10].iter().all(|height| (height - beyond).abs() < 1e-14));
-        // Around the cell the hole has two ends: a straight line from one to the other.
+        // On the periodic map the hole has two ends, and the solution is a straight line.
         let around = filled(row, true);
         let (first, last) = (around.heights()[39], around.heights()[10]);
         for (j, height) in around.heights()[..10].iter().enumerate() {
