@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Gives one surface and ten loads to the free half-spaces of asperity, aspher and Tamaas, one thread each.
+"""Compares isolated patches (free boundaries) in asperity, aspher and Tamaas, one thread each.
 
     python3 benches/free.py target/release/asperity [nodes]
 
-A self-affine map that is not periodic is pressed with nothing around it, from light contact to a fifth
-of the area. Contact maps are held against those of asperity solved to 1e-10; each code runs with the
-loosest power of ten as tolerance with which it misses at most as many nodes at any load as asperity does with
-its own. It needs `pip install numpy polars aspher tamaas`.
+All codes press one self-affine map that is not periodic under ten loads, from light contact to a
+fifth of the area. Their contact maps are compared with those of asperity at a tolerance of 1e-10.
+Each peer runs with the loosest power of ten as tolerance at which it has no more wrong nodes at any
+load than asperity at its default. The script needs `pip install numpy polars aspher tamaas`.
 """
 
 import os
@@ -26,7 +26,7 @@ TOLERANCES = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
 
 
 def rough(nodes: int) -> numpy.ndarray:
-    """Heights [x, y] on a unit square, rms slope 1, cut out of a periodic map twice as large."""
+    """Returns heights [x, y] with rms slope 1 on a unit square, a quarter of a periodic map."""
     waves = numpy.fft.fftfreq(2 * nodes, 1 / (2 * nodes))
     wavenumber = numpy.hypot(*numpy.meshgrid(waves, waves, indexing="ij"))
     spectrum = numpy.where((8 <= wavenumber) & (wavenumber <= nodes / 4), numpy.maximum(wavenumber, 1) ** -1.8, 0)
@@ -37,7 +37,7 @@ def rough(nodes: int) -> numpy.ndarray:
 
 
 def of_asperity(program, heights, tolerance):
-    """Contact maps, and the time of the solve stage alone."""
+    """Returns the contact maps and the time of the solve stage alone."""
     with TemporaryDirectory() as folder:
         folder = Path(folder)
         numpy.save(folder / "map.npy", heights)
@@ -62,7 +62,7 @@ loads = {[float(f"{load:.9g}") for load in LOADS]}
         run = lambda: subprocess.run(
             [program, "run", folder / "free.toml", "--data", folder / "data", "--jobs", "1"],
             check=True, capture_output=True)
-        # Without the solve: reading, describing, writing.
+        # Run everything but the solve stage first, so that it is not timed.
         whole = (folder / "free.toml").read_text()
         (folder / "free.toml").write_text(whole.split("[stage.contact]")[0])
         run()

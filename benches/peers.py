@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Gives one surface and the same loads to asperity and to other contact solvers, one thread each.
+"""Compares asperity with other contact solvers on one surface and the same loads, one thread each.
 
     python3 benches/peers.py            512², 12 loads: minutes
     python3 benches/peers.py --full     1024², 90 loads: most of an hour, or see --peer-loads
@@ -25,7 +25,7 @@ from comparison.runs import Bench, Run
 REPOSITORY = Path(__file__).resolve().parent.parent
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", REPOSITORY / "target")).resolve()
 
-# Name, how it is printed, and the package that it comes in.
+# For each peer, its printed name and its package.
 PEERS = {
     "aspher-nested": ("aspher nested", "aspher"),
     "aspher-warm": ("aspher warm", "aspher"),
@@ -37,7 +37,8 @@ def main() -> None:
     options = parse()
     if not options.asperity.exists():
         sys.exit(
-            f"error: `{options.asperity}` is missing: cargo build --release, or --asperity PATH"
+            f"error: `{options.asperity}` does not exist; "
+            "run `cargo build --release`, or name the program with `--asperity PATH`"
         )
     python = prepare(options.environment)
     problem = Problem(
@@ -62,14 +63,14 @@ def main() -> None:
 def compete(
     bench: Bench, problem: Problem, options: argparse.Namespace, tolerances: dict[str, float]
 ) -> list[Line]:
-    """Codes in turn, asperity before each of the others and after the last."""
+    """Runs the codes in turn, asperity before each of the others and after the last."""
     shared = problem.with_loads(options.peer_loads or len(problem.loads))
     say(f"comparison   {problem.describe()}")
     if shared != problem:
         loads = ", ".join(f"{load:.4g}" for load in shared.loads)
-        say(f"  {len(shared.loads)} of them for all codes: {loads}")
+        say(f"  all codes run {len(shared.loads)} of these loads: {loads}")
     surface = bench.draw(problem)
-    # Tight enough to take several times as long, so that it is not limited like those it judges.
+    # The tight reference takes several times as long, so that its limit is larger.
     patient = Bench(bench.python, bench.asperity, bench.folder / "reference", 10 * bench.limit)
     patient.folder.mkdir()
     reference = required(patient.run("asperity", TIGHT, problem, surface))
@@ -89,7 +90,7 @@ def compete(
         for peer in order:
             runs["asperity"].append(attempt("asperity", shared))
             run = attempt(peer, shared)
-            # What was enough on the smaller surface may not be here.
+            # The tolerance that sufficed on the smaller surface may be too loose here.
             while calibration.is_too_loose(run, runs["asperity"][0]):
                 tighter = calibration.tighter(peer, tolerances[peer])
                 if tighter is None:
@@ -128,15 +129,15 @@ def parse() -> argparse.Namespace:
     size.add_argument("--full", action="store_true", help="1024², 90 loads")
     parser.add_argument("--case", type=case, default=(4, 64), metavar="K_LOWER,K_UPPER")
     parser.add_argument("--seed", type=int, default=2015)
-    parser.add_argument("--loads", type=int, help="how many of the schedule's 90 loads")
-    parser.add_argument("--peer-loads", type=int, help="how many of those all codes are timed on")
-    parser.add_argument("--rounds", type=int, default=1, help="how often; medians are shown")
+    parser.add_argument("--loads", type=int, help="number of loads, at most the schedule's 90")
+    parser.add_argument("--peer-loads", type=int, help="number of these loads that all codes run")
+    parser.add_argument("--rounds", type=int, default=1, help="number of rounds; prints medians")
     parser.add_argument(
-        "--check-reference", action="store_true", help="judge the reference by tamaas at 1e-12"
+        "--check-reference", action="store_true", help="compare the reference with tamaas at 1e-12"
     )
     names = ", ".join(PEERS)
     parser.add_argument("--only", type=peers, default=list(PEERS), metavar="PEER,…", help=names)
-    parser.add_argument("--limit", type=float, default=3600.0, help="CPU seconds a run may take")
+    parser.add_argument("--limit", type=float, default=3600.0, help="limit of a run in CPU seconds")
     parser.add_argument("--asperity", type=Path, default=TARGET / "release/asperity")
     parser.add_argument("--environment", type=Path, default=TARGET / "peers")
     parser.add_argument("--out", type=Path, default=REPOSITORY / "benches" / "results")

@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""What a question to a table of a million rows takes, beside polars and DuckDB.
+"""Times queries on a table of a million rows in asperity, polars and DuckDB.
 
-A study of 11,112 surfaces under 90 loads is run once, into `target/queries`: its table of areas has
-a million rows. The same questions go to asperity, which starts, reads the manifest, plans the study
-and finds out what is there each time; to polars in a Python that starts for the question, too; and
-to polars and DuckDB in a Python that is already running. Answers are compared, the best of several
-rounds counts.
+A study of 11,112 surfaces under 90 loads is run once, in `target/queries`. Its table of areas has a
+million rows. asperity starts for every query, reads the manifest, plans the study and looks for its
+tasks. polars is timed in a new Python process and in a running one, DuckDB in a running one. The
+script compares the answers and prints the best of several rounds.
 
     cargo build --profile dist
     python3 benches/queries.py --asperity target/dist/asperity
@@ -77,12 +76,12 @@ print(polars.SQLContext(scans, eager=True).execute(sys.argv[1]).write_csv())
 
 
 def best(work, rounds: int):
-    """The shortest time of several, and what came of the last."""
+    """Returns the shortest time of several calls and the result of the last."""
     times = []
     for _ in range(rounds):
-        begun = perf_counter()
+        start = perf_counter()
         answer = work()
-        times.append(perf_counter() - begun)
+        times.append(perf_counter() - start)
     return min(times), answer
 
 

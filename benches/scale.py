@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""What a task costs besides its work, beside what else runs studies.
+"""Measures the overhead of a task in asperity, Snakemake, doit and row.
 
-One study of trivial tasks, 450 chains of three, is given to asperity, Snakemake, doit and row in
-one run: from nothing, again with nothing to do, and with nine more chains. Then asperity alone has
-13,200 surfaces of 66 spectra and a table of their means: one more surface of each spectrum, beside
-the same work in an empty store; one more statistic; a table that somebody has deleted; `verify`.
-With `--large` 45,000 chains: from nothing, nothing to do, 450 more, and a report. The peers go into
-`target/scale`, once, in the versions below.
+All programs run one study of trivial tasks, 450 chains of three: from nothing, again with nothing
+to do, and with nine more chains. asperity alone then runs a study of 13,200 surfaces of 66 spectra
+with a table of their means. It adds one surface of each spectrum (also in an empty store, for
+comparison), adds a statistic, restores a deleted table, and runs `verify`. With `--large` it runs
+45,000 chains: from nothing, with nothing to do, with 450 more, and a report. The peers are
+installed once into `target/scale`, in the versions that `runners/` pins.
 
     cargo build --release
     python3 benches/scale.py
@@ -37,7 +37,7 @@ SURFACES = 200
 
 @dataclass
 class Cost:
-    """What a command took: the process and all that it started."""
+    """Cost of a command, including all processes that it started."""
 
     wall: float
     cpu: float
@@ -45,15 +45,15 @@ class Cost:
 
 
 def measured(command: list[str], folder: Path, environment: dict[str, str]) -> Cost:
-    """Runs a command that must succeed."""
+    """Runs a command, which must succeed, and returns its cost."""
     log = folder / "log.txt"
-    begun = perf_counter()
+    start = perf_counter()
     with log.open("w") as out:
         child = subprocess.Popen(
             command, cwd=folder, env=os.environ | environment, stdout=out, stderr=out
         )
         _, status, usage = os.wait4(child.pid, 0)
-    wall = perf_counter() - begun
+    wall = perf_counter() - start
     if status != 0:
         sys.exit(f"error: {' '.join(command)} failed:\n{log.read_text()[-2000:]}")
     return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
@@ -68,7 +68,7 @@ def summed(costs: list[Cost]) -> Cost:
 
 
 def cases(tool, chains: int, more: int) -> list[dict]:
-    """The same three cases for every tool, each a row."""
+    """Runs the same three cases for every tool and returns a row for each."""
     rows = []
     with TemporaryDirectory(prefix="scale-") as name:
         folder = Path(name)
@@ -88,7 +88,7 @@ def cases(tool, chains: int, more: int) -> list[dict]:
 
 
 def plan(tool, chains: int) -> list[dict]:
-    """Planning a study of which nothing is there."""
+    """Times the plan of a study without any results."""
     with TemporaryDirectory(prefix="scale-") as name:
         folder = Path(name)
         tool.write(folder, chains)
@@ -97,7 +97,7 @@ def plan(tool, chains: int) -> list[dict]:
 
 
 def extended(tool, surfaces: int) -> list[dict]:
-    """What is new in a study that is there, beside the same in an empty store."""
+    """Times extensions of an existing study, and the same tasks in an empty store."""
     rows = []
     with TemporaryDirectory(prefix="scale-") as name:
         folder = Path(name)
@@ -123,7 +123,7 @@ def extended(tool, surfaces: int) -> list[dict]:
 
 
 def large(tool, chains: int) -> list[dict]:
-    """A study of as many tasks as a store may have files."""
+    """Times a study with a very large number of tasks."""
     rows = []
     with TemporaryDirectory(prefix="scale-") as name:
         folder = Path(name)
@@ -160,7 +160,7 @@ def line(tool, label: str, tasks: int, cost: Cost) -> dict:
 
 
 def prepare(folder: Path) -> dict[str, Path | None]:
-    """The peers' programs, installed once; none for one that cannot be had."""
+    """Installs the peers once and returns their programs, None for one that cannot be installed."""
     stamp = folder / "packages.txt"
     packages = [snakemake.PACKAGE, doit.PACKAGE]
     wanted = "\n".join([sys.version, *packages])
@@ -175,7 +175,7 @@ def prepare(folder: Path) -> dict[str, Path | None]:
         without = {name: value for name, value in os.environ.items() if name != "CARGO_TARGET_DIR"}
         done = subprocess.run(install, env=without)
         if done.returncode != 0:
-            print("row cannot be installed and is left out", file=sys.stderr)
+            print("cannot install row with cargo; it is left out", file=sys.stderr)
     programs = {name: folder / "bin" / name for name in ["snakemake", "doit", "row"]}
     return {name: path if path.exists() else None for name, path in programs.items()}
 
@@ -184,12 +184,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--asperity", type=Path, default=TARGET / "release" / "asperity")
     parser.add_argument("--chains", type=int, default=CHAINS)
-    parser.add_argument("--surfaces", type=int, default=SURFACES, help="of each of 66 spectra")
-    parser.add_argument("--large", action="store_true", help="135,000 tasks computed")
-    parser.add_argument("--alone", action="store_true", help="asperity without the others")
+    parser.add_argument("--surfaces", type=int, default=SURFACES, help="surfaces per spectrum")
+    parser.add_argument("--large", action="store_true", help="also compute 135,000 tasks")
+    parser.add_argument("--alone", action="store_true", help="run asperity only")
     arguments = parser.parse_args()
     if not arguments.asperity.exists():
-        sys.exit(f"error: no program at {arguments.asperity}; run `cargo build --release` first")
+        sys.exit(f"error: `{arguments.asperity}` does not exist; run `cargo build --release` first")
     programs = {} if arguments.alone else prepare(TARGET / "scale")
     tools = [asperity.Tool(arguments.asperity.resolve())]
     for module, name in [(snakemake, "snakemake"), (doit, "doit"), (row, "row")]:

@@ -1,1 +1,1 @@
-"""One surface, the same loads, several codes: what `peers.py` is made of."""
+"""Parts of `peers.py`, which runs several codes on one surface and the same loads."""

@@ -1,16 +1,17 @@
-"""Which tolerance makes a peer as right as asperity: the loosest that does."""
+"""Finds the loosest tolerance at which a peer is as accurate as asperity."""
 
 import sys
 
 from .problem import Problem
 from .runs import Bench, Run
 
-# asperity's default, and what counts as the truth.
+# Tolerances of asperity: the default, and that of the reference.
 TOLERANCE = 5e-5
 TIGHT = 1e-10
 
-# Each in the code's own measure: aspher's is the larger of duality gap and penetration over the
-# range of heights, tamaas' an energy; asperity's a length over rms slope × mesh step.
+# Tolerances of the peers, loosest first, each in the code's own measure. aspher uses the larger of
+# duality gap and penetration over the range of heights, tamaas an energy, and asperity a length
+# over rms slope × mesh step.
 LADDERS = {
     "aspher-nested": [1e-4, 3e-5, 1e-5, 7e-6, 5e-6, 3e-6, 2e-6, 1e-6, 1e-8],
     "aspher-warm": [1e-4, 3e-5, 1e-5, 7e-6, 5e-6, 3e-6, 2e-6, 1e-6, 1e-8],
@@ -22,9 +23,9 @@ TAMAAS_TIGHT = 1e-12
 def calibrate(
     bench: Bench, problem: Problem, peers: list[str], check: bool
 ) -> dict[str, float]:
-    """Compares contact sets on `problem`, and gives a tolerance per peer.
+    """Compares contact maps on `problem` and returns a tolerance for each peer.
 
-    With `check`, also the truth against another code's, which takes longer than all the rest.
+    With `check`, also compares the reference with tamaas, which takes longer than everything else.
     """
     say(f"calibration  {problem.describe()}")
     surface = bench.draw(problem)
@@ -35,7 +36,7 @@ def calibrate(
     if check:
         other = bench.run("tamaas", TAMAAS_TIGHT, problem, surface)
         bench.compare(reference, [other])
-        report(other, f"the reference, asperity at {TIGHT:g}, against it")
+        report(other, f"compared with the reference, asperity at {TIGHT:g}")
 
     chosen = {}
     for peer in peers:
@@ -50,12 +51,12 @@ def calibrate(
 
 
 def is_too_loose(run: Run, own: Run) -> bool:
-    """Whether `run` has more nodes wrong than asperity's; a sweep cut short does not tell."""
+    """Returns whether `run` has more wrong nodes than asperity, False for an incomplete sweep."""
     return len(run.rows) == len(own.rows) and sum(run.differing) > sum(own.differing)
 
 
 def tighter(peer: str, tolerance: float) -> float | None:
-    """The next tolerance of the peer's ladder."""
+    """Returns the next tighter tolerance of the peer's ladder."""
     return next((rung for rung in LADDERS[peer] if rung < tolerance), None)
 
 
@@ -66,7 +67,7 @@ def required(run: Run) -> Run:
 
 
 def report(run: Run, remark: str = "") -> None:
-    wrong = "nothing"
+    wrong = "no loads finished"
     if run.differing:
         wrong = f"{run.mean_error:.2f} nodes wrong, {max(run.differing)} at worst"
     parts = [f"{run.cpu_seconds:.2f} s", wrong, run.failure, remark]

@@ -6,9 +6,10 @@ import numpy as np
 
 
 def self_affine(nodes: int, k_lower: int, k_upper: int, hurst: float, seed: int) -> np.ndarray:
-    """Heights of unit rms slope on a unit cell, peaks upward.
+    """Returns heights of unit rms slope on a unit cell, with peaks upward.
 
-    Modes are drawn on the band alone: a finer mesh shows the same surface.
+    Random numbers are drawn for the modes of the band only, so that a finer mesh shows the same
+    surface.
     """
     band = np.arange(-k_upper, k_upper + 1)
     wavenumber = np.hypot(band[:, None], band[None, :])
@@ -22,7 +23,7 @@ def self_affine(nodes: int, k_lower: int, k_upper: int, hurst: float, seed: int)
     modes /= 2.0 * np.pi * np.sqrt(np.sum((wavenumber * np.abs(modes)) ** 2))
 
     spectrum = np.zeros((nodes, nodes), dtype=np.complex128)
-    # Adding, not assigning: at k_upper = nodes/2 the two ends of the band share a mode.
+    # Add instead of assigning: at k_upper = nodes/2 the two ends of the band share a mode.
     np.add.at(spectrum, (band[:, None] % nodes, band[None, :] % nodes), modes)
     return np.fft.ifft2(spectrum).real * nodes**2
 

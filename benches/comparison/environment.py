@@ -1,4 +1,4 @@
-"""A virtual environment with the peers in pinned versions, made once."""
+"""Creates a virtual environment with the peers in pinned versions."""
 
 import importlib.util
 import os
@@ -13,10 +13,10 @@ BUILD = ["scikit-build-core==1.1.2", "pybind11==3.1.0"]
 WHEELS = ["numpy==2.4.6", "scipy==1.17.1", "pyarrow==26.0.1", "rfgen==0.2.3", "tamaas==2.9.0"]
 ASPHER = "aspher==0.1.3.post1"
 
-# aspher comes as source and is compiled for no processor in particular unless told otherwise.
+# aspher is compiled from source. This makes it use all vector instructions of this machine.
 ASPHER_BUILD = {"CMAKE_ARGS": "-DASPHER_NATIVE=ON"}
 
-# A peer that uses more than one thread would not be compared fairly.
+# Every code runs on one thread.
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -25,7 +25,7 @@ ONE_THREAD = {
 
 
 def prepare(folder: Path) -> Path:
-    """The environment's interpreter; builds the environment if its packages are not those above."""
+    """Returns the interpreter of the environment; builds it first if its packages differ."""
     python = folder / "bin" / "python"
     stamp = folder / "packages.txt"
     wanted = "\n".join([sys.version, *BUILD, *WHEELS, ASPHER, str(ASPHER_BUILD)])
@@ -44,13 +44,13 @@ def install(python: Path, packages: list[str], variables: dict[str, str]) -> Non
     command = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     done = subprocess.run(command + packages, env=os.environ | variables)
     if done.returncode != 0:
-        sys.exit(f"error: pip could not install {' '.join(packages)}; its reason is above")
+        sys.exit(f"error: pip cannot install {' '.join(packages)}; see its message above")
 
 
 def require_tools() -> None:
-    """Says what is missing before minutes of pip and a page of CMake do."""
+    """Checks for missing tools before pip and CMake fail minutes later."""
     if sys.version_info < (3, 11):
-        sys.exit(f"error: Python {sys.version.split()[0]} is too old, 3.11 or later is needed")
+        sys.exit(f"error: Python {sys.version.split()[0]} is too old; use Python 3.11 or later")
     includes = [Path("/usr/include"), Path("/usr/local/include")]
     there = {
         "python3-venv": importlib.util.find_spec("ensurepip"),
@@ -62,6 +62,6 @@ def require_tools() -> None:
     missing = " ".join(name for name, found in there.items() if not found)
     if missing:
         sys.exit(
-            f"error: the peers cannot be installed, aspher is compiled from its source; "
-            f"missing, by their names in Debian: {missing}"
+            f"error: cannot compile aspher, one of the peers; "
+            f"install the missing packages (Debian names): {missing}"
         )

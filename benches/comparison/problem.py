@@ -1,14 +1,14 @@
-"""What every code is given: a surface, and mean pressures in units of E* × rms slope."""
+"""The problem that every code solves: a surface, and mean pressures in units of E* × rms slope."""
 
 from dataclasses import dataclass, replace
 
-# Neighbours in the schedule that a shorter one keeps together, so that warm starts stay honest.
+# Number of neighbouring loads that a shorter schedule keeps together, for realistic warm starts.
 RUN = 4
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A self-affine surface of unit rms slope on a unit cell, E* = 1, and the loads to press it."""
+    """A self-affine surface of unit rms slope on a unit cell, E* = 1, and its loads."""
 
     nodes: int
     k_lower: int
@@ -24,9 +24,9 @@ class Problem:
         )
 
     def half(self) -> "Problem":
-        """A smaller cell of the same mesh: what tolerances are calibrated on.
+        """Returns a smaller cell with the same mesh step, on which tolerances are calibrated.
 
-        Cutoffs shrink with the cell, so that the roughness in mesh steps stays what it is.
+        The cutoffs shrink with the cell, so that the roughness in mesh steps does not change.
         """
         return replace(
             self,
@@ -41,14 +41,14 @@ class Problem:
 
 
 def schedule() -> tuple[float, ...]:
-    """The 90 loads of the 2015 campaign: 50 linear ones to 0.06, 40 geometric ones to 1.7."""
+    """Returns the 90 loads of the 2015 campaign, 50 linear to 0.06 and 40 geometric to 1.7."""
     light = [0.06 * (step + 1) / 50 for step in range(50)]
     heavy = [0.06 * (1.7 / 0.06) ** ((step + 1) / 40) for step in range(40)]
     return tuple(light + heavy)
 
 
 def thinned(loads: tuple[float, ...], count: int) -> tuple[float, ...]:
-    """`count` of the loads: runs of four neighbours, each in the middle of its share of them."""
+    """Returns `count` of the loads as evenly spread runs of four neighbours."""
     if count >= len(loads):
         return loads
     runs = max(1, round(count / RUN))

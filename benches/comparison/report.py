@@ -1,4 +1,4 @@
-"""The table on the screen, and the same as CSV with every load's share."""
+"""Prints the table of results and writes it as CSV, with a second file for all loads."""
 
 import csv
 import os
@@ -12,17 +12,17 @@ from .runs import Run
 
 @dataclass
 class Line:
-    """One code's runs of one set of loads, all at one tolerance."""
+    """Runs of one code on one set of loads, all at the same tolerance."""
 
     title: str
     version: str
     runs: list[Run]
-    # asperity on the same loads, where this line is about another code.
+    # The line of asperity on the same loads, if this line is about a peer.
     against: "Line | None" = None
 
     @property
     def sample(self) -> Run:
-        """The run that got furthest: one that failed says less."""
+        """The run that finished most loads."""
         return max(self.runs, key=lambda run: len(run.rows))
 
     @property
@@ -38,7 +38,7 @@ class Line:
         own = self.against.sample.rows
         if not own or self.against.cpu_seconds == 0.0:
             return None
-        # Only whole sweeps of asperity are timed: a part of one takes its share of the pairs.
+        # asperity is timed for whole sweeps. The time of a part is estimated from its pairs.
         done = {row["load"] for row in self.sample.rows}
         share = sum(row["pairs"] for row in own if row["load"] in done) / sum(
             row["pairs"] for row in own
@@ -71,7 +71,7 @@ def whole(number: int | None) -> str:
     return "" if number is None else str(number)
 
 
-# Columns of the screen: those of the CSV that fit, by shorter names.
+# Printed columns with their short names, a selection of the columns of the CSV file.
 SHOWN = {
     "code": "code",
     "version": "version",
@@ -101,7 +101,7 @@ def print_table(lines: list[Line]) -> None:
 
 
 def write_csv(folder: Path, stem: str, lines: list[Line]) -> list[Path]:
-    """`STEM.csv` has a row per code, `STEM-loads.csv` a row per code and load."""
+    """Writes `STEM.csv` with a row per code and `STEM-loads.csv` with a row per code and load."""
     folder.mkdir(parents=True, exist_ok=True)
     codes, loads = folder / f"{stem}.csv", folder / f"{stem}-loads.csv"
     problem = lines[0].sample.problem
@@ -133,7 +133,7 @@ def write(path: Path, rows: list[dict]) -> None:
 
 
 def machine() -> str:
-    """The processor by its names, as far as the system tells them."""
+    """Describes the processor and the number of cores, as the system reports them."""
     known = {}
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():

@@ -1,4 +1,4 @@
-"""Runs a code on a problem in a process of its own, and keeps what it did and what it cost."""
+"""Runs a code on a problem in a separate process, and records its results and cost."""
 
 import json
 import os
@@ -40,7 +40,7 @@ from = "contact"
 
 @dataclass
 class Run:
-    """What a code did within its limit; `rows` are the loads it finished."""
+    """Run of a code within its limit; `rows` are the loads that it finished."""
 
     code: str
     tolerance: float
@@ -66,7 +66,7 @@ class Run:
 
 
 class Bench:
-    """Where runs happen: the programs, a folder of work, and the CPU seconds a run may take."""
+    """The programs, the working folder, and the limit of a run in CPU seconds."""
 
     def __init__(self, python: Path, asperity: Path, folder: Path, limit: float) -> None:
         self.python = python
@@ -92,11 +92,11 @@ class Bench:
         else:
             self.run_peer(run, surface)
         if not run.failure and not all(row["converged"] for row in run.rows):
-            run.failure = "not converged at all loads"
+            run.failure = "some loads did not converge"
         return run
 
     def run_asperity(self, run: Run, surface: Path) -> None:
-        """The whole program counts: start, reading, measuring and writing included."""
+        """Runs asperity and times the whole program, including start, reading and writing."""
         manifest, data = run.folder / "peers.toml", run.folder / "data"
         loads, tolerance = list(run.problem.loads), run.tolerance
         manifest.write_text(MANIFEST.format(surface=surface, loads=loads, tolerance=tolerance))
@@ -108,14 +108,14 @@ class Bench:
         shutil.rmtree(data, ignore_errors=True)
 
     def run_peer(self, run: Run, surface: Path) -> None:
-        """Only the solver counts, as the script measures it."""
+        """Runs a peer and times the solver only, as measured by the script."""
         script = [self.python, HERE / "solve.py", run.code, run.tolerance, surface]
         self.measure(run, [*script, run.folder / "loads.json", run.folder])
         run.rows = rows_of(run.folder)
         run.cpu_seconds = sum(row["cpu_seconds"] for row in run.rows)
 
     def measure(self, run: Run, command: list) -> float:
-        """Runs a command; its CPU seconds, with peak memory and failure left in `run`."""
+        """Runs a command and returns its CPU seconds; stores peak memory and failure in `run`."""
         log = run.folder / "log.txt"
         with open(log, "wb") as output:
             process = subprocess.Popen(
@@ -146,7 +146,7 @@ class Bench:
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
 
     def compare(self, reference: Run, runs: list[Run]) -> None:
-        """Fills in how many nodes each run has wrong at each load it finished."""
+        """Counts the wrong nodes of each run at each load that it finished."""
         known = [run for run in runs if run.rows]
         folders = [run.folder for run in known]
         nodes = reference.problem.nodes

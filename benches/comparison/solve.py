@@ -1,8 +1,8 @@
-"""Presses a surface with one of the peers, in a process of its own.
+"""Presses a surface with one of the peers, as a separate process.
 
 `solve.py CODE TOLERANCE SURFACE.npy LOADS.json FOLDER` appends a line per load to
-FOLDER/rows.jsonl and its contact map to FOLDER/maps.bin, so that an early end loses nothing.
-CPU seconds are those of the solver with its preparation: imports and files are left out.
+FOLDER/rows.jsonl and the contact map to FOLDER/maps.bin, so that finished loads survive an early
+end. CPU seconds are those of the solver and its preparation, without imports and files.
 """
 
 import json
@@ -16,16 +16,16 @@ from pathlib import Path
 
 import numpy as np
 
-# The largest step beyond the last load, in steps before it, over which a guess is extrapolated.
+# Largest ratio of a step in load to the step before, up to which a guess is extrapolated.
 LONGEST_REACH = 4.0
 
-# aspher's own floor of a solve in single precision.
+# Smallest tolerance that aspher allows for a solve in single precision.
 SINGLE_FLOOR = 2e-6
 
 
 @dataclass
 class Solution:
-    """A load's answer, and the work on the finest mesh, as far as the code tells it."""
+    """Solution at one load, and the work on the finest mesh if the code reports it."""
 
     pressure: np.ndarray
     iterations: int
@@ -34,7 +34,7 @@ class Solution:
 
 
 class Guess:
-    """A straight line through the last two solutions, where the step is not too long."""
+    """Linear extrapolation of the last two solutions, or the last one if the step is too long."""
 
     def __init__(self) -> None:
         self.solutions: list[tuple[float, np.ndarray]] = []
@@ -50,12 +50,12 @@ class Guess:
                 return np.maximum(last + reach * (last - earlier), 0.0)
         return last
 
-    def remember(self, load: float, pressure: np.ndarray) -> None:
+    def add(self, load: float, pressure: np.ndarray) -> None:
         self.solutions = [*self.solutions[-1:], (load, pressure)]
 
 
 def aspher_nested(heights: np.ndarray, loads: list[float], tolerance: float) -> Iterator[Solution]:
-    """Nested grids from 64² up; single precision as far as it reaches, then a double polish."""
+    """Solves on nested grids from 64² up, in single precision and, if necessary, then in double."""
     import aspher
 
     nodes = len(heights)
@@ -78,10 +78,9 @@ def aspher_nested(heights: np.ndarray, loads: list[float], tolerance: float) -> 
 
 
 def aspher_warm(heights: np.ndarray, loads: list[float], tolerance: float) -> Iterator[Solution]:
-    """The spectral preconditioner by full transforms, started from the two loads before.
+    """Solves with the spectral preconditioner by full transforms, starting from the last two loads.
 
-    The extrapolation is ours; it spares aspher 7 % of its iterations, and asks no more of it than
-    a line of NumPy.
+    The extrapolation is not part of aspher. It is a line of NumPy and saves 7 % of the iterations.
     """
     import aspher
 
@@ -92,16 +91,16 @@ def aspher_warm(heights: np.ndarray, loads: list[float], tolerance: float) -> It
         result = solver.solve(
             gap, p_nominal=load, tol=tolerance, precond="fourier-fft", p_init=guess.at(load)
         )
-        guess.remember(load, result.pressure)
+        guess.add(load, result.pressure)
         pairs = result.matvec_count + result.precond_count
         yield Solution(result.pressure, result.iterations, pairs, result.converged)
 
 
 def tamaas_warm(heights: np.ndarray, loads: list[float], tolerance: float) -> Iterator[Solution]:
-    """Polonsky & Keer's iteration on the pressure, started from the load before.
+    """Solves by Polonsky & Keer's iteration on the pressure, starting from the load before.
 
-    It keeps the model's pressure as a start and rescales it; an extrapolated one takes 40 % more
-    iterations.
+    Tamaas starts from the pressure of the model and rescales it. An extrapolated pressure takes
+    40 % more iterations.
     """
     import tamaas
 
@@ -112,7 +111,7 @@ def tamaas_warm(heights: np.ndarray, loads: list[float], tolerance: float) -> It
     model.E, model.nu = 1.0, 0.0
     solver = tamaas.PolonskyKeerRey(model, heights, tolerance)
     solver.max_iter = 20000
-    # Logged at the first and last iteration only.
+    # Log the first and the last iteration only.
     solver.dump_freq = 10**9
     for load in loads:
         with LastLogLine() as log:
@@ -122,7 +121,7 @@ def tamaas_warm(heights: np.ndarray, loads: list[float], tolerance: float) -> It
 
 
 class LastLogLine:
-    """The last line on standard error of compiled code: tamaas' only word on iterations."""
+    """Captures the last line on stderr, the only place where tamaas reports its iterations."""
 
     line = "0"
 

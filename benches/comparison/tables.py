@@ -1,8 +1,8 @@
-"""Reads asperity's tables, and compares contact maps.
+"""Reads the tables of asperity, and compares contact maps.
 
-`tables.py read DATA LOADS.json FOLDER` writes what asperity found in the form of solve.py;
+`tables.py read DATA LOADS.json FOLDER` converts the results of asperity to the files of solve.py.
 `tables.py compare NODES REFERENCE FOLDER…` prints, for each folder and load, the number of nodes
-that are in contact in one of the two and not in the other.
+whose contact differs from the reference.
 """
 
 import json
@@ -26,7 +26,7 @@ def read(data: Path, loads: list[float], folder: Path) -> None:
     full = np.packbits(np.ones(cells, dtype=bool), bitorder="little").tobytes()
     with open(folder / "rows.jsonl", "w") as lines, open(folder / "maps.bin", "wb") as bits:
         for load in loads:
-            # A sweep ends at the first load that closes every gap.
+            # asperity ends a sweep at the first load in full contact.
             beyond = last["stop"] == "full-contact" and load > last["load"]
             row = {"pairs": 0, "contact_nodes": cells} if beyond else rows[load]
             bits.write(full if beyond else maps[load])
@@ -44,7 +44,7 @@ def read(data: Path, loads: list[float], folder: Path) -> None:
 def contact_maps(nodes: int, folder: Path) -> dict[float, np.ndarray]:
     size = (nodes**2 + 7) // 8
     bits = np.fromfile(folder / "maps.bin", dtype=np.uint8)
-    # One that was stopped may have written a map without its row: rows count.
+    # A stopped process may have written a map without its row. Only rows count.
     with open(folder / "rows.jsonl") as rows:
         loads = [json.loads(row)["load"] for row in rows]
     return {load: bits[i * size : (i + 1) * size] for i, load in enumerate(loads)}

@@ -1,1 +1,1 @@
-"""One module per tool: how it is told to run chains of three trivial tasks."""
+"""One module per tool, with the files and commands for chains of three trivial tasks."""

@@ -1,4 +1,4 @@
-"""asperity: a surface of 8 × 8 nodes is drawn, pressed once and measured; or drawn, of 128 × 128."""
+"""asperity draws, presses and measures surfaces of 8² nodes, or only draws surfaces of 128²."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""doit: three Python actions to a chain, called in doit's own process."""
+"""doit runs three Python actions per chain in its own process."""
 
 from pathlib import Path
 

@@ -1,7 +1,7 @@
-"""row: three actions over a folder to a chain, a shell command each.
+"""row runs three actions per chain, a shell command each, in one folder per chain.
 
-It submits the actions that are eligible now, so that three stages take three commands; with
-nothing to do it is asked once.
+`row submit` submits only the actions that are eligible at that time. Three stages therefore take
+three commands; with nothing to do, one command is enough.
 """
 
 from pathlib import Path

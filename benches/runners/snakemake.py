@@ -1,4 +1,4 @@
-"""Snakemake: three rules, a shell command each."""
+"""Snakemake runs three rules per chain, a shell command each."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ class Tool:
     def __init__(self, program: Path):
         self.program = str(program)
         self.name = PACKAGE.replace("==", " ")
-        # The rules' shells are found beside Python, and nothing is kept in the user's cache.
+        # Leave the user's cache alone.
         self.environment = {"XDG_CACHE_HOME": ".cache"}
 
     def write(self, folder: Path, chains: int) -> None:

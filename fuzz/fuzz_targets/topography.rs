@@ -1,6 +1,6 @@
 //! Fuzz target that reads any bytes as a surface topography file of any format.
 //!
-//! With `FORMAT=sur` in the environment, only inputs that concern the reader `sur` are kept, so that
+//! With `FORMAT=sur` in the environment, only inputs that reach the reader `sur` are kept, so that
 //! each format can be fuzzed separately.
 #![no_main]
 
