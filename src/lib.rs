@@ -38,8 +38,8 @@
 //! for load in [0.01, 0.05, 0.1] {
 //!     let outcome = solver.press(load, &Settings::default(), &|| false);
 //!     assert_eq!(outcome.stop, Stop::Converged);
-//!     let map = ContactMap::of_pressures(grid.nodes(), solver.pressure());
-//!     let contact = ContactArea::of(&map);
+//!     let map = ContactMap::from_pressures(grid.nodes(), solver.pressure());
+//!     let contact = ContactArea::from_map(&map);
 //!     println!("{load}: {} {}", contact.fraction(), contact.manhattan_perimeter(grid));
 //!     assert!(contact.fraction() > lighter);
 //!     lighter = contact.fraction();

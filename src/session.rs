@@ -81,10 +81,10 @@ pub use crate::share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplac
 pub use advice::StudyAdvice;
 pub use asperity_claims::names as claim_names;
 pub use asperity_contact::instructions::Instructions;
-pub use asperity_pipeline::cluster::shard::{NoShard, Shard};
+pub use asperity_pipeline::cluster::shard::{InvalidShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;
 pub use asperity_pipeline::plan::{Plan, PlannedStage};
-pub use asperity_pipeline::results::{Reading, StageRows};
+pub use asperity_pipeline::results::{StageRows, StudyResults};
 pub use asperity_pipeline::study::Warning;
 pub use asperity_stages::aggregate::sql::silence_panics;
 pub use claims::StudyClaims;
@@ -160,8 +160,8 @@ impl Session<'_> {
     /// # Errors
     /// When the manifest makes no sense, or a table cannot be read that decides on surfaces.
     pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
-        let store = self.data.look()?;
-        Ok(SampledStudy::of(self.study()?, &store, &PaperClaims)?)
+        let store = self.data.open_read_only()?;
+        Ok(SampledStudy::from_tables(self.study()?, &store, &PaperClaims)?)
     }
 
     /// What the study has, what it would compute, why, and at what cost. Nothing is written.
@@ -171,7 +171,7 @@ impl Session<'_> {
     pub fn status(&self) -> Result<Status, SessionError> {
         let sampled = self.sampled()?;
         let record = Record::read(&self.data.records(), &sampled.study.name);
-        Ok(Status::of(sampled, &self.data.look()?, record.as_ref()))
+        Ok(Status::of(sampled, &self.data.open_read_only()?, record.as_ref()))
     }
 
     /// Computes what is missing and writes the stages' tables, until all is done or `stop` is set.
@@ -198,13 +198,13 @@ impl Session<'_> {
     ///
     /// # Errors
     /// As [`Session::sampled`].
-    pub fn reading(&self) -> Result<Reading, SessionError> {
-        let (store, results) = (self.data.look()?, self.data.results());
+    pub fn reading(&self) -> Result<StudyResults, SessionError> {
+        let (store, results) = (self.data.open_read_only()?, self.data.results());
         let study = read_study(&self.manifest, claim_names, &store, &results)?;
         for file in study.sources.recalled() {
             self.tell(Event::Notice(Notice::Recalled(file)));
         }
-        Ok(Reading::of(study, store, &results, &PaperClaims)?)
+        Ok(StudyResults::new(study, store, &results, &PaperClaims)?)
     }
 
     /// The study's tables, to be read one by one or asked in SQL.

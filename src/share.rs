@@ -20,8 +20,8 @@ use serde::Serialize;
 
 use crate::session::{Event, Notice, Session, SessionError};
 use asperity_claims::PaperClaims;
-use asperity_pipeline::results::Reading;
 use asperity_pipeline::results::ResultsError;
+use asperity_pipeline::results::StudyResults;
 use asperity_tables::store::StoreError;
 use contents::Contents;
 
@@ -68,7 +68,8 @@ impl Session<'_> {
     pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
         // The files of surfaces must be there: they go along.
         let data = self.data();
-        let reading = Reading::of(self.study()?, data.look()?, &data.results(), &PaperClaims)?;
+        let reading =
+            StudyResults::new(self.study()?, data.open_read_only()?, &data.results(), &PaperClaims)?;
         let named = || PathBuf::from(format!("{}.zip", reading.plan.study));
         let archive = options.output.clone().unwrap_or_else(named);
         if !options.replace && archive.symlink_metadata().is_ok() {

@@ -19,7 +19,7 @@ fuzz_target!(|text: &str| {
         Err(errors) => assert!(!errors.render(false).is_empty()),
         Ok(study) => {
             if study.surfaces() <= MOST_SURFACES {
-                check(&Plan::of(&study));
+                check(&Plan::new(&study));
             }
         }
     }

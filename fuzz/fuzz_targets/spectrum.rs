@@ -18,7 +18,7 @@ fuzz_target!(init: {
             if let Some(factor) = table.length_scale("m") {
                 assert!(factor > 0.0);
             }
-            if let Ok(density) = SpectralDensity::through(table.points) {
+            if let Ok(density) = SpectralDensity::from_points(table.points) {
                 let [from, to] = density.range();
                 assert!(0.0 < from && from < to && to.is_finite());
                 for share in [0.0, 0.3, 1.0] {

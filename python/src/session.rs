@@ -66,7 +66,7 @@ impl Session {
     fn check(&self, py: Python<'_>) -> PyResult<Checked> {
         let answer = self.ask(py, |session| {
             let study = session.study()?;
-            let plan = session::Plan::of(&study);
+            let plan = session::Plan::new(&study);
             let stages = plan.stages.iter().map(|stage| stage.name.clone()).collect();
             let warnings = study.warnings().iter().map(plain).collect();
             Ok((plan.study, stages, plan.tasks.len(), study.grows(), warnings))

@@ -23,12 +23,12 @@ pub fn statistics(
     let surface = conversion::surface(py, &heights, size)?;
     let boundary = boundary(is_periodic);
     let (roughness, moments, descriptors) = py.detach(|| {
-        let descriptors = is_periodic.then(|| Descriptors::of(&surface));
+        let descriptors = is_periodic.then(|| Descriptors::from_surface(&surface));
         let moments = match &descriptors {
             Some(descriptors) => descriptors.moments,
             None => differences::moments(&surface),
         };
-        (Roughness::of(&surface, boundary), moments, descriptors)
+        (Roughness::from_surface(&surface, boundary), moments, descriptors)
     });
     let of_modes = |value: fn(&Descriptors) -> f64| descriptors.as_ref().map(value);
     Ok(vec![

@@ -172,8 +172,8 @@ pub fn corrected_area(
         true => Boundary::Periodic,
         false => Boundary::Free,
     };
-    let map = ContactMap::of_pressures(shape, &pressures).within(boundary);
-    let counted = ContactArea::of(&map).counted();
+    let map = ContactMap::from_pressures(shape, &pressures).within(boundary);
+    let counted = ContactArea::from_map(&map).counted();
     let [lower, upper] = counted.bounds();
     Ok([counted.fraction(), counted.corrected(coefficient), lower, upper])
 }

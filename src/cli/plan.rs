@@ -47,7 +47,7 @@ pub struct CheckArguments {
 
 pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let study = super::session(&arguments.manifest, data).study()?;
-    let plan = Plan::of(&study);
+    let plan = Plan::new(&study);
     super::tell(&study.warnings());
     let mut out = stdout();
     let at_least = if study.grows() { " at least" } else { "" };

@@ -9,7 +9,7 @@ use super::status::in_hours;
 use super::{Session, SessionError};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::{Plan, PlannedStage};
-use asperity_pipeline::results::Reading;
+use asperity_pipeline::results::StudyResults;
 use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};
 use asperity_stages::ensemble::Point;
 use asperity_stages::fit;
@@ -88,7 +88,7 @@ impl Session<'_> {
 }
 
 fn of_stage(
-    reading: &Reading,
+    reading: &StudyResults,
     place: usize,
     stage: &PlannedStage,
     advice: &mut StudyAdvice,

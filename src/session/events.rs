@@ -15,7 +15,7 @@ use asperity_stages::Kind;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
 
-pub use asperity_pipeline::forecast::memory::Allowance;
+pub use asperity_pipeline::forecast::memory::MemoryLimit;
 pub use asperity_pipeline::runner::Damage;
 
 /// Hears what happens while a session works, some of it from the threads that compute. Every
@@ -75,7 +75,7 @@ pub enum Notice<'a> {
         /// How many threads there are.
         jobs: usize,
         /// What the run keeps to.
-        allowance: Allowance,
+        allowance: MemoryLimit,
     },
     /// A task's table was damaged, and is computed again.
     Damaged(&'a Damage),

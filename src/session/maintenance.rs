@@ -85,7 +85,7 @@ pub fn verify(
     checked: &(dyn Fn(usize) + Sync),
 ) -> Result<Verification, SessionError> {
     let plan = study.map(|session| Ok::<_, SessionError>(session.reading()?.plan)).transpose()?;
-    let (plan, store) = (plan.as_ref(), data.look()?);
+    let (plan, store) = (plan.as_ref(), data.open_read_only()?);
     let tables = tables(plan, data)?;
     let findings = parallel::map(&tables, |table| {
         let finding = check(table, &store);
@@ -112,7 +112,7 @@ pub fn prune(
     for session in studies {
         plans.push(session.sampled()?.plan);
         // Surfaces that were drawn are needed, even where a table that asked for them is missing.
-        plans.push(adaptive_sampling::at_most(session.study()?));
+        plans.push(adaptive_sampling::maximum_plan(session.study()?));
     }
     // Who has the store alone looks at it without sharing it: nothing changes until the end.
     let alone = match options.delete {

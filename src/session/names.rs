@@ -53,7 +53,7 @@ pub enum TaskNameError {
 /// When the word is no key, or no finished task has it, or several have.
 pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> {
     let digits = digits(word)?;
-    let key = only(&digits, data.look()?.finished(&digits)?)?;
+    let key = only(&digits, data.open_read_only()?.finished(&digits)?)?;
     let none = || TaskNameError::NotFinished { word: word.to_owned(), store: data.store() };
     Ok(key.ok_or_else(none)?)
 }

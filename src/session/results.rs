@@ -10,9 +10,9 @@ use serde::Serialize;
 use super::{DataFolder, Event, Notice, Session, SessionError, UnknownName, names};
 use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
-use asperity_pipeline::forecast::memory::Allowance;
+use asperity_pipeline::forecast::memory::MemoryLimit;
 use asperity_pipeline::plan::PlannedStage;
-use asperity_pipeline::results::Reading;
+use asperity_pipeline::results::StudyResults;
 use asperity_pipeline::results::owner;
 use asperity_pipeline::results::{self, exceeded_hardness, failures};
 use asperity_pipeline::study::Study;
@@ -33,7 +33,7 @@ pub use asperity_tables::table::Table;
 pub struct Tables<'a> {
     session: &'a Session<'a>,
     /// The study and what has been computed of it.
-    pub reading: Reading,
+    pub reading: StudyResults,
 }
 
 impl<'a> Tables<'a> {
@@ -82,7 +82,7 @@ impl<'a> Tables<'a> {
         for name in known.iter().filter(|name| named.contains(*name)) {
             tables.push((name.clone(), self.open(name)?));
         }
-        let room = Allowance::of(None, 1).room();
+        let room = MemoryLimit::new(None, 1).room();
         sql::ask(query, tables, &known, &BTreeMap::new(), room).map_err(|error| match error {
             StageError::Query(error) => refused(error),
             StageError::Store(error) => SessionError::Store(error),
@@ -186,7 +186,7 @@ pub(super) fn write_report(
     let reading = session.reading()?;
     if !options.replace && options.output.is_none() {
         let (study, plan) = (&reading.study, &reading.plan);
-        owner::check(session.manifest(), study, plan, &reading.archive)?;
+        owner::check(session.manifest(), study, plan, &reading.reader)?;
     }
     let existing = match options.replace {
         true => Existing::Replace,
@@ -204,7 +204,7 @@ pub(super) fn write_report(
     let subject = Subject {
         plan: &reading.plan,
         rows: &rows,
-        archive: &reading.archive,
+        archive: &reading.reader,
         sources: &reading.study.sources,
         manifest: &manifest,
         warnings: &warnings,
@@ -231,7 +231,7 @@ impl TableFile {
     pub fn read(what: &Path, data: &DataFolder) -> Result<TableFile, SessionError> {
         let path = match what.is_file() {
             true => what.to_owned(),
-            false => data.look()?.path(names::finished(&what.to_string_lossy(), data)?),
+            false => data.open_read_only()?.path(names::finished(&what.to_string_lossy(), data)?),
         };
         let (table, metadata) = read_whole(&path, Columns::All)?;
         Ok(TableFile { path, table, metadata })

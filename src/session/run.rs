@@ -22,10 +22,10 @@ use super::status::{GrowingStage, StageCount};
 use super::{Session, Shard, failures};
 use asperity_claims::PaperClaims;
 use asperity_contact::threads::available_cores;
-use asperity_pipeline::forecast::memory::{self, Allowance};
+use asperity_pipeline::forecast::memory::{self, MemoryLimit};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::plan::reasons::record::Record;
-use asperity_pipeline::results::archive::Archive;
+use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::results::{self, ResultsError, exceeded_hardness, owner};
 use asperity_pipeline::runner::{self, Damage, Resources};
 use asperity_pipeline::study::Warning;
@@ -91,7 +91,7 @@ impl Selection {
     ) -> Result<Vec<usize>, TaskNameError> {
         Ok(match self {
             Selection::Missing => missing.to_vec(),
-            Selection::Task(key) => runner::alone(plan, planned(key, plan)?, store),
+            Selection::Task(key) => runner::with_missing_inputs(plan, planned(key, plan)?, store),
             Selection::Shard(shard) => shard.tasks(plan, missing),
         })
     }
@@ -107,7 +107,7 @@ pub struct PreparedRun<'a> {
     missing: Vec<usize>,
     store: Store,
     jobs: NonZeroUsize,
-    memory: Allowance,
+    memory: MemoryLimit,
     job: Option<String>,
     checkpoint_every: Duration,
 }
@@ -212,16 +212,16 @@ impl<'a> PreparedRun<'a> {
             session.tell(Event::Notice(Notice::Study(warning)));
         }
         let store = session.open()?;
-        let sampled = SampledStudy::of(study, &store, &PaperClaims)?;
+        let sampled = SampledStudy::from_tables(study, &store, &PaperClaims)?;
         if !options.replace {
             let folder = session.data().results_of(&sampled.plan.study);
-            let archive = Archive::of(store.clone(), &folder);
-            owner::check(session.manifest(), &sampled.study, &sampled.plan, &archive)?;
+            let reader = ResultReader::new(store.clone(), &folder);
+            owner::check(session.manifest(), &sampled.study, &sampled.plan, &reader)?;
         }
         let missing = runner::missing(&sampled.plan, &store);
         let wanted = options.selection.tasks(&sampled.plan, &missing, &store)?;
         let jobs = options.cores();
-        let memory = Allowance::of(options.memory, jobs.get());
+        let memory = MemoryLimit::new(options.memory, jobs.get());
         memory.fits(&sampled.plan, &wanted)?;
         Ok(PreparedRun {
             session,
@@ -326,7 +326,7 @@ impl<'a> PreparedRun<'a> {
                 let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
                 outcome.damaged.extend(damage);
             }
-            let mut missing = self.sampled.deciding();
+            let mut missing = self.sampled.deciding_tasks();
             missing.retain(|&task| !self.store.has(self.plan().tasks[task].key));
             let round = self.compute(&missing, stop)?;
             if round.computed.is_empty() {
@@ -335,8 +335,9 @@ impl<'a> PreparedRun<'a> {
             outcome.append(round);
             // What has failed is tried again, and told of, with all the rest.
             outcome.failed.clear();
-            let sampled = SampledStudy::of(self.sampled.study.clone(), &self.store, &PaperClaims)?;
-            outcome = outcome.moved(self.plan(), &sampled.plan);
+            let sampled =
+                SampledStudy::from_tables(self.sampled.study.clone(), &self.store, &PaperClaims)?;
+            outcome = outcome.renumbered(self.plan(), &sampled.plan);
             self.sampled = sampled;
             self.look();
         }
@@ -357,7 +358,7 @@ impl<'a> PreparedRun<'a> {
         }
         let resources = self.resources(wanted);
         let folder = self.session.data().results_of(&self.plan().study);
-        let archive = Archive::of(self.store.clone(), &folder);
+        let reader = ResultReader::new(self.store.clone(), &folder);
         let without = joined(self.missing.clone(), wanted).len();
         self.session.tell(Event::Begun(Batch {
             plan: self.plan(),
@@ -367,7 +368,7 @@ impl<'a> PreparedRun<'a> {
         let outcome = runner::run(
             self.plan(),
             wanted,
-            &archive,
+            &reader,
             &self.sampled.study.sources,
             resources,
             observer,
@@ -448,7 +449,7 @@ impl<'a> PreparedRun<'a> {
     /// changed. No result depends on it, so that no run fails for it.
     fn remember(&self) {
         let study = &self.sampled.study;
-        let record = Record::of(study, self.plan(), &self.missing);
+        let record = Record::new(study, self.plan(), &self.missing);
         if let Err(error) = record.write(&self.session.data().records(), &study.name) {
             self.notice(Notice::NotRemembered(&error));
         }

@@ -14,7 +14,7 @@ use asperity_contact::threads::Threads;
 use asperity_pipeline::adaptive_sampling::SampledStudy;
 use asperity_pipeline::cluster::receipts::{self, Receipt};
 use asperity_pipeline::cluster::slurm::{Queued, SlurmError};
-use asperity_pipeline::cluster::submission::name_of;
+use asperity_pipeline::cluster::submission::job_name;
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::{self, memory};
 use asperity_pipeline::plan::reasons::changes::Cause;
@@ -172,10 +172,10 @@ impl Status {
     pub(super) fn of(sampled: SampledStudy, store: &Store, record: Option<&Record>) -> Status {
         let SampledStudy { study, plan, stages } = sampled;
         let missing = runner::missing(&plan, store);
-        let now = Record::of(&study, &plan, &missing);
+        let now = Record::new(&study, &plan, &missing);
         Status {
             warnings: study.warnings(),
-            reasons: Reasons::of(&plan, &now, record, &missing, store),
+            reasons: Reasons::new(&plan, &now, record, &missing, store),
             plan,
             adaptive: stages,
             missing,
@@ -301,7 +301,7 @@ impl Session<'_> {
     /// As [`Session::status`], or when Slurm is here and does not answer.
     pub fn progress(&self) -> Result<Progress, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let missing = runner::missing(plan, &self.data.look()?);
+        let missing = runner::missing(plan, &self.data.open_read_only()?);
         let queue = self.own_queue(&study.name)?;
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let at_work = at_work(&own, queue.as_deref());
@@ -353,7 +353,7 @@ impl Session<'_> {
             return Ok(None);
         }
         match queued(study) {
-            Err(SessionError::Slurm(SlurmError::NotHere { .. })) => Ok(None),
+            Err(SessionError::Slurm(SlurmError::NotInstalled { .. })) => Ok(None),
             queued => {
                 let mut queued = queued?;
                 queued.retain(|queued| own.contains(&queued.array));
@@ -388,7 +388,7 @@ fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Rec
         queue.is_none_or(|queue| {
             let running = queue.iter().filter(|queued| queued.is_running());
             let mut names =
-                running.filter_map(|queued| Some(name_of(queued.array, queued.element?)));
+                running.filter_map(|queued| Some(job_name(queued.array, queued.element?)));
             names.any(|running| running == *name)
         })
     };

@@ -11,13 +11,13 @@ use super::{
 };
 use asperity_pipeline::cluster::receipts::Receipt;
 use asperity_pipeline::cluster::slurm::Queued;
-use asperity_pipeline::cluster::submission::{Extras, Places, name_of};
+use asperity_pipeline::cluster::submission::{ScriptOptions, ScriptPaths, job_name};
 use asperity_pipeline::cluster::{receipts, sizing, slurm};
 use asperity_pipeline::forecast::CostModel;
-use asperity_pipeline::forecast::memory::Allowance;
+use asperity_pipeline::forecast::memory::MemoryLimit;
 use asperity_pipeline::plan::Plan;
-use asperity_pipeline::results::archive::Archive;
 use asperity_pipeline::results::owner;
+use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::{cluster, runner};
 use asperity_tables::store::files::{Existing, make_folder, write_whole};
 
@@ -68,19 +68,19 @@ impl Session<'_> {
         options: &SubmitOptions,
     ) -> Result<PlannedSubmission, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let store = self.data.look()?;
+        let store = self.data.open_read_only()?;
         if !options.replace {
-            let archive = Archive::of(store.clone(), &self.data.results_of(&study.name));
-            owner::check(&self.manifest, study, plan, &archive)?;
+            let reader = ResultReader::new(store.clone(), &self.data.results_of(&study.name));
+            owner::check(&self.manifest, study, plan, &reader)?;
         }
         let missing = runner::missing(plan, &store);
         let receipts = self.all_receipts()?;
         let cost = measured(&receipts);
         let largest_array = slurm::largest_array();
-        let sizing = Sizing::of(plan, &missing, &cost, &options.settings, largest_array);
-        Allowance::of(Some(sizing.memory), sizing.cores as usize).fits(plan, &missing)?;
+        let sizing = Sizing::new(plan, &missing, &cost, &options.settings, largest_array);
+        MemoryLimit::new(Some(sizing.memory), sizing.cores as usize).fits(plan, &missing)?;
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let places = Places {
+        let places = ScriptPaths {
             program: options.program.clone(),
             data: absolute(self.data.path()),
             manifest: absolute(&self.manifest),
@@ -89,10 +89,10 @@ impl Session<'_> {
         let processors = receipts.iter().filter(|receipt| !receipt.pace.is_empty());
         let processors: BTreeSet<&str> =
             processors.map(|receipt| receipt.processor.as_str()).collect();
-        let extras = Extras { report: options.report, replace: options.replace };
+        let extras = ScriptOptions { report: options.report, replace: options.replace };
         Ok(PlannedSubmission {
             study: study.name.clone(),
-            scripts: Scripts::of(&study.name, &sizing, &options.settings, &places, extras)?,
+            scripts: Scripts::new(&study.name, &sizing, &options.settings, &places, extras)?,
             sizing,
             processors: processors.into_iter().map(str::to_owned).collect(),
             missing: missing.len(),
@@ -120,7 +120,7 @@ impl Session<'_> {
             elements: sizing.elements,
             cores: sizing.cores,
             rounds: settings.rounds.unwrap_or(ROUNDS),
-            per_element: settings.per_element.unwrap_or(sizing::PER_ELEMENT),
+            per_element: settings.per_element.unwrap_or(sizing::DEFAULT_HOURS),
             core_hours: sizing.core_hours + sizing.core_hours_after,
             submitted: Vec::new(),
         };
@@ -253,7 +253,7 @@ impl Session<'_> {
     /// it is expected to take.
     fn left(&self, elements: u32) -> Result<(Vec<u32>, f64), SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let missing = runner::missing(plan, &self.data.look()?);
+        let missing = runner::missing(plan, &self.data.open_read_only()?);
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let untried = without_failed(plan, &missing, &own);
         let cost = measured(&self.all_receipts()?);
@@ -268,7 +268,7 @@ impl Session<'_> {
         let receipts = receipts::read(&self.data.receipts_of(study))?;
         let told = receipts.iter().filter_map(|receipt| receipt.job.as_deref());
         let told: HashSet<&str> = told.collect();
-        let is_silent = |element: &u32| !told.contains(name_of(array, *element).as_str());
+        let is_silent = |element: &u32| !told.contains(job_name(array, *element).as_str());
         Ok(elements.iter().copied().filter(is_silent).collect())
     }
 }

@@ -99,14 +99,15 @@ impl Session<'_> {
     ) -> Result<Picture, SessionError> {
         let tables = self.tables()?;
         let task = chosen_task(stage, coordinates, options.load, &tables.table(stage)?)?;
-        if !tables.reading.archive.store().has(task) {
+        if !tables.reading.reader.store().has(task) {
             return Err(SessionError::NoMaps {
                 task,
                 store: self.data.store(),
                 manifest: self.manifest.clone(),
             });
         }
-        let picture = draw(task, options, &self.data.look()?, &tables.reading.study.sources)?;
+        let picture =
+            draw(task, options, &self.data.open_read_only()?, &tables.reading.study.sources)?;
         Ok(Picture { task, ..picture })
     }
 }
@@ -122,7 +123,7 @@ pub fn finished_task(
 ) -> Result<Picture, SessionError> {
     let task = names::finished(word, data)?;
     // No key knows where the files of measured surfaces lie.
-    let picture = draw(task, options, &data.look()?, &SurfaceFiles::default())?;
+    let picture = draw(task, options, &data.open_read_only()?, &SurfaceFiles::default())?;
     Ok(Picture { task, ..picture })
 }
 

@@ -14,7 +14,7 @@ use asperity_manifest::names;
 use asperity_pipeline::data_folder::DataFolder;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::owner::{self, Owner};
-use asperity_pipeline::results::{self, Reading};
+use asperity_pipeline::results::{self, StudyResults};
 use asperity_stages::Kind;
 use asperity_tables::store::files::{Existing, verify_whole, write_with};
 use asperity_tables::store::{self, StoreError};
@@ -56,7 +56,7 @@ impl Contents {
     /// # Errors
     /// When a table is damaged, or not that of the study as it is, and when a file has no place.
     pub fn of(
-        reading: &Reading,
+        reading: &StudyResults,
         manifest: &Path,
         data: &DataFolder,
         options: &ShareOptions,
@@ -156,7 +156,7 @@ impl Contents {
     /// The tables of the stages; the tasks that have rows in them.
     fn add_results(
         &mut self,
-        reading: &Reading,
+        reading: &StudyResults,
         manifest: &Path,
         data: &DataFolder,
     ) -> Result<BTreeSet<usize>, ShareError> {
@@ -201,8 +201,8 @@ impl Contents {
         self.add(place, Source::File(path.to_owned()), Role::Table, about)
     }
 
-    fn add_store(&mut self, reading: &Reading) -> Result<(), ShareError> {
-        let store = reading.archive.store();
+    fn add_store(&mut self, reading: &StudyResults) -> Result<(), ShareError> {
+        let store = reading.reader.store();
         let keys: BTreeSet<_> = reading.plan.keys().into_iter().collect();
         let all = keys.len();
         let mut there = 0;
@@ -224,17 +224,17 @@ impl Contents {
     /// What says whose the tables are, what the study is, what computed it, and how to use all this.
     fn add_records(
         &mut self,
-        reading: &Reading,
+        reading: &StudyResults,
         finished: &BTreeSet<usize>,
     ) -> Result<(), ShareError> {
-        let Reading { study, plan, .. } = reading;
+        let StudyResults { study, plan, .. } = reading;
         let owner = Owner::at(self.places.manifest_from(3), study, plan);
         let place = format!("{DATA}/results/{}/{}", self.study, owner::FILE);
         let what = "which manifest the tables are of";
         self.add(place, Source::Bytes(owner.bytes()), Role::Other, what)?;
 
         let missing = (0..plan.tasks.len()).filter(|task| !finished.contains(task));
-        let record = Record::of(study, plan, &missing.collect::<Vec<_>>());
+        let record = Record::new(study, plan, &missing.collect::<Vec<_>>());
         let place = format!("{DATA}/plans/{}.json", self.study);
         let what = "plan: every stage with its parameters, defaults filled in";
         self.add(place, Source::Bytes(record.bytes()), Role::Other, what)?;
@@ -325,7 +325,7 @@ fn readme(facts: &Facts) -> String {
 }
 
 /// `A statistical study of rough contact: 8 surfaces, 6 stages, 35 tasks.`
-fn about(reading: &Reading) -> String {
+fn about(reading: &StudyResults) -> String {
     format!(
         "A statistical study of rough contact: {}, {}, {}. Surfaces are generated or measured, \
          pressed by an FFT boundary-element solver, measured, corrected, fitted and aggregated.",

@@ -25,8 +25,8 @@ fn main() -> Result<(), GridError> {
     println!("p0/(E* h')   A/A0   Persson   mean gap/L     pairs");
     for load in [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0] {
         let outcome = solver.press(load, &Settings::default(), &|| false);
-        let map = ContactMap::of_pressures(grid.nodes(), solver.pressure());
-        let area = ContactArea::of(&map).fraction();
+        let map = ContactMap::from_pressures(grid.nodes(), solver.pressure());
+        let area = ContactArea::from_map(&map).fraction();
         let (theory, gap) = (persson::area(load), outcome.mean_gap);
         println!("{load:10} {area:6.4} {theory:9.4} {gap:12.3e} {:9}", outcome.pairs);
     }

@@ -275,7 +275,7 @@ mod tests {
     fn wave(grid: Grid, a: usize, b: usize) -> Vec<f64> {
         let [nodes_x, nodes_y] = grid.nodes();
         let phase = |node: usize| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             let turns = |waves: usize, index: usize, nodes: usize| {
                 (waves * index % nodes) as f64 / nodes as f64
             };

@@ -80,7 +80,7 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// // a = (2/π) arcsin √(p/p*) under less.
 /// let grid = Grid::square(64, 1.0)?;
 /// let wave = Shape::Wave { amplitude: 1.0, waves: 1 }.draw(grid);
-/// let slope = Moments::of(&wave).rms_slope();
+/// let slope = Moments::from_surface(&wave).rms_slope();
 /// let heights: Vec<f64> = wave.heights().iter().map(|height| height / slope).collect();
 /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
 /// let full = solver.full_contact_load().expect("a periodic body has one");

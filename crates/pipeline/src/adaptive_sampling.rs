@@ -1,5 +1,4 @@
-//! Adaptive sampling: adds surfaces to a study until its means are precise or its claims are
-//! decided.
+//! Adds surfaces to a study until its means are precise or its claims are decided.
 //!
 //! The number of surfaces follows from tables alone. It does not depend on the machines, on the
 //! order of tasks or on interruptions.
@@ -51,21 +50,21 @@ impl SampledStudy {
     /// Adds surfaces to a study until its tables require no more, or until tables are missing.
     ///
     /// # Errors
-    /// When a table cannot be read, or does not have the column of a condition.
-    pub fn of(
+    /// Returns an error if a table cannot be read or lacks the column of a condition.
+    pub fn from_tables(
         mut study: Study,
         tables: &impl TaskTables,
         rule: &dyn ClaimRule,
     ) -> Result<SampledStudy, SamplingError> {
         loop {
-            let plan = Plan::of(&study);
-            let stages = adaptive_stages(&study, &plan, tables, rule)?;
-            let more: Vec<_> = stages.iter().filter_map(AdaptiveStage::more).collect();
+            let plan = Plan::new(&study);
+            let stages = evaluate_stages(&study, &plan, tables, rule)?;
+            let more: Vec<_> = stages.iter().filter_map(AdaptiveStage::next_size).collect();
             if more.is_empty() {
                 return Ok(SampledStudy { study, plan, stages });
             }
             for (stage, surfaces) in more {
-                draw(&mut study, stage, surfaces);
+                set_realizations(&mut study, stage, surfaces);
             }
         }
     }
@@ -73,7 +72,7 @@ impl SampledStudy {
     /// Returns the tasks whose tables are needed to evaluate open conditions, in ascending order.
     ///
     /// The list is empty when all numbers of surfaces are settled.
-    pub fn deciding(&self) -> Vec<usize> {
+    pub fn deciding_tasks(&self) -> Vec<usize> {
         let tasks = self.stages.iter().filter_map(|stage| match &stage.condition {
             Condition::Open { tasks, .. } => Some(tasks.as_slice()),
             Condition::Holds(_) | Condition::Fails(_) => None,
@@ -117,7 +116,7 @@ impl AdaptiveStage {
     }
 
     /// Returns the stage's index and the number of surfaces that it needs, if it needs more.
-    fn more(&self) -> Option<(usize, u32)> {
+    fn next_size(&self) -> Option<(usize, u32)> {
         let Condition::Fails(finding) = &self.condition else {
             return None;
         };
@@ -126,15 +125,19 @@ impl AdaptiveStage {
             return None;
         }
         let wanted = match finding {
-            Finding::Error(error) => conditions::wanted_by_mean(self.surfaces, *error).min(at_most),
-            Finding::Claims(found) => conditions::wanted_by_claims(self.surfaces, found, at_most),
+            Finding::Error(error) => {
+                conditions::surfaces_for_mean(self.surfaces, *error).min(at_most)
+            }
+            Finding::Claims(found) => {
+                conditions::surfaces_for_claims(self.surfaces, found, at_most)
+            }
         };
         Some((self.position, wanted))
     }
 
     /// Returns whether the stage neither waits for tables nor needs more surfaces.
     fn is_settled(&self) -> bool {
-        self.condition.is_known() && self.more().is_none()
+        self.condition.is_known() && self.next_size().is_none()
     }
 }
 
@@ -151,7 +154,7 @@ impl fmt::Display for AdaptiveStage {
                 (Finding::Error(error), Until::Mean(mean)) => {
                     write!(formatter, ", {until} holds at {}", mean.limit * *error)
                 }
-                (finding, _) => write!(formatter, ": {}", Found(finding)),
+                (finding, _) => write!(formatter, ": {}", ClaimSummary(finding)),
             },
             Condition::Fails(finding) => match (finding, until) {
                 (Finding::Error(error), _) if error.is_infinite() => write!(
@@ -163,19 +166,19 @@ impl fmt::Display for AdaptiveStage {
                     " (the maximum); {until} does not hold: it is {}",
                     mean.limit * *error
                 ),
-                (finding, _) => write!(formatter, " (the maximum): {}", Found(finding)),
+                (finding, _) => write!(formatter, " (the maximum): {}", ClaimSummary(finding)),
             },
         }
     }
 }
 
 /// Maximum number of claims without a quantity that are listed by name.
-const MOST_TOLD: usize = 3;
+const MAX_LISTED: usize = 3;
 
 /// Displays the state of claims as a short text.
-struct Found<'a>(&'a Finding);
+struct ClaimSummary<'a>(&'a Finding);
 
-impl fmt::Display for Found<'_> {
+impl fmt::Display for ClaimSummary<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Finding::Claims(Decisions { decided, undecided, not_judged }) = self.0 else {
             return Ok(());
@@ -184,19 +187,19 @@ impl fmt::Display for Found<'_> {
             0 => formatter.write_str("no claim to decide")?,
             judged => write!(formatter, "{} of {judged} claims decided", decided.len())?,
         }
-        let (needing, hopeless): (Vec<&Undecided>, Vec<&Undecided>) =
+        let (decidable, undecidable): (Vec<&Undecided>, Vec<&Undecided>) =
             undecided.iter().partition(|claim| claim.surfaces.is_some());
         let names = |claims: &[&Undecided]| {
             let names = claims.iter().map(|claim| format!("`{}`", claim.name));
             names.collect::<Vec<_>>().join(", ")
         };
-        if !needing.is_empty() {
-            write!(formatter, "; more surfaces would decide {}", names(&needing))?;
+        if !decidable.is_empty() {
+            write!(formatter, "; more surfaces would decide {}", names(&decidable))?;
         }
-        if !hopeless.is_empty() {
-            write!(formatter, "; no number of surfaces would decide {}", names(&hopeless))?;
+        if !undecidable.is_empty() {
+            write!(formatter, "; no number of surfaces would decide {}", names(&undecidable))?;
         }
-        if not_judged.len() > MOST_TOLD {
+        if not_judged.len() > MAX_LISTED {
             return write!(
                 formatter,
                 "; {} claims cannot be evaluated in this study",
@@ -208,7 +211,7 @@ impl fmt::Display for Found<'_> {
     }
 }
 
-fn adaptive_stages(
+fn evaluate_stages(
     study: &Study,
     plan: &Plan,
     tables: &impl TaskTables,
@@ -228,7 +231,7 @@ fn adaptive_stages(
             name: stage.name.clone(),
             surfaces: first.realizations,
             condition: match &growth.until {
-                Until::Mean(mean) => conditions::of_mean(plan, position, mean, tables)?,
+                Until::Mean(mean) => conditions::evaluate_mean(plan, position, mean, tables)?,
                 Until::Claims(_) => Condition::open(conditions::claim_tasks(plan)),
             },
             growth,
@@ -244,19 +247,20 @@ fn adaptive_stages(
     for stage in stages.iter_mut().filter(|stage| is_of_claims(stage)) {
         if let Until::Claims(names) = &stage.growth.until {
             let sampled = (stage.surfaces, stage.growth.as_ref());
-            stage.condition = conditions::of_claims((study, plan), sampled, (rule, names), tables)?;
+            stage.condition =
+                conditions::evaluate_claims((study, plan), sampled, (rule, names), tables)?;
         }
     }
     Ok(stages)
 }
 
 /// Plans a study with the maximum number of surfaces that its manifest allows.
-pub fn at_most(study: Study) -> Plan {
-    Plan::of(&at_its_most(study))
+pub fn maximum_plan(study: Study) -> Plan {
+    Plan::new(&with_maximum_surfaces(study))
 }
 
 /// Returns a study with the maximum number of surfaces that its manifest allows.
-pub fn at_its_most(mut study: Study) -> Study {
+pub fn with_maximum_surfaces(mut study: Study) -> Study {
     for stage in &mut study.stages {
         if let Work::Generate(ensembles) = &mut stage.work {
             for ensemble in ensembles {
@@ -269,7 +273,7 @@ pub fn at_its_most(mut study: Study) -> Study {
     study
 }
 
-fn draw(study: &mut Study, stage: usize, surfaces: u32) {
+fn set_realizations(study: &mut Study, stage: usize, surfaces: u32) {
     if let Work::Generate(ensembles) = &mut study.stages[stage].work {
         ensembles.iter_mut().for_each(|ensemble| ensemble.realizations = surfaces);
     }

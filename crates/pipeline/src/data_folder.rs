@@ -80,7 +80,7 @@ impl DataFolder {
 
     /// Opens the store for reading. Fails if its lock cannot be acquired, because the store may
     /// then be pruned at the same time.
-    pub fn look(&self) -> Result<Store, StoreError> {
+    pub fn open_read_only(&self) -> Result<Store, StoreError> {
         Store::open_read_only(&self.store())
     }
 }

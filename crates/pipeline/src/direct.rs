@@ -44,19 +44,16 @@ use asperity_tables::table::{Table, TableError};
 /// A surface could not be generated or pressed.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectError {
-    /// The keys of the stage are invalid.
     #[error(transparent)]
     Keys(#[from] KeyErrors),
-    /// The heights do not form a valid surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
     /// A map that is not periodic would be pressed as if it were.
     #[error(
         "the map is not periodic, but the boundary is: press it with `boundary = \"free\"`, \
-         without anything beyond its edges, or declare it periodic if its opposite edges match"
+         without placeholder_surface beyond its edges, or declare it periodic if its opposite edges match"
     )]
-    Open,
-    /// The stage failed.
+    NotPeriodic,
     #[error(transparent)]
     Stage(#[from] StageError),
 }
@@ -139,7 +136,7 @@ impl Pressing {
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let params = block(keys)?;
         if params.boundary == Boundary::Periodic && !map.is_periodic {
-            return Err(DirectError::Open);
+            return Err(DirectError::NotPeriodic);
         }
         let grid = map.surface.grid();
         let rms_slope = map.rms_slope.unwrap_or_else(|| rms_slope(&map));
@@ -258,7 +255,7 @@ impl Pressing {
 
 fn rms_slope(map: &Map) -> f64 {
     let moments = if map.is_periodic {
-        Moments::of(&map.surface)
+        Moments::from_surface(&map.surface)
     } else {
         differences::moments(&map.surface)
     };
@@ -282,7 +279,7 @@ fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     match &study.stages[0].work {
         Work::Generate(surfaces) => match surfaces.as_slice() {
             [one] => Ok(one.clone()),
-            several => Err(not_one(several.len(), "surfaces")),
+            several => Err(expected_one(several.len(), "surfaces")),
         },
         Work::Evaluate(_) => unreachable!("a `generate` stage makes surfaces"),
     }
@@ -292,7 +289,8 @@ fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
 fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
-    let study = study([("surface", stage("generate", &anything())), ("contact", contact)])?;
+    let study =
+        study([("surface", stage("generate", &placeholder_surface())), ("contact", contact)])?;
     match study.stages[1].work.recipes() {
         // The direct solver would return rows of another method than the keys ask for.
         [Recipe::Solve(block)] if block.asperities.is_some() => {
@@ -302,13 +300,13 @@ fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
             Err(KeyErrors(vec![only_in_manifests("flow = true")]))
         }
         [Recipe::Solve(block)] => Ok(block.as_ref().clone()),
-        several => Err(not_one(several.len(), "blocks of loads")),
+        several => Err(expected_one(several.len(), "blocks of loads")),
     }
 }
 
 /// Returns keys of a surface whose slope is not known beforehand, so that no check of loads depends
 /// on it.
-fn anything() -> Keys {
+fn placeholder_surface() -> Keys {
     let keys =
         [("method", toml::Value::from("wave")), ("nodes", 16.into()), ("amplitude", 1.0.into())];
     keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
@@ -336,7 +334,7 @@ fn only_in_manifests(key: &str) -> String {
     format!("`{key}` is available only in a stage of a manifest; write a manifest and run it")
 }
 
-fn not_one(found: usize, what: &str) -> KeyErrors {
+fn expected_one(found: usize, what: &str) -> KeyErrors {
     KeyErrors(vec![format!(
         "the keys describe {found} {what}, but exactly one is expected; only manifests sweep lists"
     )])
@@ -395,7 +393,7 @@ mod tests {
     fn a_map_that_is_not_periodic_is_not_pressed_as_one_that_is() {
         let map = Map { is_periodic: false, ..wave() };
         let keys = "loads = [0.1]".parse().unwrap();
-        assert!(matches!(Pressing::new(map.clone(), &keys), Err(DirectError::Open)));
+        assert!(matches!(Pressing::new(map.clone(), &keys), Err(DirectError::NotPeriodic)));
         let keys = "loads = [0.1]\nboundary = \"free\"".parse().unwrap();
         assert!(Pressing::new(map, &keys).is_ok());
     }

@@ -65,7 +65,7 @@ fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 
-/// Tasks per table. A row takes kilobytes while its table is built.
+/// Number of tasks in one table. A row takes kilobytes while its table is built.
 const CHUNK: usize = 1024;
 
 const STAGE: Column = Column::result("stage", ColumnKind::Text, "", "stage of the task");
@@ -149,7 +149,7 @@ mod tests {
         );
         let study =
             Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap();
-        let plan = Plan::of(&study);
+        let plan = Plan::new(&study);
         let Effort { pairs, seconds } = {
             let task = plan.tasks.last().unwrap();
             effort(task, task.nodes)

@@ -35,12 +35,11 @@ pub struct StudyTable {
 table!(StudyTable, swept: [], lists: []);
 
 /// Maximum number of stages of a study, far above that of a manifest written by hand.
-const MOST_STAGES: usize = 200;
+const MAX_STAGES: usize = 200;
 
 /// A manifest as written, with values that are not checked yet.
 #[derive(Debug)]
 pub struct Manifest {
-    /// Table `[study]`.
     pub study: Section<StudyTable>,
     /// Tables `[stage.NAME]`, in the order of the file.
     pub stages: Vec<StageTable>,
@@ -50,9 +49,8 @@ pub struct Manifest {
 #[derive(Debug)]
 pub struct StageTable {
     pub name: Written<String>,
-    /// Kind of the stage; `None` if it cannot be read.
     pub kind: Option<Kind>,
-    /// Stages that it reads; `None` if they cannot be read.
+    /// The stages that it reads, or `None` if they cannot be read.
     pub from: Option<Vec<Written<String>>>,
     /// Other keys at each point of the grid; `None` if the kind, which decides the valid keys, is
     /// unknown.
@@ -103,11 +101,11 @@ impl Manifest {
 }
 
 fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {
-    let place = entry.0.span();
+    let span = entry.0.span();
     let table = table_of(entry, problems)?;
     let wanted =
         Wanted { place: "`[study]`".to_owned(), common: Vec::new(), owner: Box::new(|_| None) };
-    Some(reader::read(table, place, &wanted, problems))
+    Some(reader::read(table, span, &wanted, problems))
 }
 
 /// Reads the stages in the order of the file; a parsed table has another order.
@@ -117,23 +115,23 @@ fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
         None => return Vec::new(),
     };
     entries.sort_by_key(|(name, _)| name.span().start);
-    if let Some((name, _)) = entries.get(MOST_STAGES) {
+    if let Some((name, _)) = entries.get(MAX_STAGES) {
         let message = format!("the study has {} stages", entries.len());
-        let label = format!("at most {MOST_STAGES} stages are allowed");
+        let label = format!("at most {MAX_STAGES} stages are allowed");
         problems.push(Problem::new(message, name.span(), label));
-        entries.truncate(MOST_STAGES);
+        entries.truncate(MAX_STAGES);
     }
     let mut read = |entry| read_stage(entry, problems);
     entries.into_iter().map(&mut read).collect()
 }
 
 fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
-    let place = entry.0.span();
-    let name = Written { value: entry.0.get_ref().to_string(), span: place.clone() };
+    let span = entry.0.span();
+    let name = Written { value: entry.0.get_ref().to_string(), span: span.clone() };
     let Some(mut table) = table_of(entry, problems) else {
         return StageTable::unreadable(name);
     };
-    let Some(kind) = read_kind(&mut table, &place, problems) else {
+    let Some(kind) = read_kind(&mut table, &span, problems) else {
         return StageTable::unreadable(name);
     };
     let form = Form::select(kind, &mut table, problems);
@@ -141,9 +139,9 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
     let from = match reading {
         Reading::Nothing => Some(Vec::new()),
         Reading::Perhaps if !table.contains_key("from") => Some(Vec::new()),
-        Reading::Perhaps | Reading::Stages => read_from(&mut table, kind, &place, problems),
+        Reading::Perhaps | Reading::Stages => read_from(&mut table, kind, &span, problems),
     };
-    let points = form.map(|form| form.read(table, place.clone(), problems));
+    let points = form.map(|form| form.read(table, span.clone(), problems));
     StageTable { name, kind: Some(kind), from, points }
 }
 
@@ -154,11 +152,11 @@ impl StageTable {
     }
 }
 
-fn read_kind(table: &mut DeTable, place: &Span, problems: &mut Problems) -> Option<Kind> {
+fn read_kind(table: &mut DeTable, span: &Span, problems: &mut Problems) -> Option<Kind> {
     let words = Kind::ALL.map(Kind::name);
     let Some(value) = table.remove("kind") else {
         problems.push(
-            Problem::new("the stage has no `kind`", place.clone(), "`kind` is missing here")
+            Problem::new("the stage has no `kind`", span.clone(), "`kind` is missing here")
                 .help(format!("set `kind` to one of {}", listed(words, "and"))),
         );
         return None;
@@ -176,14 +174,14 @@ fn read_kind(table: &mut DeTable, place: &Span, problems: &mut Problems) -> Opti
 fn read_from(
     table: &mut DeTable,
     kind: Kind,
-    place: &Span,
+    span: &Span,
     problems: &mut Problems,
 ) -> Option<Vec<Written<String>>> {
     let Some(value) = table.remove("from") else {
         problems.push(
             Problem::new(
                 format!("{} needs `from`", a_stage(kind)),
-                place.clone(),
+                span.clone(),
                 "`from` is missing here",
             )
             .help("set `from` to the name of the stage that it reads, or to a list of names"),
@@ -238,13 +236,13 @@ fn unknown_table((key, value): &Entry) -> Problem {
 }
 
 /// Maximum number of syntax errors that are examined. Each of them costs a search through the text.
-const MOST_ERRORS: usize = 200;
+const MAX_ERRORS: usize = 200;
 
 /// Reports syntax errors, except those that only follow from others.
 pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
     let mut last_line = None;
     let mut repeated_table: Option<usize> = None;
-    for error in errors.iter().take(MOST_ERRORS) {
+    for error in errors.iter().take(MAX_ERRORS) {
         let mut span = error.span().unwrap_or(text.len()..text.len());
         span.start = span.start.min(text.len());
         let line = line_start(text, span.start);
@@ -253,7 +251,7 @@ pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
             continue;
         }
         if error.message() != "duplicate key" {
-            problems.push(not_toml(text, error, span));
+            problems.push(syntax_error(text, error, span));
             continue;
         }
         // If a table is repeated, its keys are repeated too.
@@ -264,7 +262,7 @@ pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
         if text[line..].starts_with('[') {
             repeated_table = Some(line);
         }
-        problems.push(twice(text, line, span));
+        problems.push(duplicate(text, line, span));
     }
 }
 
@@ -272,7 +270,7 @@ fn line_start(text: &str, position: usize) -> usize {
     text[..position].rfind('\n').map_or(0, |end| end + 1)
 }
 
-fn not_toml(text: &str, error: &Error, span: Span) -> Problem {
+fn syntax_error(text: &str, error: &Error, span: Span) -> Problem {
     if is_decimal_comma(text, span.start) {
         let message = "invalid TOML: a comma within a number";
         return Problem::new(message, span, "write the decimal point as `.`");
@@ -296,7 +294,7 @@ fn is_decimal_comma(text: &str, position: usize) -> bool {
 }
 
 /// Reports a key or a table that appears twice.
-fn twice(text: &str, line: usize, span: Span) -> Problem {
+fn duplicate(text: &str, line: usize, span: Span) -> Problem {
     let name = text.get(span.clone()).unwrap_or_default();
     let (what, help) = if text[line..].starts_with('[') {
         ("the table", "rename one of the stages, or remove it")
@@ -349,7 +347,7 @@ mod tests {
             Study::parse(&text, "first.toml", Path::new("."), crate::study::no_claims).unwrap();
         assert_eq!(study.name, "first");
         assert!(study.warnings().is_empty());
-        assert_eq!(Plan::of(&study).stages.len(), 5);
+        assert_eq!(Plan::new(&study).stages.len(), 5);
         assert!(!text.contains(NAME), "{text}");
     }
 

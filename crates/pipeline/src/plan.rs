@@ -1,4 +1,4 @@
-//! Plans: the tasks of a study, determined without reading any file.
+//! Plans the tasks of a study without reading any file.
 //!
 //! A task computes one table, such as one surface or one block of loads. Its key names the table
 //! and holds everything that decides its content. More surfaces, another block or another cutoff
@@ -38,7 +38,7 @@ pub use asperity_stages::Kind;
 /// "#);
 /// let plan = |upper: &str| {
 ///     let study = Study::parse(&manifest(upper), "small.toml", Path::new(""), no_claims);
-///     study.map(|study| Plan::of(&study))
+///     study.map(|study| Plan::new(&study))
 /// };
 /// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);
 /// assert_eq!([few.tasks.len(), more.tasks.len()], [1, 2]);
@@ -55,7 +55,6 @@ pub struct Plan {
     pub stages: Vec<PlannedStage>,
 }
 
-/// The computation of one table of the store.
 #[derive(Debug)]
 pub struct Task {
     /// Key of its table in the store.
@@ -75,7 +74,6 @@ pub struct Task {
 /// A stage and the tasks whose tables form its table.
 #[derive(Debug)]
 pub struct PlannedStage {
-    /// Name in the manifest.
     pub name: String,
     pub kind: Kind,
     /// Tasks, in the order of the rows of the stage's table.
@@ -83,17 +81,17 @@ pub struct PlannedStage {
 }
 
 impl PlannedStage {
-    /// Returns the tasks whose entry in `is_so` is true.
-    pub fn among(&self, is_so: &[bool]) -> Vec<usize> {
-        let tasks = self.tasks.iter().zip(is_so);
-        let tasks = tasks.filter(|(_, is_so)| **is_so);
+    /// Returns the tasks whose entry in `selected` is true.
+    pub fn tasks_where(&self, selected: &[bool]) -> Vec<usize> {
+        let tasks = self.tasks.iter().zip(selected);
+        let tasks = tasks.filter(|(_, selected)| **selected);
         tasks.map(|(&task, _)| task).collect()
     }
 }
 
 impl Plan {
     /// Lists the tasks of a study.
-    pub fn of(study: &Study) -> Plan {
+    pub fn new(study: &Study) -> Plan {
         let mut builder = Builder::default();
         for stage in &study.stages {
             let tasks = builder.tasks_of(stage, &study.stages);
@@ -119,7 +117,6 @@ impl Plan {
         }
     }
 
-    /// Returns the keys of all tasks.
     pub fn keys(&self) -> HashSet<TaskKey> {
         self.tasks.iter().map(|task| task.key).collect()
     }
@@ -241,13 +238,13 @@ impl Builder {
             Reach::Point => self.by_point(inputs),
             Reach::All => vec![inputs.to_vec()],
         };
-        let digests = Digests::of(recipe);
+        let digests = Digests::new(recipe);
         let tasks = groups.into_iter();
         tasks.map(|group| self.add_known(recipe.clone(), digests, group)).collect()
     }
 
     fn add(&mut self, recipe: Recipe, inputs: Vec<usize>) -> usize {
-        let digests = Digests::of(&recipe);
+        let digests = Digests::new(&recipe);
         self.add_known(recipe, digests, inputs)
     }
 
@@ -311,7 +308,7 @@ struct Digests {
 }
 
 impl Digests {
-    fn of(recipe: &Recipe) -> Digests {
+    fn new(recipe: &Recipe) -> Digests {
         let whole = Digest::from_params(recipe);
         let identity = match recipe.identity() {
             Cow::Borrowed(_) => whole,

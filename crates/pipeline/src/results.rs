@@ -1,22 +1,22 @@
-//! Results: one tidy table per stage, made from the tables of its tasks, for polars, pandas or
+//! Publishes one tidy table per stage, made from the tables of its tasks, for polars, pandas or
 //! DuckDB.
 //!
 //! Large columns such as maps stay in the store, where the `task` column finds them. Each run
-//! rewrites a table only if its tasks have changed. A [`Reading`] reads the results of a study and
-//! writes nothing.
+//! rewrites a table only if its tasks have changed. [`StudyResults`] reads the results of a study
+//! and writes nothing.
 
-pub mod archive;
 pub mod exceeded_hardness;
 pub mod failures;
 pub mod owner;
 mod publishing;
+pub mod reader;
 
 use std::path::{Path, PathBuf};
 
 use crate::adaptive_sampling::{ClaimRule, SampledStudy, SamplingError};
 use crate::plan::{Plan, PlannedStage};
-use crate::results::archive::Archive;
-use crate::results::publishing::Pieces;
+use crate::results::publishing::TableParts;
+use crate::results::reader::ResultReader;
 use crate::study::{ClaimNames, Study};
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::columns::CONTENT;
@@ -50,10 +50,10 @@ const PATH: Column = Column::result(
 /// A study with its existing results, for reading only. Unfinished studies, and studies whose store
 /// is lost, can be read as far as tables exist.
 #[derive(Debug)]
-pub struct Reading {
+pub struct StudyResults {
     pub study: Study,
     pub plan: Plan,
-    pub archive: Archive,
+    pub reader: ResultReader,
     folder: PathBuf,
 }
 
@@ -65,7 +65,7 @@ pub struct StageRows<T = Table> {
     pub path: PathBuf,
     /// Tasks whose rows these are, in the order of the plan.
     pub tasks: Vec<usize>,
-    /// Rows of the tasks; `None` if no task is finished.
+    /// Rows of the tasks, or `None` if no task is finished.
     pub table: Option<T>,
     /// Digest of everything that decides the rows.
     pub digest: String,
@@ -73,7 +73,8 @@ pub struct StageRows<T = Table> {
     pub is_published: bool,
 }
 
-/// Reads a manifest. Missing surface files are assumed unchanged since the results were published.
+/// Reads a manifest as [`Study::read`] does. Missing surface files are assumed unchanged since the
+/// results were published.
 pub fn read_study(
     manifest: &Path,
     claims: ClaimNames,
@@ -81,24 +82,24 @@ pub fn read_study(
     folder: &Path,
 ) -> Result<Study, ManifestErrors> {
     Study::read_recalling(manifest, claims, |name| {
-        Archive::of(store.clone(), &folder.join(name)).recollection()
+        ResultReader::new(store.clone(), &folder.join(name)).recollection()
     })
 }
 
-impl Reading {
+impl StudyResults {
     /// Opens the existing results of a study.
     ///
     /// # Errors
     /// Returns an error if a table that decides the number of surfaces cannot be read.
-    pub fn of(
+    pub fn new(
         study: Study,
         store: Store,
         folder: &Path,
         rule: &dyn ClaimRule,
-    ) -> Result<Reading, SamplingError> {
-        let archive = Archive::of(store, &folder.join(&study.name));
-        let SampledStudy { study, plan, .. } = SampledStudy::of(study, &archive, rule)?;
-        Ok(Reading { study, plan, archive, folder: folder.to_owned() })
+    ) -> Result<StudyResults, SamplingError> {
+        let reader = ResultReader::new(store, &folder.join(&study.name));
+        let SampledStudy { study, plan, .. } = SampledStudy::from_tables(study, &reader, rule)?;
+        Ok(StudyResults { study, plan, reader, folder: folder.to_owned() })
     }
 
     /// Reads the rows of every stage, in the order of the plan.
@@ -107,7 +108,7 @@ impl Reading {
         stages.map(|stage| self.rows(stage)).collect()
     }
 
-    /// Reads a stage's rows into memory; see [`Reading::open`].
+    /// Reads a stage's rows into memory; see [`StudyResults::open`].
     pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
         let rows = self.open(stage)?;
         let table = rows.table.map(|source| source.table()).transpose()?;
@@ -121,7 +122,7 @@ impl Reading {
         })
     }
 
-    /// Opens a stage's rows.
+    /// Opens the rows of one stage.
     ///
     /// They come from the published table, without reading it yet, if it has exactly the finished
     /// tasks, or all tasks. Otherwise they are read task by task.
@@ -129,11 +130,11 @@ impl Reading {
     /// # Errors
     /// Returns an error if a damaged table has no substitute.
     pub fn open(&self, stage: &PlannedStage) -> Result<StageRows<TableSource>, ResultsError> {
-        let Reading { plan, archive, .. } = self;
+        let StudyResults { plan, reader, .. } = self;
         let sources = &self.study.sources;
         let path = path(&self.folder, &plan.study, &stage.name);
         let mut published = TableSource::open(&path);
-        let stored = stage.among(&archive.store().have(&plan.keys_of(stage)));
+        let stored = stage.tasks_where(&reader.store().have(&plan.keys_of(stage)));
         let rows = |tasks, table, digest, is_published| StageRows {
             stage: stage.name.clone(),
             path: path.clone(),
@@ -152,21 +153,21 @@ impl Reading {
                 other => other,
             };
         }
-        let mut pieces = Pieces::within(usize::MAX);
+        let mut parts = TableParts::within(usize::MAX);
         for &task in &stage.tasks {
             let key = plan.tasks[task].key;
-            let published = archive.published_in(&stage.name, key);
-            match published.map_or_else(|| archive.light(key), Ok) {
+            let published = reader.published_table(&stage.name, key);
+            match published.map_or_else(|| reader.light(key), Ok) {
                 Err(StoreError::Read { source, .. })
                     if source.kind() == std::io::ErrorKind::NotFound => {}
-                read => pieces.add(task, read)?,
+                read => parts.add(task, read)?,
             }
         }
         match published {
             // The damaged table may have been the only one.
-            Err(error @ StoreError::Damaged { .. }) if pieces.is_empty() => Err(error.into()),
+            Err(error @ StoreError::Damaged { .. }) if parts.is_empty() => Err(error.into()),
             _ => {
-                let (tasks, table) = pieces.stacked(plan, stage, sources)?;
+                let (tasks, table) = parts.stacked(plan, stage, sources)?;
                 let digest = digest(plan, &tasks, sources);
                 Ok(rows(tasks, table.map(Into::into), digest, false))
             }

@@ -15,11 +15,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bytesize::ByteSize;
-use queue::{Ready, ReadyTasks, Room};
+use queue::{MemoryBudget, Ready, ReadyTasks};
 
 use crate::forecast::memory;
 use crate::plan::{Plan, Task};
-use crate::results::archive::Archive;
+use crate::results::reader::ResultReader;
 use asperity_contact::threads::Threads;
 use asperity_manifest::diagnostics::words_of_panic;
 use asperity_stages::surface_files::SurfaceFiles;
@@ -50,7 +50,7 @@ pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
 }
 
 /// Returns a task and those tasks that it depends on whose tables the store lacks.
-pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
+pub fn with_missing_inputs(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
     let mut wanted = BTreeSet::from([task]);
     let mut next = vec![task];
     while let Some(task) = next.pop() {
@@ -66,7 +66,7 @@ pub fn alone(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
 /// Resources of the machine that a run may use.
 #[derive(Debug, Clone, Copy)]
 pub struct Resources {
-    /// Number of cores. Each running task gets one, or several if there are fewer tasks.
+    /// Number of cores, at least one for each running task.
     pub cores: NonZeroUsize,
     /// Memory that the running tasks may take together.
     pub room: ByteSize,
@@ -74,23 +74,22 @@ pub struct Resources {
     pub checkpoint_every: Duration,
 }
 
-/// Computes the missing tasks. Uses fewer threads than cores if the system refuses to start as
-/// many.
+/// Computes the missing tasks, on fewer threads than cores if the system refuses to start as many.
 pub fn run(
     plan: &Plan,
     missing: &[usize],
-    archive: &Archive,
+    reader: &ResultReader,
     sources: &SurfaceFiles,
     resources: Resources,
     observer: &dyn TaskObserver,
     interrupted: &AtomicBool,
 ) -> RunOutcome {
     let threads = Threads::new(resources.cores);
-    let run = Run::new(threads, plan, missing, archive, sources, resources, observer, interrupted);
+    let run = Run::new(threads, plan, missing, reader, sources, resources, observer, interrupted);
     // The queue returns the latest task first, so the first task of the plan is added last.
     for &task in missing.iter().rev() {
         if run.waits_for[task].load(Ordering::Relaxed) == 0 {
-            run.ready.push(Ready::Unhoused(task));
+            run.ready.push(Ready::Waiting(task));
         }
     }
     let workers = resources.cores.get().min(missing.len());
@@ -98,14 +97,13 @@ pub fn run(
     run.outcome()
 }
 
-/// Number of inputs from which the published table of their stage is read in place of the tables of
-/// the tasks.
-const MANY: usize = 8;
+/// Number of inputs from which the published table of their stage replaces the tables of the tasks.
+const MANY_INPUTS: usize = 8;
 
 struct Run<'a> {
     plan: &'a Plan,
     stages: Vec<&'a str>,
-    archive: &'a Archive,
+    reader: &'a ResultReader,
     sources: &'a SurfaceFiles,
     observer: &'a dyn TaskObserver,
     interrupted: &'a AtomicBool,
@@ -113,7 +111,7 @@ struct Run<'a> {
     checkpoint_every: Duration,
     memory: ByteSize,
     ready: ReadyTasks,
-    room: Room,
+    room: MemoryBudget,
     dependents: Vec<Vec<usize>>,
     /// Number of missing inputs that each task waits for; `usize::MAX` for tasks that are not to
     /// run.
@@ -130,7 +128,7 @@ impl<'a> Run<'a> {
         threads: Threads,
         plan: &'a Plan,
         missing: &[usize],
-        archive: &'a Archive,
+        reader: &'a ResultReader,
         sources: &'a SurfaceFiles,
         Resources { room, checkpoint_every, .. }: Resources,
         observer: &'a dyn TaskObserver,
@@ -149,14 +147,14 @@ impl<'a> Run<'a> {
         Run {
             plan,
             stages: plan.stage_names(),
-            archive,
+            reader,
             sources,
             observer,
             interrupted,
             checkpoint_every,
             memory: room,
             ready: ReadyTasks::default(),
-            room: Room::new(room.0, sizes),
+            room: MemoryBudget::new(room.0, sizes),
             dependents: plan.dependents(),
             waits_for: waits_for.collect(),
             has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
@@ -171,12 +169,12 @@ impl<'a> Run<'a> {
     fn work(&self) {
         while let Some((next, _at_work)) = self.ready.next() {
             let task = match next {
-                Ready::Unhoused(task) if !self.room.enter(task) => continue,
-                Ready::Unhoused(task) | Ready::Housed(task) => task,
+                Ready::Waiting(task) if !self.room.enter(task) => continue,
+                Ready::Waiting(task) | Ready::Admitted(task) => task,
             };
             self.attempt(task);
             for next in self.room.leave(task) {
-                self.ready.push(Ready::Housed(next));
+                self.ready.push(Ready::Admitted(next));
             }
         }
     }
@@ -197,7 +195,7 @@ impl<'a> Run<'a> {
                     if self.is_to_run(next)
                         && self.waits_for[next].fetch_sub(1, Ordering::AcqRel) == 1
                     {
-                        self.ready.push(Ready::Unhoused(next));
+                        self.ready.push(Ready::Waiting(next));
                     }
                 }
             }
@@ -210,14 +208,14 @@ impl<'a> Run<'a> {
     fn compute(&self, task: usize, threads: &Threads) -> Result<(), TaskError> {
         let Task { recipe, inputs, .. } = &self.plan.tasks[task];
         let size = memory::of_task(self.plan, task, self.threads.count());
-        if !memory::is_there(size) {
+        if !memory::is_available(size) {
             let takes = size.display().si().to_string();
             return Err(TaskError::Memory { takes });
         }
         let columns = recipe.columns_read();
-        let many = inputs.len() >= MANY && columns == Columns::Light;
+        let many = inputs.len() >= MANY_INPUTS && columns == Columns::Light;
         let mut held = 0.0;
-        let read = inputs.iter().enumerate().map(|(place, &input)| {
+        let read = inputs.iter().enumerate().map(|(index, &input)| {
             let mut read = match many.then(|| self.published(input)).flatten() {
                 Some(table) => table,
                 None => self.read(input, columns, threads)?,
@@ -227,7 +225,7 @@ impl<'a> Run<'a> {
                 held += memory::COPIES_OF_INPUTS * read.table.bytes_held() as f64;
             }
             if held > self.memory.0 as f64 {
-                let all = held / (place + 1) as f64 * inputs.len() as f64;
+                let all = held / (index + 1) as f64 * inputs.len() as f64;
                 return Err(TaskError::Inputs {
                     takes: ByteSize(all as u64).display().si().to_string(),
                     room: self.memory.display().si().to_string(),
@@ -236,7 +234,7 @@ impl<'a> Run<'a> {
             Ok(read)
         });
         let inputs = read.collect::<Result<Vec<_>, TaskError>>()?;
-        let (store, key) = (self.archive.store(), self.plan.tasks[task].key);
+        let (store, key) = (self.reader.store(), self.plan.tasks[task].key);
         let checkpoints = StoredCheckpoints::new(store, key, self.checkpoint_every);
         let context = Context {
             sources: self.sources,
@@ -259,7 +257,7 @@ impl<'a> Run<'a> {
     /// published it.
     fn published(&self, task: usize) -> Option<Input<'_>> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
-        let table = self.archive.published_in(self.stages[task], *key)?;
+        let table = self.reader.published_table(self.stages[task], *key)?;
         Some(Input { recipe, table })
     }
 
@@ -270,10 +268,10 @@ impl<'a> Run<'a> {
         threads: &Threads,
     ) -> Result<Input<'_>, TaskError> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
-        let store = self.archive.store();
+        let store = self.reader.store();
         let table = match store.read(*key, columns) {
             Err(cause) if cause.is_recomputable() => {
-                self.mend(task, cause, threads)?;
+                self.recompute(task, cause, threads)?;
                 store.read(*key, columns)?
             }
             read => read?,
@@ -283,8 +281,13 @@ impl<'a> Run<'a> {
 
     /// Recomputes a table that existed when the run started but is damaged. Two tasks that need it
     /// may both do so, because their tables are equal.
-    fn mend(&self, task: usize, cause: StoreError, threads: &Threads) -> Result<(), TaskError> {
-        if let Some(damage) = Damage::quarantine(self.plan, task, self.archive.store(), cause)? {
+    fn recompute(
+        &self,
+        task: usize,
+        cause: StoreError,
+        threads: &Threads,
+    ) -> Result<(), TaskError> {
+        if let Some(damage) = Damage::quarantine(self.plan, task, self.reader.store(), cause)? {
             self.outcome_mut(|outcome| outcome.damaged.push(damage));
         }
         match self.compute(task, threads) {
@@ -352,7 +355,6 @@ pub struct RunOutcome {
     pub computed: Vec<usize>,
     /// Tasks that could not be computed, and the reasons.
     pub failed: Vec<(usize, TaskError)>,
-    /// Damaged tables that were quarantined.
     pub damaged: Vec<Damage>,
     pub interrupted: bool,
     /// Whether the run stopped because its tables cannot be stored.
@@ -371,17 +373,17 @@ impl RunOutcome {
     }
 
     /// Returns the same outcome with the task numbers of a plan that has grown.
-    pub fn moved(mut self, from: &Plan, to: &Plan) -> RunOutcome {
-        let places = to.tasks.iter().enumerate();
-        let places: HashMap<TaskKey, usize> =
-            places.map(|(place, task)| (task.key, place)).collect();
-        let place = |task: usize| places.get(&from.tasks[task].key).copied();
-        self.computed = self.computed.into_iter().filter_map(place).collect();
+    pub fn renumbered(mut self, from: &Plan, to: &Plan) -> RunOutcome {
+        let index_of = to.tasks.iter().enumerate();
+        let index_of: HashMap<TaskKey, usize> =
+            index_of.map(|(index, task)| (task.key, index)).collect();
+        let index = |task: usize| index_of.get(&from.tasks[task].key).copied();
+        self.computed = self.computed.into_iter().filter_map(index).collect();
         self.computed.sort_unstable();
         let failed = self.failed.into_iter();
-        self.failed = failed.filter_map(|(task, error)| Some((place(task)?, error))).collect();
+        self.failed = failed.filter_map(|(task, error)| Some((index(task)?, error))).collect();
         for damage in &mut self.damaged {
-            damage.task = place(damage.task).unwrap_or(damage.task);
+            damage.task = index(damage.task).unwrap_or(damage.task);
         }
         self
     }
@@ -392,9 +394,7 @@ impl RunOutcome {
 pub struct Damage {
     /// Task whose table was damaged.
     pub task: usize,
-    /// Damage of the file.
     pub cause: StoreError,
-    /// Path of the quarantined file.
     pub quarantined: PathBuf,
 }
 
@@ -414,10 +414,8 @@ impl Damage {
 /// A task failed or was not started.
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
-    /// The computation of the stage failed.
     #[error(transparent)]
     Stage(#[from] StageError),
-    /// The store could not be read or written.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The input tables take too much memory.
@@ -487,7 +485,7 @@ loads = [0.1]
         let folder = tempfile::tempdir().unwrap();
         let study =
             Study::parse(STUDY, "small.toml", Path::new(""), crate::study::no_claims).unwrap();
-        let mut plan = Plan::of(&study);
+        let mut plan = Plan::new(&study);
         // The mesh takes petabytes.
         plan.tasks[0].nodes = [1 << 24; 2];
         let store = Store::open(&folder.path().join("store")).unwrap();
@@ -499,8 +497,8 @@ loads = [0.1]
         let missing = missing(&plan, &store);
         let stopped = AtomicBool::new(false);
         let sources = &study.sources;
-        let archive = Archive::of(store, &folder.path().join("results"));
-        let outcome = run(&plan, &missing, &archive, sources, means, &Silence, &stopped);
+        let reader = ResultReader::new(store, &folder.path().join("results"));
+        let outcome = run(&plan, &missing, &reader, sources, means, &Silence, &stopped);
         let (first, error) = &outcome.failed[0];
         assert_eq!(*first, 0);
         assert!(matches!(error, TaskError::Memory { .. }), "{error}");

@@ -1,8 +1,7 @@
-//! A validated study.
+//! Studies, which are manifests whose values have all been checked.
 //!
-//! A [`Study`] is a manifest whose values have all been checked: cutoffs are in order and within
-//! the mesh, loads ascend, stages can read each other, and files exist. Later code relies on these
-//! checks.
+//! A [`Study`] has its cutoffs in order and within the mesh and its loads ascending. Its stages can
+//! read each other, and its files exist. Later code relies on these checks.
 
 mod graph;
 #[cfg(test)]
@@ -38,7 +37,7 @@ pub fn no_claims() -> Vec<&'static str> {
 }
 
 /// Maximum size of a manifest in bytes, far above that of a real one.
-const LONGEST_MANIFEST: u64 = 4 << 20;
+const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 
 /// A study that can be run.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +56,6 @@ pub struct Stage {
     pub name: String,
     /// Stages that it reads, as indices into [`Study::stages`] that are smaller than its own.
     pub inputs: Vec<usize>,
-    /// Work of the stage.
     pub work: Work,
 }
 
@@ -68,7 +66,7 @@ impl Study {
     /// Returns all problems of the manifest, or the reason why it cannot be read.
     pub fn read(path: &Path, claims: ClaimNames) -> Result<Study, ManifestErrors> {
         let file = path.display().to_string();
-        Study::parse(&text_of(path)?, &file, folder(path), claims)
+        Study::parse(&read_text(path)?, &file, folder(path), claims)
     }
 
     /// Reads a manifest in order to read its results. Surface files that cannot be read are
@@ -81,7 +79,7 @@ impl Study {
         claims: ClaimNames,
         recall: impl FnOnce(&str) -> Recollection,
     ) -> Result<Study, ManifestErrors> {
-        let (text, file) = (text_of(path)?, path.display().to_string());
+        let (text, file) = (read_text(path)?, path.display().to_string());
         Study::parse(&text, &file, folder(path), claims).or_else(|errors| {
             let manifest = Manifest::parse(&text, &mut Problems::default());
             let name = manifest.as_ref().and_then(Manifest::study_name);
@@ -165,7 +163,7 @@ fn folder(manifest: &Path) -> &Path {
 }
 
 /// Reads the text of a manifest.
-fn text_of(path: &Path) -> Result<String, ManifestErrors> {
+fn read_text(path: &Path) -> Result<String, ManifestErrors> {
     let file = path.display().to_string();
     let unreadable = |reason: String| {
         let mut problems = Problems::default();
@@ -179,7 +177,7 @@ fn text_of(path: &Path) -> Result<String, ManifestErrors> {
         });
         problems.into_errors(&file, "")
     };
-    let bytes = read_regular(path, LONGEST_MANIFEST);
+    let bytes = read_regular(path, MAX_MANIFEST_BYTES);
     let bytes = bytes.map_err(|error| unreadable(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();

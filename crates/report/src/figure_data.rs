@@ -18,7 +18,7 @@ use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::YASTREBOV_2017;
 use asperity_contact::topography::spectrum::Spectrum;
 use asperity_pipeline::plan::Plan;
-use asperity_pipeline::results::archive::Archive;
+use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, LOAD, PERIMETER_MANHATTAN,
     REALIZATION, SURFACE,
@@ -44,7 +44,7 @@ pub struct FinishedStages<'a> {
     pub stages: Vec<FinishedStage>,
     pub plan: &'a Plan,
     /// Their tables, and where the maps are.
-    pub archive: &'a Archive,
+    pub archive: &'a ResultReader,
     pub sources: &'a SurfaceFiles,
 }
 

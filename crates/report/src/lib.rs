@@ -47,7 +47,7 @@ use crate::figures::{Definition, Drawn, DrawnFigure, MissingFigure};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
 use asperity_pipeline::results::StageRows;
-use asperity_pipeline::results::archive::Archive;
+use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::study::Warning;
 use asperity_stages::StageError;
 use asperity_stages::surface_files::SurfaceFiles;
@@ -131,7 +131,7 @@ pub struct Subject<'a> {
     pub plan: &'a Plan,
     pub rows: &'a [StageRows],
     /// Its finished tasks, and their maps.
-    pub archive: &'a Archive,
+    pub archive: &'a ResultReader,
     /// The files of its measured surfaces.
     pub sources: &'a SurfaceFiles,
     pub manifest: &'a str,

@@ -72,7 +72,7 @@ impl Sample<'_> {
             Origin::Random { surface, .. } => {
                 let grid = self.params.grid()?;
                 let aspect = grid.cell().aspect();
-                let waves = surface.spectrum.most_waves(grid.cell());
+                let waves = surface.spectrum.max_waves(grid.cell());
                 let shown = [0, 1].map(|axis| {
                     let enough = (NODES as f64 / aspect[axis]).ceil() as usize;
                     grid.nodes()[axis].min(enough.max(2 * waves[axis] as usize))
@@ -239,7 +239,7 @@ impl MeasuredMap {
             unit: units.at(&sample.point).map(str::to_owned),
             as_measured: as_measured.map(|scan| AsMeasured::of(&scan, file, pixels)),
             pressed: ShownMap::of(&surface.clone().into(), pixels),
-            histogram: Histogram::of(&surface, bins(surface.grid().count()), RANGE),
+            histogram: Histogram::from_surface(&surface, bins(surface.grid().count()), RANGE),
             spectrum: rings
                 .map(|ring| CurvePoint {
                     x: ring.wavenumber(longer_side),
@@ -301,7 +301,7 @@ fn bins(nodes: usize) -> usize {
 }
 
 fn slopes(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<CurvePoint> {
-    let step = axis.of(surface.grid().spacing());
+    let step = axis.select(surface.grid().spacing());
     let scales = differences::along(surface, axis, boundary).into_iter();
     let slopes = scales.map(|scale| CurvePoint {
         x: step * scale.steps as f64,

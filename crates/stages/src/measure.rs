@@ -195,7 +195,7 @@ impl Stage for Params {
 
 fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
     let surface = drawn(input).surface(&input.table, context.sources, context.threads)?;
-    let histogram = Histogram::of(&surface, bins, range);
+    let histogram = Histogram::from_surface(&surface, bins, range);
     let columns = vec![
         (BIN, reals(histogram.bins.iter().map(|bin| bin.center))),
         (COUNT, integers(histogram.bins.iter().map(|bin| bin.count as i64))),
@@ -218,7 +218,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
             return Err(StageError::Interrupted);
         }
         let surface = drawn(input).draw(context.sources, &Threads::one())?;
-        Ok(Pool::of(&Histogram::of(&surface, bins, range)))
+        Ok(HistogramPool::from_histogram(&Histogram::from_surface(&surface, bins, range)))
     };
     let mut pooled = Pool::default();
     // As many at a time as there are threads, which others may need after these.

@@ -376,7 +376,7 @@ mod tests {
             forces[0] = 1.0;
             let found = body.displace(nodes.iter().copied(), &forces);
             for (node, found) in found.iter().enumerate() {
-                let [i, j] = grid.place(node);
+                let [i, j] = grid.indices(node);
                 let known = ewald(size, [i as f64 * step_x, j as f64 * step_y]);
                 assert!((found - known).abs() < 1e-11, "{:?}: {found} {known}", [i, j]);
             }

@@ -54,7 +54,7 @@ impl Map<'_> {
     /// The height of a neighbour, around the cell.
     fn at(&self, node: usize, [right, up]: [isize; 2]) -> f64 {
         let [nodes_x, nodes_y] = self.grid.nodes();
-        let [i, j] = self.grid.place(node);
+        let [i, j] = self.grid.indices(node);
         let wrapped = |index: usize, by: isize, nodes: usize| {
             (index as isize + by).rem_euclid(nodes as isize) as usize
         };
@@ -86,7 +86,7 @@ impl Map<'_> {
         let twist = -twist.sum::<f64>() / (144.0 * step_x * step_y);
         let curvatures = Curvatures::of(bends, twist);
         let top = top(slopes, bends, twist, [step_x, step_y]);
-        let [i, j] = self.grid.place(node);
+        let [i, j] = self.grid.indices(node);
         let ellipse = Ellipse::of_curvature_ratio(curvatures.ratio);
         Summit {
             node,
@@ -341,7 +341,7 @@ mod tests {
     fn paraboloid(grid: Grid, [a, b]: [f64; 2], angle: f64, top: [f64; 2]) -> Vec<f64> {
         let (sine, cosine) = angle.sin_cos();
         let height = |node: usize| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             let [nodes_x, nodes_y] = grid.nodes();
             let (x, y) = (i as f64 / nodes_x as f64 - top[0], j as f64 / nodes_y as f64 - top[1]);
             let (u, v) = (cosine * x + sine * y, cosine * y - sine * x);
@@ -374,7 +374,7 @@ mod tests {
         let grid = square(64, 1.0);
         let wave = |index: usize| (6.0 * PI * index as f64 / 64.0).cos();
         let heights: Vec<f64> = (0..grid.count())
-            .map(|node| grid.place(node))
+            .map(|node| grid.indices(node))
             .map(|[i, j]| wave(i) + wave(j))
             .collect();
         assert_eq!(of(grid, &heights).len(), 9);

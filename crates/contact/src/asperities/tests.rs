@@ -13,7 +13,7 @@ const SETTINGS: Settings = Settings { tolerance: 1e-12, pair_limit: 500 };
 fn spheres(grid: Grid, bend: f64, tops: &[[f64; 2]]) -> Vec<f64> {
     let around = |by: f64| by - by.round();
     let height = |node: usize| {
-        let [i, j] = grid.place(node);
+        let [i, j] = grid.indices(node);
         let [nodes_x, nodes_y] = grid.nodes();
         let place = [i as f64 / nodes_x as f64, j as f64 / nodes_y as f64];
         let below = tops.iter().map(|top| {

@@ -199,9 +199,9 @@ mod tests {
                 (0..grid.count()).map(|node| libm::sin(7.0 + (node * node) as f64).abs()).collect();
             let steps = grid.spacing().map(|step| step / grid.cell().longer_side());
             for (node, found) in sunk(grid, &pressure).into_iter().enumerate() {
-                let [i, j] = grid.place(node);
+                let [i, j] = grid.indices(node);
                 let of_cell = |(other, pressure): (usize, &f64)| {
-                    let [k, l] = grid.place(other);
+                    let [k, l] = grid.indices(other);
                     let distance = [i.abs_diff(k), j.abs_diff(l)];
                     let [x, y] = [0, 1].map(|axis| distance[axis] as f64 * steps[axis]);
                     pressure * displacement_beside_cell([x, y], steps)
@@ -231,7 +231,7 @@ mod tests {
         let grid = square(nodes, 1.0);
         let pressure: Vec<f64> = (0..grid.count())
             .map(|node| {
-                let [x, y] = grid.place(node).map(from_centre);
+                let [x, y] = grid.indices(node).map(from_centre);
                 f64::from(u8::from(x.hypot(y) < radius))
             })
             .collect();

@@ -9,7 +9,7 @@ use crate::morphology::map::samples::{MESHES, random};
 fn conductivities(grid: Grid, gap: impl Fn(usize, usize) -> f64) -> [f64; 2] {
     let gap: Vec<f64> = (0..grid.count())
         .map(|node| {
-            let [i, j] = grid.place(node);
+            let [i, j] = grid.indices(node);
             gap(i, j)
         })
         .collect();

@@ -18,7 +18,7 @@ use crate::grid::{Boundary, Grid};
 /// let grid = Grid::square(16, 1.0)?;
 /// let in_square = |node: usize| (6..10).contains(&(node / 16)) && (2..6).contains(&(node % 16));
 /// let pressures: Vec<f64> = (0..256).map(|node| f64::from(u8::from(in_square(node)))).collect();
-/// let area = ContactArea::of(&ContactMap::of_pressures(grid.nodes(), &pressures));
+/// let area = ContactArea::from_map(&ContactMap::from_pressures(grid.nodes(), &pressures));
 /// assert_eq!(area.fraction(), 1.0 / 16.0);
 /// assert_eq!(area.manhattan_perimeter(grid), 1.0);
 /// assert_eq!([area.edge_nodes_4, area.interior_nodes], [12, 4]);
@@ -238,7 +238,7 @@ mod tests {
     use crate::morphology::map::samples::{MESHES, map, random, square};
 
     fn count(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactArea {
-        ContactArea::of(&square(nodes, contact))
+        ContactArea::from_map(&square(nodes, contact))
     }
 
     /// Node by node, from the definitions.
@@ -279,7 +279,7 @@ mod tests {
                 for boundary in [Boundary::Periodic, Boundary::Free] {
                     let map = random(nodes, share).within(boundary);
                     assert_eq!(
-                        ContactArea::of(&map),
+                        ContactArea::from_map(&map),
                         count_slowly(&map),
                         "{nodes:?} {share} {boundary:?}"
                     );
@@ -292,12 +292,12 @@ mod tests {
     fn edges_of_a_map_are_no_edges_of_contact() {
         // A corner of 4 × 3 nodes: two of its sides are edges of the map.
         let corner = map([10, 8], |i, j| i < 4 && j < 3);
-        let area = ContactArea::of(&corner.clone().within(Boundary::Free));
+        let area = ContactArea::from_map(&corner.clone().within(Boundary::Free));
         assert_eq!(area.switches_along_rows, 4);
         assert_eq!(area.switches_along_columns, 3);
         assert_eq!([area.edge_nodes_4, area.interior_nodes], [6, 6]);
-        assert_eq!(ContactArea::of(&corner).switches(), 2 * (4 + 3));
-        let full = ContactArea::of(&map([10, 8], |_, _| true).within(Boundary::Free));
+        assert_eq!(ContactArea::from_map(&corner).switches(), 2 * (4 + 3));
+        let full = ContactArea::from_map(&map([10, 8], |_, _| true).within(Boundary::Free));
         assert_eq!([full.switches(), full.interior_nodes], [0, 80]);
     }
 
@@ -323,7 +323,7 @@ mod tests {
         // Four by three nodes of a mesh whose cells are twice as long along y as along x.
         let grid = grids::rectangle([20, 10], [2.0, 2.0]);
         let contact = map([20, 10], |i, j| i < 4 && j < 3);
-        let area = ContactArea::of(&contact);
+        let area = ContactArea::from_map(&contact);
         assert_eq!((area.switches_along_rows, area.switches_along_columns), (8, 6));
         let [along_x, along_y] = [4.0 * 0.1, 3.0 * 0.2];
         let perimeter = area.manhattan_perimeter(grid);
@@ -400,7 +400,7 @@ mod tests {
                 let [along, across] = [cosine * x + sine * y, cosine * y - sine * x];
                 (along / AXES[0]).hypot(across / AXES[1]) < 1.0
             });
-            let area = ContactArea::of(&contact);
+            let area = ContactArea::from_map(&contact);
             let found =
                 [area.euclidean_perimeter(grid), area.fraction(), area.switches() as f64 * node];
             for (sum, value) in sums.iter_mut().zip(found) {

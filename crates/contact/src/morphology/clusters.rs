@@ -23,7 +23,7 @@ pub use each::Cluster;
 /// use asperity_contact::morphology::map::ContactMap;
 ///
 /// // A row of contact along y: nothing leaks across it, along x.
-/// let map = ContactMap::of_pressures([3, 3], &[
+/// let map = ContactMap::from_pressures([3, 3], &[
 ///     1.0, 1.0, 1.0, //
 ///     0.0, 0.0, 0.0, //
 ///     0.0, 0.0, 0.0,

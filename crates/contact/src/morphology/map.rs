@@ -14,7 +14,7 @@ const WORD: usize = u64::BITS as usize;
 /// ```
 /// use asperity_contact::morphology::map::{ContactMap, MapError};
 ///
-/// let map = ContactMap::of_pressures([2, 3], &[0.0, 0.7, 0.0, 0.2, 0.0, 0.0]);
+/// let map = ContactMap::from_pressures([2, 3], &[0.0, 0.7, 0.0, 0.2, 0.0, 0.0]);
 /// assert!(map.get(0, 1) && map.get(1, 0));
 /// assert_eq!(map.count(), 2);
 /// // What tables hold: `numpy.unpackbits(bytes, bitorder="little")`.
@@ -187,7 +187,7 @@ pub(crate) mod samples {
         let [rows, row_nodes] = nodes;
         let pressure = |node| f64::from(u8::from(contact(node / row_nodes, node % row_nodes)));
         let pressures: Vec<f64> = (0..rows * row_nodes).map(pressure).collect();
-        ContactMap::of_pressures(nodes, &pressures)
+        ContactMap::from_pressures(nodes, &pressures)
     }
 
     /// The same on a square.
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn contact_is_where_pressure_is_positive() {
-        let map = ContactMap::of_pressures([2, 2], &[0.0, 1e-300, -1.0, f64::NAN]);
+        let map = ContactMap::from_pressures([2, 2], &[0.0, 1e-300, -1.0, f64::NAN]);
         let found = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| map.get(i, j));
         assert_eq!(found, [false, true, false, false]);
         assert_eq!(map.count(), 1);
@@ -221,8 +221,8 @@ mod tests {
         let nodes = [601, 1001];
         let pressures: Vec<f64> = (0..601 * 1001).map(|node| f64::from(node).sin()).collect();
         let three = Threads::new(3.try_into().unwrap());
-        let shared = ContactMap::of_pressures_on(&three, nodes, &pressures);
-        assert_eq!(shared, ContactMap::of_pressures(nodes, &pressures));
+        let shared = ContactMap::from_pressures_on(&three, nodes, &pressures);
+        assert_eq!(shared, ContactMap::from_pressures(nodes, &pressures));
         let pressed = pressures.iter().filter(|pressure| **pressure > 0.0);
         assert_eq!(shared.count(), pressed.count());
     }

@@ -28,7 +28,7 @@ use crate::threads::Threads;
 /// let grid = Grid::square(64, 1.0)?;
 /// let from_centre = |index: usize| (index as f64 + 0.5) / 64.0 - 0.5;
 /// let height = |[i, j]: [usize; 2]| -(from_centre(i).powi(2) + from_centre(j).powi(2)) / 8.0;
-/// let heights: Vec<f64> = (0..grid.count()).map(|node| height(grid.place(node))).collect();
+/// let heights: Vec<f64> = (0..grid.count()).map(|node| height(grid.indices(node))).collect();
 /// let hardness = Hardness::new(0.012)?;
 /// let body = HalfSpace { boundary: Boundary::Free, hardness: Some(hardness) };
 /// let mut solver = body.solver(grid, &heights);

@@ -25,7 +25,7 @@ impl Solver {
     ///
     /// // A wave of pressure of length λ displaces by λ/(π E*) times itself.
     /// let grid = Grid::square(32, 1.0)?;
-    /// let cosine = |node: usize| (2.0 * PI * grid.place(node)[0] as f64 / 32.0).cos();
+    /// let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0] as f64 / 32.0).cos();
     /// let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect();
     /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]);
     /// let displacement = solver.displacement_under(&pressure);

@@ -42,7 +42,7 @@ fn mean(values: &[f64]) -> f64 {
 
 /// Heights in units of rms slope × longer side.
 fn reduced(surface: &Surface) -> Vec<f64> {
-    let unit = Moments::of(surface).rms_slope() * surface.grid().cell().longer_side();
+    let unit = Moments::from_surface(surface).rms_slope() * surface.grid().cell().longer_side();
     surface.heights().iter().map(|h| h / unit).collect()
 }
 

@@ -219,7 +219,7 @@ mod tests {
         // Fewer periods than would be taken for others in sixteen blocks.
         for waves in [[1, 0], [2, 3], [5, 4], [0, 7]] {
             let wave = |node: usize| {
-                let [i, j] = grid.place(node);
+                let [i, j] = grid.indices(node);
                 (TAU * (waves[0] * i + waves[1] * j) as f64 / 64.0).cos() as f32
             };
             let gap: Vec<f32> = (0..grid.count()).map(wave).collect();

@@ -21,7 +21,7 @@ use crate::grid::{Boundary, Grid};
 ///
 /// // That of a wave is the wave that has half its amplitude squared.
 /// let wave = Shape::Wave { amplitude: 0.2, waves: 1 }.draw(Grid::square(8, 1.0)?);
-/// let along_x = Autocorrelation::of(&wave, Boundary::Periodic).along(Axis::X);
+/// let along_x = Autocorrelation::from_surface(&wave, Boundary::Periodic).along(Axis::X);
 /// for (found, exact) in along_x.iter().zip([0.02, 0.02 * 0.5_f64.sqrt(), 0.0]) {
 ///     assert!((found - exact).abs() < 1e-16);
 /// }
@@ -176,7 +176,7 @@ mod tests {
         for nodes in [[8, 6], [5, 7], [4, 9]] {
             let surface = rough(nodes);
             for (boundary, wraps) in [(Boundary::Periodic, true), (Boundary::Free, false)] {
-                let found = Autocorrelation::of(&surface, boundary);
+                let found = Autocorrelation::from_surface(&surface, boundary);
                 let [along_x, along_y] = Axis::BOTH.map(|axis| found.along(axis));
                 assert_eq!(along_x.len(), nodes[0] / 2 + 1);
                 for (lag, value) in along_x.iter().enumerate() {
@@ -195,7 +195,7 @@ mod tests {
     fn without_lag_it_is_the_variance() {
         let surface = rough([12, 10]);
         for boundary in [Boundary::Periodic, Boundary::Free] {
-            let found = Autocorrelation::of(&surface, boundary);
+            let found = Autocorrelation::from_surface(&surface, boundary);
             let variance = Moments::from_surface(&surface).m00;
             assert!((found.along(Axis::X)[0] - variance).abs() < 1e-14);
             assert!((found.rings()[0].value - variance).abs() < 1e-14);
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn rings_take_the_mean_over_directions() {
         let surface = rough([9, 9]);
-        let found = Autocorrelation::of(&surface, Boundary::Free);
+        let found = Autocorrelation::from_surface(&surface, Boundary::Free);
         let rings = found.rings();
         assert_eq!(rings.len(), 5);
         // Lengths of 1 and √2 round to one: four directions of each, by pairs ±.

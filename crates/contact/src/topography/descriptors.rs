@@ -96,7 +96,7 @@ pub(super) fn from_first_node(heights: &[f64]) -> Vec<f64> {
 }
 
 /// Skewness and excess kurtosis of the heights, unless they are flat.
-pub fn shape_of_heights(surface: &Surface) -> Option<(f64, f64)> {
+pub fn skewness_and_excess_kurtosis(surface: &Surface) -> Option<(f64, f64)> {
     distribution_shape(&from_first_node(surface.heights()))
 }
 
@@ -145,7 +145,7 @@ fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>],
 ///
 /// // A wave of amplitude Δ: Sq = Δ/√2, Sz = 2Δ, Sku = 3/2.
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(Grid::square(64, 1.0)?);
-/// let found = Roughness::of(&wave, Boundary::Periodic);
+/// let found = Roughness::from_surface(&wave, Boundary::Periodic);
 /// assert!((found.sq - 0.1 * 0.5_f64.sqrt()).abs() < 1e-15);
 /// assert!((found.sz - 0.2).abs() < 1e-15);
 /// assert!((found.sku.unwrap() - 1.5).abs() < 1e-12);
@@ -178,7 +178,7 @@ impl Roughness {
             let deviations = heights.iter().map(|height| value(height - mean));
             deviations.sum::<f64>() / count
         };
-        let (ssk, excess) = shape_of_heights(surface).unzip();
+        let (ssk, excess) = skewness_and_excess_kurtosis(surface).unzip();
         let moments = match boundary {
             Boundary::Periodic => Moments::from_surface(surface),
             Boundary::Free => differences::moments(surface),
@@ -300,7 +300,7 @@ mod tests {
         // Golden values of an independent implementation in Python.
         for (nodes, load) in [(64, 1.3257859146181756), (128, 1.3326186670460385)] {
             let surface = golden_surface(nodes);
-            let descriptors = Descriptors::of(&surface);
+            let descriptors = Descriptors::from_surface(&surface);
             // Cosines of phases up to a hundred turns.
             assert!((surface.heights()[0] + 0.009119742340787058).abs() < 1e-13);
             assert_close(descriptors.rms_slope, 1.0);
@@ -312,10 +312,10 @@ mod tests {
     fn a_wavy_surface_is_flattened_by_its_westergaard_pressure() {
         // p* = πE*Δ/λ against a slope of √2 πΔ/λ; twice that, √2 πE*Δ/λ, for the product of two.
         let (amplitude, waves) = (0.01, 3);
-        let wave = Descriptors::of(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
+        let wave = Descriptors::from_surface(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
         assert_close(wave.full_contact_load, 0.5_f64.sqrt());
         let product =
-            Descriptors::of(&Shape::WaveProduct { amplitude, waves }.draw(square(48, 2.0)));
+            Descriptors::from_surface(&Shape::WaveProduct { amplitude, waves }.draw(square(48, 2.0)));
         assert_close(product.full_contact_load, 1.0);
     }
 
@@ -326,7 +326,7 @@ mod tests {
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count();
         let share = top as f64 / 1024.0;
         let variance = share * (1.0 - share);
-        let descriptors = Descriptors::of(&surface);
+        let descriptors = Descriptors::from_surface(&surface);
         let skewness = (1.0 - 2.0 * share) / variance.sqrt();
         assert_close(descriptors.skewness.unwrap(), skewness);
         assert_close(descriptors.excess_kurtosis.unwrap(), (1.0 - 6.0 * variance) / variance);
@@ -342,7 +342,7 @@ mod tests {
                 ..samples::random(radius, radius, 1)
             };
             // More than four nodes a wave, so that fourth powers are not aliased.
-            let descriptors = Descriptors::of(&ring.draw(square(128, 1.0)));
+            let descriptors = Descriptors::from_surface(&ring.draw(square(128, 1.0)));
             assert_close(descriptors.effective_modes, pairs);
             assert_close(descriptors.excess_kurtosis.unwrap(), -1.5 / pairs);
         }
@@ -365,7 +365,7 @@ mod tests {
                 effective_modes: 0.0,
                 full_contact_load: 0.0,
             };
-            assert_eq!(Descriptors::of(&flat), expected);
+            assert_eq!(Descriptors::from_surface(&flat), expected);
         }
     }
 
@@ -373,8 +373,8 @@ mod tests {
     fn raising_a_surface_changes_nothing() {
         let surface = golden_surface(32);
         let raised = surface.heights().iter().map(|h| h + 1.0).collect();
-        let raised = Descriptors::of(&Surface::new(square(32, 1.0), raised).unwrap());
-        let descriptors = Descriptors::of(&surface);
+        let raised = Descriptors::from_surface(&Surface::new(square(32, 1.0), raised).unwrap());
+        let descriptors = Descriptors::from_surface(&surface);
         assert_close(raised.rms_height, descriptors.rms_height);
         assert_close(raised.full_contact_load, descriptors.full_contact_load);
         assert_close(raised.skewness.unwrap(), descriptors.skewness.unwrap());
@@ -385,7 +385,7 @@ mod tests {
         let punch = Shape::Punch { radius: 0.3, depth: 2.0 };
         let surface = punch.draw(square(32, 1.0));
         let share = surface.heights().iter().filter(|&&h| h == 0.0).count() as f64 / 1024.0;
-        let found = Roughness::of(&surface, Boundary::Free);
+        let found = Roughness::from_surface(&surface, Boundary::Free);
         assert_eq!(found.sz, 2.0);
         assert!((found.sq - 2.0 * (share * (1.0 - share)).sqrt()).abs() < 1e-14);
         assert!((found.sa - 4.0 * share * (1.0 - share)).abs() < 1e-14);
@@ -394,7 +394,7 @@ mod tests {
     #[test]
     fn a_flat_surface_has_no_shape_of_its_heights() {
         let flat = Surface::new(square(4, 1.0), vec![7.1; 16]).unwrap();
-        let found = Roughness::of(&flat, Boundary::Periodic);
+        let found = Roughness::from_surface(&flat, Boundary::Periodic);
         assert_eq!([found.sq, found.sa, found.sz, found.sdq], [0.0; 4]);
         assert_eq!((found.ssk, found.sku), (None, None));
     }
@@ -404,7 +404,7 @@ mod tests {
         let low = Shape::Paraboloid { radius: 0.5 }.draw(square(16, 1.0));
         let high = low.heights().iter().map(|height| height + 64.0).collect();
         let high = Surface::new(low.grid(), high).unwrap();
-        let [low, high] = [low, high].map(|surface| Roughness::of(&surface, Boundary::Free));
+        let [low, high] = [low, high].map(|surface| Roughness::from_surface(&surface, Boundary::Free));
         for (low, high) in
             [(low.sq, high.sq), (low.sa, high.sa), (low.ssk.unwrap(), high.ssk.unwrap())]
         {
@@ -413,7 +413,7 @@ mod tests {
     }
 
     fn of(surface: &Surface) -> Vec<String> {
-        let seen = Descriptors::of(surface);
+        let seen = Descriptors::from_surface(surface);
         let moments = seen.moments;
         let statistics = Statistics {
             slopes: [moments.m20, moments.m02],

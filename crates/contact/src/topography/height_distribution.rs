@@ -225,7 +225,7 @@ mod tests {
     fn two_equal_levels_lie_one_rms_height_from_the_mean() {
         let heights = vec![3.0, 7.0, 3.0, 7.0];
         let surface = Surface::new(square(2, 1.0), heights).unwrap();
-        let histogram = Histogram::of(&surface, 3, 1.5);
+        let histogram = Histogram::from_surface(&surface, 3, 1.5);
         assert_eq!(counts(&histogram), [2, 0, 2]);
         let centers: Vec<f64> = histogram.bins.iter().map(|bin| bin.center).collect();
         assert_eq!(centers, [-1.0, 0.0, 1.0]);
@@ -235,15 +235,15 @@ mod tests {
     #[test]
     fn ends_of_the_range_are_within_and_the_rest_is_outside() {
         let surface = Surface::new(square(2, 1.0), vec![-1.0, 1.0, -1.0, 1.0]).unwrap();
-        assert_eq!(counts(&Histogram::of(&surface, 4, 1.0)), [2, 0, 0, 2]);
-        let narrow = Histogram::of(&surface, 4, 0.5);
+        assert_eq!(counts(&Histogram::from_surface(&surface, 4, 1.0)), [2, 0, 0, 2]);
+        let narrow = Histogram::from_surface(&surface, 4, 0.5);
         assert_eq!((counts(&narrow), narrow.outside), (vec![0; 4], 4));
     }
 
     #[test]
     fn density_integrates_to_the_share_of_nodes_in_range() {
         let surface = Shape::Paraboloid { radius: 1.0 }.draw(square(50, 1.0));
-        let histogram = Histogram::of(&surface, 100, 1.2);
+        let histogram = Histogram::from_surface(&surface, 100, 1.2);
         let inside: usize = counts(&histogram).iter().sum();
         assert_eq!(inside + histogram.outside, 2500);
         assert!(histogram.outside > 0);
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn many_modes_are_nearly_normally_distributed() {
         let random = samples::random(16, 32, 3);
-        for bin in Histogram::of(&random.draw(square(256, 1.0)), 20, 5.0).bins {
+        for bin in Histogram::from_surface(&random.draw(square(256, 1.0)), 20, 5.0).bins {
             let normal = libm::erf((bin.center + 0.25) / 2_f64.sqrt())
                 - libm::erf((bin.center - 0.25) / 2_f64.sqrt());
             // Nodes of one wave are not independent: some thousand heights decide, of 0.4 at most.
@@ -265,21 +265,21 @@ mod tests {
     #[test]
     fn a_flat_surface_is_all_mean() {
         let flat = Surface::new(square(3, 1.0), vec![0.1; 9]).unwrap();
-        assert_eq!(counts(&Histogram::of(&flat, 5, 2.0)), [0, 0, 9, 0, 0]);
+        assert_eq!(counts(&Histogram::from_surface(&flat, 5, 2.0)), [0, 0, 9, 0, 0]);
     }
 
     /// Four nodes at −1 and +1 rms heights from the mean, or at √3 and −1/√3.
     fn histograms() -> [Histogram; 2] {
         [[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]].map(|heights| {
             let surface = Surface::new(square(2, 1.0), heights.to_vec()).unwrap();
-            Histogram::of(&surface, 4, 1.8)
+            Histogram::from_surface(&surface, 4, 1.8)
         })
     }
 
     #[test]
     fn mean_and_deviation_are_those_of_the_densities_of_each_surface() {
         let [even, uneven] = histograms();
-        let pool = Pool::of(&even).and(Pool::of(&uneven));
+        let pool = HistogramPool::from_histogram(&even).and(HistogramPool::from_histogram(&uneven));
         assert_eq!(pool.surfaces(), 2);
         for (index, bin) in pool.bins().into_iter().enumerate() {
             let (a, b) = (even.bins[index].density, uneven.bins[index].density);
@@ -292,7 +292,7 @@ mod tests {
 
     #[test]
     fn order_and_grouping_change_no_bit() {
-        let [a, b] = histograms().map(|histogram| Pool::of(&histogram));
+        let [a, b] = histograms().map(|histogram| HistogramPool::from_histogram(&histogram));
         let left = Pool::default().and(a.clone()).and(b.clone()).and(a.clone());
         let right = b.and(a.clone().and(Pool::default().and(a)));
         assert_eq!(left, right);
@@ -301,14 +301,14 @@ mod tests {
     #[test]
     fn one_surface_has_no_deviation() {
         let [even, _] = histograms();
-        assert!(Pool::of(&even).bins().iter().all(|bin| bin.sd.is_none()));
+        assert!(HistogramPool::from_histogram(&even).bins().iter().all(|bin| bin.sd.is_none()));
     }
 
     #[test]
     fn normal_densities_integrate_to_one_and_are_symmetric() {
         let surface = Surface::new(square(2, 1.0), vec![0.0, 0.0, 1.0, 1.0]).unwrap();
         for bins in [7, 100] {
-            let bins = Pool::of(&Histogram::of(&surface, bins, 9.0)).bins();
+            let bins = HistogramPool::from_histogram(&Histogram::from_surface(&surface, bins, 9.0)).bins();
             let integral: f64 = bins.iter().map(|bin| bin.normal).sum::<f64>();
             let width = 18.0 / bins.len() as f64;
             assert!((integral * width - 1.0).abs() < 1e-14);
@@ -322,7 +322,7 @@ mod tests {
     fn the_share_grows_by_what_the_histogram_counts() {
         let surface = Shape::Paraboloid { radius: 0.3 }.draw(square(41, 1.0));
         let levels = levels(&surface, 10, 3.0);
-        let histogram = Histogram::of(&surface, 10, 3.0);
+        let histogram = Histogram::from_surface(&surface, 10, 3.0);
         for (pair, bin) in levels.windows(2).zip(histogram.bins.iter().rev()) {
             let gained = (pair[1].share - pair[0].share) * 41.0 * 41.0;
             // A height on the plane between two bins may round into either.

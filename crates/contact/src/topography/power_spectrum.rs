@@ -6,7 +6,7 @@
 //!
 //! A map that is not periodic is multiplied by Hann's window, sin²(π x/L) along each axis, over the
 //! mean square of the window: without it the steps between opposite edges have a tail of q^(−2)
-//! along the axes. The window makes neighbouring modes dependent, see [`INDEPENDENT_SHARE`].
+//! along the axes. The window makes neighbouring modes dependent, see [`INDEPENDENT_FRACTION`].
 
 use std::f64::consts::TAU;
 
@@ -21,7 +21,7 @@ use crate::grid::Boundary;
 
 /// How many independent modes of a map under Hann's window there are for each mode of its lattice:
 /// the window is 3/2 modes wide along either axis (its equivalent noise bandwidth, Harris 1978).
-pub const INDEPENDENT_SHARE: f64 = 4.0 / 9.0;
+pub const INDEPENDENT_FRACTION: f64 = 4.0 / 9.0;
 
 /// The modes of a ring: those whose wavevector is as long as a whole number of waves along the
 /// longer side of the cell, to the nearest whole number.
@@ -95,7 +95,7 @@ pub fn rings(surface: &Surface, boundary: Boundary) -> Vec<Ring> {
 ///
 /// The mean over all lines of nodes of |ĥ|² L, each about its own mean. Of a periodic map,
 /// (2 Σ C₁ − C₁(πN/L) [N even])/L is the mean square height of profiles about their means.
-pub fn of_profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
+pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
     let nodes = axis.select(surface.grid().nodes());
     let side = axis.select(surface.grid().cell().size());
     let weights = weights(nodes, boundary);
@@ -195,7 +195,7 @@ mod tests {
             [([8, 6], Axis::X), ([9, 6], Axis::X), ([5, 12], Axis::Y), ([5, 13], Axis::Y)]
         {
             let surface = rough(nodes, [3.0, 2.0]);
-            let densities = of_profiles(&surface, axis, Boundary::Periodic);
+            let densities = profiles(&surface, axis, Boundary::Periodic);
             let along = axis.select(nodes);
             let last = densities[densities.len() - 1];
             let once = if along % 2 == 0 { last } else { 0.0 };
@@ -213,10 +213,10 @@ mod tests {
     fn a_wave_has_its_power_at_its_own_wavenumber() {
         let wave = Shape::Wave { amplitude: 0.2, waves: 5 };
         let surface = wave.draw(rectangle([32, 16], [2.0, 1.0]));
-        let densities = of_profiles(&surface, Axis::X, Boundary::Periodic);
+        let densities = profiles(&surface, Axis::X, Boundary::Periodic);
         // Δ²/2 = 2 C₁/L.
         assert_close(densities[4], 0.02);
-        let along_y = of_profiles(&surface, Axis::Y, Boundary::Periodic);
+        let along_y = profiles(&surface, Axis::Y, Boundary::Periodic);
         assert!(along_y.iter().all(|density| *density < 1e-30));
     }
 
@@ -244,7 +244,7 @@ mod tests {
         };
         let surface = plane(square(128, 1.0));
         let [periodic, free] = [Boundary::Periodic, Boundary::Free].map(|boundary| {
-            let densities = of_profiles(&surface, Axis::X, boundary);
+            let densities = profiles(&surface, Axis::X, boundary);
             densities[40] / densities[1]
         });
         // A sawtooth falls as q^(−2); under Hann's window it falls as q^(−6).

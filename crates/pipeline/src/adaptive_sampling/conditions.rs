@@ -12,7 +12,6 @@ use asperity_stages::{Recipe, StageError, measure, solve};
 use asperity_tables::store::{StoreError, TaskTables};
 use asperity_tables::table::{Table, TableError};
 
-/// State of a condition.
 #[derive(Debug)]
 pub enum Condition {
     /// The tables of some tasks are missing or damaged.
@@ -36,7 +35,7 @@ pub enum Finding {
 }
 
 impl Condition {
-    /// Creates an open condition: its state is unknown until these tasks have tables.
+    /// Creates a condition whose state is unknown until these tasks have tables.
     pub fn open(tasks: Vec<usize>) -> Condition {
         Condition::Open { tasks, damaged: Vec::new() }
     }
@@ -69,7 +68,7 @@ pub trait ClaimRule {
     /// `tables` holds the table of each stage of the plan, or `None` where it is missing.
     ///
     /// # Errors
-    /// When a table lacks a column that its kind of stage writes.
+    /// Returns an error if a table lacks a column that its kind of stage writes.
     fn decide(
         &self,
         study: &Study,
@@ -101,7 +100,7 @@ pub struct Undecided {
 impl Decisions {
     /// Returns the number of surfaces that would decide all claims that can be decided, given that
     /// there are `surfaces` now. Returns `None` if there are no such claims.
-    pub fn wanted(&self, surfaces: u32) -> Option<u64> {
+    pub fn surfaces_needed(&self, surfaces: u32) -> Option<u64> {
         let wanted = self.undecided.iter().filter_map(|claim| {
             let [now, needed] = claim.surfaces?;
             // A spectrum may have fewer surfaces than this stage; both grow in proportion.
@@ -118,17 +117,17 @@ impl Decisions {
 fn read(
     plan: &Plan,
     tasks: &[usize],
-    there: &impl TaskTables,
+    task_tables: &impl TaskTables,
 ) -> Result<Result<Vec<Table>, Condition>, StoreError> {
-    let lines = || tasks.iter().flat_map(|&task| line(plan, task)).collect();
+    let lines = || tasks.iter().flat_map(|&task| input_chain(plan, task)).collect();
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
-    if there.have(&keys).contains(&false) {
+    if task_tables.have(&keys).contains(&false) {
         return Ok(Err(Condition::open(lines())));
     }
     let mut tables = Vec::with_capacity(tasks.len());
     let mut damaged = Vec::new();
     for (&task, key) in tasks.iter().zip(keys) {
-        match there.light(key) {
+        match task_tables.light(key) {
             Ok(table) => tables.push(table),
             Err(error) if error.is_recomputable() => damaged.push((task, error)),
             Err(error) => return Err(error),
@@ -143,7 +142,7 @@ fn read(
 
 /// Returns a task and the chain of its first inputs, up to the surface and the spectrum of the
 /// surface.
-fn line(plan: &Plan, task: usize) -> Vec<usize> {
+fn input_chain(plan: &Plan, task: usize) -> Vec<usize> {
     let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
     std::iter::successors(Some(task), above).collect()
 }
@@ -151,21 +150,21 @@ fn line(plan: &Plan, task: usize) -> Vec<usize> {
 /// Evaluates the condition on a mean for the surfaces of one stage.
 ///
 /// # Errors
-/// When a table cannot be read, or does not have the column.
-pub fn of_mean(
+/// Returns an error if a table cannot be read or lacks the column.
+pub fn evaluate_mean(
     plan: &Plan,
     surfaces: usize,
     mean: &KnownMean,
-    there: &impl TaskTables,
+    task_tables: &impl TaskTables,
 ) -> Result<Condition, SamplingError> {
-    let looked_at = plan.stages.iter().find(|stage| stage.name == mean.stage);
-    let looked_at = looked_at.expect("conditions name stages of the study");
+    let observed = plan.stages.iter().find(|stage| stage.name == mean.stage);
+    let observed = observed.expect("conditions name stages of the study");
     let mut is_own = vec![false; plan.tasks.len()];
     let own = &plan.stages[surfaces].tasks;
     own.iter().for_each(|&task| is_own[task] = true);
-    let tasks = looked_at.tasks.iter().copied();
-    let tasks = tasks.filter(|&task| line(plan, task).iter().any(|&task| is_own[task]));
-    let tables = match read(plan, &tasks.collect::<Vec<_>>(), there)? {
+    let tasks = observed.tasks.iter().copied();
+    let tasks = tasks.filter(|&task| input_chain(plan, task).iter().any(|&task| is_own[task]));
+    let tables = match read(plan, &tasks.collect::<Vec<_>>(), task_tables)? {
         Ok(tables) => tables,
         Err(open) => return Ok(open),
     };
@@ -204,7 +203,7 @@ fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> 
 
 /// Returns the number of surfaces that the largest ratio of error to limit requires, at most twice
 /// the present number: standard errors fall as the square root of the number of surfaces.
-pub fn wanted_by_mean(surfaces: u32, error: f64) -> u32 {
+pub fn surfaces_for_mean(surfaces: u32, error: f64) -> u32 {
     let now = f64::from(surfaces);
     // Twice the maximum of a million fits into 32 bits.
     (now * error * error).ceil().clamp(now + 1.0, 2.0 * now) as u32
@@ -221,20 +220,20 @@ pub fn wanted_by_mean(surfaces: u32, error: f64) -> u32 {
 /// maximum number of surfaces, claims are judged as `asperity claims` judges them.
 ///
 /// # Errors
-/// When a table cannot be read, or lacks a column.
-pub fn of_claims(
+/// Returns an error if a table cannot be read or lacks a column.
+pub fn evaluate_claims(
     (study, plan): (&Study, &Plan),
     (surfaces, growth): (u32, &Growth),
     (rule, names): (&dyn ClaimRule, &[String]),
-    there: &impl TaskTables,
+    task_tables: &impl TaskTables,
 ) -> Result<Condition, SamplingError> {
-    let tables = match all_tables(plan, there)? {
+    let tables = match all_tables(plan, task_tables)? {
         Ok(tables) => tables,
         Err(open) => return Ok(open),
     };
     let looks = if surfaces >= growth.at_most { NonZeroU32::MIN } else { looks(growth) };
     let decisions = rule.decide(study, plan, &tables, names, looks)?;
-    Ok(match decisions.wanted(surfaces) {
+    Ok(match decisions.surfaces_needed(surfaces) {
         None => Condition::Holds(Finding::Claims(decisions)),
         Some(_) => Condition::Fails(Finding::Claims(decisions)),
     })
@@ -243,11 +242,11 @@ pub fn of_claims(
 /// Returns all tasks that a condition on claims depends on.
 pub fn claim_tasks(plan: &Plan) -> Vec<usize> {
     let tasks = 0..plan.tasks.len();
-    tasks.filter(|&task| is_looked_at(&plan.tasks[task].recipe)).collect()
+    tasks.filter(|&task| is_used_by_claims(&plan.tasks[task].recipe)).collect()
 }
 
 /// Returns whether claims use the table of a recipe and the table is about one surface.
-fn is_looked_at(recipe: &Recipe) -> bool {
+fn is_used_by_claims(recipe: &Recipe) -> bool {
     match recipe {
         Recipe::Generate(_) | Recipe::Correct(_) => true,
         Recipe::Measure(params) => matches!(
@@ -267,9 +266,9 @@ fn is_looked_at(recipe: &Recipe) -> bool {
 /// Reads the tables that claims use, stacked by stage, or returns an open condition.
 fn all_tables(
     plan: &Plan,
-    there: &impl TaskTables,
+    task_tables: &impl TaskTables,
 ) -> Result<Result<Vec<Option<Table>>, Condition>, SamplingError> {
-    let mut read = match read(plan, &claim_tasks(plan), there)? {
+    let mut read = match read(plan, &claim_tasks(plan), task_tables)? {
         Ok(tables) => tables.into_iter(),
         Err(open) => return Ok(Err(open)),
     };
@@ -287,9 +286,9 @@ fn all_tables(
 
 /// Returns the next number of surfaces: as many as the undecided claims need, between 1.5 and 2
 /// times the present number and at most `at_most`.
-pub fn wanted_by_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -> u32 {
+pub fn surfaces_for_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -> u32 {
     let [least, most] = [least_step(surfaces), 2 * surfaces];
-    let wanted = decisions.wanted(surfaces).unwrap_or(0);
+    let wanted = decisions.surfaces_needed(surfaces).unwrap_or(0);
     let next = u32::try_from(wanted).unwrap_or(most).clamp(least, most);
     next.min(at_most)
 }
@@ -328,12 +327,12 @@ mod tests {
         let next = |needed: &[Option<usize>]| {
             let undecided = needed.iter().map(|&needed| needs(needed)).collect();
             let decisions = Decisions { undecided, ..Decisions::default() };
-            wanted_by_claims(10, &decisions, 60)
+            surfaces_for_claims(10, &decisions, 60)
         };
         assert_eq!(next(&[Some(17), Some(13), None]), 17);
         assert_eq!(next(&[Some(11)]), 15);
         assert_eq!(next(&[Some(900_000)]), 20);
-        assert_eq!(wanted_by_claims(40, &Decisions::default(), 60), 60);
+        assert_eq!(surfaces_for_claims(40, &Decisions::default(), 60), 60);
     }
 
     #[test]
@@ -343,7 +342,7 @@ mod tests {
             let mut seen = 0;
             while surfaces < most {
                 seen += 1;
-                surfaces = wanted_by_claims(surfaces, &Decisions::default(), most);
+                surfaces = surfaces_for_claims(surfaces, &Decisions::default(), most);
             }
             let counted = looks(&growth(least, most)).get();
             assert!(seen <= counted && counted <= seen.max(1), "{least} to {most}");

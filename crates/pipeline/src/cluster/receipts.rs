@@ -1,4 +1,4 @@
-//! Receipts: files in which processes report on the shards that they compute.
+//! Receipts, in which processes report on the shards that they compute.
 //!
 //! Each process writes its own receipt, which no other process changes. The receipt exists from the
 //! start, is updated while tasks are computed, and finally says that the process has ended. A
@@ -22,13 +22,12 @@ pub const EVERY: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20
 
 /// Age after which a receipt that has not ended is considered abandoned. Only a process that the
 /// scheduler has suspended can be alive for so long without an update.
-const LONG: Duration = Duration::from_secs(86400);
+const ABANDONED_AFTER: Duration = Duration::from_secs(86400);
 
 /// Report of one process on the shard that it computes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Receipt {
     pub study: String,
-    /// Part of the study's surfaces.
     pub shard: Shard,
     /// Job of the scheduler, if the command line names it.
     pub job: Option<String>,
@@ -45,23 +44,19 @@ pub struct Receipt {
     /// Time of the end, in seconds since 1970. `None` while the process is running, and for a
     /// process that was killed.
     pub ended: Option<u64>,
-    /// Number of tasks to be computed.
     pub wanted: usize,
     pub computed: usize,
-    /// Keys of the running tasks.
     pub under_way: Vec<String>,
     pub failed: Vec<FailedTask>,
-    /// Whether the process was asked to stop.
     pub interrupted: bool,
     /// Whether the process stopped because tables could not be stored.
     pub halted: bool,
     /// Seconds of one core that the tasks have taken.
     pub seconds: f64,
-    /// Measured speed, by mesh.
+    /// Measured speed of the computation, by mesh.
     pub pace: Vec<Pace>,
 }
 
-/// A task that failed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailedTask {
     pub task: String,
@@ -118,7 +113,7 @@ impl Receipt {
     /// than a day old.
     pub fn may_be_at_work(&self) -> bool {
         let untouched = now().saturating_sub(self.touched);
-        self.ended.is_none() && untouched < LONG.as_secs()
+        self.ended.is_none() && untouched < ABANDONED_AFTER.as_secs()
     }
 }
 
@@ -138,7 +133,6 @@ pub fn read(folder: &Path) -> Result<Vec<Receipt>, StoreError> {
     Ok(receipts)
 }
 
-/// Adds up the speeds of several receipts.
 pub fn paces<'a>(receipts: impl IntoIterator<Item = &'a Receipt>) -> Paces {
     let mut paces = Paces::default();
     for receipt in receipts {
@@ -168,7 +162,7 @@ pub struct Pace {
 pub struct Paces(BTreeMap<[usize; 2], (f64, f64)>);
 
 impl Paces {
-    /// Adds work. Work without expected transforms has no pace and is ignored.
+    /// Adds work to the sums. Work without expected transforms has no pace and is ignored.
     pub fn add(&mut self, Pace { nodes, pairs, seconds }: Pace) {
         if pairs > 0.0 {
             let sums = self.0.entry(nodes).or_default();

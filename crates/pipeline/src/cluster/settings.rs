@@ -1,4 +1,4 @@
-//! Settings of cluster jobs: the table `[cluster]` of `asperity.toml`.
+//! Settings of cluster jobs, read from the table `[cluster]` of `asperity.toml`.
 //!
 //! The file is read from the folder of the manifest and from the user's configuration folder.
 //! Options of the command line override its keys. No key in the store depends on these settings.
@@ -23,11 +23,11 @@ use asperity_stages::surface_files::read_regular;
 pub const FILE: &str = "asperity.toml";
 
 /// Maximum size of the file in bytes, far above that of a real one.
-const LONGEST: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 /// Largest `time_limit` and `per_element` in hours: eleven years.
-const MOST_HOURS: f64 = 1e5;
+const MAX_HOURS: f64 = 1e5;
 
-/// Declares each setting once: documentation, type in the file, type of the value, check, and
+/// Declares each setting once, with documentation, type in the file, type of the value, check, and
 /// command-line argument. `ClusterTable` holds the keys as written. [`Settings`] holds the values
 /// from a file or from the command line.
 macro_rules! settings {
@@ -119,7 +119,7 @@ impl Settings {
             problems.push(Problem::without_place(format!("cannot read `{file}`: {why}")));
             problems.into_errors(&file, "")
         };
-        let bytes = match read_regular(path, LONGEST) {
+        let bytes = match read_regular(path, MAX_BYTES) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             bytes => bytes.map_err(|error| unreadable(error.to_string()))?,
         };
@@ -177,8 +177,8 @@ fn size(word: &str) -> Result<ByteSize, String> {
 }
 
 fn parsed_hours(word: &str) -> Result<f64, String> {
-    let hours = word.parse().ok().filter(|hours: &f64| *hours > 0.0 && *hours <= MOST_HOURS);
-    hours.ok_or_else(|| format!("must be a number of hours above 0 and at most {MOST_HOURS}"))
+    let hours = word.parse().ok().filter(|hours: &f64| *hours > 0.0 && *hours <= MAX_HOURS);
+    hours.ok_or_else(|| format!("must be a number of hours above 0 and at most {MAX_HOURS}"))
 }
 
 fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
@@ -189,7 +189,7 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
     }
     let mut settings = Settings::default();
     for (key, value) in document.into_inner() {
-        let (name, place) = (key.get_ref().to_string(), key.span());
+        let (name, span) = (key.get_ref().to_string(), key.span());
         match value.into_inner() {
             DeValue::Table(table) if name == "cluster" => {
                 let wanted = Wanted {
@@ -197,7 +197,7 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
                     common: Vec::new(),
                     owner: Box::new(|_| None),
                 };
-                let section = reader::read::<ClusterTable>(table, place, &wanted, problems);
+                let section = reader::read::<ClusterTable>(table, span, &wanted, problems);
                 settings = checked(&section, problems)?;
             }
             _ => {
@@ -205,7 +205,7 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
                     Some(_) => "did you mean `[cluster]`?",
                     None => "not allowed in this file",
                 };
-                let problem = Problem::new(format!("unknown `{name}`"), place, label);
+                let problem = Problem::new(format!("unknown `{name}`"), span, label);
                 problems.push(problem.help(format!("`{FILE}` has only the table `[cluster]`")));
             }
         }
@@ -213,11 +213,11 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
     Some(settings)
 }
 
-/// Check of one word; the error says what the word must be.
-type Judge<T> = fn(&str) -> Result<T, String>;
+/// Check of one word, whose error says what the word must be.
+type WordCheck<T> = fn(&str) -> Result<T, String>;
 
 fn hours(checks: &mut Checks, name: &str, written: &Written<f64>) -> Option<f64> {
-    let bounds = (Bound::Excluded(0.0), Bound::Included(MOST_HOURS));
+    let bounds = (Bound::Excluded(0.0), Bound::Included(MAX_HOURS));
     checks.is_in(name, written, bounds)
 }
 
@@ -225,20 +225,20 @@ fn whole(least: u32, most: u32) -> impl Fn(&mut Checks, &str, &Written<i64>) -> 
     move |checks, name, written| checks.is_whole_in(name, written, &(least..=most))
 }
 
-fn word<T>(judge: Judge<T>) -> impl Fn(&mut Checks, &str, &Written<String>) -> Option<T> {
+fn word<T>(check: WordCheck<T>) -> impl Fn(&mut Checks, &str, &Written<String>) -> Option<T> {
     move |checks, name, written| {
         let refused = |must| {
             let message = format!("`{name}` is {:?}", written.value);
             checks.report(name, Problem::new(message, written.span.clone(), must));
         };
-        judge(&written.value).map_err(refused).ok()
+        check(&written.value).map_err(refused).ok()
     }
 }
 
 type Words = Written<Vec<Written<String>>>;
 
-fn list(judge: Judge<String>) -> impl Fn(&mut Checks, &str, &Words) -> Option<Vec<String>> {
-    let word = word(judge);
+fn list(check: WordCheck<String>) -> impl Fn(&mut Checks, &str, &Words) -> Option<Vec<String>> {
+    let word = word(check);
     move |checks, name, words| words.value.iter().map(|item| word(checks, name, item)).collect()
 }
 

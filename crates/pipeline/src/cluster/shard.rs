@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use asperity_tables::store::key::TaskKey;
 
 /// Maximum number of parts of a study.
-const MOST: u32 = 1_000_000;
+const MAX_COUNT: u32 = 1_000_000;
 
 /// The I-th of N parts of a study's surfaces, 1 ≤ I ≤ N.
 ///
@@ -34,35 +34,34 @@ pub struct Shard {
 /// A text is not a valid shard.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{word}` is not a shard: write `I/N`, such as `3/16`, with I from 1 to N and N at most {MOST}"
+    "`{word}` is not a shard: write `I/N`, such as `3/16`, with I from 1 to N and N at most \
+     {MAX_COUNT}"
 )]
-pub struct NoShard {
+pub struct InvalidShard {
     word: String,
 }
 
 impl Shard {
-    /// Shard with all surfaces.
+    /// Shard that contains all surfaces of a study.
     pub const WHOLE: Shard = Shard { number: 1, count: 1 };
 
     /// Creates part `number` of `count`, counted from 1, or returns `None` if there is no such
     /// part.
     pub fn new(number: u32, count: u32) -> Option<Shard> {
-        let is_one = (1..=count).contains(&number) && count <= MOST;
+        let is_one = (1..=count).contains(&number) && count <= MAX_COUNT;
         is_one.then_some(Shard { number, count })
     }
 
     /// Returns the part, of `count` parts, that contains a surface.
-    pub fn of(surface: TaskKey, count: u32) -> Shard {
-        let place = (u128::from(surface.first_word()) * u128::from(count)) >> 64;
-        Shard { number: 1 + place as u32, count }
+    pub fn containing(surface: TaskKey, count: u32) -> Shard {
+        let index = (u128::from(surface.first_word()) * u128::from(count)) >> 64;
+        Shard { number: 1 + index as u32, count }
     }
 
-    /// Returns the number of the part, counted from 1.
     pub fn number(self) -> u32 {
         self.number
     }
 
-    /// Returns the number of parts.
     pub fn count(self) -> u32 {
         self.count
     }
@@ -70,7 +69,7 @@ impl Shard {
     /// Returns the tasks in `among` that depend on a single surface of this part, in their order.
     pub fn tasks(self, plan: &Plan, among: &[usize]) -> Vec<usize> {
         let surfaces = plan.surfaces();
-        let is_in = |surface: TaskKey| Shard::of(surface, self.count) == self;
+        let is_in = |surface: TaskKey| Shard::containing(surface, self.count) == self;
         let own = among.iter().copied();
         own.filter(|&task| surfaces[task].is_some_and(is_in)).collect()
     }
@@ -83,14 +82,14 @@ impl fmt::Display for Shard {
 }
 
 impl FromStr for Shard {
-    type Err = NoShard;
+    type Err = InvalidShard;
 
-    fn from_str(word: &str) -> Result<Shard, NoShard> {
+    fn from_str(word: &str) -> Result<Shard, InvalidShard> {
         let shard = word.split_once('/').and_then(|(number, count)| {
             let whole = |digits: &str| digits.trim().parse().ok();
             Shard::new(whole(number)?, whole(count)?)
         });
-        shard.ok_or_else(|| NoShard { word: word.to_owned() })
+        shard.ok_or_else(|| InvalidShard { word: word.to_owned() })
     }
 }
 
@@ -160,16 +159,16 @@ mod tests {
             statistics = [\"mean\"]
             "
         );
-        Plan::of(
+        Plan::new(
             &Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap(),
         )
     }
 
     #[test]
     fn a_surface_is_in_one_part_however_many_there_are() {
-        for count in (1..40).chain([100, 1000, 1001, MOST]) {
+        for count in (1..40).chain([100, 1000, 1001, MAX_COUNT]) {
             for number in 0..200 {
-                let part = Shard::of(key(number), count);
+                let part = Shard::containing(key(number), count);
                 assert_eq!(Shard::new(part.number, count), Some(part));
             }
         }
@@ -178,7 +177,7 @@ mod tests {
     #[test]
     fn twice_as_many_parts_split_each_in_two() {
         for number in 0..200 {
-            let [part, half] = [16, 32].map(|count| Shard::of(key(number), count).number);
+            let [part, half] = [16, 32].map(|count| Shard::containing(key(number), count).number);
             assert_eq!(half.div_ceil(2), part);
         }
     }
@@ -186,7 +185,8 @@ mod tests {
     #[test]
     fn parts_are_about_equal() {
         let mut sizes = [0; 8];
-        (0..8000).for_each(|number| sizes[Shard::of(key(number), 8).number as usize - 1] += 1);
+        (0..8000)
+            .for_each(|number| sizes[Shard::containing(key(number), 8).number as usize - 1] += 1);
         assert!(sizes.iter().all(|size| (900..1100).contains(size)), "{sizes:?}");
     }
 
@@ -201,7 +201,7 @@ mod tests {
         };
         let expected: Vec<usize> = all.iter().copied().filter(is_of_one).collect();
         assert_eq!(expected.len(), 5 * 40);
-        for count in (1..=60).chain([1000, MOST]) {
+        for count in (1..=60).chain([1000, MAX_COUNT]) {
             let shards = (1..=count.min(60)).map(|number| Shard::new(number, count).unwrap());
             let mut union: Vec<usize> = shards.flat_map(|shard| shard.tasks(&plan, &all)).collect();
             union.sort_unstable();

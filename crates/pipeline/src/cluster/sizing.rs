@@ -12,17 +12,17 @@ use crate::plan::Plan;
 use asperity_tables::store::key::TaskKey;
 
 /// Default target duration of an array task, in hours.
-pub const PER_ELEMENT: f64 = 1.0;
+pub const DEFAULT_HOURS: f64 = 1.0;
 
 /// Ratio of the time limit to the expected time of an array task. Forecasts are accurate to a
 /// quarter, and shared nodes are slower.
-const MARGIN: f64 = 2.0;
+const TIME_MARGIN: f64 = 2.0;
 
 /// Shortest time limit in minutes, because programs start slowly on slow file systems.
-const SHORTEST: f64 = 10.0;
+const MIN_MINUTES: f64 = 10.0;
 
 /// Shortest time limit of the finish job in minutes. It also computes small remainders.
-const SHORTEST_AFTER: f64 = 60.0;
+const MIN_FINISH_MINUTES: f64 = 60.0;
 
 /// Array tasks of a submission, with their expected cost and resources.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +46,7 @@ pub struct Sizing {
 
 impl Sizing {
     /// Plans an array of at most `largest_array` array tasks for the missing tasks.
-    pub fn of(
+    pub fn new(
         plan: &Plan,
         missing: &[usize],
         cost: &CostModel,
@@ -56,7 +56,7 @@ impl Sizing {
         let cores = settings.cores.unwrap_or(1);
         let (by_surface, after) = seconds_by_surface(plan, missing, cost);
         let seconds: f64 = by_surface.values().sum();
-        let per_element = 3600.0 * settings.per_element.unwrap_or(PER_ELEMENT);
+        let per_element = 3600.0 * settings.per_element.unwrap_or(DEFAULT_HOURS);
         let most = largest_array.min(settings.at_most.unwrap_or(u32::MAX));
         let most = most.min(u32::try_from(by_surface.len()).unwrap_or(u32::MAX));
         let elements = (seconds / f64::from(cores) / per_element).ceil() as u32;
@@ -64,12 +64,14 @@ impl Sizing {
         let hours = hours_of_shards(&by_surface, elements, cores);
         let longest = hours.values().copied().fold(0.0, f64::max);
         let limit = settings.time_limit.map(|hours| 60.0 * hours);
-        let limit = limit.unwrap_or(SHORTEST.max(60.0 * MARGIN * longest));
+        let limit = limit.unwrap_or(MIN_MINUTES.max(60.0 * TIME_MARGIN * longest));
         let minutes = limit.ceil().max(1.0) as u32;
         let hours_after = after / 3600.0 / f64::from(cores);
         let minutes_after = match settings.time_limit {
             Some(_) => minutes,
-            None => minutes.max((SHORTEST_AFTER + 60.0 * MARGIN * hours_after).ceil() as u32),
+            None => {
+                minutes.max((MIN_FINISH_MINUTES + 60.0 * TIME_MARGIN * hours_after).ceil() as u32)
+            }
         };
         Sizing {
             elements,
@@ -77,7 +79,7 @@ impl Sizing {
             core_hours: seconds / 3600.0,
             core_hours_after: after / 3600.0,
             cores,
-            memory: settings.memory.unwrap_or_else(|| enough(plan, missing, cores)),
+            memory: settings.memory.unwrap_or_else(|| memory_for(plan, missing, cores)),
             minutes,
             minutes_after,
         }
@@ -100,7 +102,7 @@ impl Sizing {
 pub fn shards_of(plan: &Plan, tasks: &[usize], cost: &CostModel, elements: u32) -> (Vec<u32>, f64) {
     let (by_surface, _) = seconds_by_surface(plan, tasks, cost);
     let surfaces = by_surface.keys();
-    let shards = surfaces.map(|&surface| Shard::of(surface, elements).number());
+    let shards = surfaces.map(|&surface| Shard::containing(surface, elements).number());
     let shards: BTreeSet<u32> = shards.collect();
     (shards.into_iter().collect(), by_surface.values().sum())
 }
@@ -151,7 +153,7 @@ fn hours_of_shards(
     }
     let mut loads: BTreeMap<u32, Load> = BTreeMap::new();
     for (&surface, &seconds) in by_surface {
-        let load = loads.entry(Shard::of(surface, elements).number()).or_default();
+        let load = loads.entry(Shard::containing(surface, elements).number()).or_default();
         load.seconds += seconds;
         load.longest = load.longest.max(seconds);
     }
@@ -162,7 +164,7 @@ fn hours_of_shards(
 }
 
 /// Returns the memory for the largest task on each core, in whole gibibytes.
-fn enough(plan: &Plan, missing: &[usize], cores: u32) -> ByteSize {
+fn memory_for(plan: &Plan, missing: &[usize], cores: u32) -> ByteSize {
     let largest = memory::of_largest(plan, missing).0;
     let bytes = memory::PROGRAM.0 + largest.saturating_mul(u64::from(cores));
     // An eighth is added for the reserves of the allocator.
@@ -176,9 +178,9 @@ mod tests {
 
     fn sizing(settings: Settings) -> Sizing {
         let plan = plan(64, "loads = [0.1, 0.2]");
-        let plan = crate::plan::Plan::of(&many(&plan.study));
+        let plan = crate::plan::Plan::new(&many(&plan.study));
         let cost = CostModel::measured([([64; 2], 3.0)].into());
-        Sizing::of(&plan, &all(&plan), &cost, &settings, 1000)
+        Sizing::new(&plan, &all(&plan), &cost, &settings, 1000)
     }
 
     fn many(name: &str) -> crate::study::Study {

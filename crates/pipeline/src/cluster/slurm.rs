@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use asperity_manifest::diagnostics::listed;
 
 /// Maximum number of array tasks if Slurm does not state its limit: its default limit minus one.
-const USUAL_ARRAY: u32 = 1000;
+const DEFAULT_MAX_ARRAY: u32 = 1000;
 
 /// Job number that Slurm has assigned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -44,30 +44,25 @@ impl Queued {
     }
 }
 
-/// A Slurm command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum SlurmError {
-    /// The command is not installed on this machine.
     #[error(
         "cannot find `{command}` on this machine: submit from a node of a Slurm cluster, such as \
          its login node; with another scheduler, or without one, compute a part of the surfaces \
          with `asperity run MANIFEST --shard I/N` (docs/cluster.md)"
     )]
-    NotHere { command: &'static str },
-    /// The command could not be started.
+    NotInstalled { command: &'static str },
     #[error("cannot run `{command}`")]
-    Unusable { command: &'static str, source: io::Error },
-    /// The command ended with an error.
-    #[error("`{command}` failed: {told}{cure}")]
-    Refused {
+    CannotRun { command: &'static str, source: io::Error },
+    #[error("`{command}` failed: {output}{suggestion}")]
+    Failed {
         command: &'static str,
-        told: String,
+        output: String,
         /// Suggestion to the user, on a line after the message.
-        cure: String,
+        suggestion: String,
     },
-    /// The command printed something other than a job number.
-    #[error("`{command}` printed `{told}` instead of a job number")]
-    Unreadable { command: &'static str, told: String },
+    #[error("`{command}` printed `{output}` instead of a job number")]
+    UnexpectedOutput { command: &'static str, output: String },
 }
 
 /// Submits a script, as an array if `array` lists array tasks. The job waits until all of `after`
@@ -83,18 +78,18 @@ pub fn submit(
     words.extend(after.map(|job| format!("--dependency=afterany:{job}")));
     words.push(script.to_string_lossy().into_owned());
     words.extend(arguments.iter().cloned());
-    let told = run("sbatch", &words)?;
+    let output = run("sbatch", &words)?;
     // `sbatch` prints `12`, or `12;cluster` if there are several clusters.
-    let number = told.trim().split(';').next().and_then(|word| word.parse().ok());
-    number.map(Job).ok_or(SlurmError::Unreadable { command: "sbatch", told })
+    let number = output.trim().split(';').next().and_then(|word| word.parse().ok());
+    number.map(Job).ok_or(SlurmError::UnexpectedOutput { command: "sbatch", output })
 }
 
 /// Returns the user's jobs in the queue that have one of these names.
 pub fn queue(names: &[&str]) -> Result<Vec<Queued>, SlurmError> {
     let names = format!("--name={}", names.join(","));
-    let told =
+    let output =
         run("squeue", &["--noheader", "--me", "--array", &names, "--format=%A|%F|%K|%T|%r"])?;
-    Ok(told.lines().filter_map(queued).collect())
+    Ok(output.lines().filter_map(queued).collect())
 }
 
 fn queued(line: &str) -> Option<Queued> {
@@ -120,38 +115,38 @@ pub fn cancel(jobs: &[Job]) -> Result<(), SlurmError> {
 /// Returns the maximum number of array tasks on this cluster. `MaxArraySize` is one more than the
 /// largest index, and our indices start at 1.
 pub fn largest_array() -> u32 {
-    let told = run("scontrol", &["show", "config"]).unwrap_or_default();
-    let mut sizes = told.lines().filter_map(|line| {
+    let output = run("scontrol", &["show", "config"]).unwrap_or_default();
+    let mut sizes = output.lines().filter_map(|line| {
         let (name, size) = line.split_once('=')?;
         (name.trim() == "MaxArraySize").then(|| size.trim().parse::<u32>().ok())?
     });
-    sizes.next_back().map_or(USUAL_ARRAY, |size| size.saturating_sub(1).max(1))
+    sizes.next_back().map_or(DEFAULT_MAX_ARRAY, |size| size.saturating_sub(1).max(1))
 }
 
 fn run(command: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, SlurmError> {
     let output = match Command::new(command).args(words).output() {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Err(SlurmError::NotHere { command });
+            return Err(SlurmError::NotInstalled { command });
         }
-        output => output.map_err(|source| SlurmError::Unusable { command, source })?,
+        output => output.map_err(|source| SlurmError::CannotRun { command, source })?,
     };
     if output.status.success() {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
-    let told = String::from_utf8_lossy(&output.stderr);
-    let lines = told.lines().map(|line| {
+    let output = String::from_utf8_lossy(&output.stderr);
+    let lines = output.lines().map(|line| {
         let line = line.strip_prefix(&format!("{command}: ")).unwrap_or(line);
         line.strip_prefix("error: ").unwrap_or(line).trim()
     });
-    let told = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ");
-    let cure = cure(&told);
-    Err(SlurmError::Refused { command, told, cure })
+    let output = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ");
+    let suggestion = suggestion(&output);
+    Err(SlurmError::Failed { command, output, suggestion })
 }
 
 /// Returns a suggestion for an error message of Slurm.
-fn cure(told: &str) -> String {
-    let says = |words: &str| told.to_lowercase().contains(words);
-    let cure = if says("invalid partition") {
+fn suggestion(output: &str) -> String {
+    let says = |words: &str| output.to_lowercase().contains(words);
+    let suggestion = if says("invalid partition") {
         let known = partitions().map_or_else(String::new, |known| format!("; there are {known}"));
         format!("set another `partition` in `asperity.toml` or with `--partition`{known}")
     } else if says("invalid account") || says("account/partition") {
@@ -172,13 +167,13 @@ fn cure(told: &str) -> String {
     } else {
         return String::new();
     };
-    format!("\n{cure}")
+    format!("\n{suggestion}")
 }
 
 /// Lists the partitions of the cluster, if Slurm names them.
 fn partitions() -> Option<String> {
-    let told = run_quietly("sinfo", &["--noheader", "--format=%R"])?;
-    let names: Vec<String> = told.lines().map(|name| name.trim().to_owned()).collect();
+    let output = run_quietly("sinfo", &["--noheader", "--format=%R"])?;
+    let names: Vec<String> = output.lines().map(|name| name.trim().to_owned()).collect();
     (!names.is_empty()).then(|| listed(names.iter().map(String::as_str), "and"))
 }
 
@@ -205,8 +200,8 @@ mod tests {
 
     #[test]
     fn what_slurm_refuses_has_a_cure() {
-        assert!(cure("Batch job submission failed: Invalid account").contains("`--account`"));
-        assert!(cure("Requested node configuration is not available").contains("`--cores`"));
-        assert_eq!(cure("something else"), "");
+        assert!(suggestion("Batch job submission failed: Invalid account").contains("`--account`"));
+        assert!(suggestion("Requested node configuration is not available").contains("`--cores`"));
+        assert_eq!(suggestion("something else"), "");
     }
 }

@@ -17,8 +17,8 @@ use asperity_tables::store::files::{Existing, write_whole};
 
 /// Paths that the scripts need.
 #[derive(Debug, Clone)]
-pub struct Places {
-    /// Path of the program: absolute, or a name to be found in `PATH`.
+pub struct ScriptPaths {
+    /// Absolute path of the program, or a name to be found in `PATH`.
     pub program: PathBuf,
     /// Absolute path of the data folder.
     pub data: PathBuf,
@@ -30,7 +30,7 @@ pub struct Places {
 
 /// Options that the scripts pass on to the commands.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Extras {
+pub struct ScriptOptions {
     /// Whether the finish job writes the HTML report.
     pub report: bool,
     /// Whether the results of another manifest may be overwritten.
@@ -59,7 +59,7 @@ pub struct ControlCharacter {
 }
 
 #[derive(Serialize)]
-struct Values<'a> {
+struct TemplateValues<'a> {
     /// Text that both scripts share.
     common: String,
     study: &'a str,
@@ -81,17 +81,16 @@ struct Values<'a> {
 }
 
 impl Scripts {
-    /// Writes the scripts of a study.
-    pub fn of(
+    pub fn new(
         study: &str,
         sizing: &Sizing,
         settings: &Settings,
-        places: &Places,
-        extras: Extras,
+        paths: &ScriptPaths,
+        options: ScriptOptions,
     ) -> Result<Scripts, ControlCharacter> {
-        check(settings, places)?;
+        check(settings, paths)?;
         let mebibytes = sizing.memory.0.div_ceil(1 << 20).max(1);
-        let mut values = Values {
+        let mut values = TemplateValues {
             common: String::new(),
             study,
             elements: sizing.elements,
@@ -102,31 +101,31 @@ impl Scripts {
             minutes: duration(sizing.minutes),
             directives: directives(settings),
             before: settings.before.as_deref().unwrap_or_default(),
-            program: quoted(&places.program),
-            data: quoted(&places.data),
-            path: quoted(&places.manifest),
-            manifest: places.manifest.display().to_string(),
+            program: quoted(&paths.program),
+            data: quoted(&paths.data),
+            path: quoted(&paths.manifest),
+            manifest: paths.manifest.display().to_string(),
             // Slurm replaces patterns such as `%j` by numbers.
-            logs: quoted(&places.folder.join("logs")).replace('%', "%%"),
-            report: extras.report,
-            replace: extras.replace,
+            logs: quoted(&paths.folder.join("logs")).replace('%', "%%"),
+            report: options.report,
+            replace: options.replace,
         };
-        values.common = rendered(include_str!("script/common.sh"), &values);
-        let element = rendered(include_str!("script/element.sh"), &values) + "\n";
+        values.common = render(include_str!("script/common.sh"), &values);
+        let element = render(include_str!("script/element.sh"), &values) + "\n";
         values.minutes = duration(sizing.minutes_after);
-        values.common = rendered(include_str!("script/common.sh"), &values);
-        let finish = rendered(include_str!("script/finish.sh"), &values) + "\n";
+        values.common = render(include_str!("script/common.sh"), &values);
+        let finish = render(include_str!("script/finish.sh"), &values) + "\n";
         Ok(Scripts { element, finish })
     }
 }
 
 /// Checks every text that comes from the user for control characters.
-fn check(settings: &Settings, places: &Places) -> Result<(), ControlCharacter> {
+fn check(settings: &Settings, paths: &ScriptPaths) -> Result<(), ControlCharacter> {
     let paths = [
-        ("the program's path", &places.program),
-        ("the path of the data folder", &places.data),
-        ("the manifest's path", &places.manifest),
-        ("the path of the folder of scripts", &places.folder),
+        ("the program's path", &paths.program),
+        ("the path of the data folder", &paths.data),
+        ("the manifest's path", &paths.manifest),
+        ("the path of the folder of scripts", &paths.folder),
     ];
     let paths = paths.map(|(what, path)| (what, path.to_string_lossy()));
     let words = [
@@ -147,12 +146,12 @@ fn check(settings: &Settings, places: &Places) -> Result<(), ControlCharacter> {
     }
 }
 
-fn rendered(template: &str, values: &Values) -> String {
+fn render(template: &str, values: &TemplateValues) -> String {
     let mut templates = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).build();
     templates.set_syntax(syntax.expect("the usual signs"));
-    let rendered = templates.render_str(template.trim_end(), Serde(values));
-    rendered.expect("the template is valid, and its values are there")
+    let render = templates.render_str(template.trim_end(), Serde(values));
+    render.expect("the template is valid, and its values are there")
 }
 
 fn directives(settings: &Settings) -> Vec<String> {
@@ -193,13 +192,12 @@ pub struct Submission {
     pub submitted: Vec<Round>,
 }
 
-/// One round of submission: a job array and the finish job after it.
+/// A job array and the finish job after it, submitted together.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Round {
-    /// Job array; `None` if only tasks of the finish job were missing.
+    /// The job array, or `None` if only tasks of the finish job were missing.
     pub array: Option<Job>,
     pub elements: Vec<u32>,
-    /// Finish job.
     pub finish: Job,
 }
 
@@ -237,7 +235,6 @@ impl Submission {
         write_whole(&Submission::path(folder), &bytes, Existing::Replace, folder)
     }
 
-    /// Returns all submitted jobs.
     pub fn jobs(&self) -> Vec<Job> {
         let rounds = self.submitted.iter();
         let jobs = rounds.flat_map(|round| [round.array, Some(round.finish)]);
@@ -246,7 +243,7 @@ impl Submission {
 }
 
 /// Returns the name of an array task's job in its receipt.
-pub fn name_of(array: Job, element: u32) -> String {
+pub fn job_name(array: Job, element: u32) -> String {
     format!("{array}_{element}")
 }
 
@@ -273,14 +270,14 @@ mod tests {
             directives: Some(vec!["--constraint=avx2".to_owned()]),
             ..Settings::default()
         };
-        let places = Places {
+        let paths = ScriptPaths {
             program: "/home/ada/bin/asperity".into(),
             data: format!("{folder}/data").into(),
             manifest: format!("{folder}/quarter.toml").into(),
             folder: format!("{folder}/data/cluster/quarter").into(),
         };
-        let extras = Extras { report: true, replace: false };
-        Scripts::of("quarter", &sizing, &settings, &places, extras)
+        let options = ScriptOptions { report: true, replace: false };
+        Scripts::new("quarter", &sizing, &settings, &paths, options)
     }
 
     #[test]

@@ -25,7 +25,7 @@ const COPIES: f64 = 4.0;
 pub const COPIES_OF_INPUTS: f64 = 3.0;
 
 /// Returns whether the system grants this much memory to the process now.
-pub fn is_there(size: ByteSize) -> bool {
+pub fn is_available(size: ByteSize) -> bool {
     let mut memory = Vec::<u8>::new();
     let size = usize::try_from(size.0).unwrap_or(usize::MAX);
     let is_given = memory.try_reserve_exact(size).is_ok();
@@ -72,12 +72,11 @@ const OTHER_THREADS: u64 = 4;
 
 /// Limit on the memory of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Allowance {
+pub struct MemoryLimit {
     size: ByteSize,
     limit: LimitedBy,
 }
 
-/// Origin of the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum LimitedBy {
     Asked,
@@ -85,18 +84,22 @@ enum LimitedBy {
     Addresses,
 }
 
-impl Allowance {
+impl MemoryLimit {
     /// Creates the limit for a run on `threads` threads.
     ///
     /// The limit is the size that the user allows, by default seven eighths of the memory of the
     /// machine. It is lower if the process has less address space left.
-    pub fn of(asked: Option<ByteSize>, threads: usize) -> Allowance {
+    pub fn new(asked: Option<ByteSize>, threads: usize) -> MemoryLimit {
         let allowance = match asked {
-            Some(size) => Allowance { size, limit: LimitedBy::Asked },
-            None => Allowance { size: ByteSize(of_machine().0 / 8 * 7), limit: LimitedBy::Machine },
+            Some(size) => MemoryLimit { size, limit: LimitedBy::Asked },
+            None => {
+                MemoryLimit { size: ByteSize(of_machine().0 / 8 * 7), limit: LimitedBy::Machine }
+            }
         };
         match addresses_left(threads) {
-            Some(size) if size < allowance.size => Allowance { size, limit: LimitedBy::Addresses },
+            Some(size) if size < allowance.size => {
+                MemoryLimit { size, limit: LimitedBy::Addresses }
+            }
             _ => allowance,
         }
     }
@@ -137,7 +140,7 @@ impl Allowance {
     }
 }
 
-impl fmt::Display for Allowance {
+impl fmt::Display for MemoryLimit {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let size = self.size.display().si();
         match self.limit {
@@ -159,7 +162,7 @@ pub struct TooLarge {
     /// Nodes along x and y of the task's mesh, and of the largest mesh that would fit.
     mesh: Option<[[usize; 2]; 2]>,
     takes: ByteSize,
-    allowance: Allowance,
+    allowance: MemoryLimit,
 }
 
 impl fmt::Display for TooLarge {
@@ -260,7 +263,7 @@ pub mod tests {
             {more}
             "
         );
-        Plan::of(
+        Plan::new(
             &Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap(),
         )
     }
@@ -306,13 +309,13 @@ pub mod tests {
 
     #[test]
     fn more_memory_than_there_are_addresses_is_not_there() {
-        assert!(is_there(ByteSize::mib(1)));
-        assert!(!is_there(ByteSize(u64::MAX)));
-        assert!(!is_there(ByteSize(1 << 62)));
+        assert!(is_available(ByteSize::mib(1)));
+        assert!(!is_available(ByteSize(u64::MAX)));
+        assert!(!is_available(ByteSize(1 << 62)));
     }
 
-    fn allowance(size: ByteSize, limit: LimitedBy) -> Allowance {
-        Allowance { size, limit }
+    fn allowance(size: ByteSize, limit: LimitedBy) -> MemoryLimit {
+        MemoryLimit { size, limit }
     }
 
     #[test]
@@ -331,22 +334,22 @@ pub mod tests {
     #[test]
     fn a_refusal_says_what_is_too_large_and_what_would_do() {
         let plan = plan(8192, "loads = [0.1]");
-        let told = |limit| {
+        let refusal = |limit| {
             let refused = allowance(ByteSize::gb(1), limit).fits(&plan, &all(&plan));
             refused.unwrap_err().to_string()
         };
         let takes =
             "a task of stage `contact` needs 4.3GB of memory on its mesh of 8192 × 8192 nodes";
         assert_eq!(
-            told(LimitedBy::Asked),
+            refusal(LimitedBy::Asked),
             format!(
                 "{takes}, more than the 1.0 GB of `--memory`: increase it, or reduce the mesh to \
                   3851 × 3851 nodes"
             )
         );
-        assert!(told(LimitedBy::Machine).contains("try it anyway with `--memory 4.3GB`"));
+        assert!(refusal(LimitedBy::Machine).contains("try it anyway with `--memory 4.3GB`"));
         assert!(
-            told(LimitedBy::Addresses)
+            refusal(LimitedBy::Addresses)
                 .contains("of address space that `ulimit -v` leaves: raise that limit")
         );
         let most = self::plan(3851, "loads = [0.1]");

@@ -10,7 +10,7 @@ pub mod record;
 use std::collections::HashMap;
 
 use changes::{Cause, Field, PointChange, Shown, StageChanges, Why};
-use record::{Place, Record, StageRecord};
+use record::{GridPosition, Record, StageRecord};
 
 use crate::plan::Plan;
 use asperity_stages::{Kind, Reach};
@@ -33,7 +33,7 @@ pub struct Group {
 impl Reasons {
     /// Explains the missing tasks of a plan by comparing the present study (`now`) with the record
     /// of its last run (`before`).
-    pub fn of(
+    pub fn new(
         plan: &Plan,
         now: &Record,
         before: Option<&Record>,
@@ -42,20 +42,21 @@ impl Reasons {
     ) -> Reasons {
         let mut is_missing = vec![false; plan.tasks.len()];
         missing.iter().for_each(|&task| is_missing[task] = true);
-        let partners = partners(before, now);
+        let counterparts = counterparts(before, now);
         let mut walk = Walk::new(plan, now);
-        for partner in &partners {
+        for counterpart in &counterparts {
             match before {
                 None => walk.first_run(),
-                Some(_) => walk.compare(*partner),
+                Some(_) => walk.compare(*counterpart),
             }
         }
         let stages = (0..plan.stages.len()).map(|stage| {
             let tasks = plan.stages[stage].tasks.iter().zip(&walk.own[stage]);
             let mut groups = Groups::default();
             for (&task, &set) in tasks.filter(|(task, _)| is_missing[**task]) {
-                let unchanged = (set == EMPTY)
-                    .then(|| lost(partners[stage], store.has_damaged(plan.tasks[task].key)));
+                let unchanged = (set == EMPTY).then(|| {
+                    cause_of_missing(counterparts[stage], store.has_damaged(plan.tasks[task].key))
+                });
                 groups.add(task, (set, unchanged), |(set, unchanged)| match unchanged {
                     Some(why) => vec![Cause { stage, why }],
                     None => walk.sets.causes(set),
@@ -91,8 +92,8 @@ impl Groups {
 }
 
 /// Returns why a task is missing although nothing has changed.
-fn lost(partner: Option<&StageRecord>, is_damaged: bool) -> Why {
-    match partner {
+fn cause_of_missing(counterpart: Option<&StageRecord>, is_damaged: bool) -> Why {
+    match counterpart {
         _ if is_damaged => Why::Damaged,
         Some(stage) if stage.finished == stage.tasks => Why::Missing,
         _ => Why::Unfinished,
@@ -101,7 +102,7 @@ fn lost(partner: Option<&StageRecord>, is_damaged: bool) -> Why {
 
 /// Finds the record of each stage: the stage of the same name, or else the only other stage of its
 /// kind.
-fn partners<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a StageRecord>> {
+fn counterparts<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a StageRecord>> {
     let Some(before) = before else {
         return vec![None; now.stages.len()];
     };
@@ -111,14 +112,14 @@ fn partners<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a Stag
         let mut left = left.filter(|old| !is_known(&old.name));
         left.next().filter(|_| left.next().is_none())
     };
-    let partner = |stage: &StageRecord| {
+    let counterpart = |stage: &StageRecord| {
         let named = before.stages.iter().find(|old| old.name == stage.name);
         match named {
             Some(old) => (old.kind == stage.kind).then_some(old),
             None => renamed(stage.kind),
         }
     };
-    now.stages.iter().map(partner).collect()
+    now.stages.iter().map(counterpart).collect()
 }
 
 /// Walk through the plan, inputs first, that passes changes on from task to task.
@@ -127,7 +128,7 @@ fn partners<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a Stag
 struct Walk<'a> {
     plan: &'a Plan,
     now: &'a Record,
-    sets: Sets,
+    sets: CauseSets,
     /// Causes of each task, by stage and index within the stage.
     own: Vec<Vec<usize>>,
     /// First stage that contains each task.
@@ -137,31 +138,30 @@ struct Walk<'a> {
     /// Causes from surfaces of the same point that no longer exist, by task.
     fewer: Vec<usize>,
     /// Removals in each stage and all stages before it.
-    gone: Vec<Gone>,
+    removals: Vec<Removals>,
 }
 
 /// Sets of causes from things that were removed or reordered, in a stage and the stages before it.
 #[derive(Clone, Copy, Default)]
-struct Gone {
+struct Removals {
     /// Removed parameter points of surfaces.
     surfaces: usize,
     /// Everything else that was removed.
     others: usize,
-    /// Changes of order.
     order: usize,
 }
 
 /// Sets of causes that arise in one stage.
-struct Here {
+struct StageCauses {
     to_all: usize,
-    points: Vec<Point>,
+    points: Vec<PointCauses>,
     /// Causes by the index of a stage that was not read before.
     reads_more: HashMap<usize, usize>,
-    gone: Gone,
+    removals: Removals,
 }
 
 /// Sets of causes that arise at one parameter point.
-struct Point {
+struct PointCauses {
     before: usize,
     realizations_before: u32,
     /// Causes for realizations beyond those on record.
@@ -176,12 +176,12 @@ impl<'a> Walk<'a> {
         Walk {
             plan,
             now,
-            sets: Sets::default(),
+            sets: CauseSets::default(),
             own: Vec::new(),
             stage_of: vec![None; plan.tasks.len()],
             passed_on: vec![EMPTY; plan.tasks.len()],
             fewer: vec![EMPTY; plan.tasks.len()],
-            gone: Vec::new(),
+            removals: Vec::new(),
         }
     }
 
@@ -194,27 +194,36 @@ impl<'a> Walk<'a> {
     }
 
     /// Compares the next stage with its record.
-    fn compare(&mut self, partner: Option<&StageRecord>) {
+    fn compare(&mut self, counterpart: Option<&StageRecord>) {
         let stage = self.own.len();
         let record = &self.now.stages[stage];
-        let changes = StageChanges::between(partner, record);
-        let here = self.here(stage, record, &changes);
-        let tasks = self.plan.stages[stage].tasks.iter().zip(record.places());
-        let own = tasks.map(|(&task, place)| self.task(stage, task, place, &here));
+        let changes = StageChanges::between(counterpart, record);
+        let stage_causes = self.stage_causes(stage, record, &changes);
+        let tasks = self.plan.stages[stage].tasks.iter().zip(record.grid_positions());
+        let own = tasks.map(|(&task, position)| self.task(stage, task, position, &stage_causes));
         let own = own.collect();
         self.own.push(own);
-        self.gone.push(here.gone);
+        self.removals.push(stage_causes.removals);
     }
 
     /// Returns the causes that make a task differ from before.
-    fn task(&mut self, stage: usize, task: usize, place: Place, here: &Here) -> usize {
-        let point = &here.points[place.point];
-        let at_point =
-            if place.realization < point.realizations_before { point.before } else { point.beyond };
-        let inputs = self.inputs(task, here);
+    fn task(
+        &mut self,
+        stage: usize,
+        task: usize,
+        position: GridPosition,
+        stage_causes: &StageCauses,
+    ) -> usize {
+        let point = &stage_causes.points[position.point];
+        let at_point = if position.realization < point.realizations_before {
+            point.before
+        } else {
+            point.beyond
+        };
+        let inputs = self.inputs(task, stage_causes);
         let own = self.sets.union(at_point, inputs);
         let passed_on =
-            if point.keeps_identity { self.sets.union(here.to_all, inputs) } else { own };
+            if point.keeps_identity { self.sets.union(stage_causes.to_all, inputs) } else { own };
         // A task of several stages existed before if it existed for one of them.
         let is_known = self.stage_of[task].replace(stage).is_some();
         if !is_known || passed_on == EMPTY {
@@ -229,7 +238,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Returns the causes that a task inherits from its inputs.
-    fn inputs(&mut self, task: usize, here: &Here) -> usize {
+    fn inputs(&mut self, task: usize, stage_causes: &StageCauses) -> usize {
         let task = &self.plan.tasks[task];
         let reach = task.recipe.reach();
         let mut set = EMPTY;
@@ -237,7 +246,7 @@ impl<'a> Walk<'a> {
             let seen = match self.passed_on[input] {
                 EMPTY => {
                     let stage = self.stage_of[input].expect("inputs come first");
-                    here.reads_more.get(&stage).copied().unwrap_or(EMPTY)
+                    stage_causes.reads_more.get(&stage).copied().unwrap_or(EMPTY)
                 }
                 seen => seen,
             };
@@ -247,18 +256,23 @@ impl<'a> Walk<'a> {
             }
         }
         if reach != Reach::Single {
-            set = self.sets.union(set, here.gone.others);
+            set = self.sets.union(set, stage_causes.removals.others);
         }
         if reach == Reach::All {
-            set = self.sets.union(set, here.gone.surfaces);
+            set = self.sets.union(set, stage_causes.removals.surfaces);
         }
         match set {
-            EMPTY if reach == Reach::All => here.gone.order,
+            EMPTY if reach == Reach::All => stage_causes.removals.order,
             _ => set,
         }
     }
 
-    fn here(&mut self, stage: usize, record: &StageRecord, changes: &StageChanges) -> Here {
+    fn stage_causes(
+        &mut self,
+        stage: usize,
+        record: &StageRecord,
+        changes: &StageChanges,
+    ) -> StageCauses {
         let cause = |why: Why| Cause { stage, why };
         let to_all = self.sets.all(changes.to_all.iter().cloned().map(cause));
         let points = changes.points.iter().zip(&record.points);
@@ -270,10 +284,16 @@ impl<'a> Walk<'a> {
             (read, self.sets.one(cause(Why::ReadsMore { name })))
         });
         let reads_more = more.collect();
-        Here { to_all, points, reads_more, gone: self.gone(stage, record, changes) }
+        StageCauses { to_all, points, reads_more, removals: self.removals(stage, record, changes) }
     }
 
-    fn point(&mut self, stage: usize, to_all: usize, change: &PointChange, now: u32) -> Point {
+    fn point(
+        &mut self,
+        stage: usize,
+        to_all: usize,
+        change: &PointChange,
+        now: u32,
+    ) -> PointCauses {
         let cause = |why: Why| Cause { stage, why };
         let changed = self.sets.all(change.why.iter().cloned().map(cause));
         let both = self.sets.union(to_all, changed);
@@ -283,7 +303,7 @@ impl<'a> Walk<'a> {
         let fewer = (now < realizations_before)
             .then(|| Why::Fewer { fields: realizations(now, realizations_before) });
         let [new, fewer] = [new, fewer].map(|why| self.sets.all(why.map(cause)));
-        Point {
+        PointCauses {
             before: both,
             realizations_before,
             beyond: self.sets.union(both, new),
@@ -293,17 +313,17 @@ impl<'a> Walk<'a> {
     }
 
     /// Returns the causes from removals, from the surfaces down to this stage.
-    fn gone(&mut self, stage: usize, record: &StageRecord, changes: &StageChanges) -> Gone {
+    fn removals(&mut self, stage: usize, record: &StageRecord, changes: &StageChanges) -> Removals {
         let cause = |why: Why| Cause { stage, why };
-        let gone = self.sets.all(changes.gone.iter().cloned().map(cause));
+        let removals = self.sets.all(changes.removed.iter().cloned().map(cause));
         let order = changes.is_reordered.then_some(cause(Why::Reordered));
         let order = self.sets.all(order);
         let mut sum = match record.kind {
-            Kind::Generate => Gone { surfaces: gone, others: EMPTY, order },
-            _ => Gone { surfaces: EMPTY, others: gone, order },
+            Kind::Generate => Removals { surfaces: removals, others: EMPTY, order },
+            _ => Removals { surfaces: EMPTY, others: removals, order },
         };
         for read in self.now.positions(&record.reads) {
-            let above = self.gone[read];
+            let above = self.removals[read];
             sum.surfaces = self.sets.union(sum.surfaces, above.surfaces);
             sum.others = self.sets.union(sum.others, above.others);
             sum.order = self.sets.union(sum.order, above.order);
@@ -312,7 +332,6 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Describes the realizations `from..to`.
 fn realizations(from: u32, to: u32) -> Vec<Field> {
     let value = match to.saturating_sub(from) {
         0 | 1 => from.to_string(),
@@ -327,7 +346,7 @@ const EMPTY: usize = 0;
 /// Sets of causes, each stored once and named by a number. A hundred thousand tasks share a handful
 /// of sets.
 #[derive(Debug)]
-struct Sets {
+struct CauseSets {
     causes: Vec<Cause>,
     /// Indices of causes, in ascending order.
     sets: Vec<Vec<usize>>,
@@ -336,9 +355,9 @@ struct Sets {
     unions: HashMap<(usize, usize), usize>,
 }
 
-impl Default for Sets {
-    fn default() -> Sets {
-        Sets {
+impl Default for CauseSets {
+    fn default() -> CauseSets {
+        CauseSets {
             causes: Vec::new(),
             sets: vec![Vec::new()],
             known_causes: HashMap::new(),
@@ -348,7 +367,7 @@ impl Default for Sets {
     }
 }
 
-impl Sets {
+impl CauseSets {
     /// Returns the set of one cause.
     fn one(&mut self, cause: Cause) -> usize {
         let next = self.causes.len();

@@ -27,12 +27,12 @@ pub fn warnings<E: From<TableError>>(
     read: impl Fn(usize) -> Result<Option<Table>, E>,
 ) -> Result<Vec<Warning>, E> {
     let mut warnings = Vec::new();
-    for (place, (stage, planned)) in study.stages.iter().zip(&plan.stages).enumerate() {
+    for (index, (stage, planned)) in study.stages.iter().zip(&plan.stages).enumerate() {
         let hardnesses = of_tasks(stage, planned, plan);
         if hardnesses.is_empty() {
             continue;
         }
-        let Some(table) = read(place)? else { continue };
+        let Some(table) = read(index)? else { continue };
         let messages = messages(&table, &hardnesses)?;
         warnings.extend(
             messages.into_iter().map(|message| Warning { stage: stage.name.clone(), message }),
@@ -65,7 +65,7 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
 /// Loads whose peak pressure exceeds a hardness.
 struct Passed {
     loads: usize,
-    /// Lightest of these loads: reduced, and as a mean pressure.
+    /// The lightest of these loads, reduced and as a mean pressure.
     from: (f64, f64),
     peak: f64,
 }
@@ -93,7 +93,7 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
             passed.from = load;
         }
     }
-    let told = passed.into_iter().map(|(hardness, passed)| {
+    let lines = passed.into_iter().map(|(hardness, passed)| {
         let hardness = f64::from_bits(hardness);
         let Passed {
             loads,
@@ -108,7 +108,7 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
             counted(rows, "load"),
         )
     });
-    Ok(told.collect())
+    Ok(lines.collect())
 }
 
 #[cfg(test)]
@@ -128,8 +128,8 @@ mod tests {
             ],
         );
         let hardnesses = [("a", 5.0), ("b", 5.0)].map(|(task, value)| (task.to_owned(), value));
-        let told = messages(&table, &hardnesses.into_iter().collect()).unwrap();
-        let [message] = told.as_slice() else { panic!("{told:?}") };
+        let lines = messages(&table, &hardnesses.into_iter().collect()).unwrap();
+        let [message] = lines.as_slice() else { panic!("{lines:?}") };
         for part in [
             "under 2 of 3 loads",
             "the lightest of these loads is 0.1 (mean pressure 1.0)",

@@ -1,4 +1,4 @@
-//! Table of failures: tasks that failed or could not start, and loads that did not converge.
+//! Table of the tasks that failed or could not start, and of the loads that did not converge.
 //!
 //! Tasks that do not depend on a failed task run all the same. The table exists as long as it has
 //! rows.
@@ -213,10 +213,6 @@ pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf
     Ok(Some(path))
 }
 
-/// Stacks tables of failures.
-///
-/// # Errors
-/// Returns an error if one of them is not a table of failures.
 pub fn stacked(tables: &[Table]) -> Result<Table, TableError> {
     let empty = Table::empty(&OWN);
     let tables: Vec<Table> = [empty].into_iter().chain(tables.iter().cloned()).collect();

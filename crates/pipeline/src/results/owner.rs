@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::archive::Archive;
-use crate::adaptive_sampling::at_its_most;
+use super::reader::ResultReader;
+use crate::adaptive_sampling::with_maximum_surfaces;
 use crate::plan::Plan;
 use crate::plan::reasons::record::{PointRecord, Record, StageRecord};
 use crate::study::Study;
@@ -23,7 +23,7 @@ use asperity_tables::store::key::TaskKey;
 /// Name of the file that records the owner, beside the tables.
 pub const FILE: &str = "owner.json";
 /// Maximum size of the file to read, enough for tens of thousands of points.
-const LARGEST: u64 = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 
 /// A manifest and the study that it describes.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -55,19 +55,19 @@ fn named(owner: Option<&Path>) -> String {
 }
 
 /// Returns the path of a manifest relative to a folder, as text.
-fn place(manifest: &Path, folder: &Path) -> String {
+fn relative_path(manifest: &Path, folder: &Path) -> String {
     from_folder(manifest, folder).to_string_lossy().into_owned()
 }
 
 impl Owner {
     /// Creates the owner record of the tables in a folder.
-    pub fn of(manifest: &Path, study: &Study, plan: &Plan, folder: &Path) -> Owner {
-        Owner::at(place(manifest, folder), study, plan)
+    pub fn new(manifest: &Path, study: &Study, plan: &Plan, folder: &Path) -> Owner {
+        Owner::at(relative_path(manifest, folder), study, plan)
     }
 
     /// Creates the owner record for a manifest with this path relative to the folder of the tables.
-    pub fn at(place: String, study: &Study, plan: &Plan) -> Owner {
-        Owner { manifest: place, study: Record::of(study, plan, &[]) }
+    pub fn at(relative_path: String, study: &Study, plan: &Plan) -> Owner {
+        Owner { manifest: relative_path, study: Record::new(study, plan, &[]) }
     }
 
     /// Returns the content of the file.
@@ -77,7 +77,7 @@ impl Owner {
 
     /// Reads the owner of the tables in a folder, if it is known.
     fn read(folder: &Path) -> Option<Owner> {
-        let bytes = read_regular(&folder.join(FILE), LARGEST).ok()?;
+        let bytes = read_regular(&folder.join(FILE), MAX_BYTES).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 
@@ -93,19 +93,24 @@ impl Owner {
 }
 
 /// Refuses a study whose tables would overwrite those of another manifest in the same folder.
-pub fn check(manifest: &Path, study: &Study, plan: &Plan, archive: &Archive) -> Result<(), Taken> {
-    let folder = archive.folder();
+pub fn check(
+    manifest: &Path,
+    study: &Study,
+    plan: &Plan,
+    reader: &ResultReader,
+) -> Result<(), Taken> {
+    let folder = reader.folder();
     let owner = Owner::read(folder);
-    let is_own = |owner: &Owner| owner.manifest == place(manifest, folder);
+    let is_own = |owner: &Owner| owner.manifest == relative_path(manifest, folder);
     if owner.as_ref().is_some_and(is_own) {
         return Ok(());
     }
-    let published = archive.published_tasks();
+    let published = reader.published_tasks();
     let lost = match &owner {
         _ if published.is_empty() => Vec::new(),
         Some(owner) => {
-            let most = at_its_most(study.clone());
-            owner.study.lost_by(&Record::of(&most, &Plan::of(&most), &[]))
+            let most = with_maximum_surfaces(study.clone());
+            owner.study.lost_by(&Record::new(&most, &Plan::new(&most), &[]))
         }
         None => {
             let keys = plan.keys();

@@ -9,9 +9,9 @@ use bytesize::ByteSize;
 
 use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
-use crate::results::archive::Archive;
-use crate::results::archive::{KIND, LACKING, Lacking};
 use crate::results::owner::Owner;
+use crate::results::reader::ResultReader;
+use crate::results::reader::{KIND, MISSING_COLUMNS, MissingColumns};
 use crate::results::{PATH, ResultsError, TASK, digest, file};
 use asperity_stages::columns::CONTENT;
 use asperity_stages::surface_files::SurfaceFiles;
@@ -30,9 +30,7 @@ use asperity_tables::table::{Stacking, Table, TableError};
 #[derive(Debug)]
 pub struct PublishedTable {
     pub stage: String,
-    /// Path of the table.
     pub path: PathBuf,
-    /// Number of finished tasks.
     pub finished: usize,
     /// Path to which a file was moved that was in the table's place and was not written by a run.
     pub quarantined: Option<PathBuf>,
@@ -44,7 +42,6 @@ impl PublishedTable {
         Ok(TableSource::open(&self.path)?.0)
     }
 
-    /// Reads the rows of the table.
     pub fn read(&self) -> Result<Table, StoreError> {
         self.open()?.table()
     }
@@ -62,9 +59,9 @@ pub fn publish(
     room: ByteSize,
 ) -> Result<Vec<PublishedTable>, ResultsError> {
     let folder = folder.join(&sampled.plan.study);
-    let desk = Desk {
+    let publisher = Publisher {
         sampled,
-        archive: Archive::of(store.clone(), &folder),
+        reader: ResultReader::new(store.clone(), &folder),
         manifest,
         folder,
         room: usize::try_from(room.0 / 2).unwrap_or(usize::MAX),
@@ -72,7 +69,7 @@ pub fn publish(
     let mut damaged = Vec::new();
     let mut published = Vec::new();
     for stage in &sampled.plan.stages {
-        match desk.publish(stage) {
+        match publisher.publish(stage) {
             Ok(table) => published.push(table),
             Err(ResultsError::Damaged { tables }) => damaged.extend(tables),
             Err(error) => return Err(error),
@@ -80,27 +77,27 @@ pub fn publish(
     }
     if published.iter().any(|table| table.finished > 0) {
         // If all tables exist, the folder need not be writable.
-        let _ = desk.own();
+        let _ = publisher.own();
     }
     if damaged.is_empty() { Ok(published) } else { Err(ResultsError::Damaged { tables: damaged }) }
 }
 
 /// Writer of a study's published tables.
-struct Desk<'a> {
+struct Publisher<'a> {
     sampled: &'a SampledStudy,
-    archive: Archive,
+    reader: ResultReader,
     manifest: &'a Path,
     folder: PathBuf,
     /// Bytes of tables that may be held in memory.
     room: usize,
 }
 
-impl Desk<'_> {
+impl Publisher<'_> {
     /// Records the manifest as the owner of the folder.
     fn own(&self) -> Result<(), StoreError> {
         make_folder(&self.folder)?;
         let SampledStudy { study, plan, .. } = self.sampled;
-        Owner::of(self.manifest, study, plan, &self.folder).write(&self.folder)
+        Owner::new(self.manifest, study, plan, &self.folder).write(&self.folder)
     }
 
     /// Writes the table of one stage if the store has one of its tasks, unless the same table
@@ -114,8 +111,8 @@ impl Desk<'_> {
             finished,
             quarantined: None,
         };
-        let have = self.archive.store().have(&plan.keys_of(stage));
-        let stored = stage.among(&have);
+        let have = self.reader.store().have(&plan.keys_of(stage));
+        let stored = stage.tasks_where(&have);
         let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources);
         let there = written_for(&path);
         let is_there = |digest: &String| there.as_ref() == Some(digest);
@@ -124,11 +121,11 @@ impl Desk<'_> {
                 return Ok(table(tasks.len()));
             }
         }
-        let (mut pieces, kept) = self.pieces(stage, &have)?;
+        let (mut parts, kept) = self.parts(stage, &have)?;
         if stored.is_empty() {
             return Ok(table(kept.len()));
         }
-        let tasks = pieces.tasks()?;
+        let tasks = parts.tasks()?;
         let digest = match kept.is_empty() {
             true => digest_of(&tasks),
             // The digest differs, so that the table is rewritten once the store has all its tasks.
@@ -136,7 +133,7 @@ impl Desk<'_> {
         };
         let mut published = table(tasks.len());
         if !tasks.is_empty() && !is_there(&digest) {
-            published.quarantined = self.write(stage, &path, pieces, &kept, digest)?;
+            published.quarantined = self.write(stage, &path, parts, &kept, digest)?;
         }
         Ok(published)
     }
@@ -147,19 +144,19 @@ impl Desk<'_> {
         &self,
         stage: &PlannedStage,
         path: &Path,
-        mut pieces: Pieces,
+        mut parts: TableParts,
         kept: &[TaskKey],
         digest: String,
     ) -> Result<Option<PathBuf>, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
-        let (finished, lacking, rows) = (pieces.tasks()?.len(), pieces.lacking(), pieces.rows());
-        let frame = Frame { plan, stage, sources: &study.sources };
-        let mut groups = pieces.groups(frame, |part| Ok(self.read_again(stage, part, kept)?));
+        let (finished, missing, rows) = (parts.tasks()?.len(), parts.missing(), parts.rows());
+        let context = RowContext { plan, stage, sources: &study.sources };
+        let mut groups = parts.groups(context, |part| Ok(self.read_again(stage, part, kept)?));
         let Some(first) = groups.next().transpose()? else {
             return Ok(None);
         };
         let columns = first.descriptions();
-        let metadata = metadata(plan, stage, &columns, &lacking, finished, digest);
+        let metadata = metadata(plan, stage, &columns, &missing, finished, digest);
         self.own()?;
         // Keep other runs on this machine from replacing tables meanwhile.
         let _alone = lock_to_write(&self.folder);
@@ -189,29 +186,29 @@ impl Desk<'_> {
     fn read_again(
         &self,
         stage: &PlannedStage,
-        part: &Part,
+        part: &TablePart,
         kept: &[TaskKey],
     ) -> Result<Table, StoreError> {
         let key = |&(task, _): &(usize, usize)| self.sampled.plan.tasks[task].key;
         let first = key(&part.tasks[0]);
         if kept.contains(&first) {
-            return self.archive.light(first);
+            return self.reader.light(first);
         }
         let keys = part.tasks.iter().map(key);
-        match self.archive.published_in_a_row(&stage.name, keys) {
+        match self.reader.published_consecutive(&stage.name, keys) {
             Some((_, table)) => Ok(table),
-            None => self.archive.store().light(first),
+            None => self.reader.store().light(first),
         }
     }
 
     /// Reads the tables of a stage's tasks. Tasks that the store lacks keep their published rows;
     /// their keys are returned too. Rows that are published are not read from the store again.
-    fn pieces(
+    fn parts(
         &self,
         stage: &PlannedStage,
         have: &[bool],
-    ) -> Result<(Pieces, Vec<TaskKey>), StoreError> {
-        let (mut pieces, mut kept) = (Pieces::within(self.room), Vec::new());
+    ) -> Result<(TableParts, Vec<TaskKey>), StoreError> {
+        let (mut parts, mut kept) = (TableParts::within(self.room), Vec::new());
         let key = |task: usize| self.sampled.plan.tasks[task].key;
         let mut next = 0;
         while let Some(&task) = stage.tasks.get(next) {
@@ -219,19 +216,20 @@ impl Desk<'_> {
             if have[next - 1] {
                 let stored = stage.tasks.iter().zip(have).skip(next - 1);
                 let stored = stored.map_while(|(&task, stored)| stored.then(|| key(task)));
-                if let Some((rows, table)) = self.archive.published_in_a_row(&stage.name, stored) {
+                if let Some((rows, table)) = self.reader.published_consecutive(&stage.name, stored)
+                {
                     let tasks = &stage.tasks[next - 1..][..rows.len()];
-                    pieces.add_all(tasks, &rows, table);
+                    parts.add_all(tasks, &rows, table);
                     next += rows.len() - 1;
                 } else {
-                    pieces.add(task, self.archive.store().light(key(task)))?;
+                    parts.add(task, self.reader.store().light(key(task)))?;
                 }
-            } else if let Some(rows) = self.archive.rows_of(key(task)) {
-                pieces.add(task, Ok(rows))?;
+            } else if let Some(rows) = self.reader.rows_of(key(task)) {
+                parts.add(task, Ok(rows))?;
                 kept.push(key(task));
             }
         }
-        Ok((pieces, kept))
+        Ok((parts, kept))
     }
 }
 
@@ -241,14 +239,14 @@ fn metadata(
     plan: &Plan,
     stage: &PlannedStage,
     columns: &[Description],
-    lacking: &Lacking,
+    missing: &MissingColumns,
     finished: usize,
     digest: String,
 ) -> Metadata {
     let entry = |name: &str, value: String| (name.to_owned(), value);
     let json = "names, words and numbers are plain data";
     let columns = serde_json::to_string(columns).expect(json);
-    let lacking = serde_json::to_string(lacking).expect(json);
+    let missing = serde_json::to_string(missing).expect(json);
     Metadata {
         key: None,
         entries: vec![
@@ -258,7 +256,7 @@ fn metadata(
             entry("tasks", stage.tasks.len().to_string()),
             entry("finished", finished.to_string()),
             entry("columns", columns),
-            entry(LACKING, lacking),
+            entry(MISSING_COLUMNS, missing),
             entry("digest", digest),
             entry("version", env!("CARGO_PKG_VERSION").to_owned()),
         ],
@@ -273,8 +271,8 @@ fn written_for(path: &Path) -> Option<String> {
 /// Tables of a stage's finished tasks in the order of the plan. As many as fit are held in memory;
 /// the others are read again when needed.
 #[derive(Debug)]
-pub struct Pieces {
-    parts: Vec<Part>,
+pub struct TableParts {
+    parts: Vec<TablePart>,
     stacking: Stacking,
     damaged: Vec<(usize, StoreError)>,
     /// Bytes of tables that may still be held.
@@ -283,23 +281,23 @@ pub struct Pieces {
 
 /// Tasks whose rows are in one table.
 #[derive(Debug)]
-pub struct Part {
+pub struct TablePart {
     /// Tasks with their numbers of rows.
     pub tasks: Vec<(usize, usize)>,
     layout: usize,
     table: Option<Table>,
 }
 
-impl Part {
+impl TablePart {
     fn rows(&self) -> usize {
         self.tasks.iter().map(|(_, rows)| rows).sum()
     }
 }
 
-impl Pieces {
+impl TableParts {
     /// Creates an empty collection that holds at most this many bytes in memory.
-    pub fn within(room: usize) -> Pieces {
-        Pieces { parts: Vec::new(), stacking: Stacking::default(), damaged: Vec::new(), room }
+    pub fn within(room: usize) -> TableParts {
+        TableParts { parts: Vec::new(), stacking: Stacking::default(), damaged: Vec::new(), room }
     }
 
     /// Adds one table with the rows of several tasks; `rows` has the number of rows of each task.
@@ -309,7 +307,7 @@ impl Pieces {
         if is_held {
             self.room -= bytes;
         }
-        self.parts.push(Part {
+        self.parts.push(TablePart {
             tasks: tasks.iter().copied().zip(rows.iter().copied()).collect(),
             layout: self.stacking.add(&table),
             table: is_held.then_some(table),
@@ -329,12 +327,11 @@ impl Pieces {
         Ok(())
     }
 
-    /// Returns whether nothing has been added.
     pub fn is_empty(&self) -> bool {
         self.parts.is_empty() && self.damaged.is_empty()
     }
 
-    /// Returns the tasks.
+    /// Returns the tasks in the order in which they were added.
     ///
     /// # Errors
     /// Returns an error if tables are damaged.
@@ -348,14 +345,14 @@ impl Pieces {
     }
 
     /// Returns the columns that the tables of some tasks lack.
-    pub fn lacking(&self) -> Lacking {
+    pub fn missing(&self) -> MissingColumns {
         let parts = self.parts.iter().map(|part| (part.layout, part.rows()));
-        Lacking::of(&self.stacking, &parts.collect::<Vec<_>>())
+        MissingColumns::new(&self.stacking, &parts.collect::<Vec<_>>())
     }
 
     /// Returns the number of rows of all tables.
     pub fn rows(&self) -> usize {
-        self.parts.iter().map(Part::rows).sum()
+        self.parts.iter().map(TablePart::rows).sum()
     }
 
     /// Stacks all rows, which must be held in memory.
@@ -369,9 +366,9 @@ impl Pieces {
         sources: &SurfaceFiles,
     ) -> Result<(Vec<usize>, Option<Table>), ResultsError> {
         let tasks = self.tasks()?;
-        let frame = Frame { plan, stage, sources };
+        let context = RowContext { plan, stage, sources };
         let all = self.rows();
-        let mut groups = self.tables(frame, all.max(1), |_| unreachable!("all tables are held"));
+        let mut groups = self.tables(context, all.max(1), |_| unreachable!("all tables are held"));
         let table = groups.next().transpose()?.filter(|_| !tasks.is_empty());
         Ok((tasks, table))
     }
@@ -380,21 +377,21 @@ impl Pieces {
     /// which may be empty. `read` reads the tables that are not held.
     pub fn groups<'a>(
         self,
-        frame: Frame<'a>,
-        read: impl FnMut(&Part) -> Result<Table, ResultsError> + 'a,
+        context: RowContext<'a>,
+        read: impl FnMut(&TablePart) -> Result<Table, ResultsError> + 'a,
     ) -> impl Iterator<Item = Result<Table, ResultsError>> + 'a {
-        self.tables(frame, GROUP, read)
+        self.tables(context, GROUP, read)
     }
 
     fn tables<'a>(
         self,
-        frame: Frame<'a>,
+        context: RowContext<'a>,
         most: usize,
-        mut read: impl FnMut(&Part) -> Result<Table, ResultsError> + 'a,
+        mut read: impl FnMut(&TablePart) -> Result<Table, ResultsError> + 'a,
     ) -> impl Iterator<Item = Result<Table, ResultsError>> + 'a {
-        let Pieces { parts, stacking, .. } = self;
+        let TableParts { parts, stacking, .. } = self;
         let mut parts = parts.into_iter();
-        let mut rest: Option<Rows> = None;
+        let mut rest: Option<KeyedRows> = None;
         let mut is_first = true;
         std::iter::from_fn(move || {
             let (mut group, mut left) = (Vec::new(), most);
@@ -405,7 +402,7 @@ impl Pieces {
                         Some(mut part) => {
                             let table = part.table.take().map_or_else(|| read(&part), Ok);
                             match table {
-                                Ok(table) => frame.rows(part, table),
+                                Ok(table) => context.rows(part, table),
                                 Err(error) => return Some(Err(error)),
                             }
                         }
@@ -419,21 +416,21 @@ impl Pieces {
             }
             let is_over = group.is_empty() && !is_first;
             is_first = false;
-            (!is_over).then(|| frame.stacked(&stacking, group))
+            (!is_over).then(|| context.stacked(&stacking, group))
         })
     }
 }
 
 /// Rows of a stage with the keys of their tasks.
-struct Rows {
+struct KeyedRows {
     layout: usize,
     table: Table,
     keys: Table,
 }
 
-impl Rows {
-    fn slice(&self, rows: Range<usize>) -> Rows {
-        Rows {
+impl KeyedRows {
+    fn slice(&self, rows: Range<usize>) -> KeyedRows {
+        KeyedRows {
             layout: self.layout,
             table: self.table.slice(rows.clone()),
             keys: self.keys.slice(rows),
@@ -441,29 +438,29 @@ impl Rows {
     }
 }
 
-/// Information that completes rows: the keys of their tasks and the paths of surface files.
+/// Information that completes rows with the keys of their tasks and the paths of surface files.
 #[derive(Clone, Copy)]
-pub struct Frame<'a> {
+pub struct RowContext<'a> {
     pub plan: &'a Plan,
     /// Stage whose table is assembled.
     pub stage: &'a PlannedStage,
     pub sources: &'a SurfaceFiles,
 }
 
-impl Frame<'_> {
-    fn rows(self, part: Part, table: Table) -> Rows {
+impl RowContext<'_> {
+    fn rows(self, part: TablePart, table: Table) -> KeyedRows {
         let keys = part.tasks.iter().flat_map(|(task, rows)| {
             let key = self.plan.tasks[*task].key.to_string();
             std::iter::repeat_n(key, *rows)
         });
-        Rows {
+        KeyedRows {
             layout: part.layout,
             keys: Table::new(table.rows(), vec![(TASK, texts(keys))]),
             table,
         }
     }
 
-    fn stacked(self, stacking: &Stacking, rows: Vec<Rows>) -> Result<Table, ResultsError> {
+    fn stacked(self, stacking: &Stacking, rows: Vec<KeyedRows>) -> Result<Table, ResultsError> {
         let contradiction =
             |source: TableError| ResultsError::Table { stage: self.stage.name.clone(), source };
         let (tables, keys): (Vec<(usize, Table)>, Vec<Table>) =

@@ -6,13 +6,13 @@ use std::sync::{Condvar, Mutex, MutexGuard};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ready {
     /// Task that waits for memory.
-    Unhoused(usize),
+    Waiting(usize),
     /// Task that has been given memory.
-    Housed(usize),
+    Admitted(usize),
 }
 
-/// Queue of ready tasks. The latest task comes first, because it mostly reads the table that has
-/// just been computed.
+/// Tasks that are ready to start. The latest task comes first, because it mostly reads the table
+/// that has just been computed.
 #[derive(Default)]
 pub struct ReadyTasks {
     state: Mutex<Queue>,
@@ -71,7 +71,7 @@ impl Drop for AtWork<'_> {
 ///
 /// Each task takes its part before it starts. A task that does not fit waits until others release
 /// memory, and smaller tasks may start before it. Threads never wait for memory.
-pub struct Room {
+pub struct MemoryBudget {
     parts: Vec<u64>,
     state: Mutex<Memory>,
 }
@@ -82,10 +82,10 @@ struct Memory {
     waiting: Vec<usize>,
 }
 
-impl Room {
+impl MemoryBudget {
     /// Creates a budget of `size` bytes for tasks of these sizes. A larger task runs alone.
-    pub fn new(size: u64, parts: impl Iterator<Item = u64>) -> Room {
-        Room {
+    pub fn new(size: u64, parts: impl Iterator<Item = u64>) -> MemoryBudget {
+        MemoryBudget {
             parts: parts.map(|part| part.min(size)).collect(),
             state: Mutex::new(Memory { free: size, waiting: Vec::new() }),
         }
@@ -135,26 +135,26 @@ mod tests {
     #[test]
     fn the_latest_comes_first_and_no_more_come_when_none_is_at_work() {
         let tasks = ReadyTasks::default();
-        tasks.push(Ready::Unhoused(1));
-        tasks.push(Ready::Unhoused(2));
+        tasks.push(Ready::Waiting(1));
+        tasks.push(Ready::Waiting(2));
         let (second, working) = tasks.next().unwrap();
-        assert_eq!(second, Ready::Unhoused(2));
-        tasks.push(Ready::Housed(3));
+        assert_eq!(second, Ready::Waiting(2));
+        tasks.push(Ready::Admitted(3));
         drop(working);
-        assert_eq!(tasks.next().unwrap().0, Ready::Housed(3));
-        assert_eq!(tasks.next().unwrap().0, Ready::Unhoused(1));
+        assert_eq!(tasks.next().unwrap().0, Ready::Admitted(3));
+        assert_eq!(tasks.next().unwrap().0, Ready::Waiting(1));
         assert!(tasks.next().is_none());
     }
 
     #[test]
     fn a_worker_waits_for_what_others_make_ready() {
         let tasks = ReadyTasks::default();
-        tasks.push(Ready::Unhoused(0));
+        tasks.push(Ready::Waiting(0));
         let (_, working) = tasks.next().unwrap();
         std::thread::scope(|scope| {
             let other = scope.spawn(|| tasks.next().map(|(task, _)| task));
-            tasks.push(Ready::Unhoused(7));
-            assert_eq!(other.join().unwrap(), Some(Ready::Unhoused(7)));
+            tasks.push(Ready::Waiting(7));
+            assert_eq!(other.join().unwrap(), Some(Ready::Waiting(7)));
             let last = scope.spawn(|| tasks.next().is_none());
             drop(working);
             assert!(last.join().unwrap());
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn tasks_begin_as_others_leave_room_and_small_ones_first() {
-        let room = Room::new(10, [6, 6, 3, 5].into_iter());
+        let room = MemoryBudget::new(10, [6, 6, 3, 5].into_iter());
         assert!(room.enter(0));
         assert!(!room.enter(1), "two large ones do not fit");
         assert!(room.enter(2), "a small one beside a large one does");
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn what_is_larger_than_the_room_works_alone() {
-        let room = Room::new(10, [40, 1, 0].into_iter());
+        let room = MemoryBudget::new(10, [40, 1, 0].into_iter());
         assert!(room.enter(0) && !room.enter(1));
         assert!(room.enter(2), "what takes nothing always fits");
         assert_eq!(room.leave(0), [1]);

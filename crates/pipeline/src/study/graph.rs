@@ -1,4 +1,4 @@
-//! Graph of the stages: checks of names, edges, cycles, order and kinds of rows.
+//! Checks the graph of the stages: names, edges, cycles, order and kinds of rows.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -21,7 +21,7 @@ pub struct Graph {
 
 impl Graph {
     /// Checks names and edges, and sorts the stages.
-    pub fn of(stages: &[StageTable], problems: &mut Problems) -> Graph {
+    pub fn new(stages: &[StageTable], problems: &mut Problems) -> Graph {
         check_names(stages, problems);
         let names = stages.iter().enumerate();
         let names = names.map(|(index, stage)| (stage.name.value.as_str(), index));

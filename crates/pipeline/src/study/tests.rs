@@ -212,7 +212,7 @@ fn a_study_has_the_surfaces_of_all_its_points() {
     let text = surface("nodes = 64\nk_lower = [1, 2]\nk_upper = 16\nrealizations = 3\n");
     let study = study(&text);
     assert_eq!(study.surfaces(), 6);
-    assert_eq!(crate::plan::Plan::of(&study).tasks.len(), 6);
+    assert_eq!(crate::plan::Plan::new(&study).tasks.len(), 6);
 }
 
 #[test]

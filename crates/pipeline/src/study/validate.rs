@@ -19,9 +19,9 @@ use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 /// Maximum number of tasks of one stage.
-const MOST_TASKS: usize = 1_000_000;
+const MAX_TASKS: usize = 1_000_000;
 /// Maximum number of tasks of all stages together.
-const MOST_TASKS_OF_A_STUDY: usize = 2_000_000;
+const MAX_TASKS_OF_STUDY: usize = 2_000_000;
 
 /// Validates a manifest and reports all problems.
 pub fn validate(
@@ -31,7 +31,7 @@ pub fn validate(
     problems: &mut Problems,
 ) -> Option<Study> {
     let (name, seed) = validate_study(&manifest.study, problems);
-    let graph = Graph::of(&manifest.stages, problems);
+    let graph = Graph::new(&manifest.stages, problems);
     let mut validator = Validator {
         stages: &manifest.stages,
         seed,
@@ -43,7 +43,7 @@ pub fn validate(
     for &input in graph.inputs.iter().flatten().flatten() {
         validator.is_read[input] = true;
     }
-    for stage in looked_at(&manifest.stages) {
+    for stage in observed_stages(&manifest.stages) {
         validator.is_read[stage] = true;
     }
     for &stage in &graph.order {
@@ -52,21 +52,21 @@ pub fn validate(
     }
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     check_conditions(&manifest.stages, &graph, (empty, claims), problems);
-    let mut place = vec![0; graph.order.len()];
+    let mut sorted_index = vec![0; graph.order.len()];
     let sorted = graph.order.iter().enumerate();
-    sorted.for_each(|(position, &stage)| place[stage] = position);
+    sorted.for_each(|(position, &stage)| sorted_index[stage] = position);
     let stages = graph.order.iter().map(|&stage| {
         let inputs = graph.inputs[stage].as_deref()?;
         Some(Stage {
             name: manifest.stages[stage].name.value.clone(),
-            inputs: inputs.iter().map(|&input| place[input]).collect(),
+            inputs: inputs.iter().map(|&input| sorted_index[input]).collect(),
             work: validator.validated[stage].work.take()?,
         })
     });
     Some(Study { name: name?, stages: stages.collect::<Option<_>>()?, sources: validator.sources })
 }
 
-/// Validates the table `[study]`. Returns its name and seed.
+/// Validates the table `[study]` and returns its name and seed.
 fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Option<String>, u64) {
     let Some(point) = section.points.first() else {
         return (None, 0);
@@ -163,14 +163,14 @@ impl Validator<'_> {
     fn count(&mut self, tasks: usize, above: usize, name: &Span, problems: &mut Problems) {
         let before = self.tasks;
         self.tasks = before.saturating_add(tasks.max(above));
-        let (message, label) = if tasks > MOST_TASKS {
+        let (message, label) = if tasks > MAX_TASKS {
             (
-                format!("the stage has {tasks} tasks, but at most {MOST_TASKS} are allowed"),
+                format!("the stage has {tasks} tasks, but at most {MAX_TASKS} are allowed"),
                 "the points of its grid multiply with those of its inputs",
             )
-        } else if self.tasks > MOST_TASKS_OF_A_STUDY && before <= MOST_TASKS_OF_A_STUDY {
+        } else if self.tasks > MAX_TASKS_OF_STUDY && before <= MAX_TASKS_OF_STUDY {
             (
-                format!("the study has more than {MOST_TASKS_OF_A_STUDY} tasks"),
+                format!("the study has more than {MAX_TASKS_OF_STUDY} tasks"),
                 "exceeded at this stage; split the study, equal tasks are computed only once",
             )
         } else {
@@ -217,7 +217,7 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
 }
 
 /// Returns the stages whose tables are used by conditions on means.
-fn looked_at(stages: &[StageTable]) -> Vec<usize> {
+fn observed_stages(stages: &[StageTable]) -> Vec<usize> {
     let named = |name: &str| stages.iter().position(|stage| stage.name.value == name);
     conditions(stages)
         .filter_map(|condition| match &condition.until {
@@ -255,19 +255,19 @@ fn of_mean<'t>(
     empty: &impl Fn(usize) -> Option<&'t Table>,
 ) -> Option<Problem> {
     let names = || stages.iter().map(|stage| stage.name.value.as_str());
-    let Some(looked_at) = names().position(|name| name == mean.stage) else {
+    let Some(observed) = names().position(|name| name == mean.stage) else {
         let label = suggestion('`', &mean.stage, names(), "unknown stage");
         let message = format!("there is no stage `{}`", mean.stage);
         let help = format!("the stages are {}", listed(names(), "and"));
         return Some(condition.problem(message, &label).help(help));
     };
     let surfaces = &stages[condition.stage].name.value;
-    if !reads(graph, looked_at, condition.stage) {
+    if !reads(graph, observed, condition.stage) {
         let message = format!("`{}` does not read `{surfaces}`", mean.stage);
         return Some(condition.problem(message, "its rows do not depend on these surfaces"));
     }
-    let table = empty(looked_at)?;
-    let is_pooled = matches!(stages[looked_at].kind, Some(Kind::Fit | Kind::Aggregate));
+    let table = empty(observed)?;
+    let is_pooled = matches!(stages[observed].kind, Some(Kind::Fit | Kind::Aggregate));
     if is_pooled || !table.has(SURFACE.name) {
         let message = format!("`{}` has no rows for each surface", mean.stage);
         let label = "must be a stage with rows for each surface";

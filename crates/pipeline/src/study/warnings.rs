@@ -37,7 +37,6 @@ const ENOUGH_CORRECTED: f64 = 3.0;
 /// shortest wavelength.
 const ADDED: [f64; 2] = [50.0, 80.0];
 
-/// Warning about a stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warning {
     pub stage: String,
@@ -66,7 +65,7 @@ struct ShortestWave {
 impl ShortestWave {
     /// Returns the shortest wave of a generated surface. Returns `None` for measured surfaces,
     /// whose waves the file decides, and for shapes without waves.
-    fn of(params: &Params) -> Option<ShortestWave> {
+    fn from_params(params: &Params) -> Option<ShortestWave> {
         let grid = params.grid().ok()?;
         let steps = grid.larger_steps();
         let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
@@ -105,36 +104,34 @@ impl ShortestWave {
 impl Study {
     /// Returns warnings about the study, to be shown before it runs.
     ///
-    /// - meshes that overestimate the contact area by far
-    /// - lists that could be read in two ways
-    /// - loads that were probably meant in another unit
-    /// - two bodies with several stages of surfaces, each of which is pressed alone
-    /// - decisions about files of measured surfaces
+    /// They concern meshes that overestimate the contact area, lists that could be read in two
+    /// ways, and loads that were probably meant in another unit. Others concern two bodies that are
+    /// not pressed against each other, and decisions about files of measured surfaces.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
-        let warnings = stages.flat_map(|(place, stage)| {
+        let warnings = stages.flat_map(|(index, stage)| {
             let messages = [
-                taken_as_pairs(stage),
-                self.coarse_mesh(place, stage),
+                ambiguous_pairs(stage),
+                self.coarse_mesh(index, stage),
                 improbable_loads(stage),
                 self.pressed_alone(stage),
             ];
             let messages = messages.into_iter().flatten();
-            let messages = messages.chain(decided_of_files(stage, &self.sources));
+            let messages = messages.chain(file_warnings(stage, &self.sources));
             messages.map(|message| Warning { stage: stage.name.clone(), message })
         });
         warnings.collect()
     }
 
     /// Warns of the coarsest mesh of a stage's surfaces if it adds much to the counted area.
-    fn coarse_mesh(&self, place: usize, stage: &Stage) -> Option<String> {
+    fn coarse_mesh(&self, index: usize, stage: &Stage) -> Option<String> {
         let Work::Generate(ensembles) = &stage.work else {
             return None;
         };
-        let enough = if self.is_corrected(place)? { ENOUGH_CORRECTED } else { ENOUGH };
+        let enough = if self.is_corrected(index)? { ENOUGH_CORRECTED } else { ENOUGH };
         let waves = ensembles.iter();
         let mut waves: Vec<ShortestWave> = waves
-            .filter_map(|ensemble| ShortestWave::of(&ensemble.params))
+            .filter_map(|ensemble| ShortestWave::from_params(&ensemble.params))
             .filter(|wave| wave.resolution < enough)
             .collect();
         waves.sort_by(|one, other| one.resolution.total_cmp(&other.resolution));
@@ -201,7 +198,7 @@ impl Study {
         (!solved.is_empty()).then(|| {
             solved.iter().all(|&solved| {
                 let counted = self.readers(solved, counts);
-                let is_corrected = |&place: &usize| !self.readers(place, corrects).is_empty();
+                let is_corrected = |&index: &usize| !self.readers(index, corrects).is_empty();
                 !counted.is_empty() && counted.iter().all(is_corrected)
             })
         })
@@ -213,12 +210,12 @@ impl Study {
         let readers = stages.filter(|(_, stage)| {
             stage.inputs.contains(&read) && stage.work.recipes().iter().any(&does)
         });
-        readers.map(|(place, _)| place).collect()
+        readers.map(|(index, _)| index).collect()
     }
 }
 
 /// Warns that two lists are read as one rectangle and are not swept.
-fn taken_as_pairs(stage: &Stage) -> Option<String> {
+fn ambiguous_pairs(stage: &Stage) -> Option<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return None;
     };
@@ -275,11 +272,11 @@ fn of_block(params: &solve::Params) -> Option<String> {
 
 /// Returns warnings about the files that a stage reads, each once: the channel that was chosen, and
 /// the points that were not measured.
-fn decided_of_files(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
+fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
     };
-    let mut told: Vec<String> = Vec::new();
+    let mut distinct: Vec<String> = Vec::new();
     for ensemble in ensembles {
         let Origin::File(file) = &ensemble.params.origin else {
             continue;
@@ -290,12 +287,12 @@ fn decided_of_files(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
         let path = path.display().to_string();
         let messages = [channel(file, &path), holes(file, &path)];
         for message in messages.into_iter().flatten() {
-            if !told.contains(&message) {
-                told.push(message);
+            if !distinct.contains(&message) {
+                distinct.push(message);
             }
         }
     }
-    told
+    distinct
 }
 
 fn channel(file: &MeasuredSurface, path: &str) -> Option<String> {
@@ -357,7 +354,7 @@ mod tests {
     correction = ["none", "2017"]
     "#;
 
-    fn told(manifest: &str) -> Vec<String> {
+    fn warnings(manifest: &str) -> Vec<String> {
         let study =
             Study::parse(manifest, "coarse.toml", Path::new(""), crate::study::no_claims).unwrap();
         study.warnings().iter().map(ToString::to_string).collect()
@@ -365,8 +362,8 @@ mod tests {
 
     #[test]
     fn the_coarsest_mesh_of_a_stage_is_named_with_what_it_adds_and_what_would_do() {
-        let told = told(PRESSED);
-        let [warning] = told.as_slice() else { panic!("{told:?}") };
+        let warnings = warnings(PRESSED);
+        let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
         for part in [
             "stage `rough`",
             "`nodes = 64` with `k_upper = 32` resolves the shortest wavelength with only 2 nodes",
@@ -381,30 +378,31 @@ mod tests {
 
     #[test]
     fn where_cells_are_no_squares_only_a_finer_mesh_is_advised() {
-        let told = told(&PRESSED.replace("nodes = 64", "nodes = [[64, 64]]\nside = [[1.0, 0.8]]"));
-        let [warning] = told.as_slice() else { panic!("{told:?}") };
+        let warnings =
+            warnings(&PRESSED.replace("nodes = 64", "nodes = [[64, 64]]\nside = [[1.0, 0.8]]"));
+        let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
         assert!(warning.contains("lighter loads; set `nodes = 256`"), "{warning}");
     }
 
     #[test]
     fn a_fine_mesh_and_surfaces_that_nothing_presses_need_no_warning() {
-        assert!(told(&PRESSED.replace("[8, 16, 32]", "8")).is_empty());
+        assert!(warnings(&PRESSED.replace("[8, 16, 32]", "8")).is_empty());
         let unpressed = PRESSED.split("[stage.loads]").next().unwrap();
-        assert!(told(unpressed).is_empty());
+        assert!(warnings(unpressed).is_empty());
     }
 
     #[test]
     fn corrections_make_up_for_three_nodes_and_more() {
         let corrected = format!("{PRESSED}{CORRECTED}");
-        let told_at = |k_upper| told(&corrected.replace("[8, 16, 32]", k_upper));
+        let told_at = |k_upper| warnings(&corrected.replace("[8, 16, 32]", k_upper));
         assert!(told_at("[8, 16, 21]").is_empty());
         let [warning] = &told_at("32")[..] else { panic!("two nodes are too few for corrections") };
         assert!(warning.contains("up to 12 %"), "{warning}");
         // A correction "none" does not count, nor does a correction of other contacts.
         let none = corrected.replace("[\"none\", \"2017\"]", "\"none\"");
-        assert_eq!(told(&none).len(), 1);
+        assert_eq!(warnings(&none).len(), 1);
         let another = "[stage.more]\nkind = \"solve\"\nfrom = \"rough\"\nloads = [0.1]\n";
-        assert_eq!(told(&format!("{corrected}{another}")).len(), 1);
+        assert_eq!(warnings(&format!("{corrected}{another}")).len(), 1);
     }
 
     #[test]
@@ -412,7 +410,7 @@ mod tests {
         let shape = |lines: &str| {
             let start = PRESSED.find("hurst").unwrap();
             let end = PRESSED.find("[stage.loads]").unwrap();
-            told(&format!("{}{lines}\n{}", &PRESSED[..start], &PRESSED[end..]))
+            warnings(&format!("{}{lines}\n{}", &PRESSED[..start], &PRESSED[end..]))
         };
         let wave = shape("method = \"wave-sum\"\namplitude = 0.1\nwaves = 24");
         let resolution = "`waves = 24` resolves the shortest wavelength with only 2.7 nodes";
@@ -428,9 +426,9 @@ mod tests {
         let lower = "[stage.lower]\nkind = \"generate\"\nmethod = \"wave\"\nnodes = 64\n\
                      amplitude = 0.1\n[stage.pressed]\nkind = \"solve\"\nloads = [0.01]\n";
         let warned = |from: &str, bodies: &str| {
-            let told = told(&format!("{upper}{lower}from = {from}\nbodies = [{bodies}]\n"));
-            let mut told = told.into_iter();
-            told.find(|warning| warning.contains("pressed alone"))
+            let warnings = warnings(&format!("{upper}{lower}from = {from}\nbodies = [{bodies}]\n"));
+            let mut warnings = warnings.into_iter();
+            warnings.find(|warning| warning.contains("pressed alone"))
         };
         let two = format!("{steel}, {steel}");
         let warning = warned("[\"rough\", \"lower\"]", &two).unwrap();

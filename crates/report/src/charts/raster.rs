@@ -276,7 +276,7 @@ mod tests {
     fn contact(nodes: usize, touches: impl Fn(usize, usize) -> bool) -> ContactMap {
         let pressure = |node| f64::from(u8::from(touches(node / nodes, node % nodes)));
         let pressures: Vec<f64> = (0..nodes * nodes).map(pressure).collect();
-        ContactMap::of_pressures([nodes; 2], &pressures)
+        ContactMap::from_pressures([nodes; 2], &pressures)
     }
 
     #[test]

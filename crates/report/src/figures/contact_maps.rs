@@ -204,7 +204,7 @@ impl Pressed {
         let states: Vec<(&u64, &State)> = self.states.iter().collect();
         let step = |place: usize| {
             let (load, State { map, mean_gap }) = states[place];
-            let area = ContactArea::of(map).fraction();
+            let area = ContactArea::from_map(map).fraction();
             let picture = Raster::of_contact(map).at_most(PIXELS);
             let unit = self.unit.as_deref();
             Step::of(f64::from_bits(*load), area, *mean_gap, unit, &picture)

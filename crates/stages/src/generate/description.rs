@@ -10,7 +10,7 @@ use crate::columns::*;
 use crate::grids;
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::descriptors::{Descriptors, shape_of_heights};
+use asperity_contact::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
 use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::{Continuum, Moments};
 use asperity_contact::topography::periodic::Edges;
@@ -52,7 +52,7 @@ struct Expected {
 impl Description {
     /// Describes a random surface by its modes, on any mesh.
     pub fn of_modes(surface: &RandomSurface, cell: Cell) -> Description {
-        let (moments, lattice) = surface.moments_beside_mean(cell);
+        let (moments, lattice) = surface.realized_and_expected_moments(cell);
         Description {
             moments,
             // The scale is set so that this holds to rounding; rows of one spectrum must agree.
@@ -75,7 +75,7 @@ impl Description {
         if origin.is_open() {
             return Description::of_open_map(surface);
         }
-        let seen = Descriptors::of_on(threads, surface);
+        let seen = Descriptors::from_surface_on(threads, surface);
         let known = match origin {
             Origin::Random { surface: drawn, .. } => {
                 Description::of_modes(drawn, surface.grid().cell())
@@ -104,7 +104,7 @@ impl Description {
     /// Describes a map that is not periodic by differences between its nodes.
     fn of_open_map(surface: &Surface) -> Description {
         let moments = differences::moments(surface);
-        let (skewness, excess_kurtosis) = shape_of_heights(surface).unzip();
+        let (skewness, excess_kurtosis) = skewness_and_excess_kurtosis(surface).unzip();
         Description {
             moments,
             rms_slope: moments.rms_slope(),

@@ -168,7 +168,7 @@ impl MapFile {
         for (node, height) in heights.iter_mut().enumerate().filter(|(_, one)| one.is_finite()) {
             *height *= height_scale;
             if !height.is_finite() {
-                let [row, column] = grid.place(node);
+                let [row, column] = grid.indices(node);
                 let height = *height;
                 return Err(MapFileError::Surface(SurfaceError::NotFinite { row, column, height }));
             }

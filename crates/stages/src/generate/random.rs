@@ -147,7 +147,7 @@ pub fn random(
         let wave = Wave {
             written: upper.written,
             span: upper.span,
-            waves: spectrum.most_waves(mesh.cell()),
+            waves: spectrum.max_waves(mesh.cell()),
         };
         check_waves(&wave, &table.nodes, &mesh, false, checks)?;
         check_modes(&table.anisotropy, &spectrum, mesh.cell(), checks)?;

@@ -19,7 +19,7 @@ use crate::surface_files::{ContentHash, SurfaceFileError, SurfaceFiles};
 use crate::{Given, StageError};
 use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::spectral_density::{GivenSpectrum, SpectralDensity, occupies};
+use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::{Checks, QUANTITY};
@@ -134,7 +134,7 @@ impl SpectrumSurface {
             let [from, to] = density.range();
             return Err(StageError::NoModes { from, to });
         }
-        let surface = GivenSpectrum {
+        let surface = TabulatedSurface {
             density,
             rms_slope: self.rms_slope,
             seed: self.seed,
@@ -162,7 +162,7 @@ impl SpectrumSurface {
         let Some(factor) = table.length_scale(unit) else {
             return Err(unusable(format!("cannot be had in {unit:?}")));
         };
-        let density = SpectralDensity::through(table.points);
+        let density = SpectralDensity::from_points(table.points);
         let density = density.map_err(|error| unusable(error.to_string()))?;
         Ok(density.in_unit(factor))
     }
@@ -177,7 +177,7 @@ impl SpectrumSurface {
         let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();
         let densities = table.reals(SPECTRAL_DENSITY.name)?.values().iter();
         let rings = wavenumbers.map(|wavenumber| (wavenumber / step).round() as u32);
-        let density = SpectralDensity::of_rings(step, rings.zip(densities.copied()));
+        let density = SpectralDensity::from_rings(step, rings.zip(densities.copied()));
         density.map_err(StageError::SpectralDensity)
     }
 }
@@ -260,7 +260,7 @@ fn of_file(
         Err(error) => return refuse(error.to_string(), "this file"),
     };
     let length_scale = length_scale(table, path, &spectrum, checks)?;
-    let density = match SpectralDensity::through(spectrum.points) {
+    let density = match SpectralDensity::from_points(spectrum.points) {
         Ok(density) => density.in_unit(length_scale),
         Err(error) => {
             let message = format!("{:?} holds no power spectral density: {error}", path.value);

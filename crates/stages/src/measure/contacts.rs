@@ -168,7 +168,7 @@ impl Contact {
     fn of(grid: Grid, map: &ContactMap) -> Contact {
         Contact {
             grid,
-            area: ContactArea::of(map),
+            area: ContactArea::from_map(map),
             contact: Clusters::of_contact(map),
             gap: Clusters::of_gap(map),
         }
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn nothing_in_contact_has_no_mean_pressure() {
-        let map = |pressures: [f64; 4]| ContactMap::of_pressures([2, 2], &pressures).to_bytes();
+        let map = |pressures: [f64; 4]| ContactMap::from_pressures([2, 2], &pressures).to_bytes();
         let maps = [map([0.0; 4]), map([0.0, 3.0, 0.0, 5.0])];
         let ones = || reals([1.0; 2]);
         let columns = vec![

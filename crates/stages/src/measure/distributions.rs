@@ -172,7 +172,7 @@ fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageErro
         let map = ContactMap::from_bytes(grid.nodes(), maps.value(load));
         let map = map.map_err(StageError::Map)?.within(boundary);
         let edges = area_edges(grid, bins_a_decade);
-        let bins = in_bins(&Cluster::each(&map), grid, &edges);
+        let bins = in_bins(&Cluster::all(&map), grid, &edges);
         for (bin, sums) in bins.into_iter().enumerate() {
             loads.push(load);
             centers.push((edges[bin] * edges[bin + 1]).sqrt());
@@ -240,7 +240,7 @@ mod tests {
     fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
         let touches = |node: usize| f64::from(u8::from(contact(node / nodes, node % nodes)));
         let pressures: Vec<f64> = (0..nodes * nodes).map(touches).collect();
-        ContactMap::of_pressures([nodes; 2], &pressures)
+        ContactMap::from_pressures([nodes; 2], &pressures)
     }
 
     #[test]
@@ -265,7 +265,7 @@ mod tests {
     fn a_large_disc_is_compact_and_a_square_more_so() {
         let grid = Grid::square(256, 1.0).unwrap();
         let compactness = |contact: &dyn Fn(usize, usize) -> bool| {
-            let clusters = Cluster::each(&map(256, contact));
+            let clusters = Cluster::all(&map(256, contact));
             let bins = in_bins(&clusters, grid, &[0.0, 1.0]);
             bins[0].compactness
         };
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn full_contact_is_one_cluster_without_an_edge() {
         let grid = Grid::square(16, 1.0).unwrap();
-        let full = Cluster::each(&map(16, |_, _| true));
+        let full = Cluster::all(&map(16, |_, _| true));
         let bins = in_bins(&full, grid, &area_edges(grid, 5));
         let last = bins.last().expect("there are bins");
         assert_eq!((last.clusters, last.nodes, last.with_edge), (1, 256, 0));

@@ -131,7 +131,7 @@ fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, M
     let longer_side = surface.grid().cell().longer_side();
     let rings = power_spectrum::rings(surface, boundary);
     let independent = match origin {
-        Origin::File(file) if file.edges == Edges::Open => power_spectrum::INDEPENDENT_SHARE,
+        Origin::File(file) if file.edges == Edges::Open => power_spectrum::INDEPENDENT_FRACTION,
         // Its modes are real, and those that one axis reflects into each other are one.
         Origin::File(file) if file.edges == Edges::Mirror => 0.25,
         _ => 1.0,
@@ -147,8 +147,8 @@ fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, M
 
 fn profile_spectrum(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
     let rows = Axis::BOTH.into_iter().flat_map(|axis| {
-        let side = axis.of(surface.grid().cell().size());
-        let densities = power_spectrum::of_profiles(surface, axis, boundary);
+        let side = axis.select(surface.grid().cell().size());
+        let densities = power_spectrum::profiles(surface, axis, boundary);
         let waves = (1..).map(f64::from).zip(densities);
         waves.map(move |(waves, density)| (axis.name(), [TAU * waves / side, density]))
     });
@@ -156,10 +156,10 @@ fn profile_spectrum(surface: &Surface, boundary: Boundary) -> (usize, Measured) 
 }
 
 fn autocorrelation(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
-    let correlation = Autocorrelation::of(surface, boundary);
+    let correlation = Autocorrelation::from_surface(surface, boundary);
     let spacing = surface.grid().spacing();
     let along_axes = Axis::BOTH.into_iter().flat_map(|axis| {
-        let step = axis.of(spacing);
+        let step = axis.select(spacing);
         let lags = (0..).map(f64::from).zip(correlation.along(axis));
         lags.map(move |(lag, value)| (axis.name(), [step * lag, value]))
     });
@@ -171,7 +171,7 @@ fn autocorrelation(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
 
 fn slopes_and_curvatures(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
     let rows = Axis::BOTH.into_iter().flat_map(|axis| {
-        let step = axis.of(surface.grid().spacing());
+        let step = axis.select(surface.grid().spacing());
         let scales = differences::along(surface, axis, boundary).into_iter();
         scales.map(move |scale| {
             let distance = step * scale.steps as f64;
@@ -192,7 +192,7 @@ fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) 
 }
 
 fn roughness(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
-    let Roughness { sq, sa, sz, ssk, sku, sdq } = Roughness::of(surface, boundary);
+    let Roughness { sq, sa, sz, ssk, sku, sdq } = Roughness::from_surface(surface, boundary);
     let values = [Some(sq), Some(sa), Some(sz), ssk, sku, Some(sdq)];
     let columns = ROUGHNESS.into_iter().zip(values);
     let columns = columns.map(|(column, value)| (column, optional_reals([value])));

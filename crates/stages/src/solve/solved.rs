@@ -132,7 +132,7 @@ impl Solved {
         }
         self.loads.push(load);
         self.outcomes.push(outcome);
-        let contact = ContactMap::of_pressures_on(threads, scales.nodes, pressures);
+        let contact = ContactMap::from_pressures_on(threads, scales.nodes, pressures);
         self.maps.push(contact.to_bytes());
         self.kept.push(if keep { pressures.len() } else { 0 });
         if keep {

@@ -133,9 +133,9 @@ mod tests {
             for share in [0.1, 0.4, 0.6, 0.9, 1.0] {
                 for boundary in [Boundary::Periodic, Boundary::Free] {
                     let map = random(nodes, share).within(boundary);
-                    let each = Cluster::each(&map);
+                    let each = Cluster::all(&map);
                     let sum = |part: fn(&Cluster) -> usize| each.iter().map(part).sum::<usize>();
-                    let (area, clusters) = (ContactArea::of(&map), Clusters::of_contact(&map));
+                    let (area, clusters) = (ContactArea::from_map(&map), Clusters::of_contact(&map));
                     assert_eq!(each.len(), clusters.count);
                     let largest = each.iter().map(|cluster| cluster.nodes).max();
                     assert_eq!(largest.unwrap_or(0), clusters.largest);
@@ -152,22 +152,22 @@ mod tests {
     fn a_rectangle_has_its_sides_for_an_edge_wherever_it_lies() {
         for [top, left] in [[2, 3], [7, 3], [2, 10], [7, 10]] {
             let sides = |i: usize, j: usize| (i + 9 - top) % 9 < 4 && (j + 12 - left) % 12 < 5;
-            assert_eq!(Cluster::each(&map([9, 12], sides)), [cluster(20, 10, 8)]);
+            assert_eq!(Cluster::all(&map([9, 12], sides)), [cluster(20, 10, 8)]);
         }
     }
 
     #[test]
     fn clusters_are_told_apart() {
         let two = map([8, 8], |i, j| i < 2 && j < 2 || (4..7).contains(&i) && j == 5);
-        assert_eq!(Cluster::each(&two), [cluster(4, 4, 4), cluster(3, 2, 6)]);
+        assert_eq!(Cluster::all(&two), [cluster(4, 4, 4), cluster(3, 2, 6)]);
     }
 
     #[test]
     fn a_strip_around_the_cell_has_no_ends() {
         let strip = map([9, 12], |i, _| (3..5).contains(&i));
-        assert_eq!(Cluster::each(&strip), [cluster(24, 24, 0)]);
+        assert_eq!(Cluster::all(&strip), [cluster(24, 24, 0)]);
         let strip = map([9, 12], |_, j| j == 0).within(Boundary::Free);
-        assert_eq!(Cluster::each(&strip), [cluster(9, 0, 9)]);
+        assert_eq!(Cluster::all(&strip), [cluster(9, 0, 9)]);
     }
 
     #[test]

@@ -186,7 +186,7 @@ fn free(nodes: usize, heights: &[f64]) -> Solver {
 fn a_free_surface_touches_as_independent_code_has_it() {
     let surface = REFERENCE.heights("f128x192", [0.8, 1.2]);
     let grid = surface.grid();
-    let slope = Moments::of(&surface).rms_slope();
+    let slope = Moments::from_surface(&surface).rms_slope();
     let unit = slope * grid.cell().longer_side();
     let mut solver = Solver::new(FreeHalfSpace::new(grid), &reduced(&surface));
     assert_eq!(solver.full_contact_load(), None);
@@ -247,7 +247,7 @@ fn nothing_leaks_over_an_edge() {
     let twice = rectangle([2 * nodes, nodes], [2.0, 1.0]);
     let longer: Vec<f64> = (0..twice.count())
         .map(|node| {
-            let [i, j] = twice.place(node);
+            let [i, j] = twice.indices(node);
             let [x, y] = [i, j].map(|index| index as f64 / nodes as f64);
             -(x * x + (y - 0.5).powi(2)) / (2.0 * radius) / 2.0
         })
@@ -293,7 +293,7 @@ fn rectangles_touch_as_independent_code_has_it() {
     for (name, size) in [("p192x320", [0.6, 1.0]), ("p256x160_cells", [1.0, 1.25])] {
         let surface = REFERENCE.heights(name, size);
         let grid = surface.grid();
-        let slope = Moments::of(&surface).rms_slope();
+        let slope = Moments::from_surface(&surface).rms_slope();
         assert!((slope - 0.02).abs() < 1e-14);
         let unit = slope * grid.cell().longer_side();
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &reduced(&surface));
@@ -304,8 +304,8 @@ fn rectangles_touch_as_independent_code_has_it() {
             let touches: Vec<bool> = solver.pressure().iter().map(|p| *p > 0.0).collect();
             assert!(touches == map[..grid.count()], "{name} at {load}");
             assert_eq!(outcome.contact_nodes, row.count(9));
-            let contact = ContactMap::of_pressures(grid.nodes(), solver.pressure());
-            let area = ContactArea::of(&contact);
+            let contact = ContactMap::from_pressures(grid.nodes(), solver.pressure());
+            let area = ContactArea::from_map(&contact);
             assert_eq!(area.switches_along_columns, row.count(11));
             assert_eq!(area.switches_along_rows, row.count(12));
             assert_eq!(Clusters::of_contact(&contact).count, row.count(13));
@@ -346,7 +346,7 @@ fn turning_a_rectangle_turns_its_contact() {
     let heights: Vec<f64> = noise(40, 5)[..lying.count()].to_vec();
     let turned: Vec<f64> = (0..standing.count())
         .map(|node| {
-            let [i, j] = standing.place(node);
+            let [i, j] = standing.indices(node);
             heights[j * 40 + i]
         })
         .collect();
@@ -356,7 +356,7 @@ fn turning_a_rectangle_turns_its_contact() {
         let (outcome, turned) = (solved(&mut one, load), solved(&mut other, load));
         assert_eq!(outcome.contact_nodes, turned.contact_nodes);
         for (node, pressure) in other.pressure().iter().enumerate() {
-            let [i, j] = standing.place(node);
+            let [i, j] = standing.indices(node);
             let unturned = one.pressure()[j * 40 + i];
             assert!((pressure - unturned).abs() < 1e-8 * outcome.peak_pressure);
         }

@@ -27,7 +27,7 @@ fn saturated_and_elastic_contact_is_as_independent_code_has_it() {
     for name in ["h128_hard03", "h128_hard08"] {
         let surface = REFERENCE.heights(name, [1.0; 2]);
         let grid = surface.grid();
-        let slope = Moments::of(&surface).rms_slope();
+        let slope = Moments::from_surface(&surface).rms_slope();
         assert!((slope - 0.02).abs() < 1e-14);
         let reduced: Vec<f64> = surface.heights().iter().map(|h| h / slope).collect();
         let rows = REFERENCE.solved(name);
@@ -45,8 +45,8 @@ fn saturated_and_elastic_contact_is_as_independent_code_has_it() {
             assert_eq!(outcome.contact_nodes, row.count(6));
             assert_eq!(outcome.saturated_nodes, row.count(7));
             assert_eq!(outcome.peak_pressure, hardness);
-            let contact = ContactMap::of_pressures(grid.nodes(), solver.pressure());
-            let area = ContactArea::of(&contact);
+            let contact = ContactMap::from_pressures(grid.nodes(), solver.pressure());
+            let area = ContactArea::from_map(&contact);
             assert_eq!(area.switches_along_columns, row.count(8));
             assert_eq!(area.switches_along_rows, row.count(9));
             assert_eq!(Clusters::of_contact(&contact).count, row.count(10));

@@ -269,7 +269,7 @@ fn shapes_and_noise_are_pressed_from_the_first_touch_on() {
     ];
     let drawn = shapes.map(|shape| {
         let surface = shape.draw(grid);
-        let slope = Moments::of(&surface).rms_slope();
+        let slope = Moments::from_surface(&surface).rms_slope();
         surface.heights().iter().map(|h| h / slope).collect()
     });
     // The last one has nothing in common with what its every second node shows.

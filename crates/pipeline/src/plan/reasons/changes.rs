@@ -16,7 +16,6 @@ pub struct Cause {
     pub why: Why,
 }
 
-/// Kind of cause.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 #[serde(tag = "why", rename_all = "kebab-case")]
 pub enum Why {
@@ -28,7 +27,6 @@ pub enum Why {
         /// Coordinates that distinguish it from all earlier points, as few as possible.
         fields: Vec<Field>,
     },
-    /// Parameters have changed.
     Changed {
         fields: Vec<Change>,
     },
@@ -61,7 +59,6 @@ pub enum Why {
     Damaged,
 }
 
-/// Coordinate with its value.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct Field {
     pub field: String,
@@ -72,9 +69,7 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct Change {
     pub field: String,
-    /// Value on record.
     pub old: Option<Shown>,
-    /// Value in the manifest.
     pub new: Option<Shown>,
 }
 
@@ -85,10 +80,10 @@ pub struct Shown(pub String);
 
 impl Shown {
     /// Maximum length in characters of a value that is neither a list nor a number.
-    const LONGEST: usize = 60;
+    const MAX_LENGTH: usize = 60;
 
     /// Shortens the value of a parameter, given as JSON.
-    pub fn of(json: &str) -> Shown {
+    pub fn from_json(json: &str) -> Shown {
         let value = serde_json::from_str(json);
         Shown(value.map_or_else(|_| json.to_owned(), |value| short(&value, json)))
     }
@@ -140,7 +135,7 @@ fn rounded(value: &Value) -> String {
 
 fn cut(text: &str) -> String {
     let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    match line.char_indices().nth(Shown::LONGEST) {
+    match line.char_indices().nth(Shown::MAX_LENGTH) {
         Some((end, _)) => format!("{}…", &line[..end]),
         None => line,
     }
@@ -203,7 +198,7 @@ pub struct StageChanges {
     pub points: Vec<PointChange>,
     /// Points without a successor, and stages that are no longer read. They affect only tasks that
     /// pool them.
-    pub gone: Vec<Why>,
+    pub removed: Vec<Why>,
     /// Stages that it did not read before.
     pub reads_more: Vec<String>,
     /// Whether the order of points, or of the stages that it reads, has changed.
@@ -213,7 +208,7 @@ pub struct StageChanges {
 /// Changes of a parameter point since the last run.
 #[derive(Debug, Default)]
 pub struct PointChange {
-    /// Cause; `None` if the point existed before.
+    /// Cause of the change, or `None` if the point existed before.
     pub why: Option<Why>,
     /// Whether its identity is unchanged, so that later stages do not see the change.
     pub keeps_identity: bool,
@@ -233,7 +228,7 @@ impl StageChanges {
             };
         };
         let (old, new) = (before.version, now.version);
-        let matched = Matched::of(&before.points, &now.points);
+        let matched = PointMatches::new(&before.points, &now.points);
         let stays = |name: &&String| now.reads.contains(name) && before.reads.contains(name);
         let less = before.reads.iter().filter(|name| !stays(name));
         let less = less.map(|name| Why::ReadsLess { name: name.clone() });
@@ -242,7 +237,7 @@ impl StageChanges {
         let [reads_before, reads_now] = kept_reads;
         StageChanges {
             to_all: Vec::from_iter((old != new).then_some(Why::Version { old, new })),
-            gone: less.chain(matched.gone(&before.points)).collect(),
+            removed: less.chain(matched.removed(&before.points)).collect(),
             is_reordered: !matched.is_in_order() || !reads_before.eq(reads_now),
             reads_more: more.cloned().collect(),
             points: matched.points(&before.points, &now.points),
@@ -251,14 +246,14 @@ impl StageChanges {
 }
 
 /// Assignment of points to points on record, as the same point or as its edited version.
-struct Matched {
+struct PointMatches {
     same: Vec<Option<usize>>,
     edited: Vec<Option<usize>>,
     is_taken: Vec<bool>,
 }
 
-impl Matched {
-    fn of(before: &[PointRecord], now: &[PointRecord]) -> Matched {
+impl PointMatches {
+    fn new(before: &[PointRecord], now: &[PointRecord]) -> PointMatches {
         let known = before.iter().enumerate();
         let known: BTreeMap<_, _> = known.map(|(index, point)| (&point.fields, index)).collect();
         let same: Vec<Option<usize>> =
@@ -277,11 +272,11 @@ impl Matched {
                 is_taken[old] = true;
             }
         }
-        Matched { same, edited, is_taken }
+        PointMatches { same, edited, is_taken }
     }
 
     fn points(&self, before: &[PointRecord], now: &[PointRecord]) -> Vec<PointChange> {
-        let seen = Seen::among(before);
+        let seen = KnownValues::among(before);
         let point =
             |(index, point): (usize, &PointRecord)| match (self.same[index], self.edited[index]) {
                 (Some(old), _) => PointChange {
@@ -301,36 +296,36 @@ impl Matched {
         now.iter().enumerate().map(point).collect()
     }
 
-    fn gone(&self, before: &[PointRecord]) -> Vec<Why> {
+    fn removed(&self, before: &[PointRecord]) -> Vec<Why> {
         let stays = || (0..before.len()).filter(|&old| self.is_taken[old]);
-        let seen = Seen::among(stays().map(|old| &before[old]));
+        let seen = KnownValues::among(stays().map(|old| &before[old]));
         let left = (0..before.len()).filter(|&old| !self.is_taken[old]);
-        let mut gone: Vec<Why> = Vec::new();
+        let mut removed: Vec<Why> = Vec::new();
         for old in left {
             let why = Why::Fewer { fields: seen.coordinates(&before[old]) };
-            if gone.last() != Some(&why) {
-                gone.push(why);
+            if removed.last() != Some(&why) {
+                removed.push(why);
             }
         }
-        gone
+        removed
     }
 
     fn is_in_order(&self) -> bool {
-        let places = self.same.iter().zip(&self.edited);
-        places.filter_map(|(same, edited)| same.or(*edited)).is_sorted()
+        let indices = self.same.iter().zip(&self.edited);
+        indices.filter_map(|(same, edited)| same.or(*edited)).is_sorted()
     }
 }
 
 /// Values of each parameter among a set of points.
-struct Seen<'a>(BTreeMap<&'a str, BTreeSet<&'a str>>);
+struct KnownValues<'a>(BTreeMap<&'a str, BTreeSet<&'a str>>);
 
-impl<'a> Seen<'a> {
-    fn among(points: impl IntoIterator<Item = &'a PointRecord>) -> Seen<'a> {
+impl<'a> KnownValues<'a> {
+    fn among(points: impl IntoIterator<Item = &'a PointRecord>) -> KnownValues<'a> {
         let mut seen = BTreeMap::<_, BTreeSet<_>>::new();
         for (name, value) in points.into_iter().flat_map(|point| &point.fields) {
             seen.entry(name.as_str()).or_default().insert(value.as_str());
         }
-        Seen(seen)
+        KnownValues(seen)
     }
 
     /// Returns what distinguishes a point from the set: values that no point of the set has, or
@@ -343,20 +338,21 @@ impl<'a> Seen<'a> {
         let varies =
             |(name, _): &(&String, &String)| values(name).is_some_and(|known| known.len() > 1);
         let unseen: Vec<_> = point.fields.iter().filter(is_unseen).collect();
-        let told =
+        let distinguishing =
             if unseen.is_empty() { point.fields.iter().filter(varies).collect() } else { unseen };
         let field = |(name, value): (&String, &String)| Field {
             field: name.clone(),
-            value: Shown::of(value),
+            value: Shown::from_json(value),
         };
-        told.into_iter().map(field).collect()
+        distinguishing.into_iter().map(field).collect()
     }
 }
 
 /// Returns the parameters in which two points differ.
 fn changes(before: &PointRecord, now: &PointRecord) -> Vec<Change> {
     let names: BTreeSet<&String> = before.fields.keys().chain(now.fields.keys()).collect();
-    let value = |point: &PointRecord, name: &String| point.fields.get(name).map(|v| Shown::of(v));
+    let value =
+        |point: &PointRecord, name: &String| point.fields.get(name).map(|v| Shown::from_json(v));
     let differs = |name: &&String| before.fields.get(*name) != now.fields.get(*name);
     let change = |name: &String| Change {
         field: name.clone(),
@@ -373,13 +369,13 @@ mod tests {
 
     #[test]
     fn values_are_told_in_a_few_words() {
-        let told = |json: &str| Shown::of(json).0;
-        assert_eq!(told("0.1"), "0.1");
-        assert_eq!(told("\"keep\""), "keep");
-        assert_eq!(told("[0.0,0.2]"), "0.0, 0.2");
-        assert_eq!(told("[1,2,3,4,5,6,7]"), "7 values, 1 … 7");
-        assert_eq!(told(r#"{"given":2.5}"#), "given 2.5");
-        assert_eq!(told(r#"[{"name":"none","coefficient":0.0}]"#), "none");
-        assert_eq!(told(&format!("\"{}\"", "x".repeat(99))).chars().count(), 61);
+        let shown = |json: &str| Shown::from_json(json).0;
+        assert_eq!(shown("0.1"), "0.1");
+        assert_eq!(shown("\"keep\""), "keep");
+        assert_eq!(shown("[0.0,0.2]"), "0.0, 0.2");
+        assert_eq!(shown("[1,2,3,4,5,6,7]"), "7 values, 1 … 7");
+        assert_eq!(shown(r#"{"given":2.5}"#), "given 2.5");
+        assert_eq!(shown(r#"[{"name":"none","coefficient":0.0}]"#), "none");
+        assert_eq!(shown(&format!("\"{}\"", "x".repeat(99))).chars().count(), 61);
     }
 }

@@ -21,7 +21,7 @@ use asperity_tables::store::listing;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 
 /// Maximum size of a file to read, enough for tens of thousands of points.
-const LARGEST: u64 = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 
 /// A study as it was planned, and its progress.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,7 +29,6 @@ pub struct Record {
     pub stages: Vec<StageRecord>,
 }
 
-/// Record of one stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageRecord {
     pub name: String,
@@ -58,7 +57,7 @@ pub struct PointRecord {
 
 impl Record {
     /// Creates the record of a planned study, some of whose tasks are missing from the store.
-    pub fn of(study: &Study, plan: &Plan, missing: &[usize]) -> Record {
+    pub fn new(study: &Study, plan: &Plan, missing: &[usize]) -> Record {
         let mut is_missing = vec![false; plan.tasks.len()];
         missing.iter().for_each(|&task| is_missing[task] = true);
         let stages = study.stages.iter().zip(&plan.stages);
@@ -93,7 +92,7 @@ impl Record {
     /// on it.
     pub fn read(folder: &Path, study: &str) -> Option<Record> {
         let bytes =
-            asperity_stages::surface_files::read_regular(&Record::path(folder, study), LARGEST)
+            asperity_stages::surface_files::read_regular(&Record::path(folder, study), MAX_BYTES)
                 .ok()?;
         serde_json::from_slice(&bytes).ok()
     }
@@ -124,23 +123,23 @@ impl Record {
 
 impl StageRecord {
     /// Returns the point and realization of every task, in the order of the stage's tasks.
-    pub fn places(&self) -> Vec<Place> {
+    pub fn grid_positions(&self) -> Vec<GridPosition> {
         if self.kind == Kind::Generate {
             let points = self.points.iter().enumerate();
-            let places = points.flat_map(|(point, record)| {
-                (0..record.realizations).map(move |realization| Place { point, realization })
+            let grid_positions = points.flat_map(|(point, record)| {
+                (0..record.realizations).map(move |realization| GridPosition { point, realization })
             });
-            return places.collect();
+            return grid_positions.collect();
         }
         let tasks_of_point = (self.tasks / self.points.len().max(1)).max(1);
-        let place = |task| Place { point: task / tasks_of_point, realization: 0 };
-        (0..self.tasks).map(place).collect()
+        let position = |task| GridPosition { point: task / tasks_of_point, realization: 0 };
+        (0..self.tasks).map(position).collect()
     }
 }
 
 /// Position of a task in the grid of its stage.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct GridPosition {
     /// Index of the point in the stage's grid.
     pub point: usize,
     /// Number of the surface at this point.
@@ -177,7 +176,7 @@ impl PointRecord {
         }
     }
 
-    fn of(recipe: &Recipe, realizations: u32) -> PointRecord {
+    fn new(recipe: &Recipe, realizations: u32) -> PointRecord {
         let json = serde_json::to_value(recipe).expect("parameters are plain data");
         let mut fields = fields_of(json);
         // The realization distinguishes surfaces of one point.

@@ -61,15 +61,15 @@ fn a_list_of_one_key_alone_is_swept_as_ever() {
 fn pairs_of_both_keys_are_one_rectangle_which_is_said() {
     let rest = "nodes = [128, 64]\nside = [2.0, 1.0]";
     assert_eq!(rough(rest), [([128, 64], [2.0, 1.0])]);
-    let told = warnings(rest);
-    assert_eq!(told.len(), 1);
+    let warnings = warnings(rest);
+    assert_eq!(warnings.len(), 1);
     for part in [
         "stage `s`",
         "`nodes = [128, 64]` with `side = [2, 1]` is read as one rectangle",
         "`nodes = [[128, 64]]`",
         "`cases = [{ nodes = 128, side = 2 }, …]`",
     ] {
-        assert!(told[0].contains(part), "{part} in {told:?}");
+        assert!(warnings[0].contains(part), "{part} in {warnings:?}");
     }
 }
 

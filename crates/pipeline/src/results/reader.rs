@@ -28,7 +28,7 @@ use asperity_tables::table::{Stacking, Table};
 
 /// Reader of the tables of one study, from its store and its published tables.
 #[derive(Debug)]
-pub struct Archive {
+pub struct ResultReader {
     store: Store,
     folder: PathBuf,
     stages: OnceLock<Vec<StageFile>>,
@@ -39,22 +39,23 @@ pub struct Archive {
 struct StageFile {
     stage: String,
     path: PathBuf,
-    published: OnceLock<Option<Published>>,
+    published: OnceLock<Option<PublishedStage>>,
 }
 
 impl StageFile {
     /// Returns the table, or `None` if it cannot be read. Reading the stage by its name reports the
     /// error.
-    fn published(&self) -> Option<&Published> {
-        let published = self.published.get_or_init(|| Published::read(&self.path).ok().flatten());
+    fn published(&self) -> Option<&PublishedStage> {
+        let published =
+            self.published.get_or_init(|| PublishedStage::read(&self.path).ok().flatten());
         published.as_ref()
     }
 }
 
-impl Archive {
+impl ResultReader {
     /// Creates a reader for a store and a study's folder of results.
-    pub fn of(store: Store, folder: &Path) -> Archive {
-        Archive { store, folder: folder.to_owned(), stages: OnceLock::new() }
+    pub fn new(store: Store, folder: &Path) -> ResultReader {
+        ResultReader { store, folder: folder.to_owned(), stages: OnceLock::new() }
     }
 
     /// Returns the store, the only source of maps.
@@ -76,7 +77,7 @@ impl Archive {
 
     /// Returns a task's table without maps from the published table of a stage, or `None` if it is
     /// not there. This reads one file where the store has one per task.
-    pub fn published_in(&self, stage: &str, key: TaskKey) -> Option<Table> {
+    pub fn published_table(&self, stage: &str, key: TaskKey) -> Option<Table> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
         file.published()?.table_of(key)
@@ -84,14 +85,14 @@ impl Archive {
 
     /// Returns the tables of as many leading tasks of `keys` as are consecutive in the published
     /// table and have the same columns: the number of rows of each task, and all their rows.
-    pub fn published_in_a_row(
+    pub fn published_consecutive(
         &self,
         stage: &str,
         keys: impl Iterator<Item = TaskKey>,
     ) -> Option<(Vec<usize>, Table)> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
-        file.published()?.table_of_first(keys)
+        file.published()?.leading_tables(keys)
     }
 
     /// Returns the stages whose tables have been published, with their tasks.
@@ -104,11 +105,11 @@ impl Archive {
         let generated =
             self.published().filter(|(_, published)| published.kind == Kind::Generate.name());
         let tables = generated.filter_map(|(_, published)| published.table().ok());
-        let told = tables.filter_map(|table| files(&table).ok());
-        told.flatten().collect()
+        let recalled = tables.filter_map(|table| files(&table).ok());
+        recalled.flatten().collect()
     }
 
-    fn published(&self) -> impl Iterator<Item = (&str, &Published)> {
+    fn published(&self) -> impl Iterator<Item = (&str, &PublishedStage)> {
         let stages = self.stages().iter();
         stages.filter_map(|file| Some((file.stage.as_str(), file.published()?)))
     }
@@ -127,7 +128,7 @@ impl Archive {
     }
 }
 
-impl TaskTables for Archive {
+impl TaskTables for ResultReader {
     fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
         let mut have = self.store.have(keys);
         for (key, have) in keys.iter().zip(&mut have).filter(|(_, have)| !**have) {
@@ -171,14 +172,14 @@ fn files(table: &Table) -> Result<Recollection, StageError> {
 /// Metadata entry of a published table with the kind of its stage.
 pub const KIND: &str = "kind";
 /// Metadata entry of a published table with its [`MissingColumns`].
-pub const LACKING: &str = "lacking";
+pub const MISSING_COLUMNS: &str = "lacking";
 
 /// Maximum number of rows of a table that is read as a whole. Larger tables are read by row group.
 const READ_AT_ONCE: usize = 1 << 18;
 
-/// Published table of a stage: the rows of its tasks, one task after another.
+/// Published table of a stage, with the rows of its tasks one task after another.
 #[derive(Debug)]
-pub struct Published {
+pub struct PublishedStage {
     pub kind: String,
     source: TableSource,
     /// Indices of the columns, without those that publishing adds.
@@ -186,20 +187,20 @@ pub struct Published {
     /// Row group of a large table that was read last, with the number of its first row.
     last: Mutex<Option<(usize, Table)>>,
     rows: HashMap<TaskKey, Range<usize>>,
-    /// Columns that tasks lack; `None` if the file does not state them.
-    lacking: Option<Lacking>,
+    /// Columns that tasks lack, or `None` if the file does not state them.
+    missing: Option<MissingColumns>,
 }
 
 /// Columns that the tables of some tasks lack, with the rows of those tasks. There the columns are
 /// null in the published table; they may be null in other rows too.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Lacking(Vec<(String, Vec<Range<usize>>)>);
+pub struct MissingColumns(Vec<(String, Vec<Range<usize>>)>);
 
-impl Lacking {
+impl MissingColumns {
     /// Finds the columns that tables lack. Each table is given by its layout and its number of
     /// rows.
-    pub fn of(stacking: &Stacking, tables: &[(usize, usize)]) -> Lacking {
-        let lacking = stacking.names().enumerate().filter_map(|(column, name)| {
+    pub fn new(stacking: &Stacking, tables: &[(usize, usize)]) -> MissingColumns {
+        let missing = stacking.names().enumerate().filter_map(|(column, name)| {
             let mut ranges: Vec<Range<usize>> = Vec::new();
             let mut start = 0;
             for &(layout, rows) in tables {
@@ -213,7 +214,7 @@ impl Lacking {
             }
             (!ranges.is_empty()).then(|| (name.to_owned(), ranges))
         });
-        Lacking(lacking.collect())
+        MissingColumns(missing.collect())
     }
 
     /// Returns the columns that are missing from the table of the task whose rows start at `row`.
@@ -234,15 +235,18 @@ impl Lacking {
     }
 }
 
-impl Published {
-    /// Reads a stage's table. Returns `None` if its rows do not belong to tasks.
-    pub fn read(path: &Path) -> Result<Option<Published>, StoreError> {
+impl PublishedStage {
+    /// Reads a stage's table, or returns `None` if its rows do not belong to tasks.
+    pub fn read(path: &Path) -> Result<Option<PublishedStage>, StoreError> {
         let (source, metadata) = TableSource::open(path)?;
         let source = if source.rows() <= READ_AT_ONCE { source.table()?.into() } else { source };
-        Published::of(source, &metadata)
+        PublishedStage::from_source(source, &metadata)
     }
 
-    fn of(source: TableSource, metadata: &Metadata) -> Result<Option<Published>, StoreError> {
+    fn from_source(
+        source: TableSource,
+        metadata: &Metadata,
+    ) -> Result<Option<PublishedStage>, StoreError> {
         let names = source.names();
         let task = names.iter().position(|name| name == TASK.name);
         let (Some(kind), Some(task)) = (metadata.get(KIND), task) else {
@@ -252,28 +256,25 @@ impl Published {
             return Ok(None);
         };
         let is_own = |column: &usize| ![TASK.name, PATH.name].contains(&names[*column].as_str());
-        let lacking = metadata.get(LACKING);
-        Ok(Some(Published {
+        let missing = metadata.get(MISSING_COLUMNS);
+        Ok(Some(PublishedStage {
             kind: kind.to_owned(),
             own: (0..names.len()).filter(is_own).collect(),
             source,
             last: Mutex::default(),
             rows,
-            lacking: lacking.and_then(|words| serde_json::from_str(words).ok()),
+            missing: missing.and_then(|words| serde_json::from_str(words).ok()),
         }))
     }
 
-    /// Returns the table as it was published.
     pub fn table(&self) -> Result<Table, StoreError> {
         self.source.table()
     }
 
-    /// Returns the tasks whose rows it has.
     pub fn tasks(&self) -> impl Iterator<Item = TaskKey> {
         self.rows.keys().copied()
     }
 
-    /// Returns whether it has rows of a task.
     pub fn has(&self, key: TaskKey) -> bool {
         self.rows.contains_key(&key)
     }
@@ -286,22 +287,22 @@ impl Published {
     /// Returns the table of a task as the store has it, without maps. Returns `None` if its columns
     /// are unknown.
     pub fn table_of(&self, key: TaskKey) -> Option<Table> {
-        let lacking = self.lacking.as_ref()?;
+        let missing = self.missing.as_ref()?;
         let rows = self.rows.get(&key)?;
-        self.slice(rows.clone(), lacking)
+        self.slice(rows.clone(), missing)
     }
 
     /// Returns the tables of as many leading tasks of `keys` as are consecutive in the table, have
     /// the same columns, and fit into one read: the number of rows of each task, and all their
     /// rows.
-    pub fn table_of_first(
+    pub fn leading_tables(
         &self,
         keys: impl Iterator<Item = TaskKey>,
     ) -> Option<(Vec<usize>, Table)> {
-        let lacking = self.lacking.as_ref()?;
+        let missing = self.missing.as_ref()?;
         let mut keys = keys.map_while(|key| self.rows.get(&key));
         let first = keys.next()?;
-        let end = lacking.end_from(first.start);
+        let end = missing.end_from(first.start);
         let mut rows = vec![first.len()];
         let mut all = first.clone();
         for next in keys {
@@ -312,14 +313,14 @@ impl Published {
             rows.push(next.len());
             all.end = next.end;
         }
-        Some((rows, self.slice(all, lacking)?))
+        Some((rows, self.slice(all, missing)?))
     }
 
     /// Returns rows of tasks with the same columns, without the columns that they lack.
-    fn slice(&self, rows: Range<usize>, lacking: &Lacking) -> Option<Table> {
-        let lacking = lacking.from(rows.start);
+    fn slice(&self, rows: Range<usize>, missing: &MissingColumns) -> Option<Table> {
+        let missing = missing.from(rows.start);
         let table = self.own(rows)?;
-        Some(if lacking.is_empty() { table } else { table.without(&lacking) })
+        Some(if missing.is_empty() { table } else { table.without(&missing) })
     }
 
     /// Returns some rows without the columns that publishing adds, or `None` if they are damaged.
@@ -408,22 +409,22 @@ mod tests {
         ]
     }
 
-    fn lacking(tables: &[Table]) -> String {
+    fn missing(tables: &[Table]) -> String {
         let mut stacking = Stacking::default();
         let parts = tables.iter().map(|table| (stacking.add(table), table.rows()));
         let parts: Vec<_> = parts.collect();
-        serde_json::to_string(&Lacking::of(&stacking, &parts)).unwrap()
+        serde_json::to_string(&MissingColumns::new(&stacking, &parts)).unwrap()
     }
 
-    fn published(is_told: bool) -> Published {
+    fn published(is_told: bool) -> PublishedStage {
         let stacked = Table::stack(&pieces()).unwrap();
-        let told = lacking(&pieces());
+        let missing_columns = missing(&pieces());
         let keys = texts([key('a'), key('a'), key('b')]);
         let mut entries = vec![(KIND.to_owned(), "measure".to_owned())];
-        entries.extend(is_told.then(|| (LACKING.to_owned(), told)));
+        entries.extend(is_told.then(|| (MISSING_COLUMNS.to_owned(), missing_columns)));
         let metadata = Metadata { key: None, entries };
         let table = stacked.with(vec![(TASK, keys)]);
-        Published::of(table.into(), &metadata).unwrap().unwrap()
+        PublishedStage::from_source(table.into(), &metadata).unwrap().unwrap()
     }
 
     #[test]
@@ -443,15 +444,18 @@ mod tests {
         let pieces = [stacked.slice(0..2), stacked.slice(2..4)];
         let pieces =
             [pieces[0].without(&["gap"]), pieces[1].without(&["gap"]), stacked.slice(4..5)];
-        let told = lacking(&pieces);
+        let missing_columns = missing(&pieces);
         let keys = texts(['a', 'a', 'b', 'b', 'c'].map(key));
-        let entries = vec![(KIND.to_owned(), "measure".to_owned()), (LACKING.to_owned(), told)];
+        let entries = vec![
+            (KIND.to_owned(), "measure".to_owned()),
+            (MISSING_COLUMNS.to_owned(), missing_columns),
+        ];
         let metadata = Metadata { key: None, entries };
         let table = stacked.clone().with(vec![(TASK, keys)]);
-        let published = Published::of(table.into(), &metadata).unwrap().unwrap();
+        let published = PublishedStage::from_source(table.into(), &metadata).unwrap().unwrap();
         let first = |digits: &[char]| {
             let keys = digits.iter().map(|&digit| key(digit).parse().unwrap());
-            published.table_of_first(keys)
+            published.leading_tables(keys)
         };
         let both = stacked.slice(0..4).without(&["gap"]);
         assert_eq!(first(&['a', 'b', 'c']), Some((vec![2, 2], both)));
