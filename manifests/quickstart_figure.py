@@ -1,12 +1,12 @@
-"""Mean area against pressure with error bars, beside two theories, from the quickstart's tables.
+"""Draws the mean area against the pressure, with error bars and two theories, from the tables of the quickstart.
 
     asperity run manifests/quickstart.toml
     python3 manifests/quickstart_figure.py
 
-Editors that know `# %%` run it cell by cell, like a notebook.
+Editors that support `# %%` run the script cell by cell, like a notebook.
 """
 
-# %% The tables: one row a surface, load and correction; one row a spectrum, load and correction.
+# %% The tables: one row per surface, load and correction; one row per spectrum, load and correction.
 import math
 import os
 from pathlib import Path
@@ -19,13 +19,13 @@ results = data / "results" / "quickstart"
 surfaces = pl.read_parquet(results / "corrected.parquet").filter(pl.col("correction") == "2017")
 curves = pl.read_parquet(results / "curves.parquet").filter(pl.col("correction") == "2017")
 
-# %% Means and their standard errors over the surfaces, as the aggregate stage computes them.
+# %% Means over the surfaces and their standard errors, as in the `aggregate` stage.
 spectrum = ["k_lower", "k_upper"]
 area = pl.col("area_corrected")
 means = (
     surfaces.group_by(*spectrum, "load")
     .agg(mean=area.mean(), sem=area.std() / area.count().sqrt(), count=area.count())
-    # A surface has no row beyond full contact: the mean ends where the first of them does.
+    # A surface has no row beyond full contact, so the mean ends with the first of them.
     .filter(pl.col("count") == pl.col("count").max().over(spectrum))
     .sort(*spectrum, "load")
 )
@@ -35,7 +35,7 @@ for ours, theirs in [("mean", "area_corrected_mean"), ("sem", "area_corrected_se
     difference = (both[ours] - both[theirs]).abs().max()
     assert difference < 1e-12, f"{theirs} differs by {difference}"
 
-# %% Persson's area in closed form, as the table has it.
+# %% Persson's area in closed form, compared with the table.
 persson = pl.Series([math.erf(math.sqrt(2) * load) for load in curves["load"]])
 assert (persson - curves["area_persson"]).abs().max() < 1e-12
 
