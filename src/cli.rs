@@ -1,8 +1,8 @@
-//! The command line: one file for each group of subcommands. They talk to the [session](crate::session)
-//! and to nothing below it.
+//! The command line, with one file for each group of subcommands. They use only the
+//! [session](crate::session).
 //!
-//! Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong,
-//! 130 stopped by the user, 143 by `kill`, 129 with its terminal.
+//! Exit codes: 0 success, 1 a task or a file failed, 2 error in the manifest or the command line,
+//! 130 stopped by Ctrl-C, 143 stopped by `kill`, 129 terminal closed.
 
 mod claims;
 mod cluster;
@@ -33,15 +33,15 @@ use crate::session::{
 
 pub use crate::session::silence_panics;
 
-/// Statistical studies of rough contact.
+/// Run statistical studies of the contact of rough surfaces.
 ///
-/// A manifest says which surfaces to generate, how to press them, and what to measure, correct,
-/// fit and aggregate. Every stage becomes one Parquet table; what is computed once is kept, and
-/// editing the manifest computes only what is new.
+/// A manifest (a TOML file) defines which surfaces to generate, how to press them, and what to
+/// measure, correct, fit and aggregate. Every stage becomes one Parquet table. Finished results are
+/// reused: after a change of the manifest, only the new parts are computed.
 #[derive(Parser)]
 #[command(version, about, long_about, propagate_version = true)]
 struct Arguments {
-    /// Folder of finished work: `store/`, `results/STUDY/STAGE.parquet` and `plans/`.
+    /// Data folder, which holds `store/`, `results/STUDY/STAGE.parquet` and `plans/`.
     #[arg(long, global = true, value_name = "DIR", env = "ASPERITY_DATA", default_value = "data")]
     data: PathBuf,
 
@@ -53,65 +53,70 @@ struct Arguments {
 enum Command {
     /// Write a manifest to start from.
     Init(plan::InitArguments),
-    /// Say whether a manifest makes sense, and what it amounts to.
+    /// Validate a manifest and print a summary.
     Check(plan::CheckArguments),
-    /// List what a study has and what it would compute.
+    /// List the finished and the missing tasks of each stage.
     Plan(plan::PlanArguments),
-    /// Say why tasks would run, what they are expected to cost, and what is reused.
+    /// Explain why tasks will run, what they cost and what is reused.
     Explain(plan::ExplainArguments),
-    /// Compute what is missing and write the tables.
+    /// Compute the missing tasks and write the tables.
     Run(run::RunArguments),
-    /// Share a study out among the nodes of a Slurm cluster.
+    /// Distribute a study over the nodes of a Slurm cluster.
     Submit(cluster::SubmitArguments),
-    /// Say how far a study is, wherever it is computed.
+    /// Show the progress of a study, on this machine or on a cluster.
     Status(cluster::StatusArguments),
-    /// Take a study's jobs out of the queue of Slurm; what is finished is kept.
+    /// Cancel the Slurm jobs of a study and keep its finished tasks.
     Cancel(cluster::CancelArguments),
-    /// What the last job of `submit` runs: compute what is little, submit again what is much, write
-    /// the tables.
+    /// Complete a submitted study: run small remainders locally, resubmit large ones, write the tables.
+    ///
+    /// The last job of `submit` runs this command.
     Finish(cluster::FinishArguments),
-    /// Say claim by claim what the 2015 paper says, what the study found, and whether it holds.
+    /// Test the statements of the 2015 paper against the results of a study.
     Claims(claims::ClaimsArguments),
-    /// Say what one more octave towards each limit would cost, and how much it would narrow the limit.
+    /// Estimate the cost and the gain of extending a fit of limits.
+    ///
+    /// For each limit, print what one more octave would cost and how much it would reduce the standard
+    /// error.
     Advise(claims::AdviseArguments),
-    /// Write a page of figures and tables, and each figure as SVG and PNG.
+    /// Write an HTML page of figures and tables, and each figure as SVG and PNG.
     Report(report::ReportArguments),
-    /// Print a stage's table, or ask all tables of a study in SQL.
+    /// Print the table of a stage, or the result of an SQL query.
     Table(tables::TableArguments),
-    /// Say what the columns of the tables mean, and in which units they are.
+    /// List the columns of the tables with their units and meanings.
     Columns(tables::ColumnsArguments),
-    /// Show how a table was made, and its first rows.
+    /// Print the provenance and the first rows of a table.
     Show(tables::ShowArguments),
-    /// Put a study into one archive: manifest, input files, tables, plan, checksums.
+    /// Pack a study into one archive: manifest, input files, tables, plan and checksums.
     Share(report::ShareArguments),
     /// Draw the surface, the contact map or the pressures of one task.
     View(pictures::ViewArguments),
-    /// Say what a file of surface topography holds, and draw it.
+    /// Describe the channels of a topography file and draw one of them.
     Surface(pictures::SurfaceArguments),
-    /// Look whether every table, page and figure is as it was written; set damaged tables aside.
+    /// Check all tables, pages and figures for damage and set damaged tables aside.
     Verify(maintenance::VerifyArguments),
-    /// Delete what no named manifest needs.
+    /// Delete tables that none of the given manifests needs.
     Prune(maintenance::PruneArguments),
     /// Print the JSON Schema of manifests, for editors.
     Schema(reference::SchemaArguments),
-    /// Print completions for a shell.
+    /// Print shell completions.
     Completions(reference::CompletionsArguments),
     /// Write manual pages, one for each command.
     Man(reference::ManArguments),
-    /// Write the pages of the guide that follow from the program.
+    /// Write the generated reference pages of the guide.
     #[command(hide = true)]
     Reference(reference::ReferenceArguments),
 }
 
-/// Runs the command that the process was started with.
+/// Runs the command line of this process.
 pub fn main() -> ExitCode {
     run(env::args_os(), None)
 }
 
-/// Runs a command line, whose first word is what the program is called. `program` is what starts it
-/// again, where that is not the file of this process: an interpreter may have called.
+/// Runs a command line; its first word is the name of the program.
 ///
-/// The process is the command's: its signals are heard, and what is misspelt ends it.
+/// `program` is the executable that cluster jobs run. If omitted, they run the executable of this
+/// process, which is wrong if the caller is an interpreter. The function handles signals, and it ends
+/// the process if the command line is invalid.
 pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> ExitCode {
     silence_panics();
     let arguments = Arguments::parse_from(line);
@@ -151,8 +156,7 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
     result.unwrap_or_else(|failure| report(failure.as_ref()))
 }
 
-/// Those that `ASPERITY_SIMD` names, instead of the widest: every set computes the same bytes, and
-/// this is how to see it.
+/// Selects the instruction set named by `ASPERITY_SIMD`, to check that all sets give the same bytes.
 fn choose_instructions() -> Result<(), Failure> {
     match env::var("ASPERITY_SIMD") {
         Ok(name) => Instructions::choose(&name)
@@ -161,15 +165,15 @@ fn choose_instructions() -> Result<(), Failure> {
     }
 }
 
-/// Anything that ends a command early.
+/// Error that ends a command.
 type Failure = Box<dyn Error + Send + Sync>;
 
-/// The command line asks for what is not there, or not possible.
+/// Error in the arguments of the command line.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct Misused(String);
 
-/// Prints an error and its causes, once, and says how the process ends.
+/// Prints an error with its causes and returns the exit code.
 fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
     let of_session = failure.downcast_ref::<SessionError>();
     if let Some(SessionError::Manifest(errors)) = of_session {
@@ -187,31 +191,31 @@ fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
     }
 }
 
-/// Whether output went to a reader that has seen enough, such as `head`.
+/// Returns whether the reader of the output, such as `head`, has closed the pipe.
 fn is_closed_pipe(failure: &(dyn Error + 'static)) -> bool {
     failure
         .downcast_ref::<std::io::Error>()
         .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
 }
 
-/// A manifest and the folder of finished work; what should be known is told on standard error.
+/// Opens a session that prints its notices on standard error.
 fn session(manifest: &Path, data: &DataFolder) -> Session<'static> {
     Session::new(manifest, data.path()).observed_by(&tell_notice)
 }
 
-/// Says what should be known, and nothing else that happens.
+/// Prints an event if it is a notice.
 fn tell_notice(event: Event<'_>) {
     if let Event::Notice(notice) = event {
         warn(&format!("{}: {notice}", notice.severity()));
     }
 }
 
-/// Prints what programs read: objects have their names in the order of the alphabet.
+/// Prints a value as JSON with sorted keys.
 fn print_json(out: &mut impl Write, told: &impl Serialize) -> Result<(), Failure> {
     Ok(writeln!(out, "{:#}", serde_json::to_value(told)?)?)
 }
 
-/// Prints what programs read, or a text for people.
+/// Prints a value as JSON or as text.
 fn print_answer(
     is_json: bool,
     told: &impl Serialize,
@@ -226,18 +230,18 @@ fn print_answer(
     Ok(ExitCode::SUCCESS)
 }
 
-/// A name that is not there, what was meant, and what there is.
+/// Creates the error for an unknown name, with a suggestion and the known names.
 fn unknown(message: String, name: &str, known: &[&str]) -> Failure {
     SessionError::from(UnknownName::new(message, name, known)).into()
 }
 
-/// Prints a line on standard error, with control characters escaped.
+/// Prints a line on standard error and escapes control characters.
 pub fn warn(line: &str) {
-    // Nobody is left to tell if standard error is closed.
+    // Ignore write errors: stderr may be closed.
     let _ = writeln!(stderr(), "{}", terminal::escaped(line));
 }
 
-/// Says what should be known of a study; nothing ends for it.
+/// Prints the warnings about a study.
 fn tell(warnings: &[Warning]) {
     for warning in warnings {
         warn(&format!("warning: {warning}"));

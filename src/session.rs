@@ -268,7 +268,7 @@ impl Session<'_> {
     /// The store, for work: what ended processes have left unfinished is swept away.
     fn open(&self) -> Result<Store, SessionError> {
         // What cannot be swept does no harm.
-        let _ = data_folder::sweep(&self.data, &HostState::here());
+        let _ = data_folder::delete_unfinished(&self.data, &HostState::here());
         Ok(Store::open(&self.data.store())?)
     }
 

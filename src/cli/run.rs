@@ -1,4 +1,4 @@
-//! `asperity run`: compute what is missing and write the tables.
+//! `asperity run`: computes the missing tasks and writes the tables.
 
 use std::io::Write;
 use std::num::NonZeroUsize;
@@ -20,49 +20,57 @@ use crate::session::{
 
 #[derive(clap::Args)]
 pub struct RunArguments {
-    /// The manifest.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// Cores to work on: a surface and a few maps of memory each, or several to a large surface where
-    /// fewer are left. As many as there are when left out.
+    /// Number of cores; default: all.
+    ///
+    /// Each core works on its own surface, which needs memory for a few maps. If fewer surfaces than
+    /// cores remain, several cores share one large surface.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
-    /// Memory to keep to, as in `16GB` or `512MiB`, by working on fewer surfaces at once; seven
-    /// eighths of what the machine has, or of what this process may use of it, when left out. A
-    /// task that takes more is refused before anything starts.
+    /// Memory limit, such as `16GB` or `512MiB`; default: 7/8 of the available memory.
+    ///
+    /// The run computes fewer surfaces in parallel to stay below the limit. It does not start if a
+    /// single task needs more. The available memory is that of the machine, or that which the process
+    /// may use.
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
-    /// Compute one task alone, with what it lacks, even if its table is there: its key or the
-    /// first digits of it, as in the table of failures.
+    /// Recompute one task and its missing inputs.
+    ///
+    /// KEY is the key of the task, or its first digits, as in the table of failures.
     #[arg(long, value_name = "KEY")]
     only: Option<String>,
 
-    /// Compute one part of the surfaces alone: the I-th of N, as in `3/16`, with everything that hangs
-    /// on each of them by itself. Which part a surface is in follows from its key and N. No table of
-    /// a stage is written, but a receipt in `cluster/STUDY/receipts`; a last run without `--shard`
-    /// computes the rest and writes the tables.
+    /// Compute only the I-th of N parts of the surfaces, such as `3/16`.
+    ///
+    /// A part includes all tasks that depend on one of its surfaces alone. The key of a surface and N
+    /// decide its part. The command writes a receipt into `cluster/STUDY/receipts`, but no tables of
+    /// stages; a final run without `--shard` computes the remaining tasks and writes the tables.
     #[arg(long, value_name = "I/N", conflicts_with = "only")]
     shard: Option<Shard>,
 
-    /// The job of a scheduler that a shard belongs to, as its receipt names it.
+    /// Name of the scheduler job, recorded in the receipt of a shard.
     #[arg(long, value_name = "NAME", requires = "shard")]
     job: Option<String>,
 
-    /// Seconds after which a block of loads keeps how far it has come, again and again, to go on from
-    /// there when the process has ended; 600 when left out. The tables' bytes do not depend on it.
+    /// Interval between checkpoints of a block of loads, in seconds; default: 600.
+    ///
+    /// If the process ends early, the next run continues from the last checkpoint. The bytes of the
+    /// tables do not depend on checkpoints.
     #[arg(long, value_name = "SECONDS")]
     checkpoint_every: Option<u32>,
 
-    /// Take the place of another manifest whose study has the same name, even if tables of it are
-    /// lost.
+    /// Overwrite the results of another manifest with the same study name.
     #[arg(long)]
     replace: bool,
 
-    /// Print JSON, as `plan --json` does, with `computed` and `failed` for each stage,
-    /// `"damaged": [{"task", "cause", "aside"}, …]`, `growing` as `plan` has it, and the path of the table of `failures`, if
-    /// there is one.
+    /// Print a summary as JSON.
+    ///
+    /// As `plan --json`, with `computed` and `failed` for each stage, `"damaged": [{"task", "cause",
+    /// "aside"}, …]`, and the path of the table of `failures` or null.
     #[arg(long)]
     json: bool,
 }
@@ -81,13 +89,13 @@ pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Fail
     if arguments.json {
         print_json(&mut out, &report.summary())?;
     } else {
-        write!(out, "{}", told(&report, arguments.only.as_deref())?)?;
+        write!(out, "{}", run_text(&report, arguments.only.as_deref())?)?;
     }
     Ok(exit_code(&report.outcome, &stop))
 }
 
-/// What came of a run, in a few lines; of one task if `only` one was asked for.
-pub fn told(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
+/// Summarizes a run in a few lines; lists only the stages of the requested task if `only` is given.
+pub fn run_text(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
     let mut text = String::new();
     if let Some(tables) = &report.tables {
         let only = only.map(|_| report.wanted.as_slice());
@@ -130,19 +138,19 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
         };
         let cure = match outcome.halted {
             true if outcome.failed.iter().any(is_denied) => {
-                "nothing more can be stored: the folder of data cannot be written; change its \
-                 permissions, or name another one by `--data FOLDER`, and "
+                "cannot write to the data folder; change its permissions or choose another folder \
+                 with `--data FOLDER`, and "
             }
             true => {
-                "nothing more can be stored: make room or ask for a larger quota, `asperity prune` \
-                 shows what nobody needs, and "
+                "cannot store more tables; free disk space (`asperity prune` lists unused files) or \
+                 ask for a larger quota, and "
             }
             false => "",
         };
-        return format!("stopped after {computed} of {all}; {cure}run again to go on");
+        return format!("stopped after {computed} of {all}; {cure}run again to continue");
     }
     match computed {
-        0 if outcome.failed.is_empty() => "nothing to do: every table was there".to_owned(),
+        0 if outcome.failed.is_empty() => "nothing to do: all tables exist".to_owned(),
         _ => format!("{} computed", counted(computed, "task")),
     }
 }
@@ -157,8 +165,8 @@ pub fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
     }
 }
 
-/// One line per stage, and where the tables are; stages with one of the tasks `only`, if some are
-/// named: all others have tasks that nobody asked for.
+/// Returns one line per stage and the folder of the tables. If `only` names tasks, stages without
+/// any of them are omitted.
 fn stage_lines(
     plan: &Plan,
     tables: &[PublishedTable],
@@ -170,15 +178,15 @@ fn stage_lines(
         Some(_) => "left for later",
         None => "missing",
     };
-    let is_asked_for = |stage: &PlannedStage| {
+    let is_requested = |stage: &PlannedStage| {
         let is_wanted =
             |only: &[usize]| stage.tasks.iter().any(|task| only.binary_search(task).is_ok());
         only.is_none_or(is_wanted)
     };
     let stages = plan.stages.iter().zip(tables);
-    for (stage, table) in stages.filter(|(stage, _)| is_asked_for(stage)) {
+    for (stage, table) in stages.filter(|(stage, _)| is_requested(stage)) {
         let line = match table.finished {
-            0 => "nothing finished".to_owned(),
+            0 => "no finished tasks".to_owned(),
             _ => line(stage, &table.open()?)?,
         };
         let missing = stage.tasks.len() - table.finished;

@@ -203,7 +203,7 @@ fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
 fn alone(data: &DataFolder, force: bool) -> Result<Lock, SessionError> {
     let store = data.store();
     let alone = Lock::exclusive(&store)?.ok_or(SessionError::InUse { store })?;
-    match data_folder::at_work(data)?.as_slice() {
+    match data_folder::running_receipts(data)?.as_slice() {
         [receipt, more @ ..] if !force => Err(SessionError::AtWork {
             elements: 1 + more.len(),
             shard: receipt.shard,

@@ -404,7 +404,7 @@ fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Rec
         let job = receipt.job.as_deref();
         job.is_none_or(|job| latest.get(job) == Some(&receipt.begun))
     };
-    let receipts = receipts.iter().filter(|receipt| receipt.may_be_at_work());
+    let receipts = receipts.iter().filter(|receipt| receipt.may_be_running());
     receipts.filter(|receipt| is_latest(receipt) && receipt.job.as_ref().is_none_or(runs)).collect()
 }
 

@@ -55,7 +55,7 @@ fn an_interrupted_run_says_so_and_goes_on_later() {
     assert!(kill.success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
-    assert!(String::from_utf8_lossy(&output.stdout).contains("run again to go on"));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("run again to continue"));
 }
 
 #[test]

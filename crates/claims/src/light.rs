@@ -1,5 +1,5 @@
-//! Claims on the area at light load: what cutoffs do to it, the theories beside, and what Nayak's
-//! parameter does and cannot do alone (sections 5.2 and 9.3).
+//! Claims on the area at light load: its dependence on the cutoffs and on Nayak's parameter, and
+//! its comparison with theories (sections 5.2 and 9.3).
 
 use crate::evidence::{AreaCurves, Evidence, Spectrum};
 use crate::quantities::{Cutoff, Quantities, Step, data, needs, under};
@@ -11,9 +11,9 @@ use asperity_contact::theory::persson;
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::intervals::Weights;
 
-/// Loads that stand for light contact.
+/// Loads at which claims on light contact are tested, in units of E* × rms slope.
 pub const LIGHT: [f64; 3] = [0.012, 0.024, 0.06];
-/// Loads from light contact to where four fifths of the surface touch.
+/// Loads from light contact to a contact area of about 80 %, in units of E* × rms slope.
 pub const UP_TO_FOUR_FIFTHS: [f64; 6] = [0.012, 0.024, 0.06, 0.14, 0.32, 0.52];
 
 const GROWS_WITH_K_LOWER: Statement = Statement {
@@ -22,8 +22,9 @@ const GROWS_WITH_K_LOWER: Statement = Statement {
     says: "“surfaces with greater value of k_l … develop a bigger contact area fraction under a given \
            contact pressure … up to about A/A₀ ≈ 80 %”",
     place: "section 9.2, figs. 5, 9",
-    quantity: "ln of the ratio of mean areas of neighbouring k_lower, at equal k_upper and load, \
-               loads 0.012 … 0.52 with less than 80 % of the area",
+    quantity: "ln of the ratio of the mean areas for neighbouring k_lower (larger over smaller) at \
+               equal k_upper, at loads from 0.012 to 0.52 with less than 80 % of the area in \
+               contact",
     expected: Expectation::Positive,
     because: "an order, so any difference will do",
     figure: Some("area-light"),
@@ -32,9 +33,10 @@ const GROWS_WITH_K_LOWER: Statement = Statement {
 const GROWS_CORRECTED: Statement = Statement {
     name: "corrected-area-grows-with-k-lower",
     origin: Origin::Ours,
-    says: "The same of the area corrected as in 2017: what the mesh adds is not what makes it grow.",
-    place: "section 9.2 of the paper offers the error of the mesh as the first of two explanations, the \
-            density and clustering of asperities as the second",
+    says: "The area corrected as in 2017 grows with k_lower, too, so the error of the mesh is not \
+           the cause.",
+    place: "section 9.2 of the paper offers two explanations: the error of the mesh, and the \
+            density and clustering of asperities",
     ..GROWS_WITH_K_LOWER
 };
 
@@ -43,8 +45,8 @@ const FALLS_WITH_ALPHA: Statement = Statement {
     origin: Origin::Paper,
     says: "“Within each group, curves with greater Nayak's parameter α predict smaller contact areas.”",
     place: "section 5.2, fig. 5; section 9.3 (i)",
-    quantity: "−ln of the ratio of mean areas of neighbouring k_upper, at equal k_lower, loads 0.012, \
-               0.024, 0.06",
+    quantity: "−ln of the ratio of the mean areas for neighbouring k_upper (larger over smaller) \
+               at equal k_lower, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
     because: "an order, so any difference will do",
     figure: Some("area-light"),
@@ -53,7 +55,8 @@ const FALLS_WITH_ALPHA: Statement = Statement {
 const FALLS_CORRECTED: Statement = Statement {
     name: "corrected-area-falls-with-alpha",
     origin: Origin::Ours,
-    says: "The same of the area corrected as in 2017, which takes more off where k_upper is greater.",
+    says: "The area corrected as in 2017 falls with α, too; the correction subtracts more for \
+           larger k_upper.",
     place: "section 5.2 of the paper: “may be slightly altered by numerical errors”",
     ..FALLS_WITH_ALPHA
 };
@@ -63,17 +66,17 @@ const ABOVE_PERSSON: Statement = Statement {
     origin: Origin::Paper,
     says: "“All obtained results are significantly higher than the prediction of Persson's model.”",
     place: "section 5.2, eq. (area_persson), fig. 5",
-    quantity: "ln of the mean area over erf(√2 y), loads 0.012, 0.024, 0.06",
+    quantity: "ln of the ratio of the mean area to erf(√2 y), at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.1, f64::INFINITY),
-    because: "“significantly” is taken as ten per cent",
+    because: "“significantly” is read as at least 10 %",
     figure: Some("area-light"),
 };
 
 const CORRECTED_ABOVE_PERSSON: Statement = Statement {
     name: "corrected-area-above-persson",
     origin: Origin::Ours,
-    says: "The area corrected as in 2017 is greater than in Persson's theory, too.",
-    place: "as area-above-persson",
+    says: "The area corrected as in 2017 exceeds that of Persson's theory, too.",
+    place: "see area-above-persson",
     ..ABOVE_PERSSON
 };
 
@@ -83,10 +86,10 @@ const CLOSE_TO_BGT: Statement = Statement {
     says: "“The results for k_l = 16 are close to the asymptotic prediction of asperity based models \
            referenced as “asymptotics BGT”.”",
     place: "section 5.2, fig. 5",
-    quantity: "mean area over √(2π) y for k_lower = 16 on 1024 nodes a side, or as many nodes to the \
-               longest wavelength, loads 0.012, 0.024, 0.06",
+    quantity: "ratio of the mean area to √(2π) y, for k_lower = 16 on 1024 × 1024 nodes or the \
+               same number of nodes per longest wavelength, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.9, 1.1),
-    because: "“close” is taken as ten per cent",
+    because: "“close” is read as within 10 %",
     figure: Some("area-light"),
 };
 
@@ -98,7 +101,8 @@ const AREA_AT_THE_END: Statement = Statement {
     place: "sections 4 and 5.2.2",
     quantity: "mean area at the load 0.06 E* × rms slope",
     expected: Expectation::Within(0.095, 0.145),
-    because: "10 and 14 % as they round; the paper leaves out the rms slope, see p0-over-rms-slope",
+    because: "the numbers that round to 10 and 14 %; the paper omits the rms slope, see \
+              p0-over-rms-slope",
     figure: Some("area-light"),
 };
 
@@ -108,9 +112,10 @@ const BETWEEN_THE_ASYMPTOTES: Statement = Statement {
     says: "The corrected area “lies between the asymptotic predictions of Persson's and asperity based \
            models”.",
     place: "section 8, fig. 13",
-    quantity: "(A/y − √(8/π))/(√(2π) − √(8/π)) of the area corrected by π/8, loads 0.012, 0.024, 0.06",
+    quantity: "(A/y − √(8/π))/(√(2π) − √(8/π)) for the area A corrected by π/8, at loads 0.012, \
+               0.024, 0.06",
     expected: Expectation::Within(0.0, 1.0),
-    because: "0 at Persson's asymptote, 1 at that of asperity models",
+    because: "0 is Persson's asymptote, 1 that of asperity models",
     figure: Some("area-corrected"),
 };
 
@@ -120,10 +125,12 @@ const SECANT_GROWS: Statement = Statement {
     says: "“for the curves with k_l = 16 it [the secant] is an increasing function … connected with a \
            too rough estimation of the relative error”",
     place: "section 8, inset of fig. 13",
-    quantity: "ln of the secant A/y at 0.06 over that at 0.012, of the area corrected by π/8, for \
-               k_lower = 16 on 1024 nodes a side, or as many nodes to the longest wavelength",
+    quantity: "ln of the ratio of the secants A/y at loads 0.06 and 0.012, for the area A \
+               corrected by π/8, for k_lower = 16 on 1024 × 1024 nodes or the same number of nodes \
+               per longest wavelength",
     expected: Expectation::Positive,
-    because: "an order; by the correction of 2017 the secant falls",
+    because: "the claim states an order, so any growth counts; with the correction of 2017 the \
+              secant falls",
     figure: Some("area-corrected"),
 };
 
@@ -145,7 +152,7 @@ pub fn of_light_loads(evidence: &Evidence) -> Vec<Claim> {
 fn grows_with_k_lower(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
     let quantities =
         over_steps(evidence, correction, Cutoff::Lower, &UP_TO_FOUR_FIFTHS, |ln_ratio| ln_ratio);
-    let spectra = "spectra that differ in `k_lower` alone";
+    let spectra = "spectra that differ only in `k_lower`";
     quantities.judge(statement, data(correction), || {
         needs(evidence, correction, &UP_TO_FOUR_FIFTHS, spectra)
     })
@@ -153,11 +160,11 @@ fn grows_with_k_lower(evidence: &Evidence, correction: &str, statement: Statemen
 
 fn falls_with_alpha(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
     let quantities = over_steps(evidence, correction, Cutoff::Upper, &LIGHT, |ln_ratio| -ln_ratio);
-    let spectra = "spectra that differ in `k_upper` alone";
+    let spectra = "spectra that differ only in `k_upper`";
     quantities.judge(statement, data(correction), || needs(evidence, correction, &LIGHT, spectra))
 }
 
-/// A function of ln of the ratio of mean areas, of each step of a cutoff under each of some loads.
+/// Collects a function of ln(ratio of mean areas) for each step of a cutoff and each load.
 fn over_steps(
     evidence: &Evidence,
     correction: &str,
@@ -202,7 +209,7 @@ fn between_the_asymptotes(evidence: &Evidence) -> Claim {
     })
 }
 
-/// A function of mean area and load, of each ensemble under each light load.
+/// Collects a function of mean area and load for each ensemble and each light load.
 fn at_light_loads(
     evidence: &Evidence,
     ensembles: &[&AreaCurves],
@@ -221,10 +228,11 @@ fn at_light_loads(
     quantities
 }
 
-/// What is asked of spectra with as many nodes to the longest wavelength as k_lower = 16 has.
-const WIDEST: &str = "spectra with `k_lower` of a 64th of `nodes`, as 16 of 1024";
+/// Requirement that spectra have as many nodes per longest wavelength as k_lower = 16 has in the
+/// paper.
+const WIDEST: &str = "spectra with `k_lower` equal to `nodes` / 64, such as 16 on 1024 nodes";
 
-/// The ensembles with the paper's greatest k_lower.
+/// Keeps the ensembles that correspond to the paper's largest k_lower.
 pub fn of_widest_k_lower(mut ensembles: Vec<&AreaCurves>) -> Vec<&AreaCurves> {
     ensembles.retain(|ensemble| ensemble.spectrum.nodes == 64 * ensemble.spectrum.k_lower);
     ensembles
@@ -268,11 +276,11 @@ const WEAKER_THAN_IN_MODELS: Statement = Statement {
     says: "“the effect of α on the contact area is not as strong as predicted by these models” (Bush, \
            Gibson & Thomas, and the simplified elliptic model of Greenwood 2006)",
     place: "section 5.2, fig. 5; section 9.3 (ii)",
-    quantity: "ln of the ratio of mean areas of neighbouring k_upper at equal k_lower, less the same \
-               in the model at the α of either spectrum over the modes of the cell, loads 0.012, \
-               0.024, 0.06",
+    quantity: "ln of the ratio of the mean areas for neighbouring k_upper (larger over smaller) at \
+               equal k_lower, minus the same logarithm in the model, whose α are those of both \
+               spectra over the modes of the cell; at loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
-    because: "both logarithms are negative; an order, so any difference will do",
+    because: "both logarithms are negative; the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
@@ -283,23 +291,23 @@ const NOT_ALPHA_ALONE: Statement = Statement {
            for non-Gaussian surfaces, the Nayak's parameter α cannot solely determine the evolution \
            of the contact area.”",
     place: "section 5.2.2, figs. 5, 6",
-    quantity: "ln of the ratio of mean areas, greater k_lower over lesser, of spectra of equal ζ, loads \
-               0.012, 0.024, 0.06",
+    quantity: "ln of the ratio of the mean areas for spectra of equal ζ (larger over smaller \
+               k_lower), at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.03, f64::INFINITY),
-    because: "“quite distinct” is taken as three per cent; counted areas, as the paper has them. By eq. \
-              (alpha), over continuous wavenumbers, equal ζ is equal α; over the modes of the cell α is \
-              5.50 and 5.26 for ζ = 8, the paper's example, but 43.9 and 30.3 for ζ = 32",
+    because: "“quite distinct” is read as at least 3 % of the counted area. In eq. (alpha), over \
+              continuous wavenumbers, equal ζ means equal α. Over the modes of the cell α is 5.50 \
+              and 5.26 for ζ = 8, the paper's example, but 43.9 and 30.3 for ζ = 32",
     figure: Some("area-light"),
 };
 
 const ALPHA_ALONE: Statement = Statement {
     name: "alpha-alone-decides-corrected",
     origin: Origin::Ours,
-    says: "Corrected as in 2017, spectra of equal ζ have the same area: what alpha-alone-does-not-decide \
-           found is the mesh's.",
+    says: "Spectra of equal ζ have the same area if it is corrected as in 2017, so the error of \
+           the mesh causes the differences of alpha-alone-does-not-decide.",
     place: "see corrected-area-depends-on-bandwidth-alone",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "two per cent, less than is called distinct there",
+    because: "2 %, less than the 3 % that count as distinct there",
     figure: Some("collapse"),
     ..NOT_ALPHA_ALONE
 };
@@ -336,13 +344,13 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
             }
         }
     }
-    let spectra = "spectra that differ in `k_upper` alone";
+    let spectra = "spectra that differ only in `k_upper`";
     quantities.judge(WEAKER_THAN_IN_MODELS, data(AS_COUNTED), || {
         needs(evidence, AS_COUNTED, &LIGHT, spectra)
     })
 }
 
-/// The area of an asperity model with the α of a spectrum over the modes of its cell.
+/// Returns the area of an asperity model that has the α of a spectrum over the modes of its cell.
 fn modelled_area(model: AsperityModel, spectrum: &Spectrum, load: f64) -> Option<f64> {
     let model = Asperities::new(model, spectrum.nayak()?).ok()?;
     model.at_load(load).map(|contact| contact.area)
@@ -366,9 +374,9 @@ fn of_equal_bandwidth(evidence: &Evidence, correction: &str, statement: Statemen
                 continue;
             };
             let label = format!(
-                "{} over {}, {}",
-                evidence.name(&greater.spectrum),
+                "from {} to {}, {}",
                 evidence.name(&lesser.spectrum),
+                evidence.name(&greater.spectrum),
                 under(lesser.loads[one])
             );
             let surfaces = [lesser.surfaces(), greater.surfaces()];

@@ -1,5 +1,5 @@
-//! Claims on the surfaces themselves: how normal their heights are, and the tables of Nayak's
-//! parameter and the density of summits (section 3, appendices A and B).
+//! Claims on the surfaces: the distribution of their heights, and the tables of Nayak's parameter
+//! and of the density of summits (section 3, appendices A and B).
 
 use crate::evidence::{Evidence, PerSurface};
 use crate::quantities::Quantities;
@@ -11,11 +11,12 @@ const GAUSSIAN: Statement = Statement {
     says: "“When we increase the lower cutoff to k_l = 4, 16, an accurate Gaussian distribution is \
            obtained even for individual surfaces.”",
     place: "section 3, fig. 3; appendix B, fig. 16",
-    quantity: "root mean square over single surfaces of the excess kurtosis of their heights, k_lower \
-               from 4 on",
+    quantity: "root mean square over surfaces of the excess kurtosis of the heights of each, \
+               k_lower ≥ 4",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.25),
-    because: "a quarter changes the density at its maximum by 3 %, hardly seen in a figure; k_lower = 1 \
-              has about twice that; skewness is not looked at",
+    because: "an excess kurtosis of 0.25 changes the maximum of the density by 3 %, which is \
+              hardly visible in a figure; k_lower = 1 has about twice that; the skewness is not \
+              tested",
     figure: Some("heights"),
 };
 
@@ -24,11 +25,11 @@ const NOT_GAUSSIAN: Statement = Statement {
     origin: Origin::Paper,
     says: "“For k_l = 1 … each particular distribution is strictly non-Gaussian”",
     place: "section 3, fig. 3; appendix B, fig. 16",
-    quantity: "root mean square over single surfaces of the excess kurtosis of their heights, \
+    quantity: "root mean square over surfaces of the excess kurtosis of the heights of each, \
                k_lower = 1",
     expected: Expectation::Within(0.25, f64::INFINITY),
-    because: "as for heights-are-gaussian-from-k-lower-4; “each … strictly” would be more than the root mean \
-              square over surfaces",
+    because: "the bound of heights-are-gaussian-from-k-lower-4; “each … strictly” claims more than \
+              a root mean square over surfaces can show",
     figure: Some("heights"),
 };
 
@@ -38,33 +39,35 @@ const K_UPPER_DOES_NOT_HELP: Statement = Statement {
     says: "for k_l = 1 “increasing k_s does not solve the problem; it practically has no effect on the \
            distribution”, and “an increase in k_s does not result in approaching a normal distribution”",
     place: "section 3; appendix B, fig. 16",
-    quantity: "ratio of the mean effective numbers of modes of neighbouring k_upper at equal k_lower, \
-               k_upper from 8 k_lower on: a proxy for the distribution, whose mean excess kurtosis \
-               is −3/2 over that number",
+    quantity: "ratio of the mean effective numbers of modes for neighbouring k_upper (larger over \
+               smaller) at equal k_lower, k_upper ≥ 8 k_lower; the number represents the \
+               distribution, whose mean excess kurtosis is −3/2 divided by it",
     expected: Expectation::Within(0.9, 1.1),
-    because: "“practically no effect” is taken as ten per cent",
+    because: "“practically no effect” is read as less than 10 %",
     figure: Some("heights"),
 };
 
 const TABLE_OF_ALPHA: Statement = Statement {
     name: "table-of-alpha",
     origin: Origin::Paper,
-    says: "Nayak's parameter for different cutoffs, computed on 200 surfaces of 1024 × 1024 nodes",
+    says: "Nayak's parameter for different cutoffs, computed from 200 surfaces of 1024 × 1024 \
+           nodes",
     place: "table 2, numerical",
-    quantity: "mean α over the surfaces less the printed one, in units of 3.5 standard errors of a mean \
-               of 200 such surfaces, and half a unit of the last digit",
+    quantity: "mean α of the surfaces minus the printed α, divided by the sum of 3.5 standard \
+               errors of a mean over 200 such surfaces and half a unit of the last printed digit",
     expected: Expectation::Within(-1.0, 1.0),
-    because: "the paper's own surfaces scatter: 3.5 standard errors leave 66 cells together at 97 %",
+    because: "the printed means scatter, too: all 66 of them lie within 3.5 standard errors with a \
+              probability of 97 %",
     figure: Some("nayak"),
 };
 
 const TABLE_OF_DENSITY: Statement = Statement {
     name: "table-of-summit-density",
-    says: "The density of asperities for different cutoffs, computed on 200 surfaces of 1024 × 1024 \
-           nodes",
+    says: "the density of asperities for different cutoffs, computed from 200 surfaces of 1024 × \
+           1024 nodes",
     place: "table 3, numerical; in integer wavenumbers",
-    quantity: "mean D over the surfaces less the printed one, in units of 3.5 standard errors of a mean \
-               of 200 such surfaces, and half a unit of the last digit",
+    quantity: "mean D of the surfaces minus the printed D, divided by the sum of 3.5 standard \
+               errors of a mean over 200 such surfaces and half a unit of the last printed digit",
     figure: Some("summit-density"),
     ..TABLE_OF_ALPHA
 };
@@ -73,7 +76,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let alpha = include_str!("../data/yastrebov-2015-nayak.csv");
     let density = include_str!("../data/yastrebov-2015-summit-density.csv");
     vec![
-        kurtosis(evidence, GAUSSIAN, "`k_lower` from 4 on", |k_lower| k_lower >= 4),
+        kurtosis(evidence, GAUSSIAN, "`k_lower` of at least 4", |k_lower| k_lower >= 4),
         kurtosis(evidence, NOT_GAUSSIAN, "`k_lower = 1`", |k_lower| k_lower == 1),
         modes(evidence),
         table(evidence, TABLE_OF_ALPHA, "nayak", alpha),
@@ -113,7 +116,7 @@ fn modes(evidence: &Evidence) -> Claim {
         });
         if let Some(wide) = wider.min_by_key(|wide| wide.spectrum.k_upper) {
             let k_upper = wide.spectrum.k_upper;
-            let label = format!("{}, k_upper {k_upper} over it", evidence.name(&narrow.spectrum));
+            let label = format!("from {} to k_upper {k_upper}", evidence.name(&narrow.spectrum));
             let surfaces = [narrow.values.len(), wide.values.len()];
             quantities.add(label, &surfaces, |weights| {
                 Some(weights.mean(&wide.values) / weights.mean(&narrow.values))
@@ -121,14 +124,15 @@ fn modes(evidence: &Evidence) -> Claim {
         }
     }
     quantities.judge(K_UPPER_DOES_NOT_HELP, "surfaces", || {
-        "surfaces with `hurst = 0.8`, no plateau, `k_upper` from 8 `k_lower` on, and twice that"
+        "surfaces with `hurst = 0.8`, no plateau, and two `k_upper` of at least 8 `k_lower`, one \
+         at least twice the other"
             .to_owned()
     })
 }
 
-/// Surfaces that the paper averages a cell of its tables over.
+/// Number of surfaces behind each cell of the paper's tables.
 const TABULATED: f64 = 200.0;
-/// Standard errors that a cell may be off.
+/// Standard errors by which a printed mean may differ.
 const ERRORS: f64 = 3.5;
 
 fn table(evidence: &Evidence, statement: Statement, column: &str, printed: &str) -> Claim {
@@ -139,7 +143,7 @@ fn table(evidence: &Evidence, statement: Statement, column: &str, printed: &str)
         };
         let label = evidence.name(&ensemble.spectrum);
         let scatter = asperity_statistics::intervals::Weights::ALL.deviation(&ensemble.values);
-        // Two decimals are printed.
+        // The paper prints two decimals.
         let allowed = ERRORS * scatter / TABULATED.sqrt() + 0.005;
         quantities.add(label, &[ensemble.values.len()], |weights| {
             Some((weights.mean(&ensemble.values) - printed) / allowed)
@@ -152,7 +156,8 @@ fn table(evidence: &Evidence, statement: Statement, column: &str, printed: &str)
     })
 }
 
-/// The printed number of a spectrum: columns hurst, k_lower, k_upper, numerical.
+/// Returns the printed number for a spectrum. The columns of `printed` are hurst, k_lower, k_upper,
+/// numerical.
 fn cell(printed: &str, ensemble: &PerSurface) -> Option<f64> {
     let spectrum = &ensemble.spectrum;
     if !spectrum.is_plain() {

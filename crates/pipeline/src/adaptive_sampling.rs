@@ -1,4 +1,5 @@
-//! Adds surfaces to a study until its means are precise or its claims are decided.
+//! Adaptive sampling, which adds surfaces to a study until its means are precise or its claims are
+//! decided.
 //!
 //! The number of surfaces follows from tables alone. It does not depend on the machines, on the
 //! order of tasks or on interruptions.
@@ -175,7 +176,7 @@ impl fmt::Display for AdaptiveStage {
 /// Maximum number of claims without a quantity that are listed by name.
 const MAX_LISTED: usize = 3;
 
-/// Displays the state of claims as a short text.
+/// Short text about the state of claims.
 struct ClaimSummary<'a>(&'a Finding);
 
 impl fmt::Display for ClaimSummary<'_> {

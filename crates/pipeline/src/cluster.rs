@@ -1,4 +1,4 @@
-//! Splits a study among the machines of a cluster.
+//! Computation of a study in parts, on the machines of a cluster.
 //!
 //! A [`Shard`](shard::Shard) is a part of a study's surfaces. It follows from the keys of the
 //! surfaces alone, so that machines need not coordinate. The process that computes a shard writes

@@ -115,9 +115,9 @@ pub fn unneeded(
 
 /// Returns the receipts of array tasks that may be running on other machines, where locks do not
 /// show them.
-pub fn at_work(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
+pub fn running_receipts(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = cluster::receipts(data.path())?;
-    receipts.retain(Receipt::may_be_at_work);
+    receipts.retain(Receipt::may_be_running);
     Ok(receipts)
 }
 
@@ -137,7 +137,7 @@ pub fn delete(files: &[StoredFile], _alone: &Lock) -> Result<(), StoreError> {
 ///
 /// Some file systems lock on one machine only, so that processes of other machines may be running.
 /// Their files are kept, and so are the folders, in which they may be about to write.
-pub fn sweep(data: &DataFolder, moment: &HostState) -> Result<(), StoreError> {
+pub fn delete_unfinished(data: &DataFolder, moment: &HostState) -> Result<(), StoreError> {
     let mut left = listing::unfinished(&data.store())?;
     left.extend(results::files(&data.results())?);
     left.extend(Record::files(&data.records())?);
@@ -190,13 +190,13 @@ mod tests {
         let (own, others) = (unfinished("node07"), unfinished("node08"));
         let found = unneeded(&[], &data, &moment()).unwrap();
         assert_eq!(found.len(), own.len());
-        sweep(&data, &moment()).unwrap();
+        delete_unfinished(&data, &moment()).unwrap();
         assert!(own.iter().all(|path| !path.exists()));
         assert!(others.iter().all(|path| path.exists()));
         others.iter().for_each(|path| fs::remove_file(path).unwrap());
 
         unfinished("node07");
-        sweep(&data, &moment()).unwrap();
+        delete_unfinished(&data, &moment()).unwrap();
         assert!(workshops.iter().all(|folder| folder.exists()));
     }
 }

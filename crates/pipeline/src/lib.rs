@@ -1,4 +1,4 @@
-//! Reads a manifest, checks and plans its study, runs the tasks, and reads the results.
+//! Pipeline from a manifest to tables, which checks, plans and runs a study and reads its results.
 //!
 //! Data flows one way: [`manifest`] → [`study`] → [`plan`] → [`runner`] → [`results`]. This crate
 //! contains no claims about physics and draws no figures. The session passes in the rule that

@@ -1,4 +1,4 @@
-//! Reads a manifest as written, before its values are checked.
+//! Reader of manifests as written, before their values are checked.
 //!
 //! The whole manifest is read before any value is checked. The table of each stage is expanded into
 //! the points of its grid, values keep their positions in the text, and one unreadable value does

@@ -1,4 +1,4 @@
-//! Plans the tasks of a study without reading any file.
+//! Plans of the tasks of a study, made without reading any file.
 //!
 //! A task computes one table, such as one surface or one block of loads. Its key names the table
 //! and holds everything that decides its content. More surfaces, another block or another cutoff

@@ -1,4 +1,4 @@
-//! Publishes one tidy table per stage, made from the tables of its tasks, for polars, pandas or
+//! Tidy tables of results, one per stage, made from the tables of its tasks, for polars, pandas or
 //! DuckDB.
 //!
 //! Large columns such as maps stay in the store, where the `task` column finds them. Each run

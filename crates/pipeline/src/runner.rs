@@ -1,5 +1,5 @@
-//! Runs the tasks whose tables the store lacks. Each task gets one core, or several if there are
-//! fewer tasks than cores.
+//! Runner of the tasks whose tables the store lacks. Each task gets one core, or several if there
+//! are fewer tasks than cores.
 //!
 //! A task starts when enough memory is free. A finished task starts the tasks that waited for it. A
 //! failed task drops the tasks that wait for it; all others continue. Results depend neither on the

@@ -1,7 +1,7 @@
 //! Studies, which are manifests whose values have all been checked.
 //!
-//! A [`Study`] has its cutoffs in order and within the mesh and its loads ascending. Its stages can
-//! read each other, and its files exist. Later code relies on these checks.
+//! In a [`Study`], cutoffs are in order and within the mesh, loads ascend, stages can read each
+//! other, and files exist. Later code relies on these checks.
 
 mod graph;
 #[cfg(test)]

@@ -21,7 +21,7 @@ use super::{
     StageError, beside_coordinates, generate, grids, stacked,
 };
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::height_distribution::{Histogram, Pool};
+use asperity_contact::topography::height_distribution::{Histogram, HistogramPool};
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;
@@ -220,7 +220,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
         let surface = drawn(input).draw(context.sources, &Threads::one())?;
         Ok(HistogramPool::from_histogram(&Histogram::from_surface(&surface, bins, range)))
     };
-    let mut pooled = Pool::default();
+    let mut pooled = HistogramPool::default();
     // As many at a time as there are threads, which others may need after these.
     for inputs in inputs.chunks(context.threads.count()) {
         let mut pools: Vec<_> = inputs.iter().map(|input| (input, None)).collect();

@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "seven")]
-    fn a_panic_of_one_item_is_one_of_the_call() {
+    fn a_panic_in_one_item_panics_the_call() {
         map(&[1, 7, 3], |item| assert_ne!(*item, 7, "seven"));
     }
 }

@@ -173,7 +173,7 @@ fn writer<W: Write + Send>(
         .with_properties(properties)
         .with_skip_arrow_metadata(metadata.key.is_some());
     ArrowWriter::try_new_with_options(out, schema, options)
-        .expect("our column types have Parquet equivalents")
+        .expect("all column types have Parquet equivalents")
 }
 
 /// Returns the kind of digest: the table of a task is read whole, a table of results in parts.

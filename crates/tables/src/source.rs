@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_is_constant_if_each_value_is_that_of_the_next_row() {
+    fn a_column_is_constant_if_neighbouring_rows_are_equal() {
         assert!(is_constant(&[]));
         assert!(is_constant(&[2.0]));
         assert!(is_constant(&[2.0, 2.0, 2.0]));

@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn many_keys_looked_for_at_once_are_those_looked_for_one_by_one() {
+    fn many_keys_and_single_keys_are_found_alike() {
         let (_folder, store, key, _) = fixture();
         let shares_its_folder = |number: u32| {
             let other = provenance(&number.to_string()).key();
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn publishing_leaves_nothing_else_behind() {
+    fn publishing_leaves_no_other_files() {
         let (_folder, store, key, table) = fixture();
         store.publish(&provenance("{}"), &table).unwrap();
         let folder = store.path(key).parent().unwrap().to_owned();
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_truncated_an_empty_and_a_foreign_file_are_damaged() {
+    fn truncated_empty_and_foreign_files_are_damaged() {
         let (_folder, store, key, table) = fixture();
         let path = store.path(key);
         let whole = fs::read(&path).unwrap();
@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quarantined_file_makes_room_for_a_sound_one() {
+    fn a_table_can_be_published_after_quarantine() {
         let (_folder, store, key, table) = fixture();
         for number in ["", "-2"] {
             fs::write(store.path(key), "not a table").unwrap();

@@ -46,7 +46,7 @@ impl<'a> Cursor<'a> {
 
     /// Returns the next `N` bytes, for the conversion to a number.
     pub fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
-        Ok(self.take(N)?.try_into().expect("as many as were taken"))
+        Ok(self.take(N)?.try_into().expect("take returns N bytes"))
     }
 
     // The following methods read little-endian numbers.
@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lies_beyond_the_end_is_not_read() {
+    fn reading_beyond_the_end_is_an_error() {
         let mut cursor = Cursor::new(&[1, 0, 0xe9]);
         assert_eq!(cursor.u16(), Ok(1));
         let beyond = FormatError::CutOff { needed: 4, found: 3 };
@@ -200,12 +200,12 @@ mod tests {
     }
 
     #[test]
-    fn text_ends_with_the_first_zero() {
+    fn text_ends_at_the_first_zero_byte() {
         assert_eq!(Cursor::new(b" mm\0\0x").text(6).unwrap(), "mm");
     }
 
     #[test]
-    fn no_more_is_made_room_for_than_can_be_there() {
+    fn a_huge_expected_length_allocates_nothing() {
         let error = inflate("data", [0; 4].as_slice(), 4, usize::MAX).unwrap_err();
         assert!(error.to_string().contains("4 bytes cannot expand"), "{error}");
     }

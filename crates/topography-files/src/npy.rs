@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_rows_and_columns_is_refused_with_its_shape() {
+    fn arrays_of_other_dimensions_are_refused_with_their_shape() {
         let shapes = [("(4,)", vec![4]), ("()", vec![]), ("(2, 2, 1)", vec![2, 2, 1])];
         for (shape, found) in shapes {
             let error = npy_array(&npy("<f8", "False", shape, &[0; 32]));

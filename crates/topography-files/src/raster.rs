@@ -255,7 +255,7 @@ impl<'a> Raster<'a> {
         self.gather(|line, index| {
             let start = line * stride + index * N;
             let stored = bytes[start..].first_chunk::<N>();
-            let mut stored = *stored.expect("as many bytes as were checked");
+            let mut stored = *stored.expect("the constructor checked the length");
             if *order == ByteOrder::Big {
                 stored.reverse();
             }
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_stored_first_may_have_the_largest_coordinate() {
+    fn stored_coordinates_may_descend() {
         let turned = bytes([3, 2]).upside_down();
         assert_eq!(turned.decode(), [3.0, 0.0, 4.0, 1.0, 5.0, 2.0]);
         let mirrored = bytes([3, 2]).mirrored();
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn markers_are_looked_for_before_heights_are_scaled() {
+    fn markers_are_compared_before_scaling() {
         let raster = bytes([6, 1]).scaled(2.0, 1.0).missing(Missing::From(4.0));
         assert_eq!(raster.decode()[..4], [1.0, 3.0, 5.0, 7.0]);
         assert!(raster.decode()[4..].iter().all(|height| height.is_nan()));
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mask_lies_as_its_own_rows_do() {
+    fn a_mask_may_have_another_line_order_than_its_map() {
         let mask = Raster::columns([3, 2], Element::U8, ByteOrder::Big, &[0, 1, 0, 0, 0, 0][..]);
         let masked = bytes([3, 2]).masked(mask.unwrap()).decode();
         assert!(masked[1].is_nan());
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ends_of_a_number_may_come_first() {
+    fn numbers_may_have_either_byte_order() {
         let read =
             |order| Raster::rows([1, 1], Element::I16, order, &[0x01, 0x80][..]).unwrap().decode();
         assert_eq!(read(ByteOrder::Little), [f64::from(-0x7fff)]);
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn padding_of_lines_is_left_out() {
+    fn padding_of_lines_is_skipped() {
         let stored = [1, 2, 9, 9, 3, 4];
         let raster = Raster::padded_rows([2, 2], Element::I8, ByteOrder::Little, 4, &stored[..]);
         assert_eq!(raster.unwrap().decode(), [1.0, 3.0, 2.0, 4.0]);
@@ -367,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_not_finite_was_not_measured() {
+    fn numbers_that_are_not_finite_are_missing_points() {
         let stored: Vec<u8> =
             [f32::NAN, f32::INFINITY, 1.0].iter().flat_map(|height| height.to_le_bytes()).collect();
         let raster = Raster::rows([3, 1], Element::F32, ByteOrder::Little, stored).unwrap();

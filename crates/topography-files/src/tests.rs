@@ -60,7 +60,7 @@ fn shows_the_map(sample: &Sample) {
 }
 
 #[test]
-fn channels_that_are_no_heights_are_listed_with_their_unit() {
+fn channels_of_other_quantities_are_listed_with_their_unit() {
     let wave = igor();
     let file = read(&wave).unwrap();
     let listed: Vec<_> = file.channels().iter().map(|c| (c.name(), c.unit())).collect();
@@ -127,7 +127,7 @@ fn the_error_for_an_unknown_format_lists_all_readers() {
 }
 
 #[test]
-fn slopes_are_of_neighbours_that_are_both_there() {
+fn slopes_leave_out_missing_neighbours() {
     let text = |middle: &str| {
         let header = "# Width: 3 m\n# Height: 3 m\n# Value units: m\n";
         format!("{header}0 1 2\n4 5 {middle}\n8 9 10\n")
@@ -145,7 +145,7 @@ fn slopes_are_of_neighbours_that_are_both_there() {
 }
 
 #[test]
-fn sides_in_no_unit_of_length_are_none() {
+fn sides_in_another_unit_than_a_length_are_unknown() {
     let file = b"# Width: 3 px\n# Height: 2 px\n# Value units: m\n1 2 4\n3 5 6\n";
     assert_eq!(read(file).unwrap().channels()[0].size(), Size::Unknown);
 }
@@ -185,7 +185,7 @@ fn check_read(bytes: &[u8]) {
 }
 
 #[test]
-fn every_truncation_is_read_to_its_end_or_refused() {
+fn every_truncated_file_is_read_or_refused() {
     for sample in samples() {
         for length in 0..sample.bytes.len() {
             check_read(&sample.bytes[..length]);
@@ -194,7 +194,7 @@ fn every_truncation_is_read_to_its_end_or_refused() {
 }
 
 #[test]
-fn no_height_is_made_up_for_a_binary_file_that_is_cut_off() {
+fn a_truncated_binary_file_is_refused() {
     // Formats of text, and formats with data after the heights that may be missing.
     let ends = ["text", "sdf", "ibw", "plu", "netcdf"];
     let binary = samples().into_iter().filter(|sample| !ends.contains(&sample.format));

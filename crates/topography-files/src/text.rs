@@ -37,7 +37,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             }
         }
     }
-    Err(farthest.expect("every notation that fails says why").1)
+    Err(farthest.expect("the loop ends only after an error").1)
 }
 
 /// Decodes text in UTF-16 with a byte order mark, in UTF-8 or in ISO-8859-1.
@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn maps_below_each_other_have_headers_of_their_own() {
+    fn several_maps_in_a_file_have_separate_headers() {
         let one = "# Channel: A\n# Width: 1 µm\n# Height: 2 µm\n# Value units: m\n1 2\n3 4\n";
         let other = "# Channel: B\n# Width: 3 µm\n# Height: 2 µm\n# Value units: V\n1 2 3\n";
         let text = format!("{one}\n{other}");
@@ -405,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_is_no_map() {
+    fn a_profile_is_refused() {
         refused("0 1\n1 2\n2 3\n", "one or two columns of numbers are a profile, not a map");
         refused("0 0 1\n1 1 2\n2 2 3\n3 3 3\n", "4 triplets along a line are a profile, not a map");
     }
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_of_the_grid_may_lack() {
+    fn a_grid_may_have_missing_lines() {
         let text = "0 0 1\n0 1 2\n1 0 3\n1 1 4\n3 0 5\n3 1 6\n";
         let map = channels(text)[0].map();
         assert_eq!(map.nodes(), [4, 2]);
@@ -437,7 +437,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_that_are_no_text_are_named() {
+    fn control_characters_are_named() {
         let error = decoded(b"1 2\x00").unwrap_err();
         assert_eq!(error.to_string(), "not a text file: it has the character \\u{0}");
     }
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_stand_apart_by_what_is_usual() {
+    fn numbers_are_separated_by_spaces_tabs_or_semicolons() {
         reads(Notation::Points, " 1.5 -2\t3e-9 ", &[1.5, -2.0, 3e-9]);
         reads(Notation::Points, "1.5;2;3;", &[1.5, 2.0, 3.0]);
     }
@@ -464,7 +464,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_measured_is_no_number() {
+    fn markers_and_empty_cells_are_missing_points() {
         for word in ["nan", "BAD", "-inf", "NaN"] {
             let Line::Numbers(numbers) = Notation::Points.line(&format!("1 {word}")) else {
                 panic!("`{word}`");

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_length_keeps_its_name() {
+    fn units_of_other_quantities_keep_their_spelling() {
         assert_eq!(Unit::parse("mV"), Unit::Other("mV".to_owned()));
         assert_eq!(Unit::parse("A"), Unit::Other("A".to_owned()));
         assert_eq!(Unit::parse(" "), Unit::None);

@@ -15,7 +15,7 @@ fn number(cell: &str) -> Option<f64> {
 }
 
 #[test]
-fn files_are_read_as_others_read_them() {
+fn files_agree_with_other_readers() {
     let truth = fs::read_to_string(folder().join("truth.csv")).unwrap();
     let rows: Vec<Vec<&str>> =
         truth.lines().skip(1).map(|line| line.split(',').collect()).collect();
@@ -66,7 +66,7 @@ fn agrees(row: &[&str], before: usize) {
 }
 
 #[test]
-fn gwyddions_rows_run_along_x() {
+fn rows_of_gwyddion_run_along_x() {
     let bytes = fs::read(folder().join("test.gwy")).unwrap();
     let map = read(&bytes).unwrap().channels()[0].map();
     // Five digits of row 44, column 33, as read by `gwyfile`, which wrote the file.

@@ -13,7 +13,7 @@ use crate::session::error::SessionError;
 use crate::session::events::{Event, Notice};
 use crate::session::failures;
 use asperity_manifest::diagnostics::chain;
-use asperity_pipeline::cluster::receipts::{EVERY, FailedTask, Receipt};
+use asperity_pipeline::cluster::receipts::{UPDATE_INTERVALS, FailedTask, Receipt};
 use asperity_pipeline::cluster::receipts::{Pace, Paces};
 use asperity_pipeline::cluster::shard::Shard;
 use asperity_pipeline::forecast;
@@ -82,7 +82,7 @@ impl<'a> Ledger<'a> {
         let (at_work, has_ended) = mpsc::channel::<()>();
         thread::scope(|scope| {
             let enter = move || {
-                let [mut wait, later] = EVERY;
+                let [mut wait, later] = UPDATE_INTERVALS;
                 while has_ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
                     wait = later;
                     self.enter(receipt, &[]);

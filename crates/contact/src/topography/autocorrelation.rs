@@ -1,4 +1,4 @@
-//! The autocorrelation of a map: the mean product of heights at a distance.
+//! Autocorrelation function of a map (ISO 25178-2).
 
 use rustfft::num_complex::Complex;
 
@@ -7,11 +7,10 @@ use super::surface::{Axis, Surface};
 use crate::fft::Transform;
 use crate::grid::{Boundary, Grid};
 
-/// A(r) = ⟨h(x) h(x + r)⟩ of heights about their mean, for lags r up to half of either side;
-/// length².
+/// Autocorrelation function A(r) = ⟨h(x) h(x + r)⟩ of heights about their mean, in length².
 ///
-/// Means are over all pairs of nodes that are r apart: around the cell of a periodic map, inside of
-/// any other, where distant ones are few.
+/// Lags r go up to half of each side. Means are over all pairs of nodes with the lag r. On a periodic
+/// map, pairs continue across the edges; on other maps, large lags have few pairs.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -19,7 +18,7 @@ use crate::grid::{Boundary, Grid};
 /// use asperity_contact::topography::surface::Axis;
 /// use asperity_contact::topography::shapes::Shape;
 ///
-/// // That of a wave is the wave that has half its amplitude squared.
+/// // A(r) of a wave of amplitude Δ is a wave of amplitude Δ²/2.
 /// let wave = Shape::Wave { amplitude: 0.2, waves: 1 }.draw(Grid::square(8, 1.0)?);
 /// let along_x = Autocorrelation::from_surface(&wave, Boundary::Periodic).along(Axis::X);
 /// for (found, exact) in along_x.iter().zip([0.02, 0.02 * 0.5_f64.sqrt(), 0.0]) {
@@ -29,24 +28,25 @@ use crate::grid::{Boundary, Grid};
 /// ```
 pub struct Autocorrelation {
     grid: Grid,
-    /// Nodes of the mesh on which lags count around.
+    /// Numbers of nodes of the mesh that holds the values, with zero padding if not periodic.
     nodes: [usize; 2],
     values: Vec<f64>,
 }
 
-/// The mean of A over lags of about one length.
+/// Mean of A(r) over lags of about the same length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LagRing {
-    /// The length, in steps of the larger distance between neighbours.
+    /// Length of the lag, in units of max(Δx, Δy).
     pub steps: u32,
-    /// Mean over all directions.
+    /// Mean of A(r) over all directions, in length².
     pub value: f64,
 }
 
 impl Autocorrelation {
-    /// Of a map, by its power spectrum (Wiener and Khinchin); one that is not periodic is continued
-    /// by as many zeros as it has nodes.
-    pub fn of(surface: &Surface, boundary: Boundary) -> Self {
+    /// Computes the autocorrelation of a map from its power spectrum (Wiener–Khinchin theorem).
+    ///
+    /// A map that is not periodic is padded with zeros to twice its numbers of nodes.
+    pub fn from_surface(surface: &Surface, boundary: Boundary) -> Self {
         let grid = surface.grid();
         let map = grid.nodes();
         let nodes = match boundary {
@@ -71,19 +71,19 @@ impl Autocorrelation {
         }
         transform.inverse(&mut spectrum, &mut values, &mut scratch);
         let mut correlation = Self { grid, nodes, values };
-        correlation.take_means(boundary);
+        correlation.normalize(boundary);
         correlation
     }
 
-    /// Turns sums over pairs, times the nodes of the mesh, into means.
-    fn take_means(&mut self, boundary: Boundary) {
+    /// Divides the unnormalised transform by its length and by the number of pairs of each lag.
+    fn normalize(&mut self, boundary: Boundary) {
         let (map, nodes) = (self.grid.nodes(), self.nodes);
         let count = (nodes[0] * nodes[1]) as f64;
         for (index, value) in self.values.iter_mut().enumerate() {
             let lag = [index / nodes[1], index % nodes[1]];
             let pairs = |axis: usize| match boundary {
                 Boundary::Periodic => map[axis],
-                // Lags that no pair of the map has are never looked at.
+                // At least one avoids a division by zero for lags without pairs, which are unused.
                 Boundary::Free => {
                     let lag = lag[axis].min(nodes[axis] - lag[axis]);
                     (map[axis] - lag).max(1)
@@ -93,24 +93,25 @@ impl Autocorrelation {
         }
     }
 
-    /// At lags of 0, 1, 2, … nodes along an axis, up to half the side.
+    /// Returns A at lags of 0, 1, 2, … steps along an axis, up to half the side.
     pub fn along(&self, axis: Axis) -> Vec<f64> {
         let step = axis.select([self.nodes[1], 1]);
         let lags = 0..=axis.select(self.grid.nodes()) / 2;
         lags.map(|lag| self.values[lag * step]).collect()
     }
 
-    /// Over all directions, at lengths that round to the same number of steps of the larger
-    /// distance between neighbours, up to half the shorter side.
+    /// Returns the means of A over rings of lags, up to half the shorter side.
+    ///
+    /// A ring contains the lags whose lengths round to the same multiple of max(Δx, Δy).
     pub fn rings(&self) -> Vec<LagRing> {
         let spacing = self.grid.spacing();
         let step = spacing[0].max(spacing[1]);
         let [half_x, half_y] = self.grid.nodes().map(|nodes| nodes / 2);
         let longest = (half_x as f64 * spacing[0]).min(half_y as f64 * spacing[1]) / step;
-        // Half a step would be lost to rounding.
+        // The margin keeps the last ring in spite of rounding.
         let mut sums = vec![(0.0, 0.0); (longest + 1e-9) as usize + 1];
         for i in 0..=half_x {
-            for (j, weight) in self.lags_beside(i) {
+            for (j, weight) in self.weighted_lags(i) {
                 let [x, y] = [i as f64 * spacing[0], j as f64 * spacing[1]];
                 let ring = ((x * x + y * y).sqrt() / step).round() as usize;
                 let value = self.value(i, j);
@@ -126,13 +127,15 @@ impl Autocorrelation {
         means.filter_map(ring).collect()
     }
 
-    /// The lags along y beside one along x, each of which stands for itself and the opposite one;
-    /// of those that are their own opposites, or have it in the same list, half.
-    fn lags_beside(&self, i: usize) -> impl Iterator<Item = (isize, f64)> + use<> {
+    /// Iterates over the lags (i, j) along y, with their weights.
+    ///
+    /// Each lag also represents its opposite. With i = 0, the opposite is in the same list, and the
+    /// weight is one half.
+    fn weighted_lags(&self, i: usize) -> impl Iterator<Item = (isize, f64)> + use<> {
         let half = self.grid.nodes()[1] / 2;
-        let is_own = i == 0;
         let half = half as isize;
-        (-half..=half).map(move |j| (j, if is_own { 0.5 } else { 1.0 }))
+        let weight = if i == 0 { 0.5 } else { 1.0 };
+        (-half..=half).map(move |j| (j, weight))
     }
 
     fn value(&self, i: usize, j: isize) -> f64 {
@@ -153,7 +156,7 @@ mod tests {
         Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap()
     }
 
-    /// By the definition.
+    /// Computes A from its definition.
     fn directly(surface: &Surface, [lag_x, lag_y]: [usize; 2], wraps: bool) -> f64 {
         let [nodes_x, nodes_y] = surface.grid().nodes();
         let heights = surface.heights();
@@ -208,7 +211,7 @@ mod tests {
         let found = Autocorrelation::from_surface(&surface, Boundary::Free);
         let rings = found.rings();
         assert_eq!(rings.len(), 5);
-        // Lengths of 1 and √2 round to one: four directions of each, by pairs ±.
+        // Lengths of 1 and √2 round to one; each has four directions.
         let opposite = |surface: &Surface| {
             let grid = surface.grid();
             let turned = (0..81).map(|node| {

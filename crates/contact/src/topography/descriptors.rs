@@ -1,10 +1,13 @@
-//! What is worth knowing of a surface before it is pressed: [`Descriptors`]; [`Roughness`], the
-//! areal parameters under their names in ISO 25178-2; and [`Statistics`], which say whether a
-//! surface is what theories of rough contact assume.
+//! Scalar parameters of a surface, and a test of the assumptions of contact theories.
 //!
-//! Persson's theory, the asperity models, and Nayak's α and density of summits speak of isotropic
-//! Gaussian roughness alone. Ground, worn or wavy surfaces have the same moments m₀, m₂ and m₄ and
-//! another contact.
+//! - [`Descriptors`]: spectral moments, parameters of the height distribution, and the load of full
+//!   contact;
+//! - [`Roughness`]: areal parameters with their names in ISO 25178-2;
+//! - [`Statistics`]: departures from isotropic Gaussian roughness.
+//!
+//! Persson's theory, the asperity models, and Nayak's α and density of summits assume isotropic
+//! Gaussian roughness. Ground, worn or wavy surfaces with the same moments m₀, m₂ and m₄ have a
+//! different contact area.
 
 use std::f64::consts::TAU;
 
@@ -17,45 +20,45 @@ use crate::fft::Transform;
 use crate::grid::{Boundary, Grid};
 use crate::threads::Threads;
 
-/// Scalar descriptors of a surface; lengths in the unit of its heights.
+/// Scalar descriptors of a periodic surface, with lengths in the unit of its heights.
 ///
-/// A flat surface has no shape of the distribution of heights and no Nayak parameter: these are
-/// `None`, everything else is zero.
+/// For a flat surface, skewness, kurtosis and Nayak's parameter are `None` and all others are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Descriptors {
     /// Spectral moments.
     pub moments: Moments,
-    /// Root mean square height about the mean.
+    /// Rms height √⟨h²⟩ about the mean.
     pub rms_height: f64,
-    /// Root mean square gradient √⟨|∇h|²⟩.
+    /// Rms slope √⟨|∇h|²⟩.
     pub rms_slope: f64,
-    /// Nayak's parameter α.
+    /// Nayak's parameter α = m₀ m₄/m₂².
     pub nayak: Option<f64>,
-    /// Summits per unit area of an isotropic Gaussian surface with these moments.
+    /// Density of summits of an isotropic Gaussian surface with these moments, in 1/length².
     pub summit_density: f64,
-    /// The same per (L/2π)², L being the longer side, as the paper tabulates it.
+    /// Number of summits per (L/2π)², where L is the longer side.
     pub summit_density_integer: f64,
-    /// ⟨h³⟩/⟨h²⟩^(3/2) over the nodes; zero for a Gaussian.
+    /// Skewness ⟨h³⟩/⟨h²⟩^(3/2) of the heights; zero for a Gaussian distribution.
     pub skewness: Option<f64>,
-    /// ⟨h⁴⟩/⟨h²⟩² − 3 over the nodes; zero for a Gaussian.
+    /// Excess kurtosis ⟨h⁴⟩/⟨h²⟩² − 3 of the heights; zero for a Gaussian distribution.
     pub excess_kurtosis: Option<f64>,
-    /// Effective number of independent modes.
+    /// Effective number of independent modes, see [`Moments::effective_modes`].
     pub effective_modes: f64,
-    /// Mean pressure, in units of E* × rms slope, from which on every node is in contact.
+    /// Smallest load p₀/(E* h′) at which all nodes are in contact.
     ///
-    /// The pressure of full contact is p₀ + (E*/2) F⁻¹(|q| ĥ); contact is full where its minimum is
-    /// not negative. Exact for these nodes: a coarser mesh misses the deepest valleys.
+    /// The pressure of full contact is p₀ + (E*/2) F⁻¹(|q| ĥ). Contact is full if its minimum is not
+    /// negative. The load is exact for these nodes; a coarser grid does not resolve the deepest
+    /// valleys.
     pub full_contact_load: f64,
 }
 
 impl Descriptors {
-    /// Measures a surface.
-    pub fn of(surface: &Surface) -> Self {
-        Self::of_on(&Threads::one(), surface)
+    /// Computes the descriptors of a surface.
+    pub fn from_surface(surface: &Surface) -> Self {
+        Self::from_surface_on(&Threads::one(), surface)
     }
 
-    /// The same by several threads.
-    pub fn of_on(threads: &Threads, surface: &Surface) -> Self {
+    /// Computes the descriptors like [`Descriptors::from_surface`], with several threads.
+    pub fn from_surface_on(threads: &Threads, surface: &Surface) -> Self {
         let grid = surface.grid();
         let mut heights = from_first_node(surface.heights());
 
@@ -89,18 +92,17 @@ impl Descriptors {
     }
 }
 
-/// Heights above that of the first node, so that a flat surface is zero to the last bit, however
-/// high it lies.
+/// Returns the heights relative to the first node; those of a flat surface are exactly zero.
 pub(super) fn from_first_node(heights: &[f64]) -> Vec<f64> {
     heights.iter().map(|height| height - heights[0]).collect()
 }
 
-/// Skewness and excess kurtosis of the heights, unless they are flat.
+/// Returns skewness and excess kurtosis of the heights, or `None` for a flat surface.
 pub fn skewness_and_excess_kurtosis(surface: &Surface) -> Option<(f64, f64)> {
     distribution_shape(&from_first_node(surface.heights()))
 }
 
-/// Skewness and excess kurtosis of the values, unless all are equal.
+/// Returns skewness and excess kurtosis of the values, or `None` if all are equal.
 fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
@@ -119,7 +121,7 @@ fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
     })
 }
 
-/// Turns an unnormalised spectrum of heights into that of full-contact pressures in units of E*.
+/// Converts the unnormalised spectrum of heights to that of full-contact pressures, in units of E*.
 fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>], grid: Grid) {
     let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
     let factor = 0.5 * TAU / cell.longer_side() / grid.count() as f64;
@@ -135,8 +137,9 @@ fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>],
     crew.each(&mut Vec::new(), || (), &mut rows, multiply);
 }
 
-/// Parameters of heights about their mean; whether they have been levelled or filtered is for who
-/// made the map.
+/// Areal roughness parameters of ISO 25178-2, of heights about their mean.
+///
+/// The map is not levelled or filtered here; see [`preparation`](super::preparation).
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -153,24 +156,26 @@ fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>],
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Roughness {
-    /// Root mean square height.
+    /// Root mean square height Sq.
     pub sq: f64,
-    /// Mean of the absolute height.
+    /// Arithmetic mean height Sa.
     pub sa: f64,
-    /// Distance of the highest and the lowest node.
+    /// Maximum height Sz: difference between the highest and the lowest node.
     pub sz: f64,
-    /// Skewness of the heights; a flat surface has none.
+    /// Skewness Ssk; `None` for a flat surface.
     pub ssk: Option<f64>,
-    /// Kurtosis of the heights, 3 for a Gaussian; a flat surface has none.
+    /// Kurtosis Sku, 3 for a Gaussian distribution; `None` for a flat surface.
     pub sku: Option<f64>,
-    /// Root mean square gradient: of the Fourier modes of a periodic map, of differences between
-    /// neighbours of any other.
+    /// Root mean square gradient Sdq.
+    ///
+    /// The gradient is that of the Fourier modes for a periodic map, and of finite differences for
+    /// other maps.
     pub sdq: f64,
 }
 
 impl Roughness {
-    /// Measures a surface.
-    pub fn of(surface: &Surface, boundary: Boundary) -> Self {
+    /// Computes the parameters of a surface.
+    pub fn from_surface(surface: &Surface, boundary: Boundary) -> Self {
         let heights = from_first_node(surface.heights());
         let count = heights.len() as f64;
         let mean = heights.iter().sum::<f64>() / count;
@@ -195,41 +200,49 @@ impl Roughness {
     }
 }
 
-/// The largest ratio of moments along two directions that passes for isotropic: among 1600 random
-/// isotropic surfaces with H = 0.3 and 0.8 from k = 1, 2, 4, 8 to 32, none reached it.
+/// Largest ratio of moments along two directions of an isotropic surface.
+///
+/// None of 1600 random isotropic surfaces with H = 0.3 and 0.8, k_lower = 1, 2, 4 and 8 and
+/// k_upper = 32 reached it.
 const ISOTROPIC: f64 = 1.5;
 
-/// The largest skewness that passes for normal: 12 % of the surfaces from k = 1 with H = 0.8 are
-/// beyond it, for their heights are five waves, 1 % of those from k = 2, and none from k = 4 on.
+/// Largest |skewness| of a Gaussian surface.
+///
+/// With H = 0.8 and k_lower = 1, 12 % of random surfaces exceed it, because they have about five
+/// effective modes. With k_lower = 2, 1 % exceed it; with k_lower ≥ 4, none.
 const SYMMETRIC: f64 = 0.5;
 
-/// The largest excess kurtosis that passes for normal: 1.5 % and none, in the same order.
+/// Largest |excess kurtosis| of a Gaussian surface.
+///
+/// With k_lower = 1, 1.5 % of the same random surfaces exceed it; with larger k_lower, none.
 const MESOKURTIC: f64 = 1.0;
 
-/// Fewer modes have no normal heights on any single surface: of fixed rms, they lower the kurtosis
-/// by 1.5 over their number.
+/// Least effective number of modes of a single surface with a Gaussian height distribution.
+///
+/// With n modes of fixed amplitude, the excess kurtosis is −1.5/n.
 const ENOUGH_MODES: f64 = 10.0;
 
-/// What tells of direction and distribution, averaged over the surfaces of a spectrum.
+/// Statistics that indicate anisotropy and non-Gaussian heights, as means over surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Spectral moments m₂₀ and m₀₂: mean square slopes along x and y.
     pub slopes: [f64; 2],
     /// Spectral moments m₄₀ and m₀₄: mean square curvatures along x and y.
     pub curvatures: [f64; 2],
-    /// Spectral moment m₂₂; a third of m₄ if all directions are alike.
+    /// Spectral moment m₂₂; equal to m₄/3 for isotropic surfaces.
     pub mixed: f64,
-    /// Third standardised moment of the heights, where there are heights.
+    /// Skewness of the heights; `None` if unknown.
     pub skewness: Option<f64>,
-    /// Fourth standardised moment of the heights, less 3.
+    /// Excess kurtosis of the heights; `None` if unknown.
     pub excess_kurtosis: Option<f64>,
-    /// Inverse participation ratio of the modes' powers.
+    /// Effective number of independent modes, see [`Moments::effective_modes`].
     pub effective_modes: f64,
 }
 
 impl Statistics {
-    /// In which respects these are no surfaces of isotropic Gaussian roughness, each with its
-    /// number; nothing if they may well be.
+    /// Describes each departure from isotropic Gaussian roughness with its value.
+    ///
+    /// The list is empty if the statistics are compatible with isotropic Gaussian roughness.
     pub fn departures(&self) -> Vec<String> {
         let [[along_x, along_y], [bent_x, bent_y]] = [self.slopes, self.curvatures];
         let ratios = [
@@ -250,11 +263,11 @@ impl Statistics {
         let skewed = self.skewness.filter(|value| value.abs() > SYMMETRIC);
         let peaked = self.excess_kurtosis.filter(|value| value.abs() > MESOKURTIC);
         let few = (self.effective_modes < ENOUGH_MODES).then_some(self.effective_modes);
-        let told = |value: f64| format!("{value:.1}").replace('-', "−");
+        let rounded = |value: f64| format!("{value:.1}").replace('-', "−");
         let heights = [
-            skewed.map(|value| format!("skewness {}", told(value))),
-            peaked.map(|value| format!("excess kurtosis {}", told(value))),
-            few.map(|value| format!("{} effective modes", told(value))),
+            skewed.map(|value| format!("skewness {}", rounded(value))),
+            peaked.map(|value| format!("excess kurtosis {}", rounded(value))),
+            few.map(|value| format!("{} effective modes", rounded(value))),
         ];
         ratios.chain(heights.into_iter().flatten()).collect()
     }
@@ -272,7 +285,7 @@ mod tests {
         assert!((found - exact).abs() < 1e-12, "{found} should be {exact}");
     }
 
-    /// A rough surface without random numbers, of unit slope, for comparison across programs.
+    /// Returns a rough surface of unit rms slope without random numbers, to compare programs.
     fn golden_surface(nodes: usize) -> Surface {
         let mut heights = vec![0.0; nodes * nodes];
         let mut square_slope = 0.0;
@@ -301,7 +314,7 @@ mod tests {
         for (nodes, load) in [(64, 1.3257859146181756), (128, 1.3326186670460385)] {
             let surface = golden_surface(nodes);
             let descriptors = Descriptors::from_surface(&surface);
-            // Cosines of phases up to a hundred turns.
+            // The tolerance allows for cosines of phases up to a hundred periods.
             assert!((surface.heights()[0] + 0.009119742340787058).abs() < 1e-13);
             assert_close(descriptors.rms_slope, 1.0);
             assert_close(descriptors.full_contact_load, load);
@@ -310,7 +323,7 @@ mod tests {
 
     #[test]
     fn a_wavy_surface_is_flattened_by_its_westergaard_pressure() {
-        // p* = πE*Δ/λ against a slope of √2 πΔ/λ; twice that, √2 πE*Δ/λ, for the product of two.
+        // Wave: p* = πE*Δ/λ and h′ = √2 πΔ/λ. Product of two waves: p* = √2 πE*Δ/λ.
         let (amplitude, waves) = (0.01, 3);
         let wave = Descriptors::from_surface(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
         assert_close(wave.full_contact_load, 0.5_f64.sqrt());
@@ -341,7 +354,7 @@ mod tests {
                 amplitude: Amplitude::Deterministic,
                 ..samples::random(radius, radius, 1)
             };
-            // More than four nodes a wave, so that fourth powers are not aliased.
+            // More than four nodes per wave avoid aliasing of the fourth power.
             let descriptors = Descriptors::from_surface(&ring.draw(square(128, 1.0)));
             assert_close(descriptors.effective_modes, pairs);
             assert_close(descriptors.excess_kurtosis.unwrap(), -1.5 / pairs);
@@ -412,7 +425,7 @@ mod tests {
         }
     }
 
-    fn of(surface: &Surface) -> Vec<String> {
+    fn departures(surface: &Surface) -> Vec<String> {
         let seen = Descriptors::from_surface(surface);
         let moments = seen.moments;
         let statistics = Statistics {
@@ -430,7 +443,7 @@ mod tests {
         samples::random(k_lower, 32, 1).draw(square(64, 1.0))
     }
 
-    /// The same nodes with other heights.
+    /// Applies a function to the heights of a surface.
     fn with(surface: &Surface, height: impl Fn(f64) -> f64) -> Surface {
         let heights = surface.heights().iter().map(|&h| height(h)).collect();
         Surface::new(surface.grid(), heights).unwrap()
@@ -438,31 +451,31 @@ mod tests {
 
     #[test]
     fn random_isotropic_surfaces_are_what_theories_assume() {
-        assert_eq!(of(&random(4)), Vec::<String>::new());
+        assert_eq!(departures(&random(4)), Vec::<String>::new());
     }
 
     #[test]
     fn long_waves_alone_are_few() {
-        let told = of(&random(1)).join(", ");
-        assert!(told.contains("effective modes"), "{told}");
+        let found = departures(&random(1)).join(", ");
+        assert!(found.contains("effective modes"), "{found}");
     }
 
     #[test]
     fn worn_summits_make_heights_skewed_and_peaked() {
         let rough = random(4);
-        let told = of(&with(&rough, |height| -height.abs().powi(2))).join(", ");
-        assert!(told.contains("skewness −") && told.contains("kurtosis"), "{told}");
-        // Turned over, the valleys are where the summits were.
-        let turned = of(&with(&rough, |height| height.abs().powi(2))).join(", ");
+        let found = departures(&with(&rough, |height| -height.abs().powi(2))).join(", ");
+        assert!(found.contains("skewness −") && found.contains("kurtosis"), "{found}");
+        // The same surface upside down.
+        let turned = departures(&with(&rough, |height| height.abs().powi(2))).join(", ");
         assert!(turned.contains("skewness ") && !turned.contains("skewness −"), "{turned}");
     }
 
     #[test]
     fn a_wave_in_one_direction_has_no_slope_in_the_other() {
-        let wave = |shape: Shape| of(&shape.draw(square(64, 1.0))).join(", ");
+        let wave = |shape: Shape| departures(&shape.draw(square(64, 1.0))).join(", ");
         let along_x = wave(Shape::Wave { amplitude: 0.1, waves: 2 });
         assert!(along_x.contains("m₂₀/m₀₂ > 1000"), "{along_x}");
-        // A sum of two is square, not isotropic: no curvature of x twists along y.
+        // A sum of two waves along the axes has m₂₂ = 0 and is not isotropic.
         let both = wave(Shape::WaveSum { amplitude: 0.1, waves: 2 });
         assert!(both.contains("3 m₂₂/m₄ = 0.00") && !both.contains("m₂₀/m₀₂"), "{both}");
     }

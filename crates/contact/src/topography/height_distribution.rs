@@ -1,41 +1,44 @@
-//! How heights are distributed: the [`Histogram`] of a surface, in units of its own root mean
-//! square; the [`Pool`] of many, which says how it varies between surfaces; and the bearing curve
-//! (Abbott and Firestone), how much of a surface lies at or above a height.
+//! Distribution of heights: histograms of one or several surfaces, and the bearing area curve.
+//!
+//! [`Histogram`] counts the heights of a surface in units of its rms height. [`HistogramPool`] gives
+//! mean and standard deviation over several surfaces. [`bearing_curve`] is the bearing area curve
+//! (Abbott–Firestone curve): the fraction of the surface at or above each height.
 
 use std::f64::consts::SQRT_2;
 
 use super::descriptors::from_first_node;
 use super::surface::Surface;
 
-/// Density of the heights about their mean, scaled by the rms height of the surface.
+/// Histogram of the heights of a surface about their mean, in units of the rms height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
-    /// From the lowest to the highest.
+    /// Bins in ascending order.
     pub bins: Vec<Bin>,
-    /// Width of a bin, in rms heights.
+    /// Width of a bin, in units of the rms height.
     pub width: f64,
-    /// The root mean square height about the mean that heights are scaled by; a length.
+    /// Rms height of the surface about its mean, in the unit of the heights.
     pub rms_height: f64,
-    /// Nodes beyond the range.
+    /// Number of nodes outside the range.
     pub outside: usize,
 }
 
-/// One interval of scaled heights, closed below; the last one is closed above too.
+/// Bin of a [`Histogram`]; contains its lower end, and the last bin also contains its upper end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bin {
-    /// Middle of the interval, in rms heights.
+    /// Centre of the bin, in units of the rms height.
     pub center: f64,
-    /// Nodes in it.
+    /// Number of nodes in the bin.
     pub count: usize,
-    /// `count` per node of the surface and per width: a probability density, whose integral is the
-    /// share of the nodes within the range.
+    /// Probability density: `count` divided by the number of all nodes and by the width.
     pub density: f64,
 }
 
 impl Histogram {
-    /// Counts heights into `bins` equal intervals from −`range` to +`range` rms heights; at least
-    /// one bin and a positive range. All heights of a flat surface are zero.
-    pub fn of(surface: &Surface, bins: usize, range: f64) -> Self {
+    /// Counts the heights in `bins` bins of equal width from −`range` to +`range` rms heights.
+    ///
+    /// `bins` must be at least one and `range` positive. All scaled heights of a flat surface are
+    /// zero.
+    pub fn from_surface(surface: &Surface, bins: usize, range: f64) -> Self {
         let heights = from_first_node(surface.heights());
         let nodes = heights.len() as f64;
         let mean = heights.iter().sum::<f64>() / nodes;
@@ -64,13 +67,13 @@ impl Histogram {
     }
 }
 
-/// Histograms of several surfaces on equal meshes, added up bin by bin.
+/// Sum of the histograms of several surfaces on equal grids.
 ///
-/// The sums are whole numbers: surfaces may be added in any order.
+/// The sums are integers, so the result does not depend on the order of the surfaces.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Pool {
+pub struct HistogramPool {
     surfaces: u32,
-    /// Nodes of all surfaces, within the range and beyond.
+    /// Number of nodes of all surfaces, inside and outside the range.
     nodes: u64,
     width: f64,
     bins: Vec<Sums>,
@@ -83,22 +86,22 @@ struct Sums {
     square: u128,
 }
 
-/// One interval of the heights of several surfaces, each scaled by its own rms height.
+/// Bin of a [`HistogramPool`]; the heights of each surface are in units of its own rms height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PooledBin {
-    /// Middle of the interval, in rms heights.
+    /// Centre of the bin, in units of the rms height.
     pub center: f64,
-    /// Mean over the surfaces of their densities.
+    /// Mean of the probability density over the surfaces.
     pub mean: f64,
-    /// Standard deviation of the density between surfaces; one surface has none.
+    /// Sample standard deviation of the density between surfaces; `None` for one surface.
     pub sd: Option<f64>,
-    /// Mean over the interval of the density of a standard normal variable.
+    /// Mean of the standard normal density over the bin.
     pub normal: f64,
 }
 
-impl Pool {
-    /// One surface.
-    pub fn of(histogram: &Histogram) -> Self {
+impl HistogramPool {
+    /// Creates a pool from the histogram of one surface.
+    pub fn from_histogram(histogram: &Histogram) -> Self {
         let sums = |bin: &Bin| Sums {
             center: bin.center,
             count: bin.count as u64,
@@ -113,8 +116,8 @@ impl Pool {
         }
     }
 
-    /// These surfaces and others, counted into the same bins.
-    pub fn and(mut self, other: Pool) -> Self {
+    /// Adds the surfaces of another pool with the same bins.
+    pub fn and(mut self, other: HistogramPool) -> Self {
         if self.surfaces == 0 {
             return other;
         }
@@ -127,15 +130,15 @@ impl Pool {
         self
     }
 
-    /// How many surfaces there are.
+    /// Returns the number of surfaces.
     pub fn surfaces(&self) -> u32 {
         self.surfaces
     }
 
-    /// The distribution, bin by bin.
+    /// Returns the bins in ascending order.
     pub fn bins(&self) -> Vec<PooledBin> {
         let surfaces = f64::from(self.surfaces);
-        // Of one node of one surface.
+        // Contribution of one node of one surface to the density.
         let density = surfaces / (self.nodes as f64 * self.width);
         let bin = |sums: &Sums| PooledBin {
             center: sums.center,
@@ -146,7 +149,7 @@ impl Pool {
         self.bins.iter().map(bin).collect()
     }
 
-    /// Sample variance of a bin's count; the difference of whole numbers cancels nothing.
+    /// Returns the sample variance of the count of a bin; integers avoid cancellation.
     fn variance(&self, sums: &Sums) -> Option<f64> {
         let surfaces = u128::from(self.surfaces);
         let pairs = surfaces * surfaces.saturating_sub(1);
@@ -156,7 +159,7 @@ impl Pool {
 
     fn normal(&self, center: f64) -> f64 {
         let [low, high] = [center - self.width / 2.0, center + self.width / 2.0];
-        // Both ends on one side of the mean: tails, so that nothing cancels far from it.
+        // If both ends are on one side of the mean, erfc avoids cancellation in the tails.
         let (near, far) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
         let share = if low < 0.0 && high > 0.0 {
             libm::erf(near / SQRT_2) + libm::erf(far / SQRT_2)
@@ -167,33 +170,35 @@ impl Pool {
     }
 }
 
-/// A plane that cuts the surface.
+/// Point of the bearing area curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Level {
-    /// Its height above the mean, in rms heights.
+pub struct BearingPoint {
+    /// Height above the mean, in units of the rms height.
     pub level: f64,
-    /// The same as a length.
+    /// Height above the mean, in the unit of the heights.
     pub height: f64,
-    /// Share of the nodes at or above it, the areal material ratio Smr of ISO 25178-2.
-    pub share: f64,
+    /// Fraction of the nodes at or above the height: areal material ratio Smr of ISO 25178-2.
+    pub material_ratio: f64,
 }
 
-/// The share of the nodes at or above `steps` + 1 evenly spaced planes, from `range` rms heights
-/// above the mean down to as many below. All nodes of a flat surface lie at its mean.
+/// Computes the bearing area curve at `steps` + 1 equidistant heights, in descending order.
+///
+/// The heights are from +`range` to −`range` rms heights about the mean. All nodes of a flat surface
+/// are at its mean.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
-/// use asperity_contact::topography::height_distribution::levels;
+/// use asperity_contact::topography::height_distribution::bearing_curve;
 /// use asperity_contact::topography::shapes::Shape;
 ///
 /// // Half of a wave lies above its mean, and nothing above √2 rms heights.
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 3 }.draw(Grid::square(32, 1.0)?);
-/// let shares: Vec<f64> = levels(&wave, 2, 1.5).iter().map(|level| level.share).collect();
+/// let shares: Vec<f64> = bearing_curve(&wave, 2, 1.5).iter().map(|point| point.material_ratio).collect();
 /// assert_eq!((shares[0], shares[2]), (0.0, 1.0));
 /// assert!((shares[1] - 0.5).abs() < 0.1);
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
-pub fn levels(surface: &Surface, steps: usize, range: f64) -> Vec<Level> {
+pub fn bearing_curve(surface: &Surface, steps: usize, range: f64) -> Vec<BearingPoint> {
     let mut heights = from_first_node(surface.heights());
     let count = heights.len() as f64;
     let mean = heights.iter().sum::<f64>() / count;
@@ -204,7 +209,7 @@ pub fn levels(surface: &Surface, steps: usize, range: f64) -> Vec<Level> {
         let level = range - 2.0 * range * step as f64 / steps as f64;
         let height = level * rms;
         let above = heights.partition_point(|other| *other >= height);
-        Level { level, height, share: above as f64 / count }
+        BearingPoint { level, height, material_ratio: above as f64 / count }
     };
     (0..=steps).map(level).collect()
 }
@@ -257,7 +262,8 @@ mod tests {
         for bin in Histogram::from_surface(&random.draw(square(256, 1.0)), 20, 5.0).bins {
             let normal = libm::erf((bin.center + 0.25) / 2_f64.sqrt())
                 - libm::erf((bin.center - 0.25) / 2_f64.sqrt());
-            // Nodes of one wave are not independent: some thousand heights decide, of 0.4 at most.
+            // Neighbouring nodes are correlated: the effective sample is some thousand heights, and
+            // the density is at most 0.4.
             assert!((bin.density - normal).abs() < 0.02, "{bin:?}");
         }
     }
@@ -268,7 +274,7 @@ mod tests {
         assert_eq!(counts(&Histogram::from_surface(&flat, 5, 2.0)), [0, 0, 9, 0, 0]);
     }
 
-    /// Four nodes at −1 and +1 rms heights from the mean, or at √3 and −1/√3.
+    /// Returns histograms of four nodes at ±1, and at √3 and −1/√3 rms heights from the mean.
     fn histograms() -> [Histogram; 2] {
         [[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]].map(|heights| {
             let surface = Surface::new(square(2, 1.0), heights.to_vec()).unwrap();
@@ -285,7 +291,7 @@ mod tests {
             let (a, b) = (even.bins[index].density, uneven.bins[index].density);
             assert_eq!(bin.center, even.bins[index].center);
             assert!((bin.mean - (a + b) / 2.0).abs() < 1e-15);
-            // The sample deviation of two values is their distance over √2.
+            // The sample standard deviation of two values is their distance divided by √2.
             assert!((bin.sd.unwrap() - (a - b).abs() / SQRT_2).abs() < 1e-15);
         }
     }
@@ -293,8 +299,8 @@ mod tests {
     #[test]
     fn order_and_grouping_change_no_bit() {
         let [a, b] = histograms().map(|histogram| HistogramPool::from_histogram(&histogram));
-        let left = Pool::default().and(a.clone()).and(b.clone()).and(a.clone());
-        let right = b.and(a.clone().and(Pool::default().and(a)));
+        let left = HistogramPool::default().and(a.clone()).and(b.clone()).and(a.clone());
+        let right = b.and(a.clone().and(HistogramPool::default().and(a)));
         assert_eq!(left, right);
     }
 
@@ -321,11 +327,11 @@ mod tests {
     #[test]
     fn the_share_grows_by_what_the_histogram_counts() {
         let surface = Shape::Paraboloid { radius: 0.3 }.draw(square(41, 1.0));
-        let levels = levels(&surface, 10, 3.0);
+        let levels = bearing_curve(&surface, 10, 3.0);
         let histogram = Histogram::from_surface(&surface, 10, 3.0);
         for (pair, bin) in levels.windows(2).zip(histogram.bins.iter().rev()) {
-            let gained = (pair[1].share - pair[0].share) * 41.0 * 41.0;
-            // A height on the plane between two bins may round into either.
+            let gained = (pair[1].material_ratio - pair[0].material_ratio) * 41.0 * 41.0;
+            // A height on the boundary of two bins may round into either.
             assert!((gained - bin.count as f64).abs() < 4.5, "{gained} {bin:?}");
         }
     }
@@ -335,7 +341,7 @@ mod tests {
         let punch = Shape::Punch { radius: 0.3, depth: 1.0 };
         let surface = punch.draw(square(32, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count() as f64 / 1024.0;
-        let shares: Vec<f64> = levels(&surface, 100, 5.0).iter().map(|l| l.share).collect();
+        let shares: Vec<f64> = bearing_curve(&surface, 100, 5.0).iter().map(|l| l.material_ratio).collect();
         let distinct: std::collections::BTreeSet<u64> =
             shares.iter().map(|share| share.to_bits()).collect();
         let expected = [0.0, top, 1.0].map(f64::to_bits);
@@ -345,7 +351,7 @@ mod tests {
     #[test]
     fn a_flat_surface_lies_at_its_mean() {
         let surface = Surface::new(square(4, 1.0), vec![7.1; 16]).unwrap();
-        let shares = levels(&surface, 2, 1.0);
-        assert!(shares.iter().all(|level| level.share == 1.0));
+        let shares = bearing_curve(&surface, 2, 1.0);
+        assert!(shares.iter().all(|level| level.material_ratio == 1.0));
     }
 }

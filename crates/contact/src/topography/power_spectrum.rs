@@ -1,12 +1,13 @@
-//! Power spectral densities of a map: averaged over rings of wavevectors, and of profiles along an
-//! axis.
+//! Power spectral densities of a map: the radial average, and those of profiles along an axis.
 //!
-//! Conventions: wavenumbers q = 2π/λ are angular. C(q) is normalised so that ∫ C d²q/(2π)² over the
-//! plane is the mean square height, and the density of profiles so that ∫ C₁ dq/π over q > 0 is.
+//! Wavenumbers q = 2π/λ are angular. The density C(q) of a map is normalised so that
+//! ∫ C d²q/(2π)² over the plane is the mean square height. The density C₁(q) of profiles is
+//! normalised so that ∫ C₁ dq/π over q > 0 is the mean square height.
 //!
-//! A map that is not periodic is multiplied by Hann's window, sin²(π x/L) along each axis, over the
-//! mean square of the window: without it the steps between opposite edges have a tail of q^(−2)
-//! along the axes. The window makes neighbouring modes dependent, see [`INDEPENDENT_FRACTION`].
+//! A map that is not periodic is multiplied by the Hann window sin²(π x/L) along each axis, and the
+//! density is divided by the mean square of the window. Without the window, the steps between
+//! opposite edges would add a tail q^(−2) along the axes. The window correlates neighbouring modes,
+//! see [`INDEPENDENT_FRACTION`].
 
 use std::f64::consts::TAU;
 
@@ -19,42 +20,44 @@ use super::surface::{Axis, Surface, for_each_line};
 use crate::fft::Transform;
 use crate::grid::Boundary;
 
-/// How many independent modes of a map under Hann's window there are for each mode of its lattice:
-/// the window is 3/2 modes wide along either axis (its equivalent noise bandwidth, Harris 1978).
+/// Number of independent modes under the Hann window, divided by the number of modes.
+///
+/// The equivalent noise bandwidth of the window is 3/2 modes along each axis (Harris 1978).
 pub const INDEPENDENT_FRACTION: f64 = 4.0 / 9.0;
 
-/// The modes of a ring: those whose wavevector is as long as a whole number of waves along the
-/// longer side of the cell, to the nearest whole number.
+/// Ring of modes whose wavenumbers, in units of 2π/L, round to the same integer.
+///
+/// L is the longer side of the cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
-    /// That number of waves.
+    /// Rounded wavenumber, in units of 2π/L.
     pub waves: u32,
-    /// Modes in the ring, k and −k both counted.
+    /// Number of modes in the ring; k and −k count as two.
     pub modes: u32,
-    /// Mean of C(q) over them; length⁴.
+    /// Mean of C(q) over the modes, in length⁴.
     pub density: f64,
 }
 
 impl Ring {
-    /// The angular wavenumber in the middle of the ring, on a cell with this longer side.
+    /// Returns the angular wavenumber in the middle of the ring.
     pub fn wavenumber(&self, longer_side: f64) -> f64 {
         TAU * f64::from(self.waves) / longer_side
     }
 }
 
-/// Mean of C(q) in every ring that has modes, up to the corners of the lattice: beyond the Nyquist
-/// wavenumber rings lack their modes along the axes.
+/// Computes the radial average of the power spectral density, for each ring that has modes.
 ///
-/// Of a periodic map, Σ C × modes / (L_x L_y) is the mean square height about the mean, to
-/// rounding.
+/// Rings extend to the corners of the spectrum. Beyond the Nyquist wavenumber, they lack the modes
+/// along the axes. For a periodic map, Σ C × modes / (L_x L_y) is the mean square height about the
+/// mean, up to rounding.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
 /// use asperity_contact::topography::power_spectrum::rings;
 /// use asperity_contact::topography::shapes::Shape;
 ///
-/// // One wave of amplitude Δ, 3 times across a cell of side 2: ⟨h²⟩ = Δ²/2, over the 16 modes of
-/// // the third ring, times the area of the cell.
+/// // A wave of amplitude Δ with 3 periods on a cell of side 2: ⟨h²⟩ = Δ²/2. The third ring has 16
+/// // modes, and the area of the cell is 4.
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 3 }.draw(Grid::square(32, 2.0)?);
 /// let rings = rings(&wave, Boundary::Periodic);
 /// assert_eq!((rings[2].waves, rings[2].modes), (3, 16));
@@ -91,10 +94,11 @@ pub fn rings(surface: &Surface, boundary: Boundary) -> Vec<Ring> {
     sums.into_iter().enumerate().filter_map(ring).collect()
 }
 
-/// The density of the profiles along an axis, C₁(q) at q = 2πn/L for n from 1 to N/2; length³.
+/// Computes the power spectral density C₁(q) of profiles at q = 2πn/L for n = 1, …, N/2, in length³.
 ///
-/// The mean over all lines of nodes of |ĥ|² L, each about its own mean. Of a periodic map,
-/// (2 Σ C₁ − C₁(πN/L) [N even])/L is the mean square height of profiles about their means.
+/// This is the mean of |ĥ|² L over all lines along the axis, each relative to its own mean. For a
+/// periodic map, (2 Σ C₁ − C₁(πN/L) [N even])/L is the mean square height of the profiles about
+/// their means.
 pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
     let nodes = axis.select(surface.grid().nodes());
     let side = axis.select(surface.grid().cell().size());
@@ -120,8 +124,9 @@ pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
     sums.into_iter().map(|sum| unit * sum).collect()
 }
 
-/// Heights about their mean, windowed where the map is not periodic, and the mean square of the
-/// window.
+/// Returns the windowed heights about their mean, and the mean square of the window.
+///
+/// A periodic map has no window.
 fn windowed(surface: &Surface, boundary: Boundary) -> (Vec<f64>, f64) {
     let grid = surface.grid();
     let mut heights = from_first_node(surface.heights());
@@ -231,7 +236,8 @@ mod tests {
             let own = rings.iter().filter(|ring| waves.contains(&ring.waves));
             own.map(|ring| ring.density * f64::from(ring.modes)).sum()
         };
-        // Some 3200 modes, of which Hann's window leaves 4/9 independent: 3.7 %, two such errors.
+        // Of about 3200 modes, 4/9 are independent under the window: an error of 3.7 %. The tolerance
+        // is two such errors.
         let ratio = power(&windowed, 20..=50) / power(&whole, 20..=50);
         assert!((ratio - 1.0).abs() < 0.075, "{ratio}");
     }
@@ -247,7 +253,7 @@ mod tests {
             let densities = profiles(&surface, Axis::X, boundary);
             densities[40] / densities[1]
         });
-        // A sawtooth falls as q^(−2); under Hann's window it falls as q^(−6).
+        // The density of a sawtooth falls as q^(−2), under the Hann window as q^(−6).
         assert!(periodic > 1e-3, "{periodic}");
         assert!(free < 1e-6, "{free}");
     }

@@ -18,7 +18,7 @@ use asperity_tables::store::files::{Existing, names, write_whole};
 use asperity_tables::store::users::Writer;
 
 /// Interval after which a receipt is updated, the first time and later.
-pub const EVERY: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
+pub const UPDATE_INTERVALS: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
 
 /// Age after which a receipt that has not ended is considered abandoned. Only a process that the
 /// scheduler has suspended can be alive for so long without an update.
@@ -111,7 +111,7 @@ impl Receipt {
 
     /// Returns whether the process may be running: it has not ended, and its last update is less
     /// than a day old.
-    pub fn may_be_at_work(&self) -> bool {
+    pub fn may_be_running(&self) -> bool {
         let untouched = now().saturating_sub(self.touched);
         self.ended.is_none() && untouched < ABANDONED_AFTER.as_secs()
     }
@@ -213,12 +213,12 @@ mod tests {
     #[test]
     fn who_has_ended_or_been_silent_for_a_day_is_not_at_work() {
         let mut receipt = receipt(1);
-        assert!(receipt.may_be_at_work());
+        assert!(receipt.may_be_running());
         receipt.touched -= 2 * 86400;
-        assert!(!receipt.may_be_at_work());
+        assert!(!receipt.may_be_running());
         receipt.touched = now();
         receipt.ended = Some(now());
-        assert!(!receipt.may_be_at_work());
+        assert!(!receipt.may_be_running());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Explains why tasks would run.
+//! Reasons why tasks of a study would run.
 //!
 //! A key shows that a task differs from before, but not why. The [`Record`] keeps the study as it
 //! last ran. Comparing both studies, stage by stage and point by point, shows what was edited.

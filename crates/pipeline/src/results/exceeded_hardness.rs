@@ -1,7 +1,8 @@
-//! Warns of pressures above the hardness of the bodies in stages that do not limit the pressure.
+//! Warnings of pressures above the hardness of the bodies, in stages that do not limit the
+//! pressure.
 //!
-//! Bodies in a manifest may state a hardness without effect on the results. The warning tells which
-//! elastic results a material of this hardness would not show.
+//! The bodies of a manifest may state a hardness that does not affect the results. The warning says
+//! which elastic results a material of this hardness would not show.
 
 use std::collections::{BTreeMap, HashMap};
 

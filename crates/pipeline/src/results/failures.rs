@@ -51,10 +51,10 @@ pub const COMMAND: Column =
 /// Columns that every row has, before its coordinates.
 const OWN: [Column; 5] = [STAGE, TASK, OUTCOME, REASON, COMMAND];
 
-/// Collects the failures of a study.
+/// Collector of the failures of a study.
 pub struct Failures<'a> {
     pub plan: &'a Plan,
-    /// Returns the command that computes one task.
+    /// Function that returns the command that computes one task.
     pub command: &'a dyn Fn(TaskKey) -> String,
 }
 

@@ -1,4 +1,4 @@
-//! Publishes the results of a study: writes one table per stage.
+//! Publisher of the results of a study, which writes one table per stage.
 
 use std::fs::File;
 use std::io;

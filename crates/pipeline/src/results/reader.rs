@@ -1,4 +1,4 @@
-//! Reads the tables of finished tasks from the store or from published tables.
+//! Reader of the tables of finished tasks, from the store or from published tables.
 //!
 //! The store has one file per task, with maps. The published table of a stage has the same rows
 //! without maps. Each row has the key of its task, and the key decides all values, so that both

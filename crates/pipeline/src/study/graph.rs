@@ -1,4 +1,4 @@
-//! Checks the graph of the stages: names, edges, cycles, order and kinds of rows.
+//! Graph of the stages, with checks of names, edges, cycles, order and kinds of rows.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};

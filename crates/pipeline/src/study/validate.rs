@@ -1,5 +1,5 @@
-//! Validates the stages in order, each with what is known about its inputs, and the conditions that
-//! decide numbers of surfaces.
+//! Validation of the stages in order, each with what is known about its inputs, and of the
+//! conditions that decide numbers of surfaces.
 
 use arrow::datatypes::DataType;
 

@@ -182,7 +182,7 @@ fn slopes_and_curvatures(surface: &Surface, boundary: Boundary) -> (usize, Measu
 }
 
 fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) {
-    let levels = height_distribution::levels(surface, bins as usize, range);
+    let levels = height_distribution::bearing_curve(surface, bins as usize, range);
     let columns = vec![
         (BEARING_LEVEL, reals(levels.iter().map(|level| level.level))),
         (HEIGHT, reals(levels.iter().map(|level| level.height))),

@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_that_nobody_knows_are_passed_over() {
+    fn unknown_fields_are_skipped() {
         assert_eq!(read(&file().into()).unwrap().file_metadata().num_rows(), 1);
         // Field 100 is the list [[1, 2]], the next field the map {1: 2}.
         let unknown = [0x09, 0xc8, 0x01, 0x19, 0x25, 2, 4, 0x1b, 1, 0x55, 2, 4];
@@ -235,7 +235,7 @@ mod tests {
 
     /// The `parquet` crate would read the content of this text as fields of the footer.
     #[test]
-    fn a_list_is_not_hidden_in_what_is_said_to_be_text() {
+    fn a_list_cannot_be_hidden_in_a_text_field() {
         // Field 3, the number of rows, for a second time, as text of four bytes.
         let hidden = [0x08, 0x06, 4, 0x19, 0xf1, 0xff, 0x07];
         let (found, known) = (Kind::Bytes, Kind::Long);
@@ -272,7 +272,7 @@ mod tests {
 
     /// The `parquet` crate recurses into groups, which would overflow the stack.
     #[test]
-    fn groups_are_not_endlessly_within_each_other() {
+    fn deeply_nested_groups_are_refused() {
         let nested = |groups: usize| columns([vec![1; groups], vec![0]].concat());
         assert_eq!(check_tree(&nested(MAX_DEPTH), usize::MAX), Ok(()));
         let deep = check_tree(&nested(MAX_DEPTH + 1), usize::MAX);
@@ -281,7 +281,7 @@ mod tests {
 
     /// A group name of a million letters with a thousand columns would take a gigabyte of paths.
     #[test]
-    fn names_are_not_written_out_endlessly() {
+    fn long_column_paths_are_refused() {
         let mut elements = columns([1, 1000].into_iter().chain([0; 1000]));
         elements[1].name = 1_000_000;
         let most = PATH_BYTES_PER_BYTE * 1_020_000;

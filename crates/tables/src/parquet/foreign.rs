@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_read_and_text_is_passed_over() {
+    fn numeric_columns_are_read_and_text_is_skipped() {
         let columns = NumberColumns::from_bytes(table_of_a_word_and_two_numbers()).unwrap();
         assert_eq!((columns.names(), columns.rows()), (vec!["one", "other"], 2));
         assert_eq!(columns.read(0).unwrap(), [1.0, 2.0]);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_in_columns_that_are_no_numbers_is_not_met() {
+    fn damage_in_other_columns_is_ignored() {
         let mut bytes = table_of_a_word_and_two_numbers();
         let file = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes.clone())).unwrap();
         let (start, length) = file.metadata().row_group(0).column(0).byte_range();
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn any_damaged_byte_of_them_does_no_harm() {
+    fn a_damaged_byte_in_a_foreign_file_does_no_harm() {
         for sample in SAMPLES {
             for index in 0..sample.len() {
                 let mut damaged = sample.to_vec();
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn pages_follow_each_other_to_the_end_of_their_chunk() {
+    fn pages_fill_their_chunk() {
         // Three bytes, five uncompressed, and an empty page.
         let pages = [page(&[10], &[6], &[], 3), page(&[0], &[0], &[], 0)].concat();
         assert_eq!(passed(&pages, 8), Ok(3));
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dictionary_has_bytes_for_its_values() {
+    fn a_dictionary_needs_a_byte_for_each_value() {
         // Field 7 is a dictionary header with the number of values and the encoding 0.
         let of = |values| page(&[10], &[6], &[0x4c, 0x15, values, 0x15, 0, 0], 3);
         assert_eq!(passed(&of(10), 8), Ok(3));
@@ -292,7 +292,7 @@ mod tests {
 
     /// The `parquet` crate consumes no bytes for booleans, nor for doubles at the end of a file.
     #[test]
-    fn headers_hold_no_lists_without_a_byte_for_each_element() {
+    fn page_headers_with_lists_longer_than_their_bytes_are_refused() {
         const MANY: usize = 0x7fff_ffff;
         let list = |kind: u8| [0xf0 | kind, 0xff, 0xff, 0xff, 0xff, 0x07];
         // Lists in the header of the data page, and next to it.

@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_that_is_written_in_parts_has_the_bytes_of_the_whole() {
+    fn writing_in_parts_gives_the_same_bytes() {
         for rows in [0, 10, GROUP, GROUP + 1, ROWS] {
             let whole = table(rows);
             let starts = (0..rows.max(1)).step_by(GROUP);
@@ -430,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_bit_anywhere_is_found_with_one_chunk_in_memory_after_the_other() {
+    fn verification_by_chunks_finds_every_flipped_bit() {
         let whole = bytes(&table(100));
         let verified = |bytes: &[u8]| TableFile::open(file(bytes)).and_then(TableFile::verified);
         assert!(verified(&whole).is_ok());
@@ -465,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_found_in_the_column_that_has_it_and_read_around() {
+    fn damage_in_one_column_does_not_affect_others() {
         let whole = table(ROWS);
         let sound = bytes(&whole);
         let opened = open(&whole);

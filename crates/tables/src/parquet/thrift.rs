@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_structure_is_passed_to_its_end_and_no_further() {
+    fn a_structure_is_consumed_exactly_to_its_end() {
         // 1: 300; 2: [{1: "ab"}, {}]; 9, unknown: 1.5; the end; more.
         let bytes = [
             0x15, 0xd8, 0x04, 0x19, 0x2c, 0x18, 2, b'a', b'b', 0, 0, 0x77, 0, 0, 0, 0, 0, 0, 0xf8,
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_zigzag_of_seven_bits_a_byte() {
+    fn integers_are_zigzag_varints() {
         let number = |bytes: &[u8]| Walk::new(bytes).number();
         assert_eq!(number(&[0x01]), Ok(-1));
         assert_eq!(number(&[0xd8, 0x04]), Ok(300));
@@ -329,7 +329,7 @@ mod tests {
     const SIZE: usize = 0x7fff_ffff;
 
     #[test]
-    fn lists_without_a_byte_for_each_element_are_refused_at_once() {
+    fn lists_longer_than_their_bytes_are_refused() {
         let list = |header: u8| [&[0x39, header][..], &MANY, &[0, 0]].concat();
         // The unknown field 3 with booleans, of both types, and with structures.
         assert_eq!(passed(&list(0xf1)), Err(Claim::Booleans(SIZE)));
@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn structures_within_each_other_end_where_the_reader_would() {
+    fn deeply_nested_structures_are_refused() {
         // Field 3 of each structure is the next structure.
         let nested = |levels: usize| [vec![0x3c; levels], vec![0; levels + 1]].concat();
         assert_eq!(passed(&nested(63)), Ok(127));

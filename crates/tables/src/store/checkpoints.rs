@@ -62,7 +62,7 @@ impl<'a> StoredCheckpoints<'a> {
     }
 
     fn kept_at(&self) -> MutexGuard<'_, Instant> {
-        self.last.lock().expect("no panic happens while it is held")
+        self.last.lock().expect("no code panics while it holds the lock")
     }
 
     fn path(&self) -> PathBuf {
@@ -127,7 +127,7 @@ mod tests {
     use crate::store::key::Digest;
 
     #[test]
-    fn what_is_kept_is_read_whole_or_not_at_all() {
+    fn a_damaged_checkpoint_is_ignored() {
         let root = tempfile::tempdir().unwrap();
         let store = Store::open(root.path()).unwrap();
         let key = TaskKey::new("test", 1, Digest::from_params(&()), &[]);

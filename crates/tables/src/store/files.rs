@@ -134,7 +134,7 @@ impl Unflushed {
     /// Returns an error if a folder cannot be flushed.
     pub fn add(&self, file: &Path) -> Result<(), StoreError> {
         let is_due = {
-            let mut waiting = self.0.lock().expect("no panic happens while it is held");
+            let mut waiting = self.0.lock().expect("no code panics while it holds the lock");
             waiting.folders.extend(file.parent().map(Path::to_owned));
             waiting.since.get_or_insert_with(Instant::now).elapsed() >= MAX_WAIT
         };
@@ -147,7 +147,7 @@ impl Unflushed {
     /// Returns an error if a folder cannot be flushed.
     pub fn flush(&self) -> Result<(), StoreError> {
         let waiting = {
-            let mut waiting = self.0.lock().expect("no panic happens while it is held");
+            let mut waiting = self.0.lock().expect("no code panics while it holds the lock");
             std::mem::take(&mut *waiting)
         };
         waiting.folders.iter().try_for_each(|folder| flush_folder(folder))
@@ -277,7 +277,7 @@ fn free_name(path: &Path) -> PathBuf {
     std::iter::once(named(""))
         .chain(later)
         .find(|name| name.symlink_metadata().is_err())
-        .expect("there are more numbers than files")
+        .expect("some number is unused")
 }
 
 #[cfg(test)]
@@ -285,7 +285,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_that_its_file_system_cannot_flush_is_no_error() {
+    fn file_systems_that_cannot_flush_folders_are_accepted() {
         // EINVAL, ENOSYS and EIO of Linux.
         let flushed = |number| unless_unsupported(io::Error::from_raw_os_error(number));
         assert!(flushed(22).is_ok() && flushed(38).is_ok());
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_from_a_folder_goes_up_to_what_both_share() {
+    fn relative_paths_go_up_to_the_common_folder() {
         let root = tempfile::tempdir().unwrap();
         let [results, elsewhere] = ["data/results/small", "elsewhere"].map(|folder| {
             let folder = root.path().join(folder);

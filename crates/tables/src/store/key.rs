@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_ingredients_have_equal_keys() {
+    fn equal_provenance_gives_equal_keys() {
         assert_eq!(key(), TaskKey::new("solve", 1, Digest::from_params(&[0.01, 0.02]), &[]));
     }
 
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn other_words_are_no_keys() {
+    fn other_words_are_not_keys() {
         for word in ["", "12", "../../../../etc/passwd__________", &"+".repeat(32)] {
             assert!(word.parse::<TaskKey>().is_err(), "{word}");
         }
@@ -230,20 +230,20 @@ mod tests {
     }
 
     #[test]
-    fn a_file_tells_what_was_written_into_it() {
+    fn provenance_is_read_back_from_metadata() {
         let told = Provenance::from_metadata(&provenance().metadata());
         assert_eq!(told, Some(provenance()));
     }
 
     #[test]
-    fn the_key_follows_from_stage_version_recipe_and_what_was_read() {
+    fn the_key_follows_from_stage_version_recipe_and_inputs() {
         let params = Digest::from_params(&serde_json::json!({ "loads": [0.01] }));
         let key = TaskKey::new("solve", 3, params, &provenance().input_identities);
         assert_eq!(provenance().metadata().key, Some(key));
     }
 
     #[test]
-    fn nothing_follows_from_half_the_story() {
+    fn incomplete_metadata_has_no_provenance() {
         let whole = provenance().metadata();
         for missing in [STAGE, STAGE_VERSION, RECIPE, INPUTS, INPUT_IDENTITIES] {
             let mut half = whole.clone();

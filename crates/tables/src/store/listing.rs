@@ -139,7 +139,7 @@ mod tests {
     use crate::store::key::Digest;
 
     #[test]
-    fn files_are_known_by_their_names_and_places_and_others_are_none_of_ours() {
+    fn files_are_recognized_by_name_and_folder() {
         let root = tempfile::tempdir().unwrap();
         let key = TaskKey::new("test", 1, Digest::from_params(&()), &[]);
         let digits = key.to_string();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_not_there_is_empty() {
+    fn a_missing_folder_is_empty() {
         let root = tempfile::tempdir().unwrap();
         assert_eq!(store_files(&root.path().join("nowhere")).unwrap(), []);
     }

@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_share_a_store_and_nobody_has_it_alone_meanwhile() {
+    fn shared_locks_exclude_the_exclusive_lock() {
         let folder = tempfile::tempdir().unwrap();
         Lock::prepare(folder.path());
         let one = Lock::share(folder.path()).unwrap();
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn one_alone_keeps_others_waiting_until_it_is_done() {
+    fn the_exclusive_lock_makes_others_wait() {
         let folder = tempfile::tempdir().unwrap();
         let alone = Lock::exclusive(folder.path()).unwrap().unwrap();
         assert!(Lock::exclusive(folder.path()).unwrap().is_none());
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_store_that_is_not_there_is_shared_without_making_it() {
+    fn a_shared_lock_creates_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let nowhere = folder.path().join("nowhere");
         Lock::share(&nowhere).unwrap();
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_tells_its_writer() {
+    fn the_name_of_an_unfinished_file_identifies_its_writer() {
         let own = Writer::own();
         assert_eq!(Writer::from_name(&(own.prefix() + "aB3dEf")), Some(own));
         for name in ["area.parquet", ".unfinished-aB3dEf", ".unfinished-x@node-aB3dEf"] {
@@ -253,21 +253,21 @@ mod tests {
     }
 
     #[test]
-    fn files_of_a_living_process_are_not_abandoned() {
+    fn files_of_a_running_process_are_not_abandoned() {
         assert!(!is_abandoned(&name("node-07", 7), 0));
         // The process may have been suspended.
         assert!(!is_abandoned(&name("node-07", 7), 5));
     }
 
     #[test]
-    fn files_of_a_process_that_has_ended_are_abandoned_at_once() {
+    fn files_of_an_ended_process_are_abandoned_immediately() {
         assert!(is_abandoned(&name("node-07", 8), 0));
         // Another process has reused the identifier.
         assert!(is_abandoned(&name("node-07", 7), 9));
     }
 
     #[test]
-    fn files_of_other_machines_and_of_nobody_known_are_abandoned_after_a_week() {
+    fn files_of_other_machines_and_unknown_writers_are_abandoned_after_a_week() {
         for name in [name("node-08", 8), name("node-08", 7), ".unfinished-aB3dEf".to_owned()] {
             assert!(!is_abandoned(&name, 0), "{name}");
             assert!(!is_abandoned(&name, 6), "{name}");
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_without_a_name_of_its_own_knows_none_of_its_files() {
+    fn a_machine_without_a_unique_name_owns_no_files() {
         let nameless = HostState { machine: String::new(), ..node07() };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name("", 8));
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn this_process_lives() {
+    fn this_process_has_a_start_time() {
         let started = started(std::process::id()).unwrap();
         assert!(started <= SystemTime::now());
     }
