@@ -68,8 +68,12 @@ impl Session<'_> {
     pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
         // The files of surfaces must be there: they go along.
         let data = self.data();
-        let reading =
-            StudyResults::new(self.study()?, data.open_read_only()?, &data.results(), &PaperClaims)?;
+        let reading = StudyResults::new(
+            self.study()?,
+            data.open_read_only()?,
+            &data.results(),
+            &PaperClaims,
+        )?;
         let named = || PathBuf::from(format!("{}.zip", reading.plan.study));
         let archive = options.output.clone().unwrap_or_else(named);
         if !options.replace && archive.symlink_metadata().is_ok() {

@@ -344,8 +344,8 @@ fn columns_page() -> String {
         let new: Vec<_> = columns.into_iter().filter(|column| !known.contains(column)).collect();
         page += &format!("\n## `{kind}`\n\n| column | unit | meaning |\n|---|---|---|\n");
         for column in &new {
-            let Description { name, unit, meaning, .. } = column;
-            page += &format!("| `{name}` | {} | {} |\n", cell(unit), cell(meaning));
+            let Description { name, unit, .. } = column;
+            page += &format!("| `{name}` | {} | {} |\n", cell(unit), cell(&column.explained()));
         }
         known.extend(new);
     }

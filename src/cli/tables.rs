@@ -266,7 +266,7 @@ fn descriptions(columns: &[&Description]) -> String {
     let mut grid = Grid::new();
     grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
     for column in columns {
-        grid.add_row([&column.name, &column.unit, &column.meaning]);
+        grid.add_row([&column.name, &column.unit, &column.explained()]);
     }
     grid.trim_fmt()
 }

@@ -9,7 +9,7 @@ use asperity::session::{DescribedColumns, Session};
 use asperity::tables::parquet;
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, STUDY, text};
+use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 use crate::shipped;
 
 /// The columns that a manifest promises, stage by stage.
@@ -103,6 +103,66 @@ columns = { twice = { unit = "1/2", meaning = "double the area" } }
         ]
     );
     assert_kept(&bench, "small", &bench.path("study.toml"));
+}
+
+/// A sentence is wording: no key and no stored table depends on it.
+#[test]
+fn another_meaning_computes_nothing_and_stands_in_the_published_table() {
+    let bench = Bench::new();
+    let query = r#"
+[stage.doubled]
+kind = "aggregate"
+from = "area"
+sql = "select load, 2 * area_fraction as twice from area"
+columns = { twice = { unit = "1", meaning = "double the area" } }
+"#;
+    let manifest = format!("{STUDY}{query}");
+    bench.run(&manifest);
+    let store = || {
+        let mut files = bench.files();
+        files.retain(|path, _| path.to_string_lossy().contains("store"));
+        files
+    };
+    let before = store();
+    let counts = bench.run(&manifest.replace("double the area", "twice the contact area"));
+    assert!(counts.values().all(is_idle), "{counts:?}");
+    let twice = bench.table("small", "doubled").descriptions().swap_remove(1);
+    assert_eq!(twice.meaning, "twice the contact area");
+    assert_same_files(&store(), &before);
+}
+
+#[test]
+fn stored_tables_hold_no_meaning() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let holds =
+        |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+    let meaning = "share of the nodes in contact";
+    let mut stored = 0;
+    for (path, bytes) in bench.files() {
+        if path.to_string_lossy().contains("store") {
+            assert!(!holds(&bytes, meaning), "{}", path.display());
+            stored += 1;
+        }
+    }
+    assert!(stored > 10);
+    let published = std::fs::read(bench.data().join("results/small/area.parquet")).unwrap();
+    assert!(holds(&published, meaning));
+}
+
+#[test]
+fn columns_of_codes_list_and_explain_them() {
+    let bench = Bench::new();
+    let all: Value =
+        serde_json::from_str(&text(&bench.output(&["columns", "--json"]).stdout)).unwrap();
+    let kinds = all.as_array().unwrap().iter();
+    let columns: Vec<&Value> = kinds.flat_map(|kind| kind["columns"].as_array().unwrap()).collect();
+    for (name, code) in [("stop", "pair-limit"), ("status", "too-few-points")] {
+        let column = columns.iter().find(|column| column["name"] == name).unwrap();
+        let codes = column["codes"].as_array().unwrap();
+        assert!(codes.iter().any(|entry| entry["code"] == code), "{column}");
+        assert!(codes.iter().all(|entry| !entry["meaning"].as_str().unwrap().is_empty()));
+    }
 }
 
 #[test]

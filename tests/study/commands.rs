@@ -108,7 +108,7 @@ fn run_ends_with_a_line_per_stage_and_the_place_of_the_tables() {
         "Nayak α",
         "all converged",
         "none, 2017",
-        "4 fits · 4 did not converge\n",
+        "4 fits · 4 not-converged\n",
         "*.parquet",
     ] {
         assert!(told.contains(part), "{part} in\n{told}");

@@ -15,10 +15,11 @@ use std::path::{Path, PathBuf};
 
 use crate::adaptive_sampling::{ClaimRule, SampledStudy, SamplingError};
 use crate::plan::{Plan, PlannedStage};
-use crate::results::publishing::TableParts;
+use crate::results::publishing::{RowContext, TableParts};
 use crate::results::reader::ResultReader;
-use crate::study::{ClaimNames, Study};
+use crate::study::{ClaimNames, EmptyTables, Study};
 use asperity_manifest::diagnostics::ManifestErrors;
+use asperity_stages::StageError;
 use asperity_stages::columns::CONTENT;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::column::{Column, ColumnKind};
@@ -31,9 +32,9 @@ use asperity_tables::table::{Table, TableError};
 
 pub use publishing::{PublishedTable, publish};
 
-/// Version of the published tables. Increase it when their metadata change, so that existing tables
-/// are rewritten.
-const FORMAT: u32 = 2;
+/// Version of the published tables. Increase it when their metadata change in form, so that existing
+/// tables are rewritten.
+const FORMAT: u32 = 3;
 
 /// Name of the folder with a study's figures, beside its tables.
 pub const FIGURES: &str = "figures";
@@ -55,6 +56,7 @@ pub struct StudyResults {
     pub plan: Plan,
     pub reader: ResultReader,
     folder: PathBuf,
+    empty_tables: EmptyTables,
 }
 
 /// Rows of a stage's finished tasks.
@@ -99,7 +101,8 @@ impl StudyResults {
     ) -> Result<StudyResults, SamplingError> {
         let reader = ResultReader::new(store, &folder.join(&study.name));
         let SampledStudy { study, plan, .. } = SampledStudy::from_tables(study, &reader, rule)?;
-        Ok(StudyResults { study, plan, reader, folder: folder.to_owned() })
+        let empty_tables = EmptyTables::new(&study);
+        Ok(StudyResults { study, plan, reader, folder: folder.to_owned(), empty_tables })
     }
 
     /// Reads the rows of every stage, in the order of the plan.
@@ -132,6 +135,7 @@ impl StudyResults {
     pub fn open(&self, stage: &PlannedStage) -> Result<StageRows<TableSource>, ResultsError> {
         let StudyResults { plan, reader, .. } = self;
         let sources = &self.study.sources;
+        let description = described(&self.empty_tables, &self.study, &stage.name)?;
         let path = path(&self.folder, &plan.study, &stage.name);
         let mut published = TableSource::open(&path);
         let stored = stage.tasks_where(&reader.store().have(&plan.keys_of(stage)));
@@ -144,7 +148,7 @@ impl StudyResults {
             is_published,
         };
         for tasks in [stored, stage.tasks.clone()] {
-            let digest = digest(plan, &tasks, sources);
+            let digest = digest(plan, &tasks, sources, description);
             let is_it = |metadata: &Metadata| metadata.get("digest") == Some(&digest);
             published = match published {
                 Ok((table, metadata)) if !tasks.is_empty() && is_it(&metadata) => {
@@ -167,8 +171,9 @@ impl StudyResults {
             // The damaged table may have been the only one.
             Err(error @ StoreError::Damaged { .. }) if parts.is_empty() => Err(error.into()),
             _ => {
-                let (tasks, table) = parts.stacked(plan, stage, sources)?;
-                let digest = digest(plan, &tasks, sources);
+                let context = RowContext { plan, stage, sources, description };
+                let (tasks, table) = parts.stacked(context)?;
+                let digest = digest(plan, &tasks, sources, description);
                 Ok(rows(tasks, table.map(Into::into), digest, false))
             }
         }
@@ -190,6 +195,21 @@ pub enum ResultsError {
     /// The tables of two tasks contradict each other.
     #[error("cannot combine the tables of stage `{stage}`")]
     Table { stage: String, source: TableError },
+    /// The columns of a stage cannot be derived from those of its inputs.
+    #[error("cannot describe the columns of stage `{stage}`")]
+    Columns { stage: String, source: StageError },
+}
+
+/// Returns the table of a stage without rows. Units and meanings of its columns, which stored tables
+/// do not hold, are attached to tables that are published or read.
+fn described<'a>(
+    tables: &'a EmptyTables,
+    study: &Study,
+    stage: &str,
+) -> Result<&'a Table, ResultsError> {
+    tables
+        .named(study, stage)
+        .map_err(|source| ResultsError::Columns { stage: stage.to_owned(), source })
 }
 
 /// Adds, without rows, the columns that published tables have beyond those of the tasks.
@@ -251,9 +271,9 @@ fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     Ok(files)
 }
 
-/// Returns the digest of what decides a stage's table: its tasks and the paths of its surface
-/// files.
-fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles) -> String {
+/// Returns the digest of what decides a published table: its tasks, the paths of its surface files
+/// and the wording of its columns.
+fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles, description: &Table) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
-    Digest::from_params(&(FORMAT, keys, sources.paths())).to_string()
+    Digest::from_params(&(FORMAT, keys, sources.paths(), description.descriptions())).to_string()
 }

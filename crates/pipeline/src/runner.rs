@@ -22,6 +22,7 @@ use crate::plan::{Plan, Task};
 use crate::results::reader::ResultReader;
 use asperity_contact::threads::Threads;
 use asperity_manifest::diagnostics::words_of_panic;
+use asperity_stages::fit::status;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Context, Input, StageError};
 use asperity_tables::parallel;
@@ -276,7 +277,7 @@ impl<'a> Run<'a> {
             }
             read => read?,
         };
-        Ok(Input { recipe, table })
+        Ok(Input { recipe, table: status::with_codes(table) })
     }
 
     /// Recomputes a table that existed when the run started but is damaged. Two tasks that need it

@@ -10,6 +10,7 @@ mod validate;
 mod warnings;
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use crate::manifest::Manifest;
 use asperity_manifest::diagnostics::Problems;
@@ -47,6 +48,39 @@ pub struct Study {
     /// Stages, each after the stages that it reads, otherwise in the order of the manifest.
     pub stages: Vec<Stage>,
     pub sources: SurfaceFiles,
+}
+
+/// Tables of the stages of a study without rows, each derived when it is first asked for.
+#[derive(Debug)]
+pub struct EmptyTables(Vec<OnceLock<Table>>);
+
+impl EmptyTables {
+    /// Derives no table yet.
+    pub fn new(study: &Study) -> EmptyTables {
+        EmptyTables(study.stages.iter().map(|_| OnceLock::new()).collect())
+    }
+
+    /// Returns the table of a stage, by its position in the study, from those that it reads.
+    ///
+    /// # Errors
+    /// When a query cannot be answered.
+    pub fn of(&self, study: &Study, stage: usize) -> Result<&Table, StageError> {
+        if let Some(table) = self.0[stage].get() {
+            return Ok(table);
+        }
+        let Stage { inputs, work, .. } = &study.stages[stage];
+        let read = inputs
+            .iter()
+            .map(|&input| Ok((study.stages[input].name.clone(), self.of(study, input)?.clone())));
+        let table = work.empty_table(&read.collect::<Result<Vec<_>, StageError>>()?)?;
+        Ok(self.0[stage].get_or_init(|| table))
+    }
+
+    /// Returns the table of a stage by its name. See [`EmptyTables::of`].
+    pub fn named(&self, study: &Study, stage: &str) -> Result<&Table, StageError> {
+        let position = study.stages.iter().position(|known| known.name == stage);
+        self.of(study, position.expect("the stage is one of the study"))
+    }
 }
 
 /// A stage of a study.
@@ -116,13 +150,8 @@ impl Study {
     /// # Errors
     /// Returns an error if a query cannot be evaluated.
     pub fn empty_tables(&self) -> Result<Vec<Table>, StageError> {
-        let mut tables: Vec<(String, Table)> = Vec::new();
-        for stage in &self.stages {
-            let inputs = stage.inputs.iter().map(|&input| tables[input].clone());
-            let table = stage.work.empty_table(&inputs.collect::<Vec<_>>())?;
-            tables.push((stage.name.clone(), table));
-        }
-        Ok(tables.into_iter().map(|(_, table)| table).collect())
+        let tables = EmptyTables::new(self);
+        (0..self.stages.len()).map(|stage| tables.of(self, stage).cloned()).collect()
     }
 
     /// Validates the text of a manifest.

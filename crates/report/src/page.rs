@@ -18,6 +18,7 @@ use asperity_pipeline::forecast;
 use asperity_stages::columns::STOP;
 use asperity_stages::solve::GIVEN_UP;
 use asperity_tables::cells::cells;
+use asperity_tables::column::Description;
 use asperity_tables::store::files::from_folder;
 
 const TEMPLATE: &str = include_str!("page/page.html");
@@ -137,14 +138,14 @@ fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
     let shown = table.rows().min(ROWS);
     let fields = table.batch().schema_ref().fields();
     let columns = fields.iter().map(|field| {
-        let about = |entry: &str| field.metadata().get(entry).map_or("", String::as_str);
-        let unit = match about("unit") {
+        let description = Description::from(field.as_ref());
+        let unit = match description.unit.as_str() {
             "" | "1" => String::new(),
             unit => format!(" [{unit}]"),
         };
         ShownColumn {
             name: field.name().clone(),
-            meaning: format!("{}{unit}", about("meaning")),
+            meaning: format!("{}{unit}", description.explained()),
             numeric: matches!(field.data_type(), DataType::Float64 | DataType::Int64),
         }
     });

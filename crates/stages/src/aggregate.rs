@@ -28,7 +28,7 @@ pub use groups::reduce as grouped;
 pub use statistics::Statistic;
 pub use theory::{Model, OF_THE_SPECTRUM};
 
-/// Raise it when the numbers change, or what columns say of themselves.
+/// Version of the numbers, part of every key: raised whenever they change.
 pub const VERSION: u32 = 5;
 
 /// Reduces tables to statistics.
@@ -160,8 +160,8 @@ pub struct Sql {
     /// Names under which the query sees the inputs, and how many input tables each holds; none of
     /// a table that it does not read, and none before the study is planned.
     pub tables: Vec<(String, usize)>,
-    /// What columns of the answer mean that no input has.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    /// Units and meanings of columns that no input has. They are wording and no part of the recipe.
+    #[serde(skip)]
     pub columns: BTreeMap<String, Meaning>,
 }
 

@@ -1,7 +1,7 @@
 //! Every column of every stage: its name, unit and meaning, said once.
 
 use asperity_tables::column::ColumnKind::{Flag, Integer, Real, Text};
-use asperity_tables::column::{Column, Role};
+use asperity_tables::column::{Code, Column, Role};
 
 mod contacts;
 mod surfaces;
@@ -124,11 +124,14 @@ pub const TOLERANCE: Column = parameter(
 );
 pub const BOUNDARY: Column = parameter_text(
     "boundary",
-    "what lies beyond the edges of the map: nothing, where it is `free`; then displacements are \
-     absolute, `mean_gap` is that over the map alone, the edges of the map are no edges of contact, \
-     clusters end there, and one that reaches from edge to edge percolates; null where the map \
-     repeats itself",
-);
+    "boundary condition at the edges of the map; null where it is periodic",
+)
+.with_codes(&[Code {
+    word: "free",
+    meaning: "an isolated patch: displacements are absolute, `mean_gap` is the mean over the map, the \
+              edges of the map are not edges of contact, and a cluster that reaches from edge to edge \
+              percolates",
+}]);
 pub const MEAN_DISPLACEMENT: Column = real(
     "mean_displacement",
     "length",

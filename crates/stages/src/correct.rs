@@ -28,7 +28,7 @@ use asperity_manifest::written::{Key, Section, Written, deserialize_either, tabl
 use asperity_tables::column::{optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
-/// Raise it when the numbers change, or what columns say of themselves.
+/// Version of the numbers, part of every key: raised whenever they change.
 pub const VERSION: u32 = 3;
 
 /// Corrects the contact area for the mesh.

@@ -8,8 +8,9 @@ pub mod meshes;
 pub mod percolation;
 pub mod rows;
 mod spectra;
+pub mod status;
 
-pub use rows::FITTED;
+pub use status::FITTED;
 
 use std::borrow::Cow;
 
@@ -36,7 +37,7 @@ use asperity_tables::column::{Column, Role};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
 
-/// Raise it when the numbers change, or what columns say of themselves.
+/// Version of the numbers, part of every key: raised whenever they change.
 pub const VERSION: u32 = 7;
 
 /// Fits laws to the pooled surfaces of one parameter point.
@@ -142,13 +143,11 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
     let status = table.texts(STATUS.name)?;
     let among = |word: &str| status.iter().filter(|status| *status == Some(word)).count();
-    let astray = among(&FitError::NotConverged.to_string());
-    let failed = table.rows() - among(FITTED) - astray;
-    let mut parts = vec![
-        Some(counted(table.rows(), "fit")),
-        (astray > 0).then(|| format!("{astray} did not converge")),
-        (failed > 0).then(|| format!("{failed} failed, see `status`")),
-    ];
+    let mut parts = vec![Some(counted(table.rows(), "fit"))];
+    parts.extend(status::CODES.iter().skip(1).map(|code| match among(code.word) {
+        0 => None,
+        count => Some(format!("{count} {}", code.word)),
+    }));
     for parameter in laws::parameters() {
         if let Some(symbol) = parameter.symbol {
             parts.push(range(source, parameter.value.name, symbol)?);
@@ -308,7 +307,7 @@ mod tests {
             assert_eq!(table.reals(name).unwrap().null_count(), 1, "{name}");
         }
         let parts: Vec<String> = summary(&table.into()).unwrap().into_iter().flatten().collect();
-        let told = ["2 fits", "1 did not converge", "κ 2.7500", "β 1.2000", "μ 0.6000"];
+        let told = ["2 fits", "1 not-converged", "κ 2.7500", "β 1.2000", "μ 0.6000"];
         assert_eq!(parts, told);
     }
 }

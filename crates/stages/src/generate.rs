@@ -41,7 +41,7 @@ use asperity_tables::table::Table;
 pub use self::mesh::PerAxis;
 pub use self::origin::{MeasuredSurface, Origin, SeenMap};
 
-/// Raise it when the numbers change, or what columns say of themselves.
+/// Version of the numbers, part of every key: raised whenever they change.
 pub const VERSION: u32 = 3;
 
 /// Draws surfaces or reads measured ones.

@@ -31,7 +31,7 @@ use contacts::Besides;
 pub use distributions::Distribution;
 use statistics::Statistic;
 
-/// Raise it when the numbers change, or what columns say of themselves.
+/// Version of the numbers, part of every key: raised whenever they change.
 pub const VERSION: u32 = 4;
 
 /// Counts contacts, or heights, and measures surfaces.

@@ -36,7 +36,7 @@ use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
 
-/// Raise it when the numbers change, or what columns say of themselves.
+/// Version of the numbers, part of every key: raised whenever they change.
 pub const VERSION: u32 = 16;
 
 /// Presses surfaces, load after load.

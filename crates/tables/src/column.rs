@@ -1,4 +1,8 @@
-//! What a column holds: name, role, type, unit and meaning, said once and carried into every file.
+//! Columns of tables: name, role, type, unit, meaning and codes, each declared once.
+//!
+//! The name, the type and the role decide how later stages use a column, so that the file of a
+//! task stores them. The unit, the meaning and the codes are wording: they are attached when a
+//! table is published or described, and rewriting them changes no stored byte.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -10,17 +14,27 @@ use arrow::array::{
 };
 use arrow::buffer::OffsetBuffer;
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// What a column holds, said once and carried into every file.
+/// Declaration of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
     pub name: &'static str,
     pub role: Role,
     pub kind: ColumnKind,
-    /// Unit of its values; `1` for pure numbers, empty where units make no sense.
+    /// Unit of the values: `1` for pure numbers, empty for text and flags.
     pub unit: &'static str,
-    /// One phrase that says what it means.
+    /// Meaning of the values in one phrase.
+    pub meaning: &'static str,
+    /// All values of a column that holds codes, empty for other columns.
+    pub codes: &'static [Code],
+}
+
+/// A word of a closed list that stands in a table, with the sentence that explains it to readers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Code {
+    #[serde(rename = "code")]
+    pub word: &'static str,
     pub meaning: &'static str,
 }
 
@@ -60,7 +74,12 @@ impl Column {
         unit: &'static str,
         meaning: &'static str,
     ) -> Column {
-        Column { name, role: Role::Parameter, kind, unit, meaning }
+        Column { name, role: Role::Parameter, kind, unit, meaning, codes: &[] }
+    }
+
+    /// Returns the column with the closed list of its values.
+    pub const fn with_codes(self, codes: &'static [Code]) -> Column {
+        Column { codes, ..self }
     }
 
     pub const fn with_role(self, role: Role) -> Column {
@@ -74,7 +93,7 @@ impl Column {
         unit: &'static str,
         meaning: &'static str,
     ) -> Column {
-        Column { name, role: Role::Result, kind, unit, meaning }
+        Column { name, role: Role::Result, kind, unit, meaning, codes: &[] }
     }
 
     /// A computed column that stays in the store.
@@ -84,22 +103,32 @@ impl Column {
         unit: &'static str,
         meaning: &'static str,
     ) -> Column {
-        Column { name, role: Role::Heavy, kind, unit, meaning }
+        Column { name, role: Role::Heavy, kind, unit, meaning, codes: &[] }
     }
 
-    /// The column as Arrow knows it; role, unit and meaning are its metadata.
+    /// Returns the column as a field of Arrow whose metadata hold role, unit, meaning and codes.
     pub fn field(&self) -> Field {
-        let metadata = described(self.role, self.unit, self.meaning);
+        let mut metadata = described(self.role, self.unit, self.meaning);
+        if !self.codes.is_empty() {
+            let codes = serde_json::to_string(self.codes).expect("codes are plain text");
+            metadata = metadata.with(CODES, codes);
+        }
         Field::new(self.name, self.kind.data_type(), true).with_metadata(metadata)
     }
 }
 
-/// What a column is for, its unit and its meaning, as files carry them.
+/// Entries of a field's metadata. Only the first is stored in the file of a task.
+pub(crate) const ROLE: &str = "role";
+pub(crate) const CODES: &str = "codes";
+/// Entries of a field's metadata that are wording.
+pub(crate) const WORDING: [&str; 3] = ["unit", "meaning", CODES];
+
+/// Returns role, unit and meaning of a column as metadata of a field.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
-    Metadata::new().with("role", role.name()).with("unit", unit).with("meaning", meaning)
+    Metadata::new().with(ROLE, role.name()).with("unit", unit).with("meaning", meaning)
 }
 
-/// What a file says of a column.
+/// Description of a column for readers of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Description {
     pub name: String,
@@ -108,8 +137,30 @@ pub struct Description {
     /// `parameter`, `surface`, `load`, `derived`, `result` or `heavy`.
     pub role: String,
     pub unit: String,
-    /// One phrase that says what it means.
+    /// Meaning of the values in one phrase.
     pub meaning: String,
+    /// All values of a column that holds codes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub codes: Vec<ExplainedCode>,
+}
+
+/// A [`Code`] as it is read from the metadata of a field.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ExplainedCode {
+    pub code: String,
+    pub meaning: String,
+}
+
+impl Description {
+    /// Returns the meaning, followed by the codes and their explanations where there are any.
+    pub fn explained(&self) -> String {
+        let codes: Vec<String> =
+            self.codes.iter().map(|one| format!("`{}`: {}", one.code, one.meaning)).collect();
+        match codes.as_slice() {
+            [] => self.meaning.clone(),
+            _ => format!("{}. {}", self.meaning, codes.join(". ")),
+        }
+    }
 }
 
 impl From<&Field> for Description {
@@ -128,6 +179,7 @@ impl From<&Field> for Description {
             role: entry("role"),
             unit: entry("unit"),
             meaning: entry("meaning"),
+            codes: serde_json::from_str(&entry(CODES)).unwrap_or_default(),
         }
     }
 }
@@ -150,7 +202,7 @@ impl Role {
 
     /// The role that a field's metadata name, if it is a column of ours.
     pub fn of(field: &Field) -> Option<Role> {
-        let name = field.metadata().get("role")?;
+        let name = field.metadata().get(ROLE)?;
         Role::ALL.into_iter().find(|role| role.name() == name)
     }
 

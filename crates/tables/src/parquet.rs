@@ -186,7 +186,7 @@ fn digested(metadata: &Metadata) -> Digested {
 
 fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> WriterProperties {
     let entry = |name: &str, value: String| KeyValue::new(format!("{PREFIX}{name}"), value);
-    let fields = || decode::columns_as_json(schema);
+    let fields = || decode::roles_as_json(schema);
     let own = match metadata.key {
         Some(key) => vec![entry(KEY, key.to_string()), entry(FIELDS, fields())],
         None => vec![entry(DIGESTED, digested(metadata).name().to_owned())],

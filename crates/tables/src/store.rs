@@ -329,7 +329,7 @@ mod tests {
         let table = Table::new(2, vec![(AREA, reals([0.25, 0.5]))]);
         assert!(!store.has(made.key()));
         store.publish(&made, &table).unwrap();
-        (folder, store, made.key(), table)
+        (folder, store, made.key(), table.without_wording())
     }
 
     fn is_damaged(store: &Store, key: TaskKey) -> bool {

@@ -8,10 +8,10 @@ use arrow::array::{
     LargeListArray, StringArray, UInt32Array, new_null_array,
 };
 use arrow::compute::{concat, take};
-use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Schema, SchemaRef};
+use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata, Schema, SchemaRef};
 use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
-use super::column::{Column, Description, Role, Value};
+use super::column::{Column, Description, Role, Value, WORDING};
 
 /// Rows under named columns; cheap to clone.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,6 +97,34 @@ impl Table {
     pub fn descriptions(&self) -> Vec<Description> {
         let fields = self.0.schema_ref().fields().iter();
         fields.map(|field| field.as_ref().into()).collect()
+    }
+
+    /// Returns the table with units, meanings and codes from another table, by the names of columns.
+    ///
+    /// A column that `other` lacks keeps its wording.
+    pub fn described_by(&self, other: &Table) -> Table {
+        let words = other.0.schema_ref();
+        self.with_fields(|field| {
+            let Ok(known) = words.field_with_name(field.name()) else { return field };
+            let wording = known.metadata().iter().filter(|(entry, _)| WORDING.contains(&&***entry));
+            let metadata =
+                wording.fold(without_wording(&field), |all, (entry, text)| all.with(entry, text));
+            field.with_metadata(metadata)
+        })
+    }
+
+    /// Returns the table without units, meanings and codes, as the file of a task stores it.
+    pub fn without_wording(&self) -> Table {
+        self.with_fields(|field| {
+            let metadata = without_wording(&field);
+            field.with_metadata(metadata)
+        })
+    }
+
+    fn with_fields(&self, change: impl Fn(Field) -> Field) -> Table {
+        let fields = self.0.schema_ref().fields().iter();
+        let fields: Vec<Field> = fields.map(|field| change(field.as_ref().clone())).collect();
+        Table::of(self.rows(), Schema::new(fields), self.0.columns().to_vec())
     }
 
     /// Returns the size of the rows in bytes, also where they share memory with other tables.
@@ -289,6 +317,12 @@ impl Table {
         let arrays = [self.0.columns(), other.0.columns()].concat();
         Table::of(self.rows(), Schema::new(fields), arrays)
     }
+}
+
+fn without_wording(field: &Field) -> Metadata {
+    let mut metadata = field.metadata().clone();
+    metadata.retain(|entry, _| !WORDING.contains(&entry.as_str()));
+    metadata
 }
 
 impl From<RecordBatch> for Table {

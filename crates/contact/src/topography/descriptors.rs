@@ -325,10 +325,12 @@ mod tests {
     fn a_wavy_surface_is_flattened_by_its_westergaard_pressure() {
         // Wave: p* = πE*Δ/λ and h′ = √2 πΔ/λ. Product of two waves: p* = √2 πE*Δ/λ.
         let (amplitude, waves) = (0.01, 3);
-        let wave = Descriptors::from_surface(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
+        let wave =
+            Descriptors::from_surface(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
         assert_close(wave.full_contact_load, 0.5_f64.sqrt());
-        let product =
-            Descriptors::from_surface(&Shape::WaveProduct { amplitude, waves }.draw(square(48, 2.0)));
+        let product = Descriptors::from_surface(
+            &Shape::WaveProduct { amplitude, waves }.draw(square(48, 2.0)),
+        );
         assert_close(product.full_contact_load, 1.0);
     }
 
@@ -417,7 +419,8 @@ mod tests {
         let low = Shape::Paraboloid { radius: 0.5 }.draw(square(16, 1.0));
         let high = low.heights().iter().map(|height| height + 64.0).collect();
         let high = Surface::new(low.grid(), high).unwrap();
-        let [low, high] = [low, high].map(|surface| Roughness::from_surface(&surface, Boundary::Free));
+        let [low, high] =
+            [low, high].map(|surface| Roughness::from_surface(&surface, Boundary::Free));
         for (low, high) in
             [(low.sq, high.sq), (low.sa, high.sa), (low.ssk.unwrap(), high.ssk.unwrap())]
         {

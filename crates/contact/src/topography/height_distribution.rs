@@ -314,7 +314,8 @@ mod tests {
     fn normal_densities_integrate_to_one_and_are_symmetric() {
         let surface = Surface::new(square(2, 1.0), vec![0.0, 0.0, 1.0, 1.0]).unwrap();
         for bins in [7, 100] {
-            let bins = HistogramPool::from_histogram(&Histogram::from_surface(&surface, bins, 9.0)).bins();
+            let bins =
+                HistogramPool::from_histogram(&Histogram::from_surface(&surface, bins, 9.0)).bins();
             let integral: f64 = bins.iter().map(|bin| bin.normal).sum::<f64>();
             let width = 18.0 / bins.len() as f64;
             assert!((integral * width - 1.0).abs() < 1e-14);

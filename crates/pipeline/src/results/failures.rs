@@ -16,7 +16,7 @@ use asperity_stages::Kind;
 use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
 use asperity_stages::solve::GIVEN_UP;
 use asperity_tables::column::ColumnKind::Text;
-use asperity_tables::column::{Column, texts};
+use asperity_tables::column::{Code, Column, texts};
 use asperity_tables::parquet;
 use asperity_tables::parquet::{Columns, Metadata};
 use asperity_tables::store::files::{Existing, read_whole, write_whole};
@@ -40,8 +40,16 @@ pub const OUTCOME: Column = Column::result(
     "outcome",
     Text,
     "",
-    "failed, not-started because of another task, or not-converged at a load",
-);
+    "what happened to the task",
+)
+.with_codes(&[
+    Code { word: FAILED, meaning: "the task could not be computed" },
+    Code { word: NOT_STARTED, meaning: "a task that it reads failed" },
+    Code {
+        word: NOT_CONVERGED,
+        meaning: "a load did not converge within `max_pairs`; its row is in the table of the stage",
+    },
+]);
 /// Column with the reason of the failure.
 pub const REASON: Column = Column::result("reason", Text, "", "what went wrong");
 /// Column with the command that recomputes the task.

@@ -12,7 +12,8 @@ use crate::plan::{Plan, PlannedStage};
 use crate::results::owner::Owner;
 use crate::results::reader::ResultReader;
 use crate::results::reader::{KIND, MISSING_COLUMNS, MissingColumns};
-use crate::results::{PATH, ResultsError, TASK, digest, file};
+use crate::results::{PATH, ResultsError, TASK, described, digest, file};
+use crate::study::EmptyTables;
 use asperity_stages::columns::CONTENT;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::column::{Description, optional_texts, texts};
@@ -61,6 +62,7 @@ pub fn publish(
     let folder = folder.join(&sampled.plan.study);
     let publisher = Publisher {
         sampled,
+        empty_tables: EmptyTables::new(&sampled.study),
         reader: ResultReader::new(store.clone(), &folder),
         manifest,
         folder,
@@ -85,6 +87,7 @@ pub fn publish(
 /// Writer of a study's published tables.
 struct Publisher<'a> {
     sampled: &'a SampledStudy,
+    empty_tables: EmptyTables,
     reader: ResultReader,
     manifest: &'a Path,
     folder: PathBuf,
@@ -104,6 +107,8 @@ impl Publisher<'_> {
     /// exists.
     fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
+        let description = described(&self.empty_tables, study, &stage.name)?;
+        let context = RowContext { plan, stage, sources: &study.sources, description };
         let path = self.folder.join(file(&stage.name));
         let table = |finished| PublishedTable {
             stage: stage.name.clone(),
@@ -113,7 +118,7 @@ impl Publisher<'_> {
         };
         let have = self.reader.store().have(&plan.keys_of(stage));
         let stored = stage.tasks_where(&have);
-        let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources);
+        let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources, description);
         let there = written_for(&path);
         let is_there = |digest: &String| there.as_ref() == Some(digest);
         for tasks in [&stage.tasks, &stored] {
@@ -133,7 +138,7 @@ impl Publisher<'_> {
         };
         let mut published = table(tasks.len());
         if !tasks.is_empty() && !is_there(&digest) {
-            published.quarantined = self.write(stage, &path, parts, &kept, digest)?;
+            published.quarantined = self.write(context, &path, parts, &kept, digest)?;
         }
         Ok(published)
     }
@@ -142,15 +147,14 @@ impl Publisher<'_> {
     /// if the file in its place was not written by any run.
     fn write(
         &self,
-        stage: &PlannedStage,
+        context: RowContext,
         path: &Path,
         mut parts: TableParts,
         kept: &[TaskKey],
         digest: String,
     ) -> Result<Option<PathBuf>, ResultsError> {
-        let SampledStudy { study, plan, .. } = self.sampled;
+        let RowContext { plan, stage, .. } = context;
         let (finished, missing, rows) = (parts.tasks()?.len(), parts.missing(), parts.rows());
-        let context = RowContext { plan, stage, sources: &study.sources };
         let mut groups = parts.groups(context, |part| Ok(self.read_again(stage, part, kept)?));
         let Some(first) = groups.next().transpose()? else {
             return Ok(None);
@@ -197,7 +201,7 @@ impl Publisher<'_> {
         let keys = part.tasks.iter().map(key);
         match self.reader.published_consecutive(&stage.name, keys) {
             Some((_, table)) => Ok(table),
-            None => self.reader.store().light(first),
+            None => self.reader.stored(first),
         }
     }
 
@@ -222,7 +226,7 @@ impl Publisher<'_> {
                     parts.add_all(tasks, &rows, table);
                     next += rows.len() - 1;
                 } else {
-                    parts.add(task, self.reader.store().light(key(task)))?;
+                    parts.add(task, self.reader.stored(key(task)))?;
                 }
             } else if let Some(rows) = self.reader.rows_of(key(task)) {
                 parts.add(task, Ok(rows))?;
@@ -361,12 +365,9 @@ impl TableParts {
     /// Returns an error if tables are damaged or contradict each other.
     pub fn stacked(
         mut self,
-        plan: &Plan,
-        stage: &PlannedStage,
-        sources: &SurfaceFiles,
+        context: RowContext,
     ) -> Result<(Vec<usize>, Option<Table>), ResultsError> {
         let tasks = self.tasks()?;
-        let context = RowContext { plan, stage, sources };
         let all = self.rows();
         let mut groups = self.tables(context, all.max(1), |_| unreachable!("all tables are held"));
         let table = groups.next().transpose()?.filter(|_| !tasks.is_empty());
@@ -445,6 +446,8 @@ pub struct RowContext<'a> {
     /// Stage whose table is assembled.
     pub stage: &'a PlannedStage,
     pub sources: &'a SurfaceFiles,
+    /// Its table without rows, whose columns have units and meanings.
+    pub description: &'a Table,
 }
 
 impl RowContext<'_> {
@@ -471,7 +474,7 @@ impl RowContext<'_> {
         } else {
             Table::stack(&keys).map_err(contradiction)?
         };
-        Ok(with_paths(table, self.sources).beside(&keys))
+        Ok(with_paths(table.described_by(self.description), self.sources).beside(&keys))
     }
 }
 

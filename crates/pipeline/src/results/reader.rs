@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::results::{PATH, TASK, files_of};
 use asperity_stages::columns::{CONTENT, FORMAT, UNIT};
+use asperity_stages::fit::status;
 use asperity_stages::grids::Grids;
 use asperity_stages::surface_files::{ContentHash, Recalled, Recollection};
 use asperity_stages::{Kind, StageError};
@@ -63,6 +64,11 @@ impl ResultReader {
         &self.store
     }
 
+    /// Reads the table of a task from the store, without maps.
+    pub fn stored(&self, key: TaskKey) -> Result<Table, StoreError> {
+        self.store.light(key).map(status::with_codes)
+    }
+
     /// Returns the study's folder of results.
     pub fn folder(&self) -> &Path {
         &self.folder
@@ -72,7 +78,7 @@ impl ResultReader {
     /// adds.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
         let mut published = self.published();
-        published.find_map(|(_, published)| published.rows_of(key))
+        published.find_map(|(_, published)| published.rows_of(key)).map(status::with_codes)
     }
 
     /// Returns a task's table without maps from the published table of a stage, or `None` if it is
@@ -80,7 +86,7 @@ impl ResultReader {
     pub fn published_table(&self, stage: &str, key: TaskKey) -> Option<Table> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
-        file.published()?.table_of(key)
+        file.published()?.table_of(key).map(status::with_codes)
     }
 
     /// Returns the tables of as many leading tasks of `keys` as are consecutive in the published
@@ -92,7 +98,8 @@ impl ResultReader {
     ) -> Option<(Vec<usize>, Table)> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
-        file.published()?.leading_tables(keys)
+        let (rows, table) = file.published()?.leading_tables(keys)?;
+        Some((rows, status::with_codes(table)))
     }
 
     /// Returns the stages whose tables have been published, with their tasks.
@@ -138,7 +145,7 @@ impl TaskTables for ResultReader {
     }
 
     fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
-        self.store.light(key).or_else(|error| {
+        self.stored(key).or_else(|error| {
             if error.is_recomputable() { self.rows_of(key).ok_or(error) } else { Err(error) }
         })
     }

@@ -231,8 +231,9 @@ fn fitted(table: &Table) -> Result<Vec<Limit>, TableError> {
     let corrections = texts_if_any(table, CORRECTION.name)?;
     let forms = forms(table)?;
     let status = table.texts("status")?;
-    let is_fitted =
-        |&row: &usize| value.is_valid(row) && loads.is_valid(row) && status.value(row) == FITTED;
+    let is_fitted = |&row: &usize| {
+        value.is_valid(row) && loads.is_valid(row) && status.value(row) == FITTED.word
+    };
     let limits = (0..table.rows()).filter(is_fitted).map(|row| {
         let correction = corrections.filter(|all| all.is_valid(row));
         let correction = correction.map(|all| format!(" · correction {}", all.value(row)));

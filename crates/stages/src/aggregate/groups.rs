@@ -17,7 +17,8 @@ use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, HARDNESS, HARDNESS_REDUCED, LOAD,
     PRESSURE, STOP, integer, real,
 };
-use crate::fit::rows::{FITTED, STATUS};
+use crate::fit::rows::STATUS;
+use crate::fit::status::FITTED;
 use crate::solve::GIVEN_UP;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;
@@ -103,7 +104,7 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
         expressions.push(given_up.sum().alias(UNCONVERGED.name));
     }
     if is_of_fits(table) {
-        let failed = col(STATUS.name).neq(lit(FITTED));
+        let failed = col(STATUS.name).neq(lit(FITTED.word));
         expressions.push(failed.sum().alias(UNFITTED.name));
     }
     for name in &groups.over {

@@ -5,8 +5,8 @@ use super::{
     EFFECTIVE_MODULUS, LOAD, MAX_PAIRS, PRESSURE, TOLERANCE, flag, integer, parameter,
     parameter_text, real, text,
 };
-use asperity_tables::column::Column;
 use asperity_tables::column::ColumnKind::{Bytes, Reals};
+use asperity_tables::column::{Code, Column};
 
 // What a load does.
 pub const CONTACT_NODES: Column = integer("contact_nodes", "1", "nodes with positive pressure");
@@ -21,7 +21,17 @@ pub const PAIRS: Column = integer(
 );
 pub const RESIDUAL: Column =
     real("residual", "rms slope × mesh step", "largest gap in contact or penetration outside it");
-pub const STOP: Column = text("stop", "how the load ended: converged, full-contact or pair-limit");
+pub const STOP: Column = text("stop", "how the solution of the load ended").with_codes(&[
+    Code { word: "converged", meaning: "the residual is within the tolerance" },
+    Code {
+        word: "full-contact",
+        meaning: "every node touches and none yields, so that the solution is exact",
+    },
+    Code {
+        word: "pair-limit",
+        meaning: "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance",
+    },
+]);
 pub const CONTACT: Column = Column::heavy(
     "contact",
     Bytes,
@@ -175,11 +185,19 @@ pub const SOLVED: [Column; 12] = [
 
 pub const INTERACTION: Column = parameter_text(
     "interaction",
-    "how asperities act on each other, where Hertz' contacts of the summits stand for the solved \
-     contact: `none`, `mean-field` or `explicit`; `contact_nodes` and maps are then of the nodes within \
-     their ellipses, and `residual` is the largest change of a displacement that one more iteration would \
-     make; null where the contact of every node is solved",
-);
+    "elastic interaction of the asperities where Hertzian contacts of the summits replace the solved \
+     contact; then `contact_nodes` and maps hold the nodes inside their ellipses, and `residual` is the \
+     largest change of a displacement by one more iteration; null where the contact of every node is \
+     solved",
+)
+.with_codes(&[
+    Code { word: "none", meaning: "asperities do not interact" },
+    Code {
+        word: "mean-field",
+        meaning: "each asperity is displaced by the mean pressure on all of them",
+    },
+    Code { word: "explicit", meaning: "each asperity is displaced by the forces on all others" },
+]);
 pub const CONTACTS: Column = integer("contacts", "1", "summits that touch");
 pub const OVERLAPPING_CONTACTS: Column =
     integer("overlapping_contacts", "1", "summits that touch on an ellipse that overlaps another");
@@ -232,11 +250,18 @@ pub const FLOW_RESIDUAL: Column = real(
     "the most that a flow may be too large by, over itself: the distance of its bounds by the principles \
      of Dirichlet and Thomson, the larger one of x and y",
 );
-pub const FLOW_STOP: Column = text(
-    "flow_stop",
-    "how the search for the flow ended: converged, no-channel, or iteration-limit where one of the two \
-     was not found",
-);
+pub const FLOW_STOP: Column =
+    text("flow_stop", "how the computation of the flow along x and y ended").with_codes(&[
+        Code { word: "converged", meaning: "both flows are within the tolerance" },
+        Code {
+            word: "no-channel",
+            meaning: "the gap percolates in neither direction: nothing flows",
+        },
+        Code {
+            word: "iteration-limit",
+            meaning: "a flow was not found within the limit of iterations; its columns are null",
+        },
+    ]);
 
 /// What is known of the flow under a load.
 pub const FLOW: [Column; 6] = [

@@ -4,6 +4,7 @@ use arrow::array::{BooleanArray, Float64Array, Int64Array, StringArray};
 
 use super::Params;
 use super::rows::{self, Row};
+use super::status;
 use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::grids::Meshes;
@@ -80,7 +81,7 @@ impl<'a> Measured<'a> {
             (Err(error), Ok(_)) | (Ok(_), Err(error)) => Some(error),
             (Err(_), Err(_)) => both.as_ref().err(),
         };
-        let failure = failure.map(ToString::to_string);
+        let failure = failure.map(status::of);
         let is_isotropic = is_isotropic(ensemble);
         let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
         if thresholds.iter().all(Option::is_none) {

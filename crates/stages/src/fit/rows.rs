@@ -5,14 +5,14 @@ use arrow::array::ArrayRef;
 use super::Params;
 use super::contact_evolution::{Datum, EvolutionChoices, Kappa};
 use super::laws::{Law, PlainLaw};
+use super::status;
 use crate::columns::{flag, integer, parameter, parameter_text, real, text};
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::{FitError, GoodnessOfFit};
-use asperity_tables::column::{Column, integers, optional_flags, optional_reals, reals, texts};
+use asperity_tables::column::{
+    Code, Column, integers, optional_flags, optional_reals, reals, texts,
+};
 use asperity_tables::table::Table;
-
-/// The word in the `status` column for a fit that has values; those that have none say why.
-pub const FITTED: &str = "fitted";
 
 /// Share of the data that may be left out.
 const MOST_MASKED: f64 = 0.2;
@@ -36,8 +36,8 @@ pub struct Row {
     /// Data left out, because their logarithm does not exist.
     pub masked: Option<usize>,
     pub convex: Option<bool>,
-    /// Why there is no fit.
-    pub failure: Option<String>,
+    /// Reason why the fit, or a part of it, has no values.
+    pub failure: Option<Code>,
 }
 
 impl Row {
@@ -64,7 +64,7 @@ impl Row {
 
     /// A row that says why there is no fit.
     pub fn failed(error: &FitError) -> Row {
-        Row { failure: Some(error.to_string()), ..Row::default() }
+        Row { failure: Some(status::of(error)), ..Row::default() }
     }
 
     /// The same row, or a failure if too many data had to be left out.
@@ -74,11 +74,7 @@ impl Row {
         if masked as f64 <= MOST_MASKED * all as f64 {
             return self;
         }
-        self.refused(format!(
-            "{masked} of {all} data have no logarithm, {:.0} % is the most: the mean contact pressure \
-             does not grow, or contact is full; try another window or correction",
-            100.0 * MOST_MASKED
-        ))
+        self.refused(status::TOO_MANY_MASKED)
     }
 
     /// The same row, or a failure if a parameter is beyond all numbers: then the data do not bound
@@ -87,19 +83,17 @@ impl Row {
         if self.values.iter().all(|value| value.is_finite()) {
             return self;
         }
-        let failure =
-            "a fitted parameter is beyond 1e308: the data do not bound it, try another window";
-        self.refused(failure.to_owned())
+        self.refused(status::UNBOUNDED)
     }
 
     /// A row that says how many data there are, and why there is no fit.
-    fn refused(self, failure: String) -> Row {
+    fn refused(self, failure: Code) -> Row {
         Row { failure: Some(failure), masked: self.masked, data: self.data, ..Row::default() }
     }
 
-    /// The word for it.
-    pub fn status(&self) -> &str {
-        self.failure.as_deref().unwrap_or(FITTED)
+    /// Returns the code of the column `status`.
+    pub fn status(&self) -> &'static str {
+        self.failure.unwrap_or(status::FITTED).word
     }
 }
 
@@ -203,11 +197,23 @@ pub const CHI_SQUARE: Column = real(
 pub const BOOTSTRAP: Column = integer("bootstrap", "1", "resamplings of whole surfaces");
 pub const BOOTSTRAP_FAILED: Column =
     integer("bootstrap_failed", "1", "resamplings that could not be fitted");
-pub const STATUS: Column = text("status", "fitted, or why values are missing");
+pub const STATUS: Column =
+    text("status", "how the fit ended, or why values are missing").with_codes(status::CODES);
 
 // Columns of some laws.
-const DATUM: Column = parameter_text("fitted_to", "what the residuals are taken of");
-const KAPPA_IS: Column = parameter_text("kappa_is", "given, free or minimal-convex");
+const DATUM: Column = parameter_text("fitted_to", "quantity whose residuals are minimised")
+    .with_codes(&[
+        Code { word: "slope", meaning: "the slope of the area between neighbouring loads" },
+        Code { word: "area", meaning: "the area" },
+    ]);
+const KAPPA_IS: Column = parameter_text("kappa_is", "how κ is determined").with_codes(&[
+    Code { word: "given", meaning: "κ is a number of the manifest" },
+    Code { word: "free", meaning: "κ is fitted with the other parameters" },
+    Code {
+        word: "minimal-convex",
+        meaning: "κ is the smallest value for which the fitted slope is convex",
+    },
+]);
 const KAPPA_GIVEN: Column = parameter("kappa_given", "1", "κ that is given, if it is");
 const WINDOW_LOWER: Column =
     parameter("window_lower", "E* × rms slope", "smallest load that counts");

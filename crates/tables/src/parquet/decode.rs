@@ -1,9 +1,9 @@
 //! Tables from the bytes of Parquet files.
 //!
-//! The file of a task's table does not carry Arrow's own schema, which takes nine kilobytes of a file
-//! that may hold one row of numbers, and half of the time that a small task takes. All types but two
-//! survive without it, and the rest of it fits one line of JSON. Tables of results carry Arrow's
-//! schema, for other programs to read.
+//! The file of a task does not carry Arrow's own schema, which takes nine kilobytes of a file that
+//! may hold one row of numbers, and half of the time that a small task takes. All types but two
+//! survive without it, and the roles of the columns fit one line of JSON. Published tables carry
+//! Arrow's schema for other programs to read.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -23,11 +23,11 @@ use parquet::arrow::arrow_reader::{
 };
 use parquet::file::metadata::{KeyValue, ParquetMetaData};
 use parquet::schema::types::SchemaDescriptor;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::digest::{self, Digested};
 use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, footer};
-use crate::column::{ColumnKind, Role};
+use crate::column::{ColumnKind, ROLE, Role};
 use crate::table::Table;
 
 /// Number of rows per batch, which bounds the memory for a file that claims too many rows.
@@ -156,17 +156,21 @@ fn entries(footer: &ParquetMetaData) -> impl Iterator<Item = &KeyValue> {
     entries.into_iter().flatten()
 }
 
-/// Role, unit and meaning of a column, as far as they are known.
-#[derive(Serialize, Deserialize)]
-struct Words([Option<String>; 3]);
+/// Entry of a column in the file of a task.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum StoredColumn {
+    /// Role of the column, if it has one.
+    Role(Option<String>),
+    /// Role, unit and meaning, as files held them before wording was kept apart. Unit and meaning are
+    /// ignored.
+    Described([Option<String>; 3]),
+}
 
-const KEYS: [&str; 3] = ["role", "unit", "meaning"];
-
-/// The columns in a line of JSON: role, unit and meaning of each, in order.
-pub(super) fn columns_as_json(schema: &Schema) -> String {
-    let column = |field: &Arc<Field>| Words(KEYS.map(|key| field.metadata().get(key).cloned()));
-    let columns: Vec<Words> = schema.fields().iter().map(column).collect();
-    serde_json::to_string(&columns).expect("three texts are plain data")
+/// Returns the roles of the columns, in order, as a JSON list.
+pub(super) fn roles_as_json(schema: &Schema) -> String {
+    let roles = schema.fields().iter().map(|field| field.metadata().get(ROLE));
+    serde_json::to_string(&roles.collect::<Vec<_>>()).expect("roles are plain text")
 }
 
 /// Selection of columns of a file by their indices, with their schema.
@@ -272,18 +276,18 @@ fn light(schema: &Schema) -> Chosen {
     (places, Arc::new(Schema::new(fields)))
 }
 
-/// The schema of a table again, from what Parquet knows of its types and what was told; `None` if
-/// the two do not fit.
+/// Restores the schema of a table from Parquet's types and the stored roles; `None` if the two do
+/// not fit.
 fn restored(parquet: &Schema, told: &str) -> Option<Schema> {
-    let columns: Vec<Words> = serde_json::from_str(told).ok()?;
+    let columns: Vec<StoredColumn> = serde_json::from_str(told).ok()?;
     if columns.len() != parquet.fields().len() {
         return None;
     }
     let fields = parquet.fields().iter().zip(columns);
-    let field = |(field, Words(values)): (&Arc<Field>, Words)| {
-        let known = KEYS.into_iter().zip(values);
-        let known = known.filter_map(|(key, value)| Some((key, value?)));
-        let metadata = known.fold(FieldMetadata::new(), |all, (key, value)| all.with(key, value));
+    let field = |(field, column): (&Arc<Field>, StoredColumn)| {
+        let (StoredColumn::Role(role) | StoredColumn::Described([role, ..])) = column;
+        let metadata =
+            role.map_or_else(FieldMetadata::new, |role| FieldMetadata::new().with(ROLE, role));
         let kind = our_type(field.data_type());
         Field::new(field.name(), kind, true).with_metadata(metadata)
     };
@@ -338,18 +342,42 @@ mod tests {
         decode(file, Columns::All).map(|(table, _)| table)
     }
 
-    #[test]
-    fn columns_of_every_kind_come_back_with_unit_and_meaning() {
-        let empty = schema();
+    fn rows_of_every_kind() -> Table {
         let arrays = ColumnKind::ALL.map(|kind| arrow::array::new_null_array(&kind.data_type(), 2));
-        let table = Table::of(2, empty, arrays.to_vec());
-        assert_eq!(read(&encode(&table, &a_task())).unwrap(), table);
+        Table::of(2, schema(), arrays.to_vec())
+    }
+
+    #[test]
+    fn columns_of_every_kind_come_back_with_their_role() {
+        let table = rows_of_every_kind();
+        let read = read(&encode(&table, &a_task())).unwrap();
+        assert_eq!(read, table.without_wording());
+        assert_eq!(read.in_role(Role::Result).names(), table.names());
+        assert_eq!(read.described_by(&table), table);
+    }
+
+    #[test]
+    fn the_file_of_a_task_does_not_depend_on_wording() {
+        let table = rows_of_every_kind();
+        let silent = table.without_wording();
+        assert_eq!(encode(&table, &a_task()), encode(&silent, &a_task()));
+    }
+
+    #[test]
+    fn files_that_hold_units_and_meanings_are_read_without_them() {
+        let told = r#"[["parameter","m","length"],[null,null,null]]"#;
+        let parquet = Schema::new(schema().fields()[..2].to_vec());
+        let restored = restored(&parquet, told).unwrap();
+        assert_eq!(restored.field(0).metadata().len(), 1);
+        assert_eq!(Role::of(restored.field(0)), Some(Role::Parameter));
+        assert_eq!(Role::of(restored.field(1)), None);
     }
 
     #[test]
     fn what_is_told_of_other_columns_is_refused() {
-        let told = columns_as_json(&schema());
-        assert_eq!(restored(&schema(), &told), Some(schema()));
+        let told = roles_as_json(&schema());
+        let silent = rows_of_every_kind().without_wording();
+        assert_eq!(restored(&schema(), &told).as_ref(), Some(silent.batch().schema_ref().as_ref()));
         let fewer = Schema::new(schema().fields()[1..].to_vec());
         assert_eq!(restored(&fewer, &told), None);
         assert_eq!(restored(&schema(), "nonsense"), None);

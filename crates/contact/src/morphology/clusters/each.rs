@@ -135,7 +135,8 @@ mod tests {
                     let map = random(nodes, share).within(boundary);
                     let each = Cluster::all(&map);
                     let sum = |part: fn(&Cluster) -> usize| each.iter().map(part).sum::<usize>();
-                    let (area, clusters) = (ContactArea::from_map(&map), Clusters::of_contact(&map));
+                    let (area, clusters) =
+                        (ContactArea::from_map(&map), Clusters::of_contact(&map));
                     assert_eq!(each.len(), clusters.count);
                     let largest = each.iter().map(|cluster| cluster.nodes).max();
                     assert_eq!(largest.unwrap_or(0), clusters.largest);

@@ -315,7 +315,7 @@ fn fits_that_failed_are_counted_and_enter_no_statistic() {
     let columns = vec![
         (HURST, reals([0.3, 0.8, 0.8, 0.8])),
         (exponent, optional_reals([None, Some(-0.7), None, Some(-0.9)])),
-        (STATUS, texts(["too few", FITTED, "not converged", FITTED])),
+        (STATUS, texts(["too-few-data", FITTED.word, "not-converged", FITTED.word])),
     ];
     let asked = Groups {
         over: vec!["exponent".to_owned()],

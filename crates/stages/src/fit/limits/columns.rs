@@ -6,9 +6,10 @@ use super::{Form, LimitChoices, Line, MOST_TERMS, Outcome, WORD};
 use crate::columns::{K_ROLLOFF, LOAD, parameter, parameter_text, real};
 use crate::fit::Params;
 use crate::fit::rows::{
-    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FITTED, LAW, Parameter, RMS_RESIDUAL,
-    STATUS, SURFACES, UNCONVERGED, names,
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, LAW, Parameter, RMS_RESIDUAL, STATUS,
+    SURFACES, UNCONVERGED, names,
 };
+use crate::fit::status::{self, FITTED};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
 
@@ -172,8 +173,8 @@ fn quality(params: &Params, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
         outcome.map_or(0, |outcome| outcome.intervals.failed)
     };
     let status = lines.iter().map(|line| match &line.outcome {
-        Ok(_) => FITTED.to_owned(),
-        Err(error) => error.to_string(),
+        Ok(_) => FITTED.word,
+        Err(error) => status::of(error).word,
     });
     vec![
         (SURFACES, whole(&|line| line.surfaces)),

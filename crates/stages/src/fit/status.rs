@@ -1,0 +1,225 @@
+//! Codes of the column `status`: how a fit ended.
+//!
+//! Tables hold the code alone. The sentence that explains it is attached where a table is published
+//! or described, so that it can be rewritten without computing a fit again.
+
+use super::rows::STATUS;
+use asperity_statistics::FitError;
+use asperity_statistics::percolation::Channels;
+use asperity_tables::column::{Code, optional_texts};
+use asperity_tables::table::Table;
+
+const fn code(word: &'static str, meaning: &'static str) -> Code {
+    Code { word, meaning }
+}
+
+pub const FITTED: Code = code("fitted", "the fit has values");
+pub const NOT_CONVERGED: Code = code(
+    "not-converged",
+    "the least squares did not converge: the data do not determine the parameters; try another \
+     window or a given κ",
+);
+pub const TOO_FEW_DATA: Code = code(
+    "too-few-data",
+    "fewer data lie in the window than the law needs: widen the window or compute more loads in it",
+);
+pub const TOO_MANY_MASKED: Code = code(
+    "too-many-masked",
+    "more than 20 % of the data have no logarithm, because the mean contact pressure does not grow or \
+     contact is full; try another window or correction",
+);
+pub const EQUAL_AREAS: Code =
+    code("equal-areas", "all areas in the window are equal: the law needs different ones");
+pub const NO_DECAY: Code = code(
+    "no-decay",
+    "the mean gap does not fall with the load in the window: the law needs loads under which contact \
+     grows",
+);
+pub const UNBOUNDED: Code = code(
+    "unbounded",
+    "a parameter grows without bound, because the data do not bend as the law does; try another κ or \
+     another window",
+);
+pub const NO_CONVEX_KAPPA: Code = code(
+    "no-convex-kappa",
+    "no κ gives µ = 1: the slope of the area does not fall enough in the window to bound κ",
+);
+pub const NO_COMMON_KAPPA: Code =
+    code("no-common-kappa", "no curve of the points that share a κ has a least convex κ");
+pub const NOT_SEALED: Code = code(
+    "not-sealed",
+    "not every surface passes from an open gap to a sealed one in the window: compute lighter or \
+     heavier loads",
+);
+pub const NOT_SEALED_X: Code = code("not-sealed-x", "as not-sealed, for channels along x alone");
+pub const NOT_SEALED_Y: Code = code("not-sealed-y", "as not-sealed, for channels along y alone");
+pub const TOO_FEW_MESHES: Code = code(
+    "too-few-meshes",
+    "areas are known on too few meshes for a line with a residual: sweep `nodes` over more",
+);
+pub const NO_EDGES: Code = code(
+    "no-edges",
+    "nothing touches on some mesh, or the edge is equally long on all: nothing can be extrapolated",
+);
+pub const TOO_FEW_POINTS: Code = code(
+    "too-few-points",
+    "fewer parameter points than free parameters: sweep the cutoffs or `nodes` over more values, or \
+     free fewer exponents",
+);
+pub const DEPENDENT_TERMS: Code = code(
+    "dependent-terms",
+    "the points do not distinguish the terms: some are proportional, or one is equal at all points",
+);
+pub const NO_EXPONENT: Code = code(
+    "no-exponent",
+    "a free exponent ran to zero, where a power becomes a logarithm, or to infinity; give the exponent \
+     or ask for a logarithm",
+);
+pub const INVALID_TERM: Code =
+    code("invalid-term", "a term that should vanish in the limit is not positive and finite");
+pub const NO_SCATTER: Code = code(
+    "no-scatter",
+    "a point has fewer than two surfaces that differ, so that it has no weight: compute more surfaces",
+);
+pub const INVALID_DATA: Code = code(
+    "invalid-data",
+    "loads are not positive and ascending, or areas or κ are not finite numbers",
+);
+
+/// Every code of the column.
+pub const CODES: &[Code] = &[
+    FITTED,
+    NOT_CONVERGED,
+    TOO_FEW_DATA,
+    TOO_MANY_MASKED,
+    EQUAL_AREAS,
+    NO_DECAY,
+    UNBOUNDED,
+    NO_CONVEX_KAPPA,
+    NO_COMMON_KAPPA,
+    NOT_SEALED,
+    NOT_SEALED_X,
+    NOT_SEALED_Y,
+    TOO_FEW_MESHES,
+    NO_EDGES,
+    TOO_FEW_POINTS,
+    DEPENDENT_TERMS,
+    NO_EXPONENT,
+    INVALID_TERM,
+    NO_SCATTER,
+    INVALID_DATA,
+];
+
+/// Returns the code of an error.
+pub fn of(error: &FitError) -> Code {
+    match error {
+        FitError::Shape { .. }
+        | FitError::Loads { .. }
+        | FitError::Area { .. }
+        | FitError::Kappa { .. } => INVALID_DATA,
+        FitError::TooFew { .. } => TOO_FEW_DATA,
+        FitError::Runaway { .. } => UNBOUNDED,
+        FitError::NotConverged => NOT_CONVERGED,
+        FitError::NoConvexKappa { .. } => NO_CONVEX_KAPPA,
+        FitError::EqualAreas { .. } => EQUAL_AREAS,
+        FitError::NoDecay { .. } => NO_DECAY,
+        FitError::NotSealed { channels, .. } => match channels {
+            Channels::AlongX => NOT_SEALED_X,
+            Channels::AlongY => NOT_SEALED_Y,
+            Channels::AlongBoth => NOT_SEALED,
+        },
+        FitError::TooFewMeshes { .. } => TOO_FEW_MESHES,
+        FitError::NoEdges => NO_EDGES,
+        FitError::NotSmall { .. } => INVALID_TERM,
+        FitError::NoScatter { .. } => NO_SCATTER,
+        FitError::TooFewPoints { .. } => TOO_FEW_POINTS,
+        FitError::DependentTerms => DEPENDENT_TERMS,
+        FitError::NoExponent { .. } => NO_EXPONENT,
+        FitError::NoCommonKappa { .. } => NO_COMMON_KAPPA,
+    }
+}
+
+/// Parts of the sentences that the column held before it held codes. They are data of old files and
+/// must not be reworded.
+const OLD_SENTENCES: [(&str, Code); 22] = [
+    ("usable data with loads in", TOO_FEW_DATA),
+    ("data have no logarithm", TOO_MANY_MASKED),
+    ("is beyond 1e308", UNBOUNDED),
+    ("has its best beta and mu within reach", UNBOUNDED),
+    ("the least squares did not converge", NOT_CONVERGED),
+    ("never crosses one for kappa", NO_CONVEX_KAPPA),
+    ("are all equal: the law needs different ones", EQUAL_AREAS),
+    ("the mean gap does not fall with the load", NO_DECAY),
+    ("an open gap to a sealed one along x,", NOT_SEALED_X),
+    ("an open gap to a sealed one along y,", NOT_SEALED_Y),
+    ("an open gap to a sealed one", NOT_SEALED),
+    ("a line with something to judge it by needs", TOO_FEW_MESHES),
+    ("nothing touches, or the edge is equal", NO_EDGES),
+    ("what is to vanish must be above zero", INVALID_TERM),
+    ("weights come from the scatter", NO_SCATTER),
+    ("free parameters: sweep the cutoffs", TOO_FEW_POINTS),
+    ("the points do not tell the terms apart", DEPENDENT_TERMS),
+    ("the exponent of term", NO_EXPONENT),
+    ("has a least convex kappa", NO_COMMON_KAPPA),
+    ("every surface needs one area per load", INVALID_DATA),
+    ("must be finite", INVALID_DATA),
+    ("cannot be the slope of an area at zero load", INVALID_DATA),
+];
+
+/// Returns a table whose `status` holds codes, from one that may hold sentences of earlier versions.
+pub fn with_codes(table: Table) -> Table {
+    let Ok(status) = table.texts(STATUS.name) else {
+        return table;
+    };
+    let is_sentence = |text: &str| text.contains(' ');
+    if !status.iter().flatten().any(is_sentence) {
+        return table;
+    }
+    let code = |text: &str| {
+        let known = OLD_SENTENCES.iter().find(|(part, _)| is_sentence(text) && text.contains(part));
+        known.map_or(text, |(_, code)| code.word).to_owned()
+    };
+    let codes = optional_texts(status.iter().map(|text| text.map(code)));
+    table.replacing(STATUS.name, codes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_tables::column::texts;
+
+    #[test]
+    fn every_code_is_one_word_and_stands_once() {
+        let mut words: Vec<&str> = CODES.iter().map(|code| code.word).collect();
+        assert!(words.iter().all(|word| !word.contains(' ')));
+        words.sort_unstable();
+        words.dedup();
+        assert_eq!(words.len(), CODES.len());
+    }
+
+    /// Sentences as tables of version 0.1.0 hold them.
+    #[test]
+    fn sentences_of_earlier_versions_become_codes() {
+        let old = [
+            "fitted",
+            "3 usable data with loads in [0.01, 0.1], the fit needs 5: widen the window or compute \
+             more loads inside it",
+            "2 of 5 surfaces are not seen to pass from an open gap to a sealed one along y, with loads \
+             in [0, 1]: compute lighter or heavier ones",
+            "5 of 9 data have no logarithm, 20 % is the most: the mean contact pressure does not grow, \
+             or contact is full; try another window or correction",
+            "areas on 1 meshes, a line with something to judge it by needs 3: sweep `nodes` over more",
+        ];
+        let table = Table::new(old.len(), vec![(STATUS, texts(old))]);
+        let status = with_codes(table).texts(STATUS.name).unwrap().clone();
+        let codes: Vec<&str> = status.iter().flatten().collect();
+        let expected = [FITTED, TOO_FEW_DATA, NOT_SEALED_Y, TOO_MANY_MASKED, TOO_FEW_MESHES];
+        assert_eq!(codes, expected.map(|code| code.word));
+    }
+
+    #[test]
+    fn other_texts_stay() {
+        let table = Table::new(2, vec![(STATUS, texts(["fitted", "my own words"]))]);
+        assert_eq!(with_codes(table.clone()), table);
+    }
+}
