@@ -162,8 +162,7 @@ fn entries(footer: &ParquetMetaData) -> impl Iterator<Item = &KeyValue> {
 enum StoredColumn {
     /// Role of the column, if it has one.
     Role(Option<String>),
-    /// Role, unit and meaning, as files held them before wording was kept apart. Unit and meaning are
-    /// ignored.
+    /// Role, unit and meaning, as older files store them. Unit and meaning are ignored.
     Described([Option<String>; 3]),
 }
 
@@ -187,8 +186,8 @@ pub(super) struct Known {
 
 impl Known {
     pub fn all(&self) -> Chosen {
-        let places = (0..self.schema.fields().len()).collect();
-        (places, self.schema.clone())
+        let indices = (0..self.schema.fields().len()).collect();
+        (indices, self.schema.clone())
     }
 }
 
@@ -197,10 +196,10 @@ impl Known {
 /// # Errors
 /// Returns an error if the columns differ from this entry or have unsupported types.
 pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError> {
-    let told = entry(&footer, FIELDS).map(str::to_owned);
+    let stored = entry(&footer, FIELDS).map(str::to_owned);
     let footer = Arc::new(footer);
     let options = ArrowReaderOptions::new();
-    let Some(told) = told else {
+    let Some(stored) = stored else {
         let arrow = ArrowReaderMetadata::try_new(footer, options)?;
         let schema = arrow.schema().as_ref().clone();
         // Drop the metadata of the file, which would otherwise be copied to other tables.
@@ -209,9 +208,9 @@ pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError>
         let light = light(&schema);
         return Ok(Known { arrow, schema, light });
     };
-    let Told { schema, light, .. } = match Told::recalled(&footer, &told) {
-        Some(told) => told,
-        None => Told::read(&footer, &told)?,
+    let CachedColumns { schema, light, .. } = match CachedColumns::find(&footer, &stored) {
+        Some(cached) => cached,
+        None => CachedColumns::insert(&footer, &stored)?,
     };
     let arrow = ArrowReaderMetadata::try_new(footer, options.with_schema(schema.clone()))?;
     Ok(Known { arrow, schema, light })
@@ -219,7 +218,7 @@ pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError>
 
 /// Restored columns of a task's file, cached because thousands of tables have the same columns.
 #[derive(Clone)]
-struct Told {
+struct CachedColumns {
     text: Arc<str>,
     parquet: Arc<SchemaDescriptor>,
     schema: SchemaRef,
@@ -227,33 +226,33 @@ struct Told {
 }
 
 /// Cache of the restored columns that were read last.
-static TOLD: Mutex<VecDeque<Told>> = Mutex::new(VecDeque::new());
+static CACHE: Mutex<VecDeque<CachedColumns>> = Mutex::new(VecDeque::new());
 /// Size of the cache, more than the number of stages and methods of a study.
-const REMEMBERED: usize = 32;
+const CACHE_SIZE: usize = 32;
 
-impl Told {
-    fn recalled(footer: &ParquetMetaData, text: &str) -> Option<Told> {
-        let remembered = TOLD.lock().expect("no panic happens while it is held");
+impl CachedColumns {
+    fn find(footer: &ParquetMetaData, text: &str) -> Option<CachedColumns> {
+        let cache = CACHE.lock().expect("no code panics while it holds the lock");
         let parquet = footer.file_metadata().schema_descr();
-        let mut remembered = remembered.iter();
-        remembered.find(|told| &*told.text == text && *told.parquet == *parquet).cloned()
+        let mut cached = cache.iter();
+        cached.find(|columns| &*columns.text == text && *columns.parquet == *parquet).cloned()
     }
 
-    fn read(footer: &Arc<ParquetMetaData>, text: &str) -> Result<Told, ParquetError> {
+    fn insert(footer: &Arc<ParquetMetaData>, text: &str) -> Result<CachedColumns, ParquetError> {
         let plain = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
         let plain = ArrowReaderMetadata::try_new(footer.clone(), plain)?;
         let schema = Arc::new(restored(plain.schema(), text).ok_or(ParquetError::Columns)?);
         check(&schema)?;
-        let told = Told {
+        let columns = CachedColumns {
             text: text.into(),
             parquet: footer.file_metadata().schema_descr_ptr(),
             light: light(&schema),
             schema,
         };
-        let mut remembered = TOLD.lock().expect("no panic happens while it is held");
-        remembered.truncate(REMEMBERED - 1);
-        remembered.push_front(told.clone());
-        Ok(told)
+        let mut cache = CACHE.lock().expect("no code panics while it holds the lock");
+        cache.truncate(CACHE_SIZE - 1);
+        cache.push_front(columns.clone());
+        Ok(columns)
     }
 }
 
@@ -271,9 +270,9 @@ fn check(schema: &Schema) -> Result<(), ParquetError> {
 
 fn light(schema: &Schema) -> Chosen {
     let is_light = |&index: &usize| Role::of(schema.field(index)) != Some(Role::Heavy);
-    let places: Arc<[usize]> = (0..schema.fields().len()).filter(is_light).collect();
-    let fields: Vec<_> = places.iter().map(|&index| schema.fields()[index].clone()).collect();
-    (places, Arc::new(Schema::new(fields)))
+    let indices: Arc<[usize]> = (0..schema.fields().len()).filter(is_light).collect();
+    let fields: Vec<_> = indices.iter().map(|&index| schema.fields()[index].clone()).collect();
+    (indices, Arc::new(Schema::new(fields)))
 }
 
 /// Restores the schema of a table from Parquet's types and the stored roles; `None` if the two do
