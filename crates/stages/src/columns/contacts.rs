@@ -1,5 +1,4 @@
-//! Columns of what a load does: its contact, what is counted in the contact map, what asperity
-//! models and the flow through the gap add, areas corrected for the mesh, and distributions.
+//! Columns of solved loads, contact maps, asperity models, flow, corrected areas and distributions.
 
 use super::{
     EFFECTIVE_MODULUS, LOAD, MAX_PAIRS, PRESSURE, TOLERANCE, flag, integer, parameter,
@@ -8,19 +7,24 @@ use super::{
 use asperity_tables::column::ColumnKind::{Bytes, Reals};
 use asperity_tables::column::{Code, Column};
 
-// What a load does.
-pub const CONTACT_NODES: Column = integer("contact_nodes", "1", "nodes with positive pressure");
-pub const MEAN_GAP: Column = real("mean_gap", "length", "mean distance of the surfaces");
+// Results of a load.
+pub const CONTACT_NODES: Column =
+    integer("contact_nodes", "1", "number of nodes with positive pressure");
+pub const MEAN_GAP: Column = real("mean_gap", "length", "mean gap between the surfaces");
 pub const ENERGY: Column =
     real("energy", "pressure × length", "elastic energy per unit of nominal area");
-pub const PEAK_PRESSURE: Column = real("peak_pressure", "pressure", "largest pressure");
+pub const PEAK_PRESSURE: Column = real("peak_pressure", "pressure", "largest pressure of a node");
 pub const PAIRS: Column = integer(
     "pairs",
     "1",
-    "forward and inverse transforms that the load took, those on coarser meshes by their nodes",
+    "pairs of forward and inverse Fourier transforms for the load; a pair on a coarser mesh counts \
+     in proportion to its nodes",
 );
-pub const RESIDUAL: Column =
-    real("residual", "rms slope × mesh step", "largest gap in contact or penetration outside it");
+pub const RESIDUAL: Column = real(
+    "residual",
+    "rms slope × mesh step",
+    "largest gap in contact or penetration outside contact",
+);
 pub const STOP: Column = text("stop", "how the solution of the load ended").with_codes(&[
     Code { word: "converged", meaning: "the residual is within the tolerance" },
     Code {
@@ -29,118 +33,133 @@ pub const STOP: Column = text("stop", "how the solution of the load ended").with
     },
     Code {
         word: "pair-limit",
-        meaning: "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance",
+        meaning:
+            "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance",
     },
 ]);
 pub const CONTACT: Column = Column::heavy(
     "contact",
     Bytes,
     "",
-    "contact map, one bit a node, row-major, least significant bit first",
+    "contact map: one bit per node, row-major, least significant bit first",
 );
 pub const PRESSURES: Column = Column::heavy(
     "pressures",
     Reals,
     "pressure",
-    "pressures of the nodes, row-major; null where there is no contact",
+    "pressures of the nodes, row-major; null outside contact",
 );
 
 pub const PRESSURE_COUNTS: Column = Column::heavy(
     "pressure_counts",
     Reals,
     "1",
-    "nodes in contact by their pressure, in the bins of `pressure_bins`, and last those beyond",
+    "number of contact nodes in each bin of `pressure_bins`; the last entry counts those above all \
+     bins",
 );
 pub const GAP_COUNTS: Column = Column::heavy(
     "gap_counts",
     Reals,
     "1",
-    "nodes out of contact by their gap, in the bins of `gap_bins`, and last those beyond",
+    "number of nodes outside contact in each bin of `gap_bins`; the last entry counts those above \
+     all bins",
 );
 
-// What is counted in a contact map.
+// Measures of a contact map.
 pub const AREA_FRACTION: Column = real("area_fraction", "1", "share of the nodes in contact");
 pub const SWITCHES_ALONG_ROWS: Column = integer(
     "switches_along_rows",
     "1",
-    "changes between contact and gap along all rows; around the cell where it is periodic",
+    "number of changes between contact and gap along all rows, across the edge of a periodic cell \
+     too",
 );
 pub const SWITCHES_ALONG_COLUMNS: Column = integer(
     "switches_along_columns",
     "1",
-    "changes between contact and gap along all columns; around the cell where it is periodic",
+    "number of changes between contact and gap along all columns, across the edge of a periodic \
+     cell too",
 );
 pub const SWITCHES_X: Column = integer(
     "switches_x",
     "1",
-    "changes between contact and gap from node to node along x, edges of length Δy, so that S_d = Δy \
-     × switches_x + Δx × switches_y; of a rectangle; a square has them as `switches_along_columns`",
+    "number of changes between contact and gap along x, each an edge of length Δy, so that S_d = Δy \
+     × switches_x + Δx × switches_y; null for square meshes, where it is `switches_along_columns`",
 );
 pub const SWITCHES_Y: Column = integer(
     "switches_y",
     "1",
-    "changes between contact and gap from node to node along y, edges of length Δx; of a rectangle; \
-     a square has them as `switches_along_rows`",
+    "number of changes between contact and gap along y, each an edge of length Δx; null for square \
+     meshes, where it is `switches_along_rows`",
 );
-pub const SWITCHES: Column =
-    integer("switches", "1", "changes between contact and gap along all rows and columns");
+pub const SWITCHES: Column = integer(
+    "switches",
+    "1",
+    "number of changes between contact and gap along all rows and columns",
+);
 pub const PERIMETER_MANHATTAN: Column = real(
     "perimeter_manhattan",
     "length",
-    "S_d: switches × mesh step, of a rectangle Δy × switches_x + Δx × switches_y; without the edges of \
-     a map that nothing surrounds",
+    "perimeter S_d of the contact along the edges of the cells: switches × mesh step, or Δy × \
+     switches_x + Δx × switches_y for rectangular cells; the edges of a free map do not count",
 );
-pub const PERIMETER_EUCLIDEAN: Column =
-    real("perimeter_euclidean", "length", "π/4 of the Manhattan perimeter");
+pub const PERIMETER_EUCLIDEAN: Column = real(
+    "perimeter_euclidean",
+    "length",
+    "estimate of the perimeter: π/4 × the Manhattan perimeter",
+);
 pub const EDGE_NODES_4: Column =
-    integer("edge_nodes_4", "1", "contact nodes with a gap among their 4 neighbours");
+    integer("edge_nodes_4", "1", "number of contact nodes with a gap among their 4 neighbours");
 pub const EDGE_NODES_8: Column =
-    integer("edge_nodes_8", "1", "contact nodes with a gap among their 8 neighbours");
+    integer("edge_nodes_8", "1", "number of contact nodes with a gap among their 8 neighbours");
 pub const INTERIOR_NODES: Column =
-    integer("interior_nodes", "1", "contact nodes whose 8 neighbours all touch");
+    integer("interior_nodes", "1", "number of contact nodes whose 8 neighbours are all in contact");
 pub const CLUSTERS: Column = integer(
     "clusters",
     "1",
-    "4-connected clusters of contact nodes; around the cell where it is periodic",
+    "number of 4-connected clusters of contact nodes, connected across the edge of a periodic cell \
+     too",
 );
-pub const LARGEST_CLUSTER: Column = integer("largest_cluster", "1", "nodes of the largest cluster");
+pub const LARGEST_CLUSTER: Column =
+    integer("largest_cluster", "1", "number of nodes of the largest cluster");
 pub const PERCOLATES_X: Column = flag(
     "percolates_x",
-    "some contact cluster winds around the cell along x, or reaches from edge to edge where it is not \
-     periodic",
+    "whether a contact cluster percolates along x: it winds around a periodic cell, or reaches from \
+     edge to edge of a free map",
 );
 pub const PERCOLATES_Y: Column = flag(
     "percolates_y",
-    "some contact cluster winds around the cell along y, or reaches from edge to edge where it is not \
-     periodic",
+    "whether a contact cluster percolates along y: it winds around a periodic cell, or reaches from \
+     edge to edge of a free map",
 );
 pub const GAP_PERCOLATES_X: Column = flag(
     "gap_percolates_x",
-    "some 4-connected channel of gap winds around the cell along x, or reaches from edge to edge where \
-     it is not periodic",
+    "whether a 4-connected channel of the gap percolates along x: it winds around a periodic cell, \
+     or reaches from edge to edge of a free map",
 );
 pub const GAP_PERCOLATES_Y: Column = flag(
     "gap_percolates_y",
-    "some 4-connected channel of gap winds around the cell along y, or reaches from edge to edge where \
-     it is not periodic",
+    "whether a 4-connected channel of the gap percolates along y: it winds around a periodic cell, \
+     or reaches from edge to edge of a free map",
 );
 pub const MEAN_CONTACT_PRESSURE: Column =
     real("mean_contact_pressure", "pressure", "mean pressure over the contact nodes");
-pub const SECANT: Column = real("secant", "1", "area fraction over load, κ of the secant");
+pub const SECANT: Column =
+    real("secant", "1", "area fraction divided by the load: κ of the secant");
 
 pub const STIFFNESS: Column = real(
     "stiffness_finite_difference",
     "E*/side",
-    "incremental stiffness of the interface, (side/E*) dp₀/dδ, as a finite difference between this load \
-     and both loads beside it in its block; the approach δ is mean_displacement + mean_yielded_depth − \
-     mean_gap, the side the longer one of a rectangle; null at the first load and the last, where a load \
-     beside differs by more than a tenth, in full contact, and where one of the three loads was given up",
+    "incremental stiffness of the interface, (side/E*) dp₀/dδ, as a finite difference over the \
+     neighbouring loads of the stage. The approach δ is mean_displacement + mean_yielded_depth − \
+     mean_gap; the side of a rectangle is its longer side. Null at the first and the last load, \
+     where a neighbouring load differs by more than a tenth, in full contact, and where one of the \
+     three loads did not converge",
 );
 
-/// What is measured of a contact map that is a rectangle, besides.
+/// Measures of a contact map on rectangular cells alone.
 pub const SWITCHES_ALONG_AXES: [Column; 2] = [SWITCHES_X, SWITCHES_Y];
 
-/// What is measured of a contact map.
+/// Measures of every contact map.
 pub const CONTACT_MEASURES: [Column; 21] = [
     AREA_FRACTION,
     CONTACT_NODES,
@@ -165,7 +184,7 @@ pub const CONTACT_MEASURES: [Column; 21] = [
     STOP,
 ];
 
-/// What is solved for under a load.
+/// Columns of every solved load.
 pub const SOLVED: [Column; 12] = [
     EFFECTIVE_MODULUS,
     TOLERANCE,
@@ -181,14 +200,14 @@ pub const SOLVED: [Column; 12] = [
     STOP,
 ];
 
-// Asperity models on the surfaces that are solved.
+// Asperity models.
 
 pub const INTERACTION: Column = parameter_text(
     "interaction",
-    "elastic interaction of the asperities where Hertzian contacts of the summits replace the solved \
-     contact; then `contact_nodes` and maps hold the nodes inside their ellipses, and `residual` is the \
-     largest change of a displacement by one more iteration; null where the contact of every node is \
-     solved",
+    "elastic interaction of the asperities where Hertzian contacts of the summits replace the \
+     solved contact; then `contact_nodes` and maps hold the nodes inside their ellipses, and \
+     `residual` is the largest change of a displacement by one more iteration; null where the \
+     contact of every node is solved",
 )
 .with_codes(&[
     Code { word: "none", meaning: "asperities do not interact" },
@@ -198,28 +217,31 @@ pub const INTERACTION: Column = parameter_text(
     },
     Code { word: "explicit", meaning: "each asperity is displaced by the forces on all others" },
 ]);
-pub const CONTACTS: Column = integer("contacts", "1", "summits that touch");
-pub const OVERLAPPING_CONTACTS: Column =
-    integer("overlapping_contacts", "1", "summits that touch on an ellipse that overlaps another");
+pub const CONTACTS: Column = integer("contacts", "1", "number of summits in contact");
+pub const OVERLAPPING_CONTACTS: Column = integer(
+    "overlapping_contacts",
+    "1",
+    "number of summits whose contact ellipse overlaps another",
+);
 pub const ASPERITY_AREA_FRACTION: Column = real(
     "asperity_area_fraction",
     "1",
-    "sum of the areas of the ellipses over the nominal area; what overlaps counts twice",
+    "sum of the areas of the contact ellipses over the nominal area; overlaps count twice",
 );
 pub const OVERLAPPING_SHARE: Column = real(
     "overlapping_share",
     "1",
-    "share of the ellipses' area in ellipses that overlap another: the model is of contacts that stay \
-     apart",
+    "share of the area of the ellipses that belongs to overlapping ellipses; the model assumes \
+     separate contacts",
 );
 pub const NOMINAL_DISPLACEMENT: Column = real(
     "nominal_displacement",
     "length",
-    "mean displacement of a square of the cell's area under the mean pressure, by which the reference \
-     plane is nearer to the unloaded body; zero without interaction",
+    "mean displacement of a square with the area of the cell under the mean pressure, by which the \
+     reference plane approaches the unloaded body; zero without interaction",
 );
 
-/// What is known of a load on asperities beyond what solvers tell.
+/// Columns of loads that asperity models add.
 pub const OF_ASPERITIES: [Column; 5] = [
     CONTACTS,
     OVERLAPPING_CONTACTS,
@@ -228,27 +250,32 @@ pub const OF_ASPERITIES: [Column; 5] = [
     NOMINAL_DISPLACEMENT,
 ];
 
-// The flow through the gap.
+// Flow through the gap.
 
 pub const FLOW_FACTOR_X: Column = real(
     "flow_factor_x",
     "1",
-    "flow through the gap along x, over that between smooth walls at the mean gap: zero where no channel \
-     of the gap goes around the cell that way, null where the flow was not found",
+    "flow through the gap along x divided by the flow between smooth walls at the mean gap; zero \
+     where no channel of the gap percolates along x, null where the computation did not converge",
 );
-pub const FLOW_FACTOR_Y: Column = real("flow_factor_y", "1", "the same along y");
+pub const FLOW_FACTOR_Y: Column =
+    real("flow_factor_y", "1", "flow factor along y, see `flow_factor_x`");
 pub const FLOW_CONDUCTIVITY_X: Column = real(
     "flow_conductivity_x",
     "length³",
-    "effective conductivity K of the gap along x: a film of viscosity μ carries K/(12 μ) × the gradient of \
-     its pressure for each unit of width",
+    "effective conductivity K of the gap along x: the volume flow per unit width of a film of \
+     viscosity μ is K/(12 μ) × the pressure gradient",
 );
-pub const FLOW_CONDUCTIVITY_Y: Column = real("flow_conductivity_y", "length³", "the same along y");
+pub const FLOW_CONDUCTIVITY_Y: Column = real(
+    "flow_conductivity_y",
+    "length³",
+    "effective conductivity along y, see `flow_conductivity_x`",
+);
 pub const FLOW_RESIDUAL: Column = real(
     "flow_residual",
     "1",
-    "the most that a flow may be too large by, over itself: the distance of its bounds by the principles \
-     of Dirichlet and Thomson, the larger one of x and y",
+    "relative distance of the upper and the lower bound of the flow (principles of Dirichlet and \
+     Thomson), the larger one of x and y",
 );
 pub const FLOW_STOP: Column =
     text("flow_stop", "how the computation of the flow along x and y ended").with_codes(&[
@@ -263,7 +290,7 @@ pub const FLOW_STOP: Column =
         },
     ]);
 
-/// What is known of the flow under a load.
+/// Columns of the flow under a load.
 pub const FLOW: [Column; 6] = [
     FLOW_FACTOR_X,
     FLOW_FACTOR_Y,
@@ -274,31 +301,38 @@ pub const FLOW: [Column; 6] = [
 ];
 
 // Areas corrected for the mesh.
-
-// What a correction does.
 pub const CORRECTION: Column =
     parameter_text("correction", "name of the estimator of the true area");
-pub const COEFFICIENT: Column =
-    parameter("coefficient", "1", "share of the Manhattan perimeter × mesh step taken off");
+pub const COEFFICIENT: Column = parameter(
+    "coefficient",
+    "1",
+    "coefficient c of the correction: area − c × Manhattan perimeter × mesh step",
+);
 pub const AREA_CORRECTED: Column =
-    real("area_corrected", "1", "estimate of the true share of the area");
+    real("area_corrected", "1", "estimate of the true contact area over the nominal area");
 pub const AREA_LOWER: Column = real(
     "area_lower",
     "1",
-    "lower bound on the true share of the area, A − π/4 S_d Δx or 0; for pi/8",
+    "lower bound of the true area fraction, A − π/4 S_d Δx or 0; null unless `correction` is pi/8",
 );
-pub const AREA_UPPER: Column =
-    real("area_upper", "1", "upper bound on the true share of the area, as counted; for pi/8");
+pub const AREA_UPPER: Column = real(
+    "area_upper",
+    "1",
+    "upper bound of the true area fraction, the counted one; null unless `correction` is pi/8",
+);
 pub const ERROR_ABSOLUTE: Column = real(
     "error_absolute",
     "1",
-    "what the correction takes away, π/8 S_d Δx, a share of the cell: half the distance of the \
-     bounds where the lower one is above 0; for pi/8",
+    "absolute error of the area fraction, π/8 S_d Δx: half the distance of the bounds where the \
+     lower one is positive; null unless `correction` is pi/8",
 );
-pub const ERROR_RELATIVE: Column =
-    real("error_relative", "1", "what the correction takes away over the counted area; for pi/8");
+pub const ERROR_RELATIVE: Column = real(
+    "error_relative",
+    "1",
+    "absolute error over the counted area fraction; null unless `correction` is pi/8",
+);
 
-/// What is corrected, and what it is corrected from.
+/// Columns of corrected areas.
 pub const CORRECTED: [Column; 11] = [
     CORRECTION,
     COEFFICIENT,
@@ -318,86 +352,83 @@ pub const CORRECTED: [Column; 11] = [
 pub const CONTACT_PRESSURE: Column = parameter(
     "contact_pressure",
     "E* × rms slope",
-    "middle of the bin of pressures in contact; bins are equal and begin at zero",
+    "centre of the bin of contact pressures; bins have equal width and begin at zero",
 );
 pub const PRESSURE_BIN_WIDTH: Column =
-    real("pressure_bin_width", "E* × rms slope", "width of the bin");
+    real("pressure_bin_width", "E* × rms slope", "width of the bin of pressures");
 pub const PRESSURE_NODES: Column = integer(
     "pressure_nodes",
     "1",
-    "nodes in contact whose pressure lies in the bin, its lower end included",
+    "number of contact nodes whose pressure lies in the bin; the lower end belongs to it",
 );
 pub const PRESSURE_DENSITY: Column = real(
     "pressure_density",
     "1/(E* × rms slope)",
-    "probability density of the pressure over the nominal area: its integral is the area fraction, \
-     its first moment the load; out of contact the pressure is zero, and not counted",
+    "probability density of the contact pressure over the nominal area: its integral is the area \
+     fraction, its first moment the load; nodes outside contact do not count",
 );
 pub const PRESSURE_DENSITY_PERSSON: Column = real(
     "pressure_density_persson",
     "1/(E* × rms slope)",
-    "the same in Persson's theory (2001), averaged over the bin",
+    "density of the contact pressure in Persson's theory (2001), averaged over the bin",
 );
 pub const PRESSURE_NODES_BEYOND: Column = integer(
     "pressure_nodes_beyond",
     "1",
-    "nodes in contact whose pressure lies above all bins, the same in each row of a load",
+    "number of contact nodes whose pressure lies above all bins, equal in all rows of a load",
 );
 pub const GAP: Column = parameter(
     "gap",
     "rms height",
-    "middle of the bin of gaps out of contact; bins are equal and begin at zero",
+    "centre of the bin of gaps outside contact; bins have equal width and begin at zero",
 );
-pub const GAP_BIN_WIDTH: Column = real("gap_bin_width", "rms height", "width of the bin");
+pub const GAP_BIN_WIDTH: Column = real("gap_bin_width", "rms height", "width of the bin of gaps");
 pub const GAP_NODES: Column = integer(
     "gap_nodes",
     "1",
-    "nodes out of contact whose gap lies in the bin, its lower end included; one that rounding or the \
-     tolerance made negative counts as zero",
+    "number of nodes outside contact whose gap lies in the bin; the lower end belongs to it. A gap \
+     that is negative within the tolerance counts as zero",
 );
 pub const GAP_DENSITY: Column = real(
     "gap_density",
     "1/rms height",
-    "probability density of the gap over the nominal area: its integral is the share out of contact, \
-     its first moment the mean gap",
+    "probability density of the gap over the nominal area: its integral is the area fraction \
+     outside contact, its first moment the mean gap",
 );
 pub const GAP_NODES_BEYOND: Column = integer(
     "gap_nodes_beyond",
     "1",
-    "nodes out of contact whose gap lies above all bins, the same in each row of a load",
+    "number of nodes outside contact whose gap lies above all bins, equal in all rows of a load",
 );
 pub const CLUSTER_AREA: Column = parameter(
     "cluster_area",
     "1",
-    "geometric middle of the bin of areas of clusters, over the nominal area; bins are equal in the \
-     logarithm and end at 1, which the last one includes, as all include their lower end",
+    "geometric centre of the bin of cluster areas, over the nominal area; bins have equal width in \
+     the logarithm. Each includes its lower end, and the last one its upper end 1",
 );
 pub const CLUSTER_NUMBER: Column = integer(
     "cluster_number",
     "1",
-    "4-connected clusters of contact nodes whose area lies in the bin",
+    "number of 4-connected contact clusters whose area lies in the bin",
 );
 pub const CLUSTER_DENSITY: Column = real(
     "cluster_density",
     "1",
-    "clusters in the bin over the width of the bin in the natural logarithm of the area",
+    "number of clusters in the bin over the width of the bin in the natural logarithm of the area",
 );
-pub const CLUSTER_AREA_SHARE: Column = real(
-    "cluster_area_share",
-    "1",
-    "share of the nominal area that the clusters of the bin cover together",
-);
+pub const CLUSTER_AREA_SHARE: Column =
+    real("cluster_area_share", "1", "total area of the clusters in the bin over the nominal area");
 pub const CLUSTER_PERIMETER: Column = real(
     "cluster_perimeter",
     "length",
-    "mean Euclidean perimeter of the clusters in the bin, π/4 of that in the metric of the mesh, edges \
-     of their own holes included; null where there are none",
+    "mean Euclidean perimeter of the clusters in the bin, π/4 × the Manhattan perimeter, with the \
+     edges of their holes; null where there are no clusters",
 );
 pub const CLUSTER_COMPACTNESS: Column = real(
     "cluster_compactness",
     "1",
-    "mean of 4π area / perimeter² of the clusters in the bin: 1 of a large disc, and 4/π of a square \
-     along the axes of the mesh, whose edges count π/4 of their length; null where none has an edge",
+    "mean of 4π area / perimeter² of the clusters in the bin: 1 for a large disc, 4/π for a square \
+     along the axes, whose perimeter counts π/4 × its length; null where no cluster has an edge",
 );
 
 /// Columns of a distribution of pressures.
