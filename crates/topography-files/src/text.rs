@@ -221,9 +221,9 @@ impl Notation {
     }
 }
 
-/// Largest distance of a coordinate from the grid, in steps, because of few written digits.
+/// Largest distance of a coordinate from its node, in steps. Files may round coordinates.
 const TOLERANCE: f64 = 0.1;
-/// Coordinates count as equal below this fraction of the largest gap between sorted coordinates.
+/// Largest gap between equal coordinates, as a fraction of the largest gap of all.
 const EQUAL: f64 = 0.01;
 /// Smallest fraction of the grid points that must have a triplet.
 const MIN_FILLED: f64 = 0.05;
