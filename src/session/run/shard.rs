@@ -13,7 +13,7 @@ use crate::session::error::SessionError;
 use crate::session::events::{Event, Notice};
 use crate::session::failures;
 use asperity_manifest::diagnostics::chain;
-use asperity_pipeline::cluster::receipts::{UPDATE_INTERVALS, FailedTask, Receipt};
+use asperity_pipeline::cluster::receipts::{FailedTask, Receipt, UPDATE_INTERVALS};
 use asperity_pipeline::cluster::receipts::{Pace, Paces};
 use asperity_pipeline::cluster::shard::Shard;
 use asperity_pipeline::forecast;

@@ -153,7 +153,7 @@ fn points(work: &Work) -> Vec<PointRecord> {
             .iter()
             .map(|surfaces| {
                 let recipe = Recipe::Generate(surfaces.params.realization(0));
-                PointRecord::of(&recipe, surfaces.realizations)
+                PointRecord::new(&recipe, surfaces.realizations)
             })
             .collect(),
         Work::Evaluate(recipes) => recipes.iter().map(PointRecord::evaluating).collect(),
@@ -166,7 +166,7 @@ impl PointRecord {
     /// For a query only its text is recorded, because the stage's inputs name its tables.
     fn evaluating(recipe: &Recipe) -> PointRecord {
         let Some(query) = recipe.query() else {
-            return PointRecord::of(recipe, 1);
+            return PointRecord::new(recipe, 1);
         };
         let text = Value::from(query).to_string();
         PointRecord {
