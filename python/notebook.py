@@ -1,5 +1,5 @@
-"""Writes and runs the notebook of the documentation: `python python/notebook.py`; with `--check`, it runs
-what is there and writes nothing.
+"""Writes and runs the notebook of the documentation: `python python/notebook.py`. With `--check` it only runs
+the existing notebook.
 """
 
 import sys
@@ -14,9 +14,8 @@ NOTEBOOK = REPOSITORY / "docs/notebooks/measured-contact.ipynb"
 CELLS = [
     """# From a measured file to a contact curve
 
-An atomic force microscope has written a scan of 10 µm × 10 µm. It is read, levelled and described, pressed into
-an elastic half-space with nothing around it, and its contact area stands beside what theories make of its
-roughness.""",
+This notebook reads a scan of 10 µm × 10 µm from an atomic force microscope, levels and describes it, and presses
+it as an isolated patch into an elastic half-space. It then compares the contact area with theories.""",
     """import matplotlib.pyplot as plt
 import numpy as np
 
@@ -26,8 +25,8 @@ scan = asperity.read("data/topography/di-3.di", channel="ZSensor")
 scan""",
     """## The surface
 
-The scanner bows, and so do the maps that it writes: the mean quadric is no roughness. A rectangle without the
-edges of the scan is left.""",
+The scanner bends its maps, so the mean quadric does not belong to the roughness and is subtracted. The edges of
+the scan are cropped.""",
     """rough = scan.crop((1e-6, 1e-6), 7.5e-6).detrend("quadric")
 statistics = rough.statistics()
 statistics""",
@@ -39,8 +38,8 @@ axes.set_ylabel("C(q) (m⁴)")
 plt.show()""",
     """## Its contact
 
-Steel on fused silica, from a light touch to a tenth of E* × rms slope. `boundary="free"`: a scan does not repeat
-itself.""",
+Steel is pressed on fused silica, from a light load to a tenth of E* × rms slope. A scan is not periodic, hence
+`boundary="free"`.""",
     """bodies = [
     {"youngs_modulus": 210e9, "poisson_ratio": 0.30},
     {"youngs_modulus": 72e9, "poisson_ratio": 0.17},
@@ -48,11 +47,11 @@ itself.""",
 loads = np.geomspace(0.003, 0.1, 8)
 contact = asperity.press(rough, loads=loads, bodies=bodies, boundary="free")
 contact""",
-    """## Beside theory
+    """## Comparison with theories
 
-The counted area is too large, because each node on the edge of the contact counts as a whole; the correction of
-2017 takes that away. Nayak's parameter of the map is all that asperity models know of it, and Persson's theory
-needs nothing but the load.""",
+The counted area is too large, because each node on the edge of the contact counts as a whole. The correction of
+2017 removes this excess. Asperity models use Nayak's parameter of the map, and Persson's theory uses only the
+load.""",
     """corrected = [asperity.corrected_area(state.contact(), boundary="free").corrected for state in contact]
 model = asperity.models.bush_gibson_thomas(statistics["nayak"])
 theory = np.geomspace(loads[0], loads[-1], 100)
@@ -68,9 +67,9 @@ axes.set_xlabel("mean pressure / (E* × rms slope)")
 axes.set_ylabel("contact area / apparent area")
 axes.legend()
 plt.show()""",
-    """The theories are about Gaussian roughness, all of whose waves the mesh resolves. The heights of this scan are
-not Gaussian, as `skewness` and `excess_kurtosis` say, and its shortest waves are as short as its mesh: how far the
-area lies above both is what the scan has to say, not the theories.""",
+    """The theories assume Gaussian roughness and a mesh that resolves all waves. The heights of this scan are not
+Gaussian, as `skewness` and `excess_kurtosis` show, and its shortest waves are as short as its mesh. The area above
+both theories is therefore a property of this scan.""",
 ]
 
 
@@ -94,7 +93,7 @@ def main() -> None:
     if "--check" in sys.argv:
         written = nbformat.read(NOTEBOOK, as_version=4)
         sources = [cell.source for cell in written.cells]
-        assert sources == CELLS, "the notebook is not the one of this file: run it without --check"
+        assert sources == CELLS, "the notebook differs from this script: run the script without --check"
         run(notebook())
         print(f"{NOTEBOOK.relative_to(REPOSITORY)} runs")
         return
