@@ -5,7 +5,7 @@
 //! the tables of its tasks and one [receipt](mod@receipts), and no other files.
 //!
 //! Any scheduler that can number its jobs will do. For Slurm there are [batch scripts](submission),
-//! a choice of the number of array tasks from the [expected cost](sizing), and wrappers of its
+//! a choice of the number of array elements from the [expected cost](sizing), and wrappers of its
 //! [commands](slurm).
 
 pub mod receipts;

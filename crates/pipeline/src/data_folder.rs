@@ -113,7 +113,7 @@ pub fn unneeded(
     Ok(found)
 }
 
-/// Returns the receipts of array tasks that may be running on other machines, where locks do not
+/// Returns the receipts of array elements that may be running on other machines, where locks do not
 /// show them.
 pub fn running_receipts(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = cluster::receipts(data.path())?;

@@ -32,8 +32,8 @@ use asperity_tables::table::{Table, TableError};
 
 pub use publishing::{PublishedTable, publish};
 
-/// Version of the published tables. Increase it when their metadata change in form, so that existing
-/// tables are rewritten.
+/// Version of the published tables. Increase it when their metadata change in form, so that
+/// existing tables are rewritten.
 const FORMAT: u32 = 3;
 
 /// Name of the folder with a study's figures, beside its tables.
@@ -200,8 +200,8 @@ pub enum ResultsError {
     Columns { stage: String, source: StageError },
 }
 
-/// Returns the table of a stage without rows. Units and meanings of its columns, which stored tables
-/// do not hold, are attached to tables that are published or read.
+/// Returns the table of a stage without rows. Units and meanings of its columns, which stored
+/// tables do not hold, are attached to tables that are published or read.
 fn described<'a>(
     tables: &'a EmptyTables,
     study: &Study,

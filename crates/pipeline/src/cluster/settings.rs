@@ -72,26 +72,26 @@ settings! {
     /// Quality of service, if the cluster has several.
     qos: String => String, word(name),
         { value_name = "NAME", value_parser = name, help = "Request this quality of service" };
-    /// Cores per array task, each of which works on one surface; 1 when omitted.
+    /// Cores per array element, each of which works on one surface; 1 when omitted.
     cores: i64 => u32, whole(1, 1024),
         { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024),
-          help = "Use this many cores per array task; each works on one surface" };
-    /// Memory per array task, such as `"16GB"`; when omitted, the memory of the largest task times
-    /// the number of cores.
+          help = "Use this many cores per array element; each works on one surface" };
+    /// Memory per array element, such as `"16GB"`; when omitted, the memory of the largest task
+    /// times the number of cores.
     memory: String => ByteSize, word(size),
-        { value_name = "SIZE", help = "Request this much memory per array task, such as `16GB`" };
-    /// Time limit of an array task in hours; twice the expected time when omitted.
+        { value_name = "SIZE", help = "Request this much memory per array element, such as `16GB`" };
+    /// Time limit of an array element in hours; twice the expected time when omitted.
     time_limit: f64 => f64, hours,
         { value_name = "HOURS", value_parser = parsed_hours,
-          help = "Set the time limit of an array task, in hours" };
-    /// Target duration of an array task in hours; 1 when omitted.
+          help = "Set the time limit of an array element, in hours" };
+    /// Target duration of an array element in hours; 1 when omitted.
     per_element: f64 => f64, hours,
         { value_name = "HOURS", value_parser = parsed_hours,
-          help = "Set the target duration of an array task, in hours" };
-    /// Maximum number of array tasks; the largest array that Slurm allows when omitted.
+          help = "Set the target duration of an array element, in hours" };
+    /// Maximum number of array elements; the largest array that Slurm allows when omitted.
     at_most: i64 => u32, whole(1, 1_000_000),
         { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
-          help = "Set the maximum number of array tasks" };
+          help = "Set the maximum number of array elements" };
     /// Number of times that missing tasks are submitted again; 3 when omitted.
     rounds: i64 => u32, whole(0, 100),
         { value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100),

@@ -1,4 +1,4 @@
-//! Number of array tasks for a study, with their expected time and memory.
+//! Number of array elements for a study, with their expected time and memory.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -11,41 +11,41 @@ use crate::forecast::memory;
 use crate::plan::Plan;
 use asperity_tables::store::key::TaskKey;
 
-/// Default target duration of an array task, in hours.
+/// Default target duration of an array element, in hours.
 pub const DEFAULT_HOURS: f64 = 1.0;
 
-/// Ratio of the time limit to the expected time of an array task. Forecasts are accurate to a
+/// Ratio of the time limit to the expected time of an array element. Forecasts are accurate to a
 /// quarter, and shared nodes are slower.
 const TIME_MARGIN: f64 = 2.0;
 
 /// Shortest time limit in minutes, because programs start slowly on slow file systems.
 const MIN_MINUTES: f64 = 10.0;
 
-/// Shortest time limit of the finish job in minutes. It also computes small remainders.
+/// Shortest time limit of the last job in minutes. It also computes small remainders.
 const MIN_FINISH_MINUTES: f64 = 60.0;
 
-/// Array tasks of a submission, with their expected cost and resources.
+/// Array elements of a submission, with their expected cost and resources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sizing {
     /// Number of parts into which the study's surfaces are split.
     pub elements: u32,
-    /// Expected hours of each array task that has something to compute, by its number.
+    /// Expected hours of each array element that has something to compute, by its number.
     pub hours: BTreeMap<u32, f64>,
-    /// Core-hours of all array tasks.
+    /// Core-hours of all array elements.
     pub core_hours: f64,
-    /// Core-hours of the finish job: fits, aggregates and all other tasks that read several
+    /// Core-hours of the last job: fits, aggregates and all other tasks that read several
     /// surfaces.
     pub core_hours_after: f64,
     pub cores: u32,
     pub memory: ByteSize,
-    /// Time limit of an array task, in minutes.
+    /// Time limit of an array element, in minutes.
     pub minutes: u32,
-    /// Time limit of the finish job, in minutes.
+    /// Time limit of the last job, in minutes.
     pub minutes_after: u32,
 }
 
 impl Sizing {
-    /// Plans an array of at most `largest_array` array tasks for the missing tasks.
+    /// Plans an array of at most `largest_array` array elements for the missing tasks.
     pub fn new(
         plan: &Plan,
         missing: &[usize],
@@ -85,12 +85,12 @@ impl Sizing {
         }
     }
 
-    /// Returns the expected hours of the longest array task.
+    /// Returns the expected hours of the longest array element.
     pub fn longest(&self) -> f64 {
         self.hours.values().copied().fold(0.0, f64::max)
     }
 
-    /// Returns the array tasks that have something to compute, as `sbatch --array` takes them:
+    /// Returns the array elements that have something to compute, as `sbatch --array` takes them:
     /// `1-4,7`.
     pub fn array(&self) -> String {
         ranges(self.hours.keys().copied())

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use asperity_manifest::diagnostics::listed;
 
-/// Maximum number of array tasks if Slurm does not state its limit: its default limit minus one.
+/// Maximum number of array elements if Slurm does not state its limit: its default limit minus one.
 const DEFAULT_MAX_ARRAY: u32 = 1000;
 
 /// Job number that Slurm has assigned.
@@ -23,13 +23,13 @@ impl fmt::Display for Job {
     }
 }
 
-/// A job or an array task in the queue of Slurm.
+/// A job or an array element in the queue of Slurm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Queued {
     pub job: Job,
     /// Job number of the array; equals `job` for a single job.
     pub array: Job,
-    /// Index of the array task; `None` for a single job.
+    /// Index of the array element; `None` for a single job.
     pub element: Option<u32>,
     /// State as Slurm names it: `PENDING`, `RUNNING` …
     pub state: String,
@@ -65,8 +65,8 @@ pub enum SlurmError {
     UnexpectedOutput { command: &'static str, output: String },
 }
 
-/// Submits a script, as an array if `array` lists array tasks. The job waits until all of `after`
-/// has ended, successfully or not.
+/// Submits a script, as an array if `array` lists array elements. The job waits until all of
+/// `after` has ended, successfully or not.
 pub fn submit(
     script: &Path,
     array: Option<&str>,
@@ -112,8 +112,8 @@ pub fn cancel(jobs: &[Job]) -> Result<(), SlurmError> {
     run("scancel", &jobs).map(drop)
 }
 
-/// Returns the maximum number of array tasks on this cluster. `MaxArraySize` is one more than the
-/// largest index, and our indices start at 1.
+/// Returns the maximum number of array elements on this cluster. `MaxArraySize` is one more than
+/// the largest index, and our indices start at 1.
 pub fn largest_array() -> u32 {
     let output = run("scontrol", &["show", "config"]).unwrap_or_default();
     let mut sizes = output.lines().filter_map(|line| {
@@ -154,11 +154,11 @@ fn suggestion(output: &str) -> String {
     } else if says("invalid qos") {
         "set another `qos` in `asperity.toml` or with `--qos`".to_owned()
     } else if says("job submit limit") || says("policy") || says("array size") {
-        "submit fewer array tasks with `--at-most`".to_owned()
+        "submit fewer array elements with `--at-most`".to_owned()
     } else if says("memory specification") {
         "no node has so much memory: request less with `--memory`, or fewer `--cores`".to_owned()
     } else if says("time limit") {
-        "request less with `--time-limit`, and shorten the array tasks with `--per-element`"
+        "request less with `--time-limit`, and shorten the array elements with `--per-element`"
             .to_owned()
     } else if says("node configuration") || says("cpu count") || says("more processors") {
         "no node has so many cores: request fewer with `--cores`".to_owned()

@@ -31,7 +31,7 @@ pub struct ScriptPaths {
 /// Options that the scripts pass on to the commands.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ScriptOptions {
-    /// Whether the finish job writes the HTML report.
+    /// Whether the last job writes the HTML report.
     pub report: bool,
     /// Whether the results of another manifest may be overwritten.
     pub replace: bool,
@@ -40,9 +40,9 @@ pub struct ScriptOptions {
 /// Batch scripts of one submission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Scripts {
-    /// Script of each array task.
+    /// Script of each array element.
     pub element: String,
-    /// Script of the finish job, which runs after all array tasks.
+    /// Script of the last job, which runs after all array elements.
     pub finish: String,
 }
 
@@ -184,7 +184,7 @@ pub struct Submission {
     pub cores: u32,
     /// Number of times that missing tasks may be submitted again.
     pub rounds: u32,
-    /// Target duration of an array task, in hours.
+    /// Target duration of an array element, in hours.
     pub per_element: f64,
     /// Expected core-hours of the whole submission.
     pub core_hours: f64,
@@ -192,10 +192,10 @@ pub struct Submission {
     pub submitted: Vec<Round>,
 }
 
-/// A job array and the finish job after it, submitted together.
+/// A job array and the last job after it, submitted together.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Round {
-    /// The job array, or `None` if only tasks of the finish job were missing.
+    /// The job array, or `None` if only tasks of the last job were missing.
     pub array: Option<Job>,
     pub elements: Vec<u32>,
     pub finish: Job,
@@ -207,12 +207,12 @@ impl Submission {
         folder.join("submission.json")
     }
 
-    /// Returns the path of the script of the array tasks.
+    /// Returns the path of the script of the array elements.
     pub fn element_script(folder: &Path) -> PathBuf {
         folder.join("element.sh")
     }
 
-    /// Returns the path of the script of the finish job.
+    /// Returns the path of the script of the last job.
     pub fn finish_script(folder: &Path) -> PathBuf {
         folder.join("finish.sh")
     }
@@ -242,7 +242,7 @@ impl Submission {
     }
 }
 
-/// Returns the name of an array task's job in its receipt.
+/// Returns the name of an array element's job in its receipt.
 pub fn job_name(array: Job, element: u32) -> String {
     format!("{array}_{element}")
 }

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Finishes study {{ study }} after its array tasks: computes small remainders, resubmits large
+# Finishes study {{ study }} after its array elements: computes small remainders, resubmits large
 # ones, and finally writes the tables. Its argument is the number of the round, from 0.
 # Written by `asperity submit {{ manifest }}`.
 #SBATCH --job-name={{ study }}-finish
