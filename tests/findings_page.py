@@ -119,6 +119,8 @@ def light():
                          "area-falls-with-alpha", "alpha-alone-does-not-decide",
                          "effect-of-alpha-is-weaker-than-in-asperity-models", "alpha-in-asperity-models",
                          "greenwood-2006-far-from-its-asymptote", "scatter-falls-with-cutoffs"])}
+The areas of the nine spectra near three loads, compared with two theories:
+
 {t.areas()}
 {figure(CAMPAIGN, "area-light", "Counted contact area and its secant (fig. 5)")}
 {figure(CAMPAIGN, "contact-maps", "Contact of one surface for each of two spectra (figs. 7 and 8)")}
@@ -209,6 +211,8 @@ def growth():
 ## Growth of the mean contact pressure (appendix C, fig. 17)
 
 {claims.table(CAMPAIGN, ["exponent-of-pressure-growth"])}
+The mean contact pressure p̄ grows as dp̄/dp₀ = β a^m, with these parameters:
+
 {t.laws("pressure-growth", {"none": "counted", "2017": "corrected"}, [("exponent", "m"), ("prefactor", "β")])}
 {figure(CAMPAIGN, "pressure-growth", "dp̄/dp₀ against the area (fig. 17)")}"""
 
@@ -278,6 +282,8 @@ def distributions():
 {claims.table("distributions", ["pressures-are-distributed-as-in-persson",
                                 "middle-pressures-are-as-in-persson", "high-pressures-are-rarer-than-in-persson",
                                 "pressures-near-full-contact-are-as-in-persson"])}
+The contact has more low pressures than in Persson's theory:
+
 {t.pressures()}
 Meshes of eight nodes to the shortest wavelength do not show how the density begins at zero. The pressure falls as the
 square root of the distance to an edge of contact, so the density rises linearly. But a mesh does not resolve pressures
