@@ -1,5 +1,5 @@
-//! `asperity claims` and `advise`: what the paper says, what a study found and whether it holds, and
-//! where a study of limits should go on.
+//! `asperity claims` and `advise`: test the statements of the paper against a study, and estimate the
+//! cost of extending a fit of limits.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,41 +16,43 @@ use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
 pub struct ClaimsArguments {
-    /// The manifest of a study that has been run.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// Explain one claim at length: what is said where, what is computed, every quantity.
+    /// Claim to explain in detail, with its source, its data and all quantities; default: list all claims.
     name: Option<String>,
 
     /// Print JSON: `{"level", "rests_on", "left_out": [{"rows", "with"}, …], "missing_tasks",
     /// "claims": [{"name", "kind": "paper" | "misprint" | "ours", "says", "where", "quantity",
     /// "because", "data", "verdict", "expected", "quantities": [{"label", "value", "lower", "upper",
-    /// "least", "most", "n"}, …], "needs", "more_surfaces", "core_hours", "figure"}, …]}`. `lower` and
-    /// `upper` cover all quantities of a claim together, `least` and `most` hold one by one.
+    /// "least", "most", "n"}, …], "needs", "more_surfaces", "core_hours", "figure"}, …]}`.
+    ///
+    /// `lower` and `upper` are simultaneous bounds for all quantities of a claim; `least` and `most` bound
+    /// each quantity alone.
     #[arg(long)]
     json: bool,
 }
 
-/// What all claims of a study share.
-struct Told<'a> {
+/// Manifest and claims of a study, for printing.
+struct ClaimPrinter<'a> {
     manifest: &'a Path,
     study: &'a StudyClaims,
 }
 
 pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let study = super::session(&arguments.manifest, data).claims()?;
-    let told = Told { manifest: &arguments.manifest, study: &study };
+    let printer = ClaimPrinter { manifest: &arguments.manifest, study: &study };
     let claims = match &arguments.name {
         Some(name) => slice::from_ref(study.named(name)?),
         None => &study.claims,
     };
     print_answer(arguments.json, &study.summary(claims), || match arguments.name {
-        Some(_) => claims.iter().map(|claim| one(&told, claim)).collect(),
-        None => list(&told, claims),
+        Some(_) => claims.iter().map(|claim| claim_details(&printer, claim)).collect(),
+        None => list(&printer, claims),
     })
 }
 
-/// Lines of a width that is read easily, all of them indented.
+/// Wraps a text to 100 columns and indents all lines.
 fn wrapped(indent: usize, text: &str) -> String {
     const WIDTH: usize = 100;
     let mut lines = String::new();
@@ -68,7 +70,7 @@ fn wrapped(indent: usize, text: &str) -> String {
     lines.trim_start_matches('\n').to_owned() + "\n"
 }
 
-/// Four significant digits.
+/// Formats a number with four significant digits.
 fn short(value: f64) -> String {
     if !value.is_finite() || value == 0.0 {
         return format!("{value}");
@@ -77,30 +79,30 @@ fn short(value: f64) -> String {
     format!("{value:.*}", digits.clamp(0, 8) as usize)
 }
 
-/// Letters before what is said of a claim.
+/// Indentation of the text about a claim, in characters.
 const INDENT: usize = 14;
 
-fn list(told: &Told, claims: &[Claim]) -> String {
+fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
     let headings = [
-        (Origin::Paper, "What the paper says"),
-        (Origin::Ours, "What is ours"),
-        (Origin::Misprint, "Misprints: notes without a verdict"),
+        (Origin::Paper, "Statements of the paper"),
+        (Origin::Ours, "Our statements"),
+        (Origin::Misprint, "Misprints (notes without a verdict)"),
     ];
     let mut text = String::new();
     for (origin, heading) in headings {
         text += &format!("{heading}\n\n");
         let own = claims.iter().filter(|claim| claim.statement.origin == origin);
-        text.extend(own.map(|claim| few_lines(told, claim)));
+        text.extend(own.map(|claim| few_lines(printer, claim)));
         text += "\n";
     }
-    text + &closing(claims, told) + &left_out(told.study.setting())
+    text + &closing(claims, printer) + &left_out(printer.study.setting())
 }
 
-fn few_lines(told: &Told, claim: &Claim) -> String {
+fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
     let statement = &claim.statement;
     let said = format!("{} ({})", statement.says, statement.place);
     let found = match &claim.outcome {
-        ClaimOutcome::Judged(judgement) => found(told, claim, judgement),
+        ClaimOutcome::Judged(judgement) => finding(printer, claim, judgement),
         ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
         ClaimOutcome::Noted => statement.because.to_owned(),
     };
@@ -114,13 +116,13 @@ fn few_lines(told: &Told, claim: &Claim) -> String {
     )
 }
 
-fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
+fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
     let deciding = &judgement.bounds[judgement.deciding];
     let interval = match deciding.is_exact() {
         true => "exact".to_owned(),
         false => {
-            // The interval that the verdict rests on.
+            // This interval decides the verdict.
             let [low, high] = match judgement.verdict {
                 Verdict::DoesNotHold => deciding.together(all),
                 Verdict::Holds | Verdict::CannotSay => deciding.single(),
@@ -132,12 +134,12 @@ fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
         (1, _, _) => String::new(),
         (all, 0, 0) => format!("; all {all} agree"),
         (all, against, undecided) => {
-            format!("; of {all}, {against} contradict and {undecided} are undecided")
+            format!("; of {all} quantities, {against} contradict and {undecided} are undecided")
         }
     };
-    let more = match (judgement.verdict, told.study.more_surfaces(claim, judgement)) {
+    let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
-            "; {} of each spectrum would decide it, {}",
+            "; {} per spectrum would decide it, {}",
             counted(more, "more surface"),
             core_hours(seconds)
         ),
@@ -149,7 +151,7 @@ fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
     let without = match judgement.without_value.as_slice() {
         [] => String::new(),
         [one] => format!("; no value for {one}"),
-        [one, more @ ..] => format!("; no value for {one}, nor {} more", more.len()),
+        [one, more @ ..] => format!("; no value for {one} and {} more", more.len()),
     };
     format!(
         "expected {}; decided by {} [{interval}] at {}{others}{without}{more}",
@@ -159,10 +161,10 @@ fn found(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
     )
 }
 
-fn closing(claims: &[Claim], told: &Told) -> String {
+fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
     let words = [Verdict::Holds, Verdict::DoesNotHold, Verdict::CannotSay].map(Verdict::name);
     let words: Vec<&str> = words.into_iter().chain(["not computed"]).collect();
-    let origins = [(Origin::Paper, "of the paper"), (Origin::Ours, "of ours")];
+    let origins = [(Origin::Paper, "of the paper"), (Origin::Ours, "of asperity")];
     let mut text = String::new();
     for (origin, whose) in origins {
         let own: Vec<&Claim> =
@@ -172,29 +174,30 @@ fn closing(claims: &[Claim], told: &Told) -> String {
         let parts: Vec<String> = parts.collect();
         text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(" · "));
     }
-    if told.study.missing > 0 {
-        text += &format!("{} of the study not run yet\n", counted(told.study.missing, "task"));
+    if printer.study.missing > 0 {
+        text +=
+            &format!("{} of the study not computed yet\n", counted(printer.study.missing, "task"));
     }
-    let manifest = told.manifest.display();
-    text + &format!("`asperity claims {manifest} NAME` explains one at length\n")
+    let manifest = printer.manifest.display();
+    text + &format!("`asperity claims {manifest} NAME` explains one claim in detail\n")
 }
 
-/// What claims do not look at, and what they look at instead.
+/// Lists the rows that the claims omit, and the setting that they use instead.
 fn left_out(setting: &Setting) -> String {
     let lines = setting.left_out.iter().map(|left| {
         let instead = setting.point.clone().beyond(&left.differs);
         let names: Vec<&str> = left.differs.iter().map(|(name, _)| name).collect();
-        format!("left out: {left}; the claims rest on {}\n", instead.only(&names))
+        format!("omitted: {left}; the claims use {}\n", instead.only(&names))
     });
     lines.collect()
 }
 
-fn one(told: &Told, claim: &Claim) -> String {
+fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
     let statement = &claim.statement;
     let whose = match statement.origin {
-        Origin::Paper => "the paper",
-        Origin::Ours => "ours",
-        Origin::Misprint => "a misprint",
+        Origin::Paper => "paper",
+        Origin::Ours => "asperity",
+        Origin::Misprint => "misprint",
     };
     let mut lines = vec![
         (whose, format!("{} ({})", statement.says, statement.place)),
@@ -206,11 +209,11 @@ fn one(told: &Told, claim: &Claim) -> String {
     if statement.origin == Origin::Misprint {
         lines.retain(|(name, _)| [whose, "because"].contains(name));
     }
-    lines.extend(statement.figure.map(|figure| ("figure", place_of(told, figure))));
+    lines.extend(statement.figure.map(|figure| ("figure", figure_path(printer, figure))));
     let mut table = String::new();
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
-            lines.push(("verdict", verdict_of(told, claim, judgement)));
+            lines.push(("verdict", verdict_of(printer, claim, judgement)));
             if !judgement.without_value.is_empty() {
                 lines.push(("no value", judgement.without_value.join("; ")));
             }
@@ -226,21 +229,21 @@ fn one(told: &Told, claim: &Claim) -> String {
     format!("{}\n{}{table}\n", statement.name, lines.collect::<String>())
 }
 
-/// The figure's file, if it is drawn.
-fn place_of(told: &Told, figure: &str) -> String {
-    let path = told.study.figures.join(format!("{figure}.svg"));
+/// Returns the path of the figure, and the command that draws it if it does not exist.
+fn figure_path(printer: &ClaimPrinter, figure: &str) -> String {
+    let path = printer.study.figures.join(format!("{figure}.svg"));
     match path.exists() {
         true => path.display().to_string(),
         false => {
-            format!("{}, which `asperity report {}` draws", path.display(), told.manifest.display())
+            format!("{} (run `asperity report {}`)", path.display(), printer.manifest.display())
         }
     }
 }
 
-fn verdict_of(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
-    let more = match (judgement.verdict, told.study.more_surfaces(claim, judgement)) {
+fn verdict_of(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
+    let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
-            "; at the present spread, {} of each spectrum would decide it, {}",
+            "; at the present scatter, {} per spectrum would decide it, {}",
             counted(more, "more surface"),
             core_hours(seconds)
         ),
@@ -252,7 +255,7 @@ fn verdict_of(told: &Told, claim: &Claim, judgement: &Judgement) -> String {
     format!("{}{more}", verdict(claim))
 }
 
-/// Every quantity, with the interval that holds by itself and the one that holds with all others.
+/// Returns the table of all quantities, with their individual and their simultaneous intervals.
 fn quantities(claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
     let rows: Vec<[String; 5]> = judgement
@@ -276,9 +279,9 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
     let head = [
         "quantity".to_owned(),
         "value".to_owned(),
-        format!("each end at {percent} %"),
-        format!("all at {percent} %"),
-        "by itself".to_owned(),
+        format!("alone, {percent} % per end"),
+        format!("all together, {percent} %"),
+        "alone".to_owned(),
     ];
     let all_rows: Vec<&[String; 5]> = [&head].into_iter().chain(&rows).collect();
     let width = |column: usize| {
@@ -295,12 +298,13 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
 
 #[derive(clap::Args)]
 pub struct AdviseArguments {
-    /// The manifest of a study with a `fit` stage whose `law` is "limits".
+    /// Manifest of a study with a `fit` stage whose `law` is "limits".
     manifest: PathBuf,
 
     /// Print JSON: `[{"stage", "what", "forms", "limit", "standard_error", "points", "steps": [{"term",
-    /// "doubled", "points", "core_hours", "factor"}, …]}, …]`, where `factor` is by what the standard
-    /// error is expected to be multiplied.
+    /// "doubled", "points", "core_hours", "factor"}, …]}, …]`.
+    ///
+    /// `factor` is the expected ratio of the new standard error to the present one.
     #[arg(long)]
     json: bool,
 }
@@ -311,19 +315,20 @@ pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode
 }
 
 fn advice_text(advice: &StudyAdvice) -> String {
-    let fits: Vec<String> = advice.fits.iter().map(of_fit).collect();
+    let fits: Vec<String> = advice.fits.iter().map(fit_text).collect();
     let mut text = fits.join("\n");
     if advice.without > 0 {
         let many = counted(advice.without, "fit");
-        text +=
-            &format!("{many} of limits without an answer as yet: run the study, or see `status`\n");
+        text += &format!(
+            "{many} of limits without a result: run the study, or see `asperity status`\n"
+        );
     } else if advice.fits.is_empty() {
-        text += "the study fits no limits: a `fit` stage with `law = \"limits\"` does\n";
+        text += "the study fits no limits; add a `fit` stage with `law = \"limits\"`\n";
     }
     text
 }
 
-fn of_fit(fit: &AdvisedFit) -> String {
+fn fit_text(fit: &AdvisedFit) -> String {
     let error = fit
         .standard_error
         .map_or_else(String::new, |error| format!(" ± {} (standard error)", digits(error)));
@@ -347,12 +352,12 @@ fn of_fit(fit: &AdvisedFit) -> String {
             (_, None) => "?".to_owned(),
         };
         let mark = match step.gain() {
-            Some(gain) if gain >= best => "  ← most for its time",
+            Some(gain) if gain >= best => "  ← best gain for its cost",
             _ => "",
         };
         text += &format!(
             "  {:28}  {:>6}  {:>18}  {after:>14}  {}{mark}\n",
-            step.term.as_deref().unwrap_or("(as many surfaces again)"),
+            step.term.as_deref().unwrap_or("(twice the surfaces)"),
             step.points,
             core_hours(step.seconds),
             step.doubled.join(", "),
@@ -361,7 +366,7 @@ fn of_fit(fit: &AdvisedFit) -> String {
     text
 }
 
-/// Two digits that mean something.
+/// Formats a number with two significant digits.
 fn digits(value: f64) -> String {
     let decimals = (1.0 - value.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
     format!("{value:.decimals$}")

@@ -1,5 +1,4 @@
-//! `asperity submit`, `status`, `cancel` and `finish`: a study is shared out among the nodes of a Slurm
-//! cluster.
+//! `asperity submit`, `status`, `cancel` and `finish`: run a study on a Slurm cluster.
 
 use std::env;
 use std::io::Write;
@@ -13,7 +12,7 @@ use bytesize::ByteSize;
 
 use super::console::{Console, Patience, StopSignal};
 use super::plan::core_hours;
-use super::run::{exit_code, told};
+use super::run::{exit_code, run_text};
 use super::terminal::stdout;
 use super::{Failure, print_json, warn};
 use crate::session::status::Queue;
@@ -27,23 +26,22 @@ use crate::session::{
 
 #[derive(clap::Args)]
 pub struct SubmitArguments {
-    /// The manifest.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// Print the scripts, and what they are expected to take; write and submit nothing.
+    /// Print the scripts and the expected cost without writing or submitting anything.
     #[arg(long)]
     dry_run: bool,
 
-    /// Write the page of figures in the end, too.
+    /// Write the HTML report at the end.
     #[arg(long)]
     report: bool,
 
-    /// Take the place of another manifest whose study has the same name, even if tables of it are
-    /// lost.
+    /// Overwrite the results of another manifest with the same study name.
     #[arg(long)]
     replace: bool,
 
-    /// The program that the nodes run; this one when left out.
+    /// Program that the nodes run; default: this program.
     #[arg(long, value_name = "PATH")]
     program: Option<PathBuf>,
 
@@ -51,7 +49,8 @@ pub struct SubmitArguments {
     cluster: Settings,
 }
 
-/// `own` is what starts this program, where that is not the file of the process.
+/// Runs `asperity submit`; `own` is the path of this program if it differs from the executable of the
+/// process.
 pub fn submit(
     arguments: &SubmitArguments,
     data: &DataFolder,
@@ -72,7 +71,7 @@ pub fn submit(
     if planned.missing == 0 {
         writeln!(
             out,
-            "nothing to submit: every table is in the store; `asperity run` writes those of the stages"
+            "nothing to submit: all tasks are finished; `asperity run` writes the tables of the stages"
         )?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -93,11 +92,12 @@ pub fn submit(
 }
 
 impl SubmitArguments {
-    /// What the command line says; else the file beside the manifest, and else that of the user.
+    /// Returns the settings of the command line, completed by the file next to the manifest and then by
+    /// the file of the user.
     fn settings(&self) -> Result<Settings, Failure> {
         let mut settings = self.cluster.clone();
         let beside = self.manifest.parent().map(|folder| folder.join(settings::FILE));
-        for path in beside.into_iter().chain(of_user()) {
+        for path in beside.into_iter().chain(user_settings()) {
             let read = Settings::read(&path).map_err(crate::session::SessionError::from)?;
             settings = settings.or(read.unwrap_or_default());
         }
@@ -105,22 +105,22 @@ impl SubmitArguments {
     }
 }
 
-/// Where the user's configuration is, as the XDG Base Directory Specification has it.
-fn of_user() -> Option<PathBuf> {
+/// Returns the path of the user's settings, following the XDG Base Directory Specification.
+fn user_settings() -> Option<PathBuf> {
     let named = env::var_os("XDG_CONFIG_HOME").filter(|folder| Path::new(folder).is_absolute());
     let folder = named.map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".config")));
     Some(folder?.join("asperity").join(settings::FILE))
 }
 
-/// What a submission is expected to take, in a few lines.
+/// Describes the expected cost of a submission in a few lines.
 fn expected(planned: &PlannedSubmission) -> String {
     let sizing = &planned.sizing;
     let elements = sizing.hours.len();
     let each = match elements {
-        0 => "nothing is left for elements".to_owned(),
+        0 => "no tasks for array elements; the last job computes the rest".to_owned(),
         _ => format!(
-            "{} of {}, at most {} each; Slurm ends one after {}",
-            counted(elements, "element"),
+            "{} with {} each, expected to take at most {}; time limit {}",
+            counted(elements, "array element"),
             counted(sizing.cores as usize, "core"),
             in_hours(sizing.longest()),
             in_hours(f64::from(sizing.minutes) / 60.0),
@@ -128,10 +128,12 @@ fn expected(planned: &PlannedSubmission) -> String {
     };
     let total = core_hours(3600.0 * (sizing.core_hours + sizing.core_hours_after));
     let paced = match planned.processors.as_slice() {
-        [] => "at the pace of this machine; nothing has been computed on a node yet".to_owned(),
+        [] => {
+            "from the speed of this machine, because no node has computed anything yet".to_owned()
+        }
         processors => {
             let names = processors.iter().map(String::as_str);
-            format!("at the pace of {}", listed(names, "and"))
+            format!("from measurements on {}", listed(names, "and"))
         }
     };
     let mut text = format!(
@@ -140,8 +142,8 @@ fn expected(planned: &PlannedSubmission) -> String {
         counted(planned.missing, "task")
     );
     if f64::from(sizing.minutes) / 60.0 < sizing.longest() {
-        text += "note: the time limit is shorter than that; what an element does not finish goes into \
-                 the next round\n";
+        text += "note: the time limit is shorter than the expected time; the next round computes the \
+                 unfinished tasks\n";
     }
     text
 }
@@ -154,12 +156,12 @@ fn submitted(planned: &PlannedSubmission, submission: &Submission, manifest: &Pa
     let rounds: String = rounds.collect();
     let (folder, manifest) = (planned.folder.display(), manifest.display());
     format!(
-        "{rounds}scripts and what the nodes print: {folder}\n\
-         `asperity status {manifest}` says how far it is, `asperity cancel {manifest}` ends it\n"
+        "{rounds}scripts and logs: {folder}\n\
+         `asperity status {manifest}` shows the progress, `asperity cancel {manifest}` cancels the jobs\n"
     )
 }
 
-/// Hours in the unit that suits them.
+/// Formats hours as seconds, minutes or hours.
 fn in_hours(hours: f64) -> String {
     match hours {
         hours if hours < 1.0 / 60.0 => format!("{:.0} s", (3600.0 * hours).ceil()),
@@ -168,24 +170,24 @@ fn in_hours(hours: f64) -> String {
     }
 }
 
-/// Time between looks.
-const EVERY: Duration = Duration::from_secs(10);
+/// Time between two updates of `status --watch`.
+const WATCH_INTERVAL: Duration = Duration::from_secs(10);
 
-/// Failures that are shown.
-const SHOWN: usize = 5;
+/// Maximum number of failures printed.
+const MAX_FAILURES: usize = 5;
 
 #[derive(clap::Args)]
 pub struct StatusArguments {
-    /// The manifest.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// Look again every ten seconds, until nobody is at work.
+    /// Update every ten seconds until no job is running.
     #[arg(long)]
     watch: bool,
 
     /// Print JSON: `{"study", "stages": [{"name", "kind", "done", "running", "waiting", "failed"}, …],
     /// "core_hours_spent", "core_hours_left", "hours_left", "cores", "queue", "failures"}`; with
-    /// `--watch`, a line for each look.
+    /// `--watch`, one line per update.
     #[arg(long)]
     json: bool,
 }
@@ -210,7 +212,7 @@ pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode
             return Ok(ExitCode::SUCCESS);
         }
         drop(out);
-        sleep(EVERY);
+        sleep(WATCH_INTERVAL);
     }
 }
 
@@ -230,16 +232,16 @@ fn progress_text(progress: &Progress) -> String {
     text += &format!("{} spent, {left} left", hours(progress.core_hours_spent));
     if let Some(wall) = progress.hours_left {
         let cores = counted(progress.cores, "core");
-        text += &format!(": {} on the {cores} at work", in_hours(wall));
+        text += &format!(": {} on the {cores} in use", in_hours(wall));
     }
     text += "\n";
     text += &progress.queue.as_ref().map_or_else(String::new, queued);
-    for failed in progress.failures.iter().take(SHOWN) {
+    for failed in progress.failures.iter().take(MAX_FAILURES) {
         text += &format!("failed: {} {}: {}\n", failed.stage, &failed.task[..8], failed.reason);
     }
-    let more = progress.failures.len().saturating_sub(SHOWN);
+    let more = progress.failures.len().saturating_sub(MAX_FAILURES);
     if more > 0 {
-        text += &format!("and {more} more that failed\n");
+        text += &format!("and {}\n", counted(more, "more failed task"));
     }
     text
 }
@@ -247,21 +249,20 @@ fn progress_text(progress: &Progress) -> String {
 fn queued(queue: &Queue) -> String {
     let Queue { running, waiting, reasons, finish } = queue;
     if *running + *waiting == 0 && finish.is_none() {
-        return "queue: no job of the study\n".to_owned();
+        return "queue: no jobs of this study\n".to_owned();
     }
     let reasons: Vec<&str> = reasons.iter().map(String::as_str).collect();
     let why = match reasons.is_empty() {
         true => String::new(),
         false => format!(" ({})", reasons.join(", ")),
     };
-    let last =
-        finish.as_ref().map_or_else(String::new, |finish| format!(", the last job {finish}"));
-    format!("queue: {} run, {waiting} wait{why}{last}\n", counted(*running, "element"))
+    let last = finish.as_ref().map_or_else(String::new, |finish| format!(", last job {finish}"));
+    format!("queue: {} running, {waiting} waiting{why}{last}\n", counted(*running, "array element"))
 }
 
 #[derive(clap::Args)]
 pub struct CancelArguments {
-    /// The manifest of a study that has been submitted.
+    /// Manifest of a submitted study.
     manifest: PathBuf,
 }
 
@@ -270,7 +271,7 @@ pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode
     let jobs = session.cancel()?;
     let mut out = stdout();
     match jobs.as_slice() {
-        [] => writeln!(out, "no job of the study is in the queue")?,
+        [] => writeln!(out, "no jobs of this study are in the queue")?,
         jobs => {
             let jobs = listed(jobs.iter().map(String::as_str), "and");
             writeln!(out, "cancelled: {jobs}; finished tasks are kept")?;
@@ -281,26 +282,26 @@ pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode
 
 #[derive(clap::Args)]
 pub struct FinishArguments {
-    /// The manifest.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// How often something was submitted again before.
+    /// Number of previous resubmissions.
     #[arg(long, value_name = "N", default_value_t = 0)]
     round: u32,
 
-    /// Surfaces to work on at once.
+    /// Number of cores; default: all.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
-    /// Memory to keep to.
+    /// Memory limit, such as `16GB`.
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
-    /// Write the page of figures, too.
+    /// Write the HTML report.
     #[arg(long)]
     report: bool,
 
-    /// Take the place of another manifest whose study has the same name.
+    /// Overwrite the results of another manifest with the same study name.
     #[arg(long)]
     replace: bool,
 }
@@ -308,7 +309,7 @@ pub struct FinishArguments {
 pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
     let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
-    let stop = StopSignal::on_signal(Patience::OfANode)?;
+    let stop = StopSignal::on_signal(Patience::Scheduler)?;
     let options = FinishOptions {
         round: arguments.round,
         run: RunOptions {
@@ -323,8 +324,8 @@ pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode
     if !finished.silent.is_empty() {
         let study = session.study()?.name;
         warn(&format!(
-            "warning: elements {} left no receipt: they never began, or their nodes have not got the \
-             program or `{}`; what they printed is in `{}`, as far as they see it",
+            "warning: array elements {} left no receipt: they never started, or their nodes have no access \
+             to the program or to `{}`; see the logs in `{}`",
             ranges(finished.silent),
             data.path().display(),
             data.cluster_of(&study).join("logs").display(),
@@ -337,13 +338,13 @@ pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode
             let array = round.array.map_or_else(String::new, |job| format!(" as job {job}"));
             writeln!(
                 out,
-                "elements {numbers} are submitted again{array}; job {} finishes",
+                "array elements {numbers} submitted again{array}; job {} finishes",
                 round.finish
             )?;
             Ok(ExitCode::SUCCESS)
         }
         FinishOutcome::Done(report, page) => {
-            write!(out, "{}", told(&report, None)?)?;
+            write!(out, "{}", run_text(&report, None)?)?;
             if let Some(page) = page {
                 writeln!(out, "report: {}", page.page.display())?;
             }
@@ -357,7 +358,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hours_are_told_in_the_unit_that_suits_them() {
+    fn hours_are_printed_in_a_suitable_unit() {
         assert_eq!([0.001, 0.5, 1.25, 48.0].map(in_hours), ["4 s", "30 min", "1.2 h", "48.0 h"]);
     }
 }

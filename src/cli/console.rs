@@ -1,5 +1,4 @@
-//! What a run says while it computes: how far it has come, how long it will go on and what failed;
-//! and what the system tells the process meanwhile.
+//! Progress display of a run, and handling of signals.
 
 use std::io::{self, IsTerminal, stderr};
 use std::process::exit;
@@ -18,17 +17,16 @@ use crate::session::failures;
 use crate::session::words::counted;
 use crate::session::{Event, Observer, RunProgress};
 
-/// Seconds between lines where there is no terminal to redraw.
+/// Time between progress lines if stderr is not a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Failures that are told one by one; the table has them all.
-const TOLD: usize = 10;
+/// Maximum number of failures printed; the table of failures lists all.
+const MAX_FAILURES: usize = 10;
 
-/// Says on standard error what happens in a run: what should be known, how far it has come, and
-/// what failed.
+/// Observer that prints notices, progress and failures of a run on standard error.
 #[derive(Default)]
 pub struct Console {
-    /// Of the tasks that are computed just now.
+    /// Progress of the current batch of tasks.
     progress: Mutex<Option<Progress>>,
 }
 
@@ -46,8 +44,8 @@ impl Observer for Console {
                 }
             }
             (Event::Failed(failed), _) => {
-                let told =
-                    failures::in_words(failed, TOLD).expect("a run tells a table of failures");
+                let told = failures::in_words(failed, MAX_FAILURES)
+                    .expect("the event carries a table of failures");
                 told.iter().for_each(|line| warn(line));
             }
             (other, _) => tell_notice(other),
@@ -55,7 +53,7 @@ impl Observer for Console {
     }
 }
 
-/// A bar on a terminal, plain lines elsewhere.
+/// Progress bar on a terminal, or plain lines.
 struct Progress {
     run: RunProgress,
     bar: Option<ProgressBar>,
@@ -63,7 +61,7 @@ struct Progress {
 }
 
 impl Progress {
-    /// Begins to count the tasks that are to run, among cached ones that are not.
+    /// Starts the display for a batch of tasks.
     fn new(batch: Batch) -> Progress {
         let total = batch.tasks.len();
         let bar = stderr().is_terminal().then(|| bar(total));
@@ -112,7 +110,7 @@ impl Progress {
     }
 }
 
-/// What is about to be done, and what is not.
+/// Returns the first line of a batch: the numbers of tasks to run, cached and left for later.
 fn begun(to_run: usize, cached: usize, all: usize) -> String {
     let begun = format!("{} to run, {cached} cached", counted(to_run, "task"));
     match all.saturating_sub(to_run + cached) {
@@ -125,14 +123,14 @@ fn bar(total: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}")
         .expect("the template is valid");
     let bar = ProgressBar::new(total as u64).with_style(style);
-    // The bar panics if the system refuses it a thread.
+    // `enable_steady_tick` panics if it cannot start a thread.
     if Builder::new().spawn(|| ()).is_ok() {
         bar.enable_steady_tick(Duration::from_millis(250));
     }
     bar
 }
 
-/// A duration in the two units that matter.
+/// Formats a duration in its two largest units.
 pub fn duration(duration: Duration) -> String {
     let seconds = duration.as_secs();
     match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
@@ -142,32 +140,33 @@ pub fn duration(duration: Duration) -> String {
     }
 }
 
-/// How long a stopped run may take to end.
+/// Time that a stopped run may take to end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Patience {
-    /// Somebody sits before it.
-    OfAPerson,
-    /// A scheduler waits: Slurm half a minute for who is cancelled, a whole one, as scripts ask it
-    /// to, for who is out of time.
-    OfANode,
+    /// A user waits at the terminal.
+    Interactive,
+    /// A scheduler waits. Slurm allows 30 s after `scancel`, and our scripts request 60 s before the
+    /// time limit.
+    Scheduler,
 }
 
 impl Patience {
     fn duration(self) -> Duration {
         match self {
-            Patience::OfAPerson => Duration::from_millis(1500),
-            Patience::OfANode => Duration::from_secs(20),
+            Patience::Interactive => Duration::from_millis(1500),
+            Patience::Scheduler => Duration::from_secs(20),
         }
     }
 }
 
-/// Makes a file that grows beyond `ulimit -f` an error of whoever writes it, who knows its name;
-/// otherwise the system would end the process without a word.
+/// Turns a file that exceeds `ulimit -f` into a write error.
+///
+/// Otherwise the signal SIGXFSZ ends the process without a message.
 pub fn survive_large_files() -> io::Result<()> {
     signal_hook::flag::register(SIGXFSZ, Arc::default()).map(drop)
 }
 
-/// Whether, and by which signal, the process has been asked to stop.
+/// Flag that a signal sets to stop the run, with the number of the signal.
 #[derive(Debug, Clone, Default)]
 pub struct StopSignal {
     asked: Arc<AtomicBool>,
@@ -175,41 +174,44 @@ pub struct StopSignal {
 }
 
 impl StopSignal {
-    /// The first signal asks tasks to stop. Those that do not before patience ends, and those under
-    /// way at a second signal, are dropped: whatever moment a process ends, nothing stored is
-    /// harmed. What `nohup` has started outlives its terminal.
+    /// Starts a thread that waits for SIGINT, SIGTERM and, if it is not ignored, SIGHUP.
+    ///
+    /// The first signal sets the flag. The process ends if tasks are still running when `patience` is
+    /// over, or on a second signal. This is safe at any time, because stored files appear whole. A
+    /// process started by `nohup` ignores SIGHUP and outlives its terminal.
     pub fn on_signal(patience: Patience) -> io::Result<StopSignal> {
         let stop = StopSignal::default();
-        let mut heard = vec![SIGINT, SIGTERM];
-        heard.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
-        let mut signals = Signals::new(heard)?;
+        let mut handled = vec![SIGINT, SIGTERM];
+        handled.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
+        let mut signals = Signals::new(handled)?;
         let asked = stop.clone();
-        let hear = move || {
+        let wait = move || {
             for signal in signals.forever() {
-                asked.hear(signal, patience);
+                asked.on_signal_received(signal, patience);
             }
         };
-        let started = Builder::new().spawn(hear).map(drop);
+        let started = Builder::new().spawn(wait).map(drop);
         started.map_err(|error| {
-            let message = "cannot start the thread that hears Ctrl-C; allow more processes \
+            let message = "cannot start the thread that waits for Ctrl-C; allow more processes \
                            (`ulimit -u`)";
             io::Error::new(error.kind(), format!("{message}: {error}"))
         })?;
         Ok(stop)
     }
 
-    /// Whether the process has been asked to stop.
+    /// Returns the flag, which is true after a signal.
     pub fn asked(&self) -> &AtomicBool {
         &self.asked
     }
 
-    /// How shells know a process that a signal has ended: 130 after Ctrl-C, 143 after `kill`.
+    /// Returns the exit code that shells use for a process ended by the signal: 130 after Ctrl-C, 143 after
+    /// `kill`.
     pub fn exit_code(&self) -> u8 {
         let signal = self.signal.load(Ordering::SeqCst);
         u8::try_from(128 + signal).unwrap_or(u8::MAX)
     }
 
-    fn hear(&self, signal: i32, patience: Patience) {
+    fn on_signal_received(&self, signal: i32, patience: Patience) {
         self.signal.store(signal, Ordering::SeqCst);
         if self.asked.swap(true, Ordering::SeqCst) {
             exit(self.exit_code().into());
@@ -218,7 +220,7 @@ impl StopSignal {
         let code = self.exit_code().into();
         let end = move || {
             thread::sleep(patience.duration());
-            warn("stopped; unfinished tasks are dropped, run again to go on");
+            warn("stopped; unfinished tasks are lost, run again to continue");
             exit(code)
         };
         if Builder::new().spawn(end).is_err() {
@@ -227,7 +229,7 @@ impl StopSignal {
     }
 }
 
-/// Whether the process was started to ignore a signal, as far as the system tells.
+/// Returns whether the process ignores a signal, as `/proc/self/status` reports.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -240,16 +242,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_for_later_is_not_cached() {
+    fn tasks_left_for_later_are_not_cached() {
         assert_eq!(begun(2, 33, 35), "2 tasks to run, 33 cached");
         assert_eq!(begun(1, 0, 35), "1 task to run, 0 cached, 34 left for later");
     }
 
     #[test]
-    fn durations_are_told_in_the_two_units_that_matter() {
-        let told = |seconds| duration(Duration::from_secs(seconds));
-        assert_eq!(told(59), "59 s");
-        assert_eq!(told(61), "1 min 1 s");
-        assert_eq!(told(3 * 3600 + 62), "3 h 1 min");
+    fn durations_are_printed_in_their_two_largest_units() {
+        let text = |seconds| duration(Duration::from_secs(seconds));
+        assert_eq!(text(59), "59 s");
+        assert_eq!(text(61), "1 min 1 s");
+        assert_eq!(text(3 * 3600 + 62), "3 h 1 min");
     }
 }

@@ -1,5 +1,4 @@
-//! `asperity verify` and `prune`: whether every table, page and figure is as it was written, and
-//! deleting what no named manifest needs.
+//! `asperity verify` and `prune`: check files for damage, and delete unused files.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,7 +22,7 @@ pub struct VerifyArguments {
 
 pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = arguments.manifest.as_deref().map(|manifest| super::session(manifest, data));
-    // It draws on a terminal only.
+    // The bar is hidden unless stderr is a terminal.
     let bar = ProgressBar::new(0);
     let verification = maintenance::verify(data, session.as_ref(), &|tables| {
         bar.set_length(tables as u64);
@@ -39,7 +38,7 @@ fn verify_text(verification: &Verification) -> String {
     let lines = verification.damaged.iter().map(|Finding { cause, quarantined }| {
         let fate = match quarantined {
             Some(quarantined) => format!("set aside as `{}`", quarantined.display()),
-            None => "left where it is".to_owned(),
+            None => "left in place".to_owned(),
         };
         format!("{}; {fate}\n", chain(cause))
     });
@@ -49,25 +48,27 @@ fn verify_text(verification: &Verification) -> String {
 fn closing(verification: &Verification) -> String {
     let checked = counted(verification.checked, "table");
     match verification.damaged.len() {
-        0 => format!("{checked} checked: all as they were written"),
+        0 => format!("{checked} checked, none damaged"),
         damaged => {
-            format!("{checked} checked: {damaged} damaged; `asperity run` computes what is missing")
+            format!(
+                "{checked} checked, {damaged} damaged; `asperity run` recomputes missing tables"
+            )
         }
     }
 }
 
 #[derive(clap::Args)]
 pub struct PruneArguments {
-    /// Manifests whose tables are kept. Without any, all tables are, and only damaged and
-    /// unfinished files go.
+    /// Manifests whose tables to keep; without any, delete only damaged and unfinished files.
     manifests: Vec<PathBuf>,
 
-    /// Delete what would otherwise only be shown.
+    /// Delete the files instead of listing them.
     #[arg(long)]
     yes: bool,
 
-    /// Delete even while elements may be at work on other machines, as their receipts say: no lock
-    /// tells of them.
+    /// Delete even if receipts report array elements running on other machines.
+    ///
+    /// Locks do not work across machines, so such an element could still need the files.
     #[arg(long, requires = "yes")]
     force: bool,
 
@@ -94,8 +95,10 @@ fn prune_text(pruned: &Pruned, is_of_no_study: bool) -> String {
     let total = format!("{}, {}", counted(pruned.files, "file"), DecimalBytes(pruned.bytes));
     let closing = match (pruned.deleted, is_of_no_study) {
         (true, _) => format!("{total} deleted\n"),
-        (false, true) => format!("{total} that are of no use; `--yes` deletes them\n"),
-        (false, false) => format!("{total} that no named manifest needs; `--yes` deletes them\n"),
+        (false, true) => format!("{total} damaged or unfinished; `--yes` deletes them\n"),
+        (false, false) => {
+            format!("{total} not needed by the given manifests; `--yes` deletes them\n")
+        }
     };
     lines.collect::<String>() + &closing
 }

@@ -1,5 +1,4 @@
-//! `asperity view` and `surface`: heights, contact or pressures of one task as a picture, and what a
-//! file of surface topography holds.
+//! `asperity view` and `surface`: draw the maps of one task, and describe topography files.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,44 +14,46 @@ use crate::session::words::{listed, short, wrapped};
 
 #[derive(clap::Args)]
 pub struct ViewArguments {
-    /// A finished task, by its key or the first digits of it, as in the `task` column of tables;
-    /// or the manifest of a study that has been run.
+    /// Key of a finished task, or its first digits, as in the `task` column of tables; or the manifest
+    /// of a study.
     #[arg(value_name = "KEY|MANIFEST")]
     what: PathBuf,
 
-    /// In a study: the stage that has the task.
+    /// Stage of the task, if a manifest is given.
     stage: Option<String>,
 
-    /// In a stage: what tells the task from others, as in `k_upper=32 realization=1`.
+    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`.
     #[arg(value_name = "COLUMN=VALUE")]
     coordinates: Vec<Coordinate>,
 
-    /// What to draw; when left out, the heights of surfaces and the contact under loads.
+    /// Map to draw; default: heights for surfaces, contact for loads.
     #[arg(long, value_enum)]
     map: Option<Map>,
 
-    /// The load to draw, in the unit of the study: reduced, or in pascals where its loads are
-    /// absolute. Without it, contacts at all loads are laid over each other, from dark at the
-    /// lightest to light at the heaviest, and pressures are those at the heaviest load.
+    /// Load to draw, in the unit of the study: reduced, or in pascals if its loads are absolute.
+    ///
+    /// By default, the contacts at all loads are overlaid, from dark (smallest load) to light (largest
+    /// load), and pressures are drawn at the largest load.
     #[arg(long, value_parser = finite)]
     load: Option<f64>,
 
-    /// The file to write; named after the task and what is drawn when left out.
+    /// File to write; default: a name made of the task and the map.
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
-    /// Overwrite another picture. Files other than PNG are never overwritten.
+    /// Overwrite an existing picture; files other than PNG are never overwritten.
     #[arg(long)]
     replace: bool,
 
     /// Print JSON: `{"file", "task", "map", "nodes", "load", "load_column", "lowest", "highest",
-    /// "unit"}`; `load` is in the unit of the column `load_column`; of a rectangle, `nodes` are
-    /// those along x and along y.
+    /// "unit"}`.
+    ///
+    /// `load` is in the unit of the column `load_column`. For rectangles, `nodes` is `[x, y]`.
     #[arg(long)]
     json: bool,
 }
 
-/// A picture, and where it is.
+/// Picture with the path of its file.
 #[derive(Serialize)]
 struct PictureFile<'a> {
     file: &'a Path,
@@ -79,7 +80,7 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
             let study = session.study()?;
             let stages: Vec<_> = study.stages.iter().map(|stage| &*stage.name).collect();
             let message = format!(
-                "say which stage of `{}` has the task: {}",
+                "name the stage of `{}` that contains the task: {}",
                 what.display(),
                 listed(stages, "or")
             );
@@ -91,30 +92,31 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
 
 fn finite(word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| "a load is a number".to_owned())
+    number.ok_or_else(|| "expected a finite number".to_owned())
 }
 
 #[derive(clap::Args)]
 pub struct SurfaceArguments {
-    /// A file of surface topography; its content says which format it has.
+    /// Topography file; the program detects the format from the content.
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
-    /// Only this channel, by its name, or by its number from 1 on; when left out, all are listed.
+    /// Channel to describe, by its name or its number (from 1); default: all channels.
     #[arg(long)]
     channel: Option<String>,
 
-    /// Draw the channel, or the first that holds heights; missing points are red.
+    /// Draw the channel, or the first one with heights; missing points are red.
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
-    /// Overwrite another picture. Files other than PNG are never overwritten.
+    /// Overwrite an existing picture; files other than PNG are never overwritten.
     #[arg(long, requires = "output")]
     replace: bool,
 
     /// Print JSON: `{"format", "channels": [{"name", "nodes", "size", "unit", "missing",
-    /// "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`, sizes as `[x, y]`, and lengths
-    /// in metres where the file has a unit.
+    /// "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`.
+    ///
+    /// Sizes are `[x, y]`. Lengths are in metres if the file has a unit.
     #[arg(long)]
     json: bool,
 }
@@ -128,10 +130,10 @@ pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
     print_answer(arguments.json, &file, || file_text(&file, path, output))
 }
 
-/// Columns of words; those of numbers are in line on the right.
-const WORDS: usize = 4;
+/// Number of leading text columns; the number columns after them are aligned right.
+const TEXT_COLUMNS: usize = 4;
 
-/// The format, a line for each channel, and what should be known.
+/// Describes the file: format, one line per channel, missing points, channel with heights.
 fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String {
     let mut text = format!(
         "file     {}\nformat   {}: {}\n{}\n",
@@ -152,7 +154,7 @@ fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String
     text
 }
 
-/// Which channel counts, and why.
+/// Names the channel that is used for heights, and the reason.
 fn heights(file: &DescribedFile) -> String {
     let Some(chosen) = &file.chosen else {
         return String::new();
@@ -160,9 +162,9 @@ fn heights(file: &DescribedFile) -> String {
     let (name, number) = (&chosen.name, chosen.number);
     let why = match (&chosen.quantity, file.count, file.channels.len()) {
         (Quantity::Height, 1, _) => "",
-        (Quantity::Height, _, 1) => ", as asked",
-        (Quantity::Height, ..) => ", the first that holds heights",
-        (Quantity::Unitless, ..) => ", in no unit",
+        (Quantity::Height, _, 1) => ", as requested",
+        (Quantity::Height, ..) => ", the first one with heights",
+        (Quantity::Unitless, ..) => ", without a unit",
         (Quantity::Other(_), ..) => return format!("heights  none; channel {number} is `{name}`"),
     };
     format!("heights  channel {number}, `{name}`{why}")
@@ -185,7 +187,7 @@ fn grid(channels: &[DescribedChannel]) -> Grid {
     for channel in channels {
         grid.add_row(row(channel));
     }
-    let numbers = grid.column_iter_mut().skip(WORDS);
+    let numbers = grid.column_iter_mut().skip(TEXT_COLUMNS);
     numbers.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     grid
 }

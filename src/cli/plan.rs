@@ -1,5 +1,5 @@
-//! `asperity init`, `check`, `plan` and `explain`: a manifest to start from, whether one makes sense,
-//! what its study would compute, why, and at what cost.
+//! `asperity init`, `check`, `plan` and `explain`: write and validate manifests, and list tasks with
+//! their costs and reasons.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -17,13 +17,15 @@ use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus};
 use crate::session::words::counted;
 use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
 
-/// More reasons in one stage are not read by anybody; `--json` has them all.
+/// Maximum number of reasons printed per stage; `--json` prints all.
 const MOST_REASONS: usize = 20;
 
 #[derive(clap::Args)]
 pub struct InitArguments {
-    /// The name of the study. The manifest is `NAME.toml` in this folder, and beside it lies
-    /// `asperity.schema.json`, by which editors complete and check it; files that are there stay.
+    /// Name of the study.
+    ///
+    /// The command writes `NAME.toml` and `asperity.schema.json` into the current folder. Editors use
+    /// the schema to complete and check manifests. Existing files are not changed.
     #[arg(default_value = "study")]
     name: String,
 }
@@ -32,16 +34,16 @@ pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
     let new = new_manifest::write(&arguments.name)?;
     let mut out = stdout();
     let manifest = new.path.display();
-    let as_it_was = if new.schema_is_new { "" } else { ", as it was" };
+    let unchanged = if new.schema_is_new { "" } else { " (exists, unchanged)" };
     writeln!(out, "manifest  {manifest}")?;
-    writeln!(out, "schema    {}{as_it_was}", new_manifest::SCHEMA)?;
+    writeln!(out, "schema    {}{unchanged}", new_manifest::SCHEMA)?;
     writeln!(out, "next      asperity run {manifest}")?;
     Ok(ExitCode::SUCCESS)
 }
 
 #[derive(clap::Args)]
 pub struct CheckArguments {
-    /// The manifest.
+    /// Manifest of the study.
     manifest: PathBuf,
 }
 
@@ -50,10 +52,10 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
     let plan = Plan::new(&study);
     super::tell(&study.warnings());
     let mut out = stdout();
-    let at_least = if study.grows() { " at least" } else { "" };
+    let at_least = if study.grows() { "at least " } else { "" };
     writeln!(
         out,
-        "`{}` is sound: study `{}`, {}, {}{at_least}",
+        "`{}` is valid: study `{}`, {}, {at_least}{}",
         arguments.manifest.display(),
         plan.study,
         counted(plan.stages.len(), "stage"),
@@ -64,7 +66,7 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
 
 #[derive(clap::Args)]
 pub struct PlanArguments {
-    /// The manifest.
+    /// Manifest of the study.
     manifest: PathBuf,
 
     /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
@@ -73,9 +75,11 @@ pub struct PlanArguments {
     #[arg(long)]
     json: bool,
 
-    /// Print every task instead, inputs before what reads them, as JSON, one object a line:
-    /// `{"stage", "task", "state", "core_seconds", …}`, where `state` is "cached" or "missing", and
-    /// the rest is what places the task in the study. `run --only TASK` computes one.
+    /// Print every task as one line of JSON, inputs first: `{"stage", "task", "state",
+    /// "core_seconds", …}`.
+    ///
+    /// `state` is "cached" or "missing", and the remaining values are the coordinates of the task in the
+    /// study. `run --only TASK` computes a single task.
     #[arg(long)]
     tasks: bool,
 }
@@ -100,7 +104,7 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
     Ok(ExitCode::SUCCESS)
 }
 
-/// What programs read of a study.
+/// JSON output of `plan` and `explain`.
 #[derive(Serialize)]
 struct StudyForPrograms<'a, S> {
     stages: Vec<S>,
@@ -110,7 +114,7 @@ struct StudyForPrograms<'a, S> {
     warnings: Option<&'a [Warning]>,
 }
 
-/// A stage with its reasons in words.
+/// JSON output of `plan` for one stage, with the reasons as text.
 #[derive(Serialize)]
 struct StageInShort<'a> {
     #[serde(flatten)]
@@ -126,7 +130,7 @@ impl<'a, S> StudyForPrograms<'a, S> {
     }
 }
 
-/// A stage's reasons, each in a phrase.
+/// Returns the reasons of a stage, each as a phrase.
 fn reasons(stage: &StageStatus) -> Vec<String> {
     stage.reasons.iter().map(|reason| reason.phrases().join("; ")).collect()
 }
@@ -154,15 +158,15 @@ fn plan_table(stages: &[StageStatus]) -> String {
 
 #[derive(clap::Args)]
 pub struct ExplainArguments {
-    /// The manifest.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// A stage; all of them when left out.
+    /// Stage to explain; default: all stages.
     stage: Option<String>,
 
     /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons":
     /// [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours",
-    /// "growing"}`, `growing` as `plan` has it.
+    /// "growing"}`, where `growing` is as in `plan --json`.
     #[arg(long)]
     json: bool,
 }
@@ -172,9 +176,9 @@ pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCo
     let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
         let names: Vec<&str> = stages.iter().map(|stage| stage.count.name).collect();
-        let place = names.iter().position(|name| name == wanted);
-        let place = place.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
-        stages = vec![stages.swap_remove(place)];
+        let index = names.iter().position(|name| name == wanted);
+        let index = index.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
+        stages = vec![stages.swap_remove(index)];
     }
     let mut out = stdout();
     if arguments.json {
@@ -190,7 +194,7 @@ pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCo
     Ok(ExitCode::SUCCESS)
 }
 
-/// What a stage has, and a line per reason with all that belongs to it.
+/// Describes a stage, with one line for each reason why its tasks will run.
 fn explained(stage: &StageStatus) -> String {
     let StageCount { name, kind, cached, to_run, .. } = stage.count;
     let mut text = format!("{name} ({kind}): {cached} reused");
@@ -213,7 +217,7 @@ fn explained(stage: &StageStatus) -> String {
     text
 }
 
-/// What is to come, in time of this machine, and where more may come.
+/// Returns a line for each adaptive stage and the expected time of the missing tasks.
 fn forecast(status: &Status) -> String {
     let adaptive = status.adaptive.iter().map(|stage| format!("{stage}\n"));
     adaptive.collect::<String>() + &cost(status)
@@ -231,13 +235,13 @@ fn cost(status: &Status) -> String {
     let cost = core_hours(seconds);
     let shared = match each {
         1 => String::new(),
-        _ if at_once < cores => format!(", up to {} to a surface", cores.div_ceil(at_once)),
-        _ => ", one to a surface, and several to the last ones".to_owned(),
+        _ if at_once < cores => format!(", up to {} per surface", cores.div_ceil(at_once)),
+        _ => ", one per surface, several for the last surfaces".to_owned(),
     };
     format!("{cost} expected: {wall} on {}{shared}", counted(cores, "core"))
 }
 
-/// Time of one core, with two digits that mean something.
+/// Formats core-seconds as core-hours with two significant digits.
 pub fn core_hours(seconds: f64) -> String {
     if seconds == 0.0 {
         return "0 core-hours".to_owned();

@@ -1,7 +1,7 @@
-//! What follows from the program itself: `asperity schema`, `completions`, `man` and `reference`.
+//! `asperity schema`, `completions`, `man` and `reference`: text generated from the program.
 //!
-//! `reference` writes pages of the guide. They are committed under `docs/reference/`, and CI compares
-//! them with what is written anew.
+//! `reference` writes pages of the guide. They are committed under `docs/reference/`, and CI checks
+//! that they are up to date.
 
 use std::fs;
 use std::io::{self, Write};
@@ -29,7 +29,7 @@ pub fn schema(_: &SchemaArguments) -> Result<ExitCode, Failure> {
 
 #[derive(clap::Args)]
 pub struct CompletionsArguments {
-    /// The shell.
+    /// Shell to print completions for.
     shell: Shell,
 }
 
@@ -44,8 +44,8 @@ pub fn completions<C: CommandFactory>(
 
 #[derive(clap::Args)]
 pub struct ManArguments {
-    /// The folder to write `asperity.1`, `asperity-run.1` … into, such as
-    /// `~/.local/share/man/man1`; made if it is not there.
+    /// Folder for `asperity.1`, `asperity-run.1` …, such as `~/.local/share/man/man1`; created if it
+    /// does not exist.
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
 }
@@ -61,7 +61,7 @@ pub fn man<C: CommandFactory>(arguments: &ManArguments) -> Result<ExitCode, Fail
 
 #[derive(clap::Args)]
 pub struct ReferenceArguments {
-    /// The folder to write `keys.md`, `columns.md` and `commands.md` into.
+    /// Folder for `keys.md`, `columns.md` and `commands.md`.
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
 }
@@ -87,22 +87,22 @@ const KEYS_HEAD: &str = "\
 
 <!-- Written by `asperity reference`; the source is the code. -->
 
-A manifest has one table `[study]` and a table `[stage.NAME]` for each stage, of one of six kinds. What is
-not of the type or outside the bounds that are said here is an error, and so is a key that is not here, or
-one that is needed and missing: the message names the key, its value and its place, and says what would do
-([errors](errors.md)). Numbers count to twelve significant digits.
+A manifest has one table `[study]` and a table `[stage.NAME]` for each stage, of one of six kinds. Values of
+another type, values out of bounds, unknown keys and missing required keys are errors. The message names the
+key, its value and its position, and explains how to correct it ([errors](errors.md)). Numbers are compared
+with twelve significant digits.
 
-- *swept* – a list of values gives a table row for each; several such lists make a grid.
-- *pair* – `[along x, along y]`, of rectangles.
-- `cases`, where any key is swept, names points of the grid outright: a list of tables that each set some of
-  the swept keys.
-- `from` names the stage that is read, or a list of several.
+- *swept* – a list of values gives one parameter point per value; several lists give a grid.
+- *pair* – `[along x, along y]`, for rectangles.
+- `cases`, allowed if any key is swept, lists parameter points explicitly: each of its tables sets some of the
+  swept keys.
+- `from` names the stage that is read, or lists several stages.
 
-Lengths are in the unit of `side`, and pressures in that of `effective_modulus` or of the bodies' moduli; both
-units are yours. Loads are mean pressures in units of E* × rms slope unless `load_unit` says otherwise.
+Lengths are in the unit of `side`, and pressures in the unit of `effective_modulus` or of the moduli of the
+bodies; you choose both units. Loads are mean pressures in units of E* × rms slope, unless `load_unit` is set.
 ";
 
-/// The page of the guide that has the formulas of a kind of stage.
+/// Page of the guide with the formulas of each kind of stage.
 const THEORY: [(&str, &str); 6] = [
     ("generate", "surfaces.md"),
     ("solve", "contact.md"),
@@ -112,10 +112,10 @@ const THEORY: [(&str, &str); 6] = [
     ("aggregate", "models.md"),
 ];
 
-/// Keys that the head of the page explains, and the word that tells a form.
+/// Keys that the head of the page explains.
 const EXPLAINED: [&str; 3] = ["kind", "from", "cases"];
 
-/// The text of the page.
+/// Returns the text of `keys.md`.
 fn keys_page() -> String {
     let schema = new_manifest::schema();
     let study = &schema["properties"]["study"];
@@ -131,7 +131,7 @@ fn keys_page() -> String {
     page
 }
 
-/// The kinds of stages, in the order of a study.
+/// Returns the kinds of stage in the order of a study.
 fn kinds(forms: &[Value]) -> Vec<String> {
     let mut kinds: Vec<String> = forms.iter().map(|form| word(form, "kind")).collect();
     kinds.dedup();
@@ -142,13 +142,13 @@ fn of_kind(kind: &str, forms: &[Value]) -> String {
     let forms: Vec<&Value> = forms.iter().filter(|form| word(form, "kind") == kind).collect();
     let mut text = format!("\n## `kind = \"{kind}\"`\n\n");
     if let Some((_, page)) = THEORY.iter().find(|(of, _)| *of == kind) {
-        text += &format!("What is computed: [theory](../theory/{page}).\n\n");
+        text += &format!("Formulas: [theory](../theory/{page}).\n\n");
     }
     let selector = ["method", "law"].into_iter().find(|key| !word(forms[0], key).is_empty());
     if let Some(key) = selector {
-        text += &format!("| `{key}` | what it is |\n|---|---|\n");
-        for (place, form) in forms.iter().enumerate() {
-            let default = if place == 0 { ", when left out" } else { "" };
+        text += &format!("| `{key}` | meaning |\n|---|---|\n");
+        for (index, form) in forms.iter().enumerate() {
+            let default = if index == 0 { " (default)" } else { "" };
             text += &format!(
                 "| `\"{}\"`{default} | {} |\n",
                 word(form, key),
@@ -166,16 +166,16 @@ fn of_kind(kind: &str, forms: &[Value]) -> String {
     text
 }
 
-/// A key as some forms of a kind have it.
+/// Key of a kind of stage, with the variants that have it.
 struct Entry<'a> {
     name: &'a str,
     key: &'a Value,
-    /// Those forms.
+    /// Methods or laws of the variants that have the key.
     words: Vec<String>,
     required: bool,
 }
 
-/// The keys of all forms of a kind, in the order of the alphabet; those that are equal once.
+/// Returns the keys of all variants of a kind in alphabetical order; equal keys are merged.
 fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
     let mut entries: Vec<Entry> = Vec::new();
     for form in forms {
@@ -196,13 +196,13 @@ fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
     entries
 }
 
-/// Whether a key must be there, or be set by each of the `cases`.
+/// Returns whether a key is required, in the table itself or in each of the `cases`.
 fn is_required(form: &Value, name: &str) -> bool {
     let has = |list: &Value| list.as_array().is_some_and(|list| list.iter().any(|key| key == name));
     has(&form["required"]) || has(&form["anyOf"][0]["required"])
 }
 
-/// A key as an item of a list, those of its table indented below it.
+/// Formats a key as a list item, with the keys of its table as indented items below it.
 fn key_item(name: &str, key: &Value, required: bool, words: &[String], depth: usize) -> String {
     let (value, is_swept) = unswept(key);
     let mut facts = vec![described(value)];
@@ -231,7 +231,7 @@ fn key_item(name: &str, key: &Value, required: bool, words: &[String], depth: us
     text
 }
 
-/// A value without the list of such values that may stand for it.
+/// Returns the schema of a single value, and whether a list of such values is swept.
 fn unswept(key: &Value) -> (&Value, bool) {
     match key["anyOf"].as_array().map(Vec::as_slice) {
         Some([one, many]) if about(many) == "swept over its values" => (one, true),
@@ -240,7 +240,7 @@ fn unswept(key: &Value) -> (&Value, bool) {
     }
 }
 
-/// The alternatives of a value, of its items too.
+/// Returns the alternatives of a value and of its items.
 fn parts(value: &Value) -> Vec<&Value> {
     for several in ["oneOf", "anyOf"] {
         if let Some(several) = value[several].as_array() {
@@ -256,7 +256,7 @@ fn parts(value: &Value) -> Vec<&Value> {
     }
 }
 
-/// Which values will do.
+/// Describes the accepted values.
 fn described(value: &Value) -> String {
     for several in ["oneOf", "anyOf"] {
         if let Some(several) = value[several].as_array() {
@@ -327,16 +327,15 @@ const COLUMNS_HEAD: &str = "\
 
 <!-- Written by `asperity reference`; the source is the code. -->
 
-All columns that tables may have, by the kind of stage that first has them: a table also has the
-columns of the tables that its stage reads, as far as they tell its rows apart. `asperity columns
-MANIFEST [STAGE]` says which ones a study has, and every table says it of itself, in the metadata of
-its fields.
+All columns of tables, sorted by the first kind of stage that has them. A table also has those columns of its
+input tables that distinguish its rows. `asperity columns MANIFEST [STAGE]` lists the columns of a study, and
+the metadata of the fields of every table contain the same description.
 
-Unit `1` is a pure number; where there is none, a unit makes no sense. *Length* and *pressure* are in
-the units that the manifest has chosen by `side` and by `effective_modulus` or `bodies`.
+Unit `1` marks a pure number; columns without numbers have no unit. *Length* and *pressure* are in the units
+that the manifest uses for `side` and for `effective_modulus` or `bodies`.
 ";
 
-/// The text of the page.
+/// Returns the text of `columns.md`.
 fn columns_page() -> String {
     let mut page = COLUMNS_HEAD.to_owned();
     let mut known: Vec<Description> = Vec::new();
@@ -352,7 +351,7 @@ fn columns_page() -> String {
     page
 }
 
-/// A text within a table of Markdown.
+/// Escapes a text for a Markdown table.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('<', "&lt;")
 }
@@ -362,19 +361,19 @@ const COMMANDS_HEAD: &str = "\
 
 <!-- Written by `asperity reference`; the source is the code. -->
 
-Exit codes: 0 done, 1 a task or a file failed, 2 the manifest or the command line is wrong, 130 stopped
-by Ctrl-C, 143 by `kill`, 129 with its terminal.
+Exit codes: 0 success, 1 a task or a file failed, 2 error in the manifest or the command line, 130 stopped
+by Ctrl-C, 143 stopped by `kill`, 129 terminal closed.
 
-`ASPERITY_DATA` stands for `--data`. `ASPERITY_SIMD` chooses between `avx512`, `avx2` and `portable`, the
-widest that the processor has when left out. `NO_COLOR` turns colours off.
+`ASPERITY_DATA` sets the default of `--data`. `ASPERITY_SIMD` selects the instruction set: `avx512`, `avx2` or
+`portable`; the default is the widest set of the processor. `NO_COLOR` turns colours off.
 ";
 
-/// The text of the page.
+/// Returns the text of `commands.md`.
 fn commands_page(mut command: Command) -> String {
     command.build();
     let mut page = COMMANDS_HEAD.to_owned();
     let global: Vec<&Arg> = command.get_arguments().filter(|arg| arg.is_global_set()).collect();
-    page += "\nEvery command has\n\n";
+    page += "\nOptions of every command:\n\n";
     global.iter().for_each(|arg| page += &option_item(arg));
     let commands = command.get_subcommands().filter(|command| !command.is_hide_set());
     for command in commands.filter(|command| command.get_name() != "help") {
@@ -430,7 +429,7 @@ fn option_item(arg: &Arg) -> String {
     format!("- `{name}{value}` – {about}{words}{default}\n")
 }
 
-/// On one line, with a full stop.
+/// Joins a text into one line and adds a full stop if it has none.
 fn sentence(text: &str) -> String {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     match text.ends_with(['.', '!', '?']) {

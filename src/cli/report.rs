@@ -1,5 +1,4 @@
-//! `asperity report` and `share`: what a study has found as a page and as figures, and one archive of
-//! the study.
+//! `asperity report` and `share`: write a page with figures, and pack a study into an archive.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,21 +11,22 @@ use crate::session::{Bars, DataFolder, Day, Report, ReportOptions, ShareOptions,
 
 #[derive(clap::Args)]
 pub struct ReportArguments {
-    /// The manifest of a study that has been run, or has begun to.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// The folder to write `report.html` and `figures/` into; that of the study's tables when left
-    /// out.
+    /// Folder for `report.html` and `figures/`; default: the folder of the study's tables.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
-    /// Replace a page that shows more than the new one, a page of another study or manifest, and
-    /// reports or figures that were changed since they were written. A page that no report wrote is
-    /// not replaced.
+    /// Overwrite pages that show more, belong to another study or were edited.
+    ///
+    /// Overwrites a page that shows more than the new one, a page of another study or manifest, and
+    /// reports or figures that were edited. A page that `asperity report` did not write is never
+    /// overwritten.
     #[arg(long)]
     replace: bool,
 
-    /// What error bars are: standard errors of the mean, or standard deviations over the surfaces.
+    /// Meaning of the error bars: standard errors of the mean, or standard deviations over the surfaces.
     #[arg(long, value_name = "KIND", default_value = "sem")]
     bars: BarKind,
 
@@ -37,9 +37,9 @@ pub struct ReportArguments {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum BarKind {
-    /// Standard errors of the mean: how well it is known.
+    /// Standard errors of the mean.
     Sem,
-    /// Standard deviations over the surfaces, as in the paper: how they scatter.
+    /// Standard deviations over the surfaces, as in the paper.
     Sd,
 }
 
@@ -72,38 +72,40 @@ fn report_text(report: &Report) -> String {
 
 #[derive(clap::Args)]
 pub struct ShareArguments {
-    /// The manifest of a study that has been run.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// The archive; `STUDY.zip` in this folder when left out.
+    /// Archive to write; default: `STUDY.zip` in the current folder.
     #[arg(long, short, value_name = "FILE.zip")]
     output: Option<PathBuf>,
 
-    /// Take the tables of the store along, with all maps: a run of what is unpacked has nothing to
-    /// do. Without them it computes all of it anew, and reading the tables works all the same.
+    /// Include the tables of the store, with all maps.
+    ///
+    /// With them, `run` in the unpacked archive has nothing to compute. Without them, it recomputes
+    /// everything; the tables of the stages can be read in both cases.
     #[arg(long)]
     store: bool,
 
-    /// Replace an existing archive. Files of another kind are never replaced.
+    /// Overwrite an existing archive; files of another kind are never overwritten.
     #[arg(long)]
     replace: bool,
 
-    /// The license that the archive's description gives: an identifier of SPDX, such as CC-BY-4.0,
-    /// or an address.
+    /// License of the archive: an SPDX identifier, such as CC-BY-4.0, or a URL.
     #[arg(long)]
     license: Option<String>,
 
-    /// An author whom the archive's description gives; once for each.
+    /// Author of the archive; can be repeated.
     #[arg(long = "author", value_name = "NAME")]
     authors: Vec<String>,
 
-    /// The day that the archive's description gives; today, in universal time, when left out. The
-    /// same study and day make the same bytes.
+    /// Date of the archive; default: today (UTC).
+    ///
+    /// The same study and date give the same bytes.
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: Option<Day>,
 
-    /// Print JSON: `{"archive", "bytes", "tables", "stored", "tasks"}`, the last two null without
-    /// the store.
+    /// Print JSON: `{"archive", "bytes", "tables", "stored", "tasks"}`; the last two are null without
+    /// `--store`.
     #[arg(long)]
     json: bool,
 }
@@ -124,7 +126,7 @@ pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, 
 fn share_text(shared: &SharedStudy) -> String {
     let store = match shared.stored.zip(shared.tasks) {
         Some((there, all)) => format!("tables of {there} of {}", counted(all, "task")),
-        None => "left out; `--store` takes it along".to_owned(),
+        None => "not included; use `--store` to include it".to_owned(),
     };
     format!(
         "archive  {} · {:.1} MB\ntables   {}\nstore    {store}\n",

@@ -80,8 +80,8 @@ pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Fail
     let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
     let run = session.prepare(&arguments.options())?;
     let patience = match arguments.shard {
-        Some(_) => Patience::OfANode,
-        None => Patience::OfAPerson,
+        Some(_) => Patience::Scheduler,
+        None => Patience::Interactive,
     };
     let stop = StopSignal::on_signal(patience)?;
     let report = run.execute(stop.asked())?;

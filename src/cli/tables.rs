@@ -1,6 +1,7 @@
-//! `asperity table`, `show` and `columns`: a stage's table or the answer to a query, how a table was
-//! made, and what its columns mean. Numbers are in line, what is the same in all rows is said once,
-//! and no line is wider than the terminal.
+//! `asperity table`, `show` and `columns`: print tables, results of queries, provenance and columns.
+//!
+//! Decimal points are aligned, constant columns are printed once, and no line is wider than the
+//! terminal.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,37 +22,38 @@ use crate::session::results::{Description, Table, TableFile, TableSource};
 use crate::session::words::{cells, counted, short, wrapped};
 use crate::session::{DataFolder, DescribedColumns, StoreError, parallel};
 
-/// Rows that are turned into text at once.
+/// Number of rows that are converted to text together.
 const CHUNK: usize = 1024;
 
 #[derive(clap::Args)]
 pub struct TableArguments {
-    /// The manifest of a study that has been run.
+    /// Manifest of the study.
     manifest: PathBuf,
 
-    /// The stage whose table to print.
+    /// Stage whose table to print.
     #[arg(required_unless_present = "sql")]
     stage: Option<String>,
 
-    /// Ask all tables of the study instead: a query in the SQL of polars, in which every stage is
-    /// a table. A name with `-` needs double quotes. Rows that no `order by` tells apart come in the
-    /// order of the rows that they are made of.
+    /// Run an SQL query (polars dialect) in which every stage is a table.
+    ///
+    /// Put names that contain `-` in double quotes. Rows that `order by` does not distinguish keep the
+    /// order of their source rows.
     #[arg(long, value_name = "QUERY", conflicts_with = "stage")]
     sql: Option<String>,
 
-    /// Columns to print, in this order; those that differ between rows and fit when left out.
+    /// Columns to print, in this order; default: the columns that vary and fit into the terminal.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
 
-    /// Rows to print for reading; 0 for all.
+    /// Maximum number of rows to print; 0 prints all.
     #[arg(long, value_name = "N", default_value_t = 20, conflicts_with_all = ["csv", "json"])]
     rows: usize,
 
-    /// Print all rows as comma-separated values, to the last digit.
+    /// Print all rows as CSV in full precision.
     #[arg(long, conflicts_with = "json")]
     csv: bool,
 
-    /// Print all rows as JSON, one object a line, to the last digit.
+    /// Print all rows as JSON in full precision, one object per line.
     #[arg(long)]
     json: bool,
 }
@@ -81,13 +83,13 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
     Ok(ExitCode::SUCCESS)
 }
 
-/// The places of these columns, in this order; all if none is named.
+/// Returns the indices of the named columns, or of all columns if `names` is empty.
 fn chosen_columns(table: &TableSource, names: &[String]) -> Result<Vec<usize>, Failure> {
     let known = table.names();
     if names.is_empty() {
         return Ok((0..known.len()).collect());
     }
-    let place = |name: &String| {
+    let index = |name: &String| {
         let found = known.iter().position(|known| known == name);
         found.ok_or_else(|| {
             let message = format!("the table has no column `{name}`");
@@ -95,17 +97,18 @@ fn chosen_columns(table: &TableSource, names: &[String]) -> Result<Vec<usize>, F
             unknown(message, name, &known)
         })
     };
-    names.iter().map(place).collect()
+    names.iter().map(index).collect()
 }
 
-/// The rows in chunks: text for the whole table would fill memory many times over.
+/// Splits the rows into chunks, because the text of a whole table could exceed the memory.
 fn chunks(batch: &RecordBatch) -> impl Iterator<Item = RecordBatch> {
     let starts = (0..batch.num_rows()).step_by(CHUNK);
     starts.map(|start| batch.slice(start, CHUNK.min(batch.num_rows() - start)))
 }
 
-/// Chunks become text on all cores and are written in their order. Each goes through memory, because
-/// the writer would hide that its reader has left.
+/// Writes a table as CSV, formatting chunks in parallel.
+///
+/// Each chunk is formatted in memory, because arrow's writer would hide a closed pipe.
 fn write_csv(out: &mut Output, table: &TableSource, columns: &[usize]) -> Result<(), Failure> {
     let header = table.first(columns, 0)?;
     out.write_data(&csv_text(header.batch(), true)?)?;
@@ -125,7 +128,7 @@ fn csv_text(batch: &RecordBatch, with_header: bool) -> Result<Vec<u8>, ArrowErro
     Ok(text)
 }
 
-/// One object a line.
+/// Writes one JSON object per line.
 pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
     for chunk in chunks(batch) {
         let mut text = Vec::new();
@@ -141,11 +144,11 @@ pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failu
 
 #[derive(clap::Args)]
 pub struct ShowArguments {
-    /// A finished task's key or the first digits of it, or a Parquet file of the store or the results.
+    /// Key of a finished task, or its first digits, or a Parquet file of the store or the results.
     #[arg(value_name = "KEY|FILE")]
     what: PathBuf,
 
-    /// Rows to print.
+    /// Maximum number of rows to print.
     #[arg(long, default_value_t = 10)]
     rows: usize,
 }
@@ -187,7 +190,7 @@ fn write_head(out: &mut impl Write, table: &Table, rows: usize) -> Result<(), Fa
         counted(table.rows(), "row"),
         counted(table.names().len(), "column"),
     )?;
-    // One line per column: a row of forty columns would not fit any terminal.
+    // One line per column, because 40 columns do not fit into a terminal.
     let mut grid = Grid::new();
     grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
     for (name, array) in table.names().iter().zip(batch.columns()) {
@@ -217,11 +220,10 @@ fn value(array: &dyn Array, row: usize) -> String {
 
 #[derive(clap::Args)]
 pub struct ColumnsArguments {
-    /// The manifest of a study, which need not have been run; without one, all columns that any
-    /// study may have.
+    /// Manifest of the study, which may not have run yet; default: the columns of all kinds of stage.
     manifest: Option<PathBuf>,
 
-    /// The stage to describe; all of the study when left out.
+    /// Stage to describe; default: all stages.
     stage: Option<String>,
 
     /// Print JSON: `[{"stage", "kind", "columns": [{"name", "type", "role", "unit", "meaning"},
@@ -244,7 +246,7 @@ pub fn columns(arguments: &ColumnsArguments, data: &DataFolder) -> Result<ExitCo
     Ok(ExitCode::SUCCESS)
 }
 
-/// A line per column. What several stages share is said where it comes up first.
+/// Returns one line per column; columns of several stages are listed once.
 fn columns_text(described: &[DescribedColumns]) -> String {
     let mut text = String::new();
     let mut known: Vec<&Description> = Vec::new();
@@ -254,7 +256,7 @@ fn columns_text(described: &[DescribedColumns]) -> String {
         let name = stage.as_ref().map_or_else(String::new, |stage| format!("{stage} · "));
         let shared = match columns.len() - new.len() {
             0 => String::new(),
-            shared => format!(", and {shared} of the above"),
+            shared => format!(", and {} listed above", counted(shared, "column")),
         };
         text += &format!("{name}{kind}{shared}\n{}\n\n", descriptions(&new));
         known.extend(new);
@@ -271,27 +273,28 @@ fn descriptions(columns: &[&Description]) -> String {
     grid.trim_fmt()
 }
 
-/// Columns of text where the output is no terminal.
+/// Width of the output in characters if stdout is not a terminal.
 const WIDTH: usize = 120;
 /// Spaces between columns.
 const GAP: usize = 2;
 
-/// Which columns are printed side by side.
+/// Selection of the columns that are printed side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ColumnLayout {
-    /// Those that differ between rows, as far as they fit; the others are said once.
+    /// Columns that vary, as many as fit; constant columns are printed once above.
     Summary,
-    /// All that fit.
+    /// All columns that fit.
     Fitting,
-    /// All.
+    /// All columns.
     Everything,
 }
 
-/// Prints the first rows of some columns, by their places, and says what was left out; 0 for all
-/// rows. A single row has all of its columns, one below the other where they do not fit.
+/// Prints the first `rows` rows (0: all) of the columns with these indices, and lists omitted columns.
+///
+/// A single row that is too wide is printed with one column per line.
 ///
 /// # Errors
-/// When the table is damaged, or the output is closed.
+/// If the table is damaged or the output is closed.
 fn write_grid(
     out: &mut impl Write,
     table: &TableSource,
@@ -310,7 +313,7 @@ fn write_grid(
         ColumnLayout::Summary | ColumnLayout::Fitting => fitting(&columns, width),
     };
     if table.rows() == 1 && fitting < columns.len() {
-        return upright(out, &columns);
+        return write_vertically(out, &columns);
     }
     let (printed, hidden) = columns.split_at(fitting);
     if !constant.is_empty() {
@@ -322,18 +325,18 @@ fn write_grid(
     }
     if table.rows() > shown {
         let more = counted(table.rows() - shown, "more row");
-        writeln!(out, "… {more}, `--rows 0` for all")?;
+        writeln!(out, "… {more}, use `--rows 0` to print all")?;
     }
     if !hidden.is_empty() {
         let names: Vec<&str> = hidden.iter().map(|column| column.name.as_str()).collect();
         let more = counted(hidden.len(), "more column");
-        let text = format!("… {more}, `--columns NAME,…` for any of these: {}", names.join(", "));
+        let text = format!("… {more}, use `--columns NAME,…` to print: {}", names.join(", "));
         writeln!(out, "{}", wrapped(&text))?;
     }
     Ok(())
 }
 
-/// A column as it is printed.
+/// Formatted column.
 struct Printed {
     name: String,
     cells: Vec<String>,
@@ -347,19 +350,19 @@ impl Printed {
     }
 }
 
-/// The columns to print, and what those hold that are said once.
+/// Returns the formatted columns and the texts of the constant columns.
 fn printed(
     table: &TableSource,
-    places: &[usize],
+    indices: &[usize],
     shown: usize,
     layout: ColumnLayout,
 ) -> Result<(Vec<Printed>, Vec<String>), StoreError> {
     let (mut printed, mut constant) = (Vec::new(), Vec::new());
-    let first = table.first(places, shown)?;
+    let first = table.first(indices, shown)?;
     let columns = first.names().into_iter().zip(first.batch().columns());
-    for ((name, array), &place) in columns.zip(places) {
+    for ((name, array), &index) in columns.zip(indices) {
         let is_summary = layout == ColumnLayout::Summary && table.rows() > 1;
-        if is_summary && table.is_constant(place)? {
+        if is_summary && table.is_constant(index)? {
             if array.is_valid(0) {
                 constant.push(format!("{name} {}", cells(array.as_ref(), 1).remove(0)));
             }
@@ -377,8 +380,8 @@ fn printed(
     Ok((printed, constant))
 }
 
-/// A single row that is too wide, column below column.
-fn upright(out: &mut impl Write, columns: &[Printed]) -> Result<(), Failure> {
+/// Prints a single row with one column per line.
+fn write_vertically(out: &mut impl Write, columns: &[Printed]) -> Result<(), Failure> {
     let names = columns.iter().map(|column| column.name.chars().count());
     let width = names.max().unwrap_or(0) + GAP;
     for column in columns {
@@ -387,7 +390,7 @@ fn upright(out: &mut impl Write, columns: &[Printed]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// How many columns fit side by side; one is printed however wide it is.
+/// Returns the number of columns that fit side by side, at least one.
 fn fitting(columns: &[Printed], width: usize) -> usize {
     let ends = columns.iter().scan(0, |end, column| {
         *end += column.width() + GAP;
@@ -441,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_in_line_and_constants_said_once() {
+    fn decimal_points_are_aligned_and_constants_printed_once() {
         let expected = "in every row: nodes 128\n \
                         load  task\n\
                         0.004  aaaaaaaa\n\
@@ -451,12 +454,12 @@ mod tests {
     }
 
     #[test]
-    fn rows_left_out_are_counted() {
-        assert!(printed(&table(), 2).ends_with("… 1 more row, `--rows 0` for all\n"));
+    fn omitted_rows_are_counted() {
+        assert!(printed(&table(), 2).ends_with("… 1 more row, use `--rows 0` to print all\n"));
     }
 
     #[test]
-    fn columns_that_do_not_fit_are_left_out() {
+    fn columns_that_do_not_fit_are_omitted() {
         let columns: Vec<Printed> = (0..3)
             .map(|_| Printed {
                 name: "x".repeat(10),

@@ -155,7 +155,7 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
     };
     let before = claims(&[]);
     assert!(before.contains("not computed"), "{before}");
-    assert!(before.contains("of the study not run yet"), "{before}");
+    assert!(before.contains("of the study not computed yet"), "{before}");
     bench.run(STUDY);
     let after = claims(&[]);
     for part in [

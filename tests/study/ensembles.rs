@@ -118,7 +118,7 @@ fn claims_rest_on_one_tolerance_and_name_what_they_leave_out() {
     let path = bench.path("study.toml");
     let told = bench.output(&["claims", path.to_str().unwrap()]);
     let told = String::from_utf8(told.stdout).unwrap();
-    assert!(told.contains("left out: 40 rows with tolerance 0.5"), "{told}");
+    assert!(told.contains("omitted: 40 rows with tolerance 0.5"), "{told}");
 }
 
 /// Whatever is swept, to two values each.

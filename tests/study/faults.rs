@@ -205,7 +205,7 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
     let message = told(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains(victim.to_str().unwrap()), "{message}");
-    assert!(message.contains("left where it is"), "{message}");
+    assert!(message.contains("left in place"), "{message}");
     all(0o755);
 }
 

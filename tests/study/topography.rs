@@ -55,7 +55,7 @@ fn channels_are_chosen_by_name_or_number() {
     let named = channels(&bench, &[&file, "--channel", "Height"]);
     assert_eq!(named, channels(&bench, &[&file, "--channel", "4"]));
     let all = told(&bench, &[&file]);
-    assert!(all.contains("channel 1, `ZSensor`, the first that holds heights"), "{all}");
+    assert!(all.contains("channel 1, `ZSensor`, the first one with heights"), "{all}");
     let message = refused(&bench, &[&file, "--channel", "Heigth"], 2);
     assert!(message.contains("did you mean `Height`?"), "{message}");
     assert!(refused(&bench, &[&file, "--channel", "5"], 2).contains("no channel `5`"));

@@ -204,7 +204,7 @@ fn what_cannot_be_drawn_is_refused_with_what_would_do() {
     let path = path.to_str().unwrap();
     let (surface, fit) = (first_task(&bench, "surfaces"), first_task(&bench, "law"));
     for (arguments, message) in [
-        (vec![path], "say which stage of"),
+        (vec![path], "name the stage of"),
         (vec![path, "ligth"], "did you mean `light`?"),
         (vec![path, "light"], "k_upper=4 | 8"),
         (vec![path, "light", "k_uper=4"], "did you mean `k_upper`?"),
@@ -214,7 +214,7 @@ fn what_cannot_be_drawn_is_refused_with_what_would_do() {
         (vec!["nonsense"], "32 hexadecimal digits"),
         (vec![&surface, "--map", "contact"], "knows no contact"),
         (vec![&surface, "--load", "0.1"], "leave out `--load`"),
-        (vec![&surface, "--load", "nan"], "a load is a number"),
+        (vec![&surface, "--load", "nan"], "expected a finite number"),
         (vec![&fit], "reads 2 other tasks"),
     ] {
         let refused = refused(&bench, &arguments);
