@@ -1,30 +1,34 @@
-//! How much of a fluid flows through the gap of a contact: Reynolds' equation, solved as a network
-//! of resistors on the mesh.
+//! Flow of a fluid through the gap of a contact: Reynolds' equation on a network of resistors.
 //!
-//! A thin film of viscosity μ under the pressure p carries q = −g³/(12 μ) ∇p for each unit of
-//! width, and ∇·q = 0. What a map of gaps g carries as a whole is ⟨q⟩ = −K/(12 μ) ⟨∇p⟩: its
-//! effective conductivity K, in units of length cubed, is g³ of parallel walls, and K over the cube
-//! of the mean gap is the flow factor of Patir & Cheng (*J. Lubr. Technol.* 100, 1978, 12). The
-//! film is periodic, as the contact is, and the pressure falls by one over each period along the
-//! direction asked for.
+//! # Equations
 //!
-//! Neighbours are joined by half a cell of either gap in series, so that the conductance of a link
-//! is the harmonic mean of both g³: exact where the gap is constant in each cell, of second order
-//! where it is smooth, and zero where either node is in contact. What carries a fluid is then what
-//! a channel of nodes that are neighbours joins, as for the percolation of maps.
+//! A thin film of viscosity μ under the pressure p has the flow q = −g³/(12 μ) ∇p per unit width,
+//! with ∇·q = 0. The mean flow through a map of gaps g is ⟨q⟩ = −K/(12 μ) ⟨∇p⟩. This defines the
+//! effective conductivity K, in length³, which is g³ for parallel walls. The flow factor of Patir &
+//! Cheng (*J. Lubr. Technol.* 100, 1978, 12) is K divided by the cube of the mean gap. The film is
+//! periodic, and the pressure drops by one over each period along the direction of the flow.
 //!
-//! `channels` has the conductances of links and what of them goes around the cell, `graph` what is
-//! left of the mesh, and `multigrid` the preconditioner of the conjugate gradients here.
-//! Conductances span many decades near percolation, where the norm of a residual says little about
-//! the flow. The solution is therefore held between two bounds: by Dirichlet's principle the
-//! dissipation of no pressure is below K, and by Thomson's that of no flux that conserves mass
-//! either. All is done on one thread, in one order.
+//! # Discretisation
 //!
-//! Pressures are periodic but for a step of one at a seam of the cell, across x for the flow along
-//! x and across y for the other, so that the conductance of the map is what flows. For any
-//! pressures the dissipation Σ k (Δp)² is no less than it. For any flux f that conserves mass, of
-//! which J goes around, J²/Σ f²/k is no more: such a flux is that of the pressures, with what they
-//! leave of each node's balance led to the root of its tree.
+//! A link joins neighbouring nodes by half a cell of each gap in series, so its conductance is the
+//! harmonic mean of both g³. It is exact for gaps that are constant in each cell and of second order
+//! for smooth gaps. It is zero if one of the nodes is in contact. A fluid therefore flows through
+//! chains of 4 nearest neighbours, as in the percolation of contact maps.
+//!
+//! # Solution and bounds
+//!
+//! The pressures are solved for by conjugate gradients with the preconditioner of `multigrid`, on
+//! one thread and in a fixed order. Module `channels` has the conductances and finds the channels
+//! that percolate, and `graph` has the matrix.
+//!
+//! Near percolation, conductances span many decades, and the norm of the residual does not bound the
+//! error of the flow. The solution is therefore enclosed by two bounds. Pressures are periodic
+//! except for a step of one at a seam of the cell, so that the flow is the conductance of the map.
+//!
+//! - Upper bound (Dirichlet's principle): the dissipation Σ k (Δp)² of any pressures.
+//! - Lower bound (Thomson's principle): J²/Σ f²/k of any flux f that conserves mass, where J is its
+//!   flow through the seam. The flux is that of the pressures; the residual of each node is led to
+//!   the root of a spanning tree.
 
 use thiserror::Error;
 
@@ -38,54 +42,58 @@ use channels::{Channels, Links};
 use graph::{Pair, Search, add};
 use multigrid::Multigrid;
 
-/// The distance of the bounds at which the search ends, over the conductivity.
+/// Relative distance of the bounds at which the iteration stops.
 pub const TOLERANCE: f64 = 1e-8;
 
-/// The distance of the bounds from which on a flow was not found. Near percolation rounding keeps
-/// them further apart than [`TOLERANCE`].
+/// Relative distance of the bounds above which a flow is not converged.
+///
+/// Near percolation, rounding errors keep the bounds farther apart than [`TOLERANCE`].
 pub const UNCONVERGED_ABOVE: f64 = 1e-6;
 
-/// Iterations after which the search ends in any case; some sixteen are usual.
+/// Largest number of iterations; about sixteen are usual.
 pub const ITERATION_LIMIT: u32 = 60;
 
-/// Bytes that [`flow_through`] holds for each node besides the gap.
+/// Memory of [`flow_through`] per node, in bytes, without the gap.
 pub const BYTES_PER_NODE: f64 = 270.0;
 
-/// What a film carries along one axis.
+/// Effective conductivity of a film along one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flow {
-    /// The effective conductivity K, in the unit of the gap cubed: 12 μ × the flow for each unit of
-    /// width, over the gradient of the pressure. Exactly zero where no channel goes around the cell
-    /// that way.
+    /// Effective conductivity K, in the cube of the unit of the gap.
+    ///
+    /// K is 12 μ × flow per unit width, divided by the pressure gradient. It is exactly zero if no
+    /// channel percolates along the axis.
     pub conductivity: f64,
-    /// The most that K may be too large by, over K; it is never too small.
+    /// Bound of the relative error: K is too large by at most this fraction, and never too small.
     pub residual: f64,
 }
 
-/// A flow that was not found.
+/// Error of a flow whose bounds remain too far apart.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "a flow was not found in {ITERATION_LIMIT} iterations: its bounds are apart by {residual:.1e}"
+    "the flow did not converge in {ITERATION_LIMIT} iterations: its bounds differ by {residual:.1e}, \
+     more than {UNCONVERGED_ABOVE:.0e}"
 )]
 pub struct Unconverged {
-    /// How far the bounds are apart, over the upper one.
+    /// Distance of the bounds divided by the upper bound.
     pub residual: f64,
 }
 
-/// What flows along x and along y through a periodic map of gaps, one for each node of the grid.
-/// Where the gap is not positive nothing flows.
+/// Computes the conductivities along x and y of a periodic map of gaps, one gap per node.
+///
+/// A gap that is not positive blocks the flow.
 ///
 /// # Errors
-/// Of each direction, when the bounds do not meet within [`UNCONVERGED_ABOVE`].
+/// Fails for an axis if the relative distance of its bounds exceeds [`UNCONVERGED_ABOVE`].
 ///
 /// # Panics
-/// When there are more or fewer gaps than nodes.
+/// Panics if the number of gaps is not the number of nodes.
 ///
 /// ```
 /// use asperity_contact::flow::flow_through;
 /// use asperity_contact::grid::Grid;
 ///
-/// // Channels along x, three in four of unit depth: along them the mean of g³, across them nothing.
+/// // Channels along x of unit depth, on three of four rows: K is the mean of g³ along, 0 across.
 /// let grid = Grid::square(16, 1.0)?;
 /// let gap: Vec<f64> = (0..grid.count()).map(|node| f64::from(node % 4 != 0)).collect();
 /// let [along_x, along_y] = flow_through(grid, &gap);
@@ -94,21 +102,22 @@ pub struct Unconverged {
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
 pub fn flow_through(grid: Grid, gap: &[f64]) -> [Result<Flow, Unconverged>; 2] {
-    flow_unless(grid, gap, &|| false).expect("nothing interrupts it")
+    flow_through_interruptible(grid, gap, &|| false).expect("the computation is not interrupted")
 }
 
-/// The same, unless it is interrupted: near percolation one flow takes half a minute on 1024²
-/// nodes.
-pub fn flow_unless(
+/// Computes the conductivities like [`flow_through`], or returns `None` if it is interrupted.
+///
+/// Near percolation, a flow on 1024² nodes takes half a minute.
+pub fn flow_through_interruptible(
     grid: Grid,
     gap: &[f64],
     is_interrupted: &dyn Fn() -> bool,
 ) -> Option<[Result<Flow, Unconverged>; 2]> {
-    assert_eq!(gap.len(), grid.count(), "gaps fill the mesh");
+    assert_eq!(gap.len(), grid.count(), "there is one gap for each node");
     let none = Flow { conductivity: 0.0, residual: 0.0 };
     let deepest = gap.iter().fold(0.0, |deepest: f64, gap| deepest.max(*gap));
     let links = Links::between(grid, gap, deepest);
-    let channels = Channels::along(&links);
+    let channels = Channels::new(&links);
     if channels.count == 0 {
         return Some([Ok(none); 2]);
     }
@@ -117,42 +126,42 @@ pub fn flow_unless(
     let along = [(0, size_x / size_y), (1, size_y / size_x)];
     Some(along.map(|(axis, aspect)| {
         let residual = found[axis].residual();
-        match channels.go_around[axis] {
-            false => Ok(none),
-            true if residual <= UNCONVERGED_ABOVE => {
-                Ok(Flow { conductivity: found[axis].upper * aspect * deepest.powi(3), residual })
-            }
-            true => Err(Unconverged { residual }),
+        if !channels.percolates[axis] {
+            Ok(none)
+        } else if residual <= UNCONVERGED_ABOVE {
+            Ok(Flow { conductivity: found[axis].upper * aspect * deepest.powi(3), residual })
+        } else {
+            Err(Unconverged { residual })
         }
     }))
 }
 
-/// Iterations after which rounding is taken out of what is left.
-const REFRESHED: u32 = 8;
+/// Number of iterations between recomputations of the residual, which remove rounding errors.
+const REFRESH_INTERVAL: u32 = 8;
 
-/// The conductance of the map along an axis, for a pressure that falls by one over the period.
+/// Bounds of the conductance of the map along an axis, for a pressure drop of one per period.
 #[derive(Debug, Clone, Copy)]
 struct Conductance {
-    /// The dissipation of the pressure that was found: no less than the conductance.
+    /// Upper bound: the dissipation of the computed pressures.
     pub upper: f64,
-    /// No more than the conductance.
+    /// Lower bound by Thomson's principle.
     pub lower: f64,
 }
 
 impl Conductance {
-    /// The distance of the bounds, over the upper one.
+    /// Returns the distance of the bounds divided by the upper bound.
     pub fn residual(&self) -> f64 {
         if self.upper > 0.0 { ((self.upper - self.lower) / self.upper).max(0.0) } else { 0.0 }
     }
 }
 
-/// The conductance of all channels along x, and along y, unless the search is interrupted.
+/// Computes the conductances along x and y, or returns `None` if it is interrupted.
 fn conductances(
     links: &Links,
     channels: &Channels,
     is_interrupted: &dyn Fn() -> bool,
 ) -> Option<[Conductance; 2]> {
-    let mut multigrid = Multigrid::of(channels.graph(links));
+    let mut multigrid = Multigrid::new(channels.graph(links));
     let film = Film { links, channels };
     let mut pressures = vec![[0.0; 2]; channels.count];
     let mut surplus = pressures.clone();
@@ -161,7 +170,7 @@ fn conductances(
     let mut bounds = dissipation.map(|upper| Conductance { upper, lower: 0.0 });
     for iteration in 1..=ITERATION_LIMIT {
         multigrid.precondition(&surplus, is_interrupted)?;
-        let step = search.turn(multigrid.graph(), multigrid.potentials(), &surplus);
+        let step = search.step(multigrid.graph(), multigrid.potentials(), &surplus);
         add(&mut pressures, step.length, &search.direction);
         add(&mut surplus, step.length.map(|length| -length), &search.image);
         dissipation = [0, 1].map(|axis| dissipation[axis] - step.gain[axis]);
@@ -170,7 +179,7 @@ fn conductances(
             axes.all(|axis| step.gain[axis] <= TOLERANCE * dissipation[axis])
         };
         let is_last = iteration == ITERATION_LIMIT;
-        if !is_slow(dissipation) && iteration % REFRESHED != 0 && !is_last {
+        if !is_slow(dissipation) && iteration % REFRESH_INTERVAL != 0 && !is_last {
             continue;
         }
         dissipation = film.dissipation(&pressures, &mut surplus);
@@ -184,20 +193,20 @@ fn conductances(
     Some(bounds)
 }
 
-/// The film in all channels.
+/// The film in all channels that percolate.
 struct Film<'a> {
     links: &'a Links,
     channels: &'a Channels,
 }
 
-/// A link and what happens along it.
+/// A link and the pressure drop along it.
 struct Passage {
     conductance: f64,
     from: usize,
     to: usize,
-    /// By how much the pressure of either flow falls.
-    fall: Pair,
-    /// The seam that is crossed.
+    /// Pressure drops of the flows along x and y.
+    drop: Pair,
+    /// Axis of the seam that the link crosses.
     seam: Option<usize>,
 }
 
@@ -205,50 +214,49 @@ impl Film<'_> {
     fn passages(&self, pressures: &[Pair]) -> impl Iterator<Item = Passage> {
         self.channels.links(self.links).map(|(link, [from, to])| {
             let seam = link.crosses_seam.then_some(link.axis);
-            let seam = seam.filter(|axis| self.channels.go_around[*axis]);
-            let mut fall = [0, 1].map(|axis| pressures[from][axis] - pressures[to][axis]);
+            let seam = seam.filter(|axis| self.channels.percolates[*axis]);
+            let mut drop = [0, 1].map(|axis| pressures[from][axis] - pressures[to][axis]);
             if let Some(axis) = seam {
-                fall[axis] += 1.0;
+                drop[axis] += 1.0;
             }
-            Passage { conductance: link.conductance, from, to, fall, seam }
+            Passage { conductance: link.conductance, from, to, drop, seam }
         })
     }
 
-    /// The dissipation of these pressures, and by how much more flows to each node than from it.
+    /// Returns the dissipation of the pressures, and writes the net inflow of each node to `surplus`.
     fn dissipation(&self, pressures: &[Pair], surplus: &mut [Pair]) -> Pair {
         surplus.fill([0.0; 2]);
         let mut dissipation = [0.0; 2];
         for passage in self.passages(pressures) {
             for axis in [0, 1] {
-                let flux = passage.conductance * passage.fall[axis];
+                let flux = passage.conductance * passage.drop[axis];
                 surplus[passage.from][axis] -= flux;
                 surplus[passage.to][axis] += flux;
-                dissipation[axis] += flux * passage.fall[axis];
+                dissipation[axis] += flux * passage.drop[axis];
             }
         }
         dissipation
     }
 
-    /// What Dirichlet's principle says of these pressures, and Thomson's of their flux made to
-    /// conserve mass.
+    /// Returns the bounds of the conductances by the principles of Dirichlet and Thomson.
     fn bounds(&self, pressures: &[Pair], surplus: &[Pair], upper: Pair) -> [Conductance; 2] {
         let mut flow = [0.0; 2];
         for passage in self.passages(pressures) {
             if let Some(axis) = passage.seam {
-                flow[axis] += passage.conductance * passage.fall[axis];
+                flow[axis] += passage.conductance * passage.drop[axis];
             }
         }
         let mut dissipation = upper;
         let mut surplus = surplus.to_vec();
-        for twig in &self.channels.twigs {
-            let [node, parent] = [twig.node, twig.parent].map(|number| number as usize);
+        for link in &self.channels.parent_links {
+            let [node, parent] = [link.node, link.parent].map(|number| number as usize);
             for axis in [0, 1] {
-                let crossings = f64::from(twig.crossings[axis]);
-                let fall = pressures[node][axis] - pressures[parent][axis] + crossings;
+                let crossings = f64::from(link.crossings[axis]);
+                let drop = pressures[node][axis] - pressures[parent][axis] + crossings;
                 let led = surplus[node][axis];
                 surplus[parent][axis] += led;
                 flow[axis] += crossings * led;
-                dissipation[axis] += led * (2.0 * fall + led / twig.conductance);
+                dissipation[axis] += led * (2.0 * drop + led / link.conductance);
             }
         }
         [0, 1].map(|axis| Conductance {

@@ -1,55 +1,52 @@
-//! The links between neighbouring nodes of a periodic map of gaps: their conductances, what of them
-//! goes around the cell, and the tree that spans it.
+//! Links between neighbouring nodes of a periodic map of gaps, and the channels that percolate.
 //!
-//! The tree is made of the links that conduct best (Kruskal), so that whatever a solution leaves of
-//! a node's balance finds a way to every other node that costs little dissipation. Counted along
-//! it, each node lies in some period of the map; a link between two nodes of the tree that
-//! disagrees closes a path around the cell.
+//! A maximum spanning forest of the links (Kruskal) carries the residuals of a solution to the roots
+//! with little dissipation. It also assigns a periodic image of the cell to each node. A channel
+//! percolates if a link outside the forest joins nodes of inconsistent images.
 
 use super::graph::Graph;
 use crate::grid::Grid;
 
-/// No number: of nodes that carry nothing, and of the parents of roots.
+/// Marker of a node without a number.
 pub const NONE: u32 = u32::MAX;
 
-/// The nodes of all channels that go around the cell, along whichever axis, numbered as the mesh
-/// is.
+/// Nodes of all channels that percolate along an axis, numbered in the order of the mesh.
 pub struct Channels {
-    /// Whether some channel goes around along x, and along y.
-    pub go_around: [bool; 2],
-    /// How many nodes they have.
+    /// `true` if a channel percolates along x, and along y.
+    pub percolates: [bool; 2],
+    /// Number of nodes.
     pub count: usize,
-    /// The number of each node of the mesh.
+    /// Number of each node of the mesh, or [`NONE`].
     numbers: Vec<u32>,
-    /// From the leaves of the tree to its roots, which are left out.
-    pub twigs: Vec<Twig>,
-    /// The roots, and what their best link conducts.
+    /// Links of all nodes except roots to their parents, leaves first.
+    pub parent_links: Vec<ParentLink>,
+    /// Roots, with the conductance of their best link.
     roots: Vec<(u32, f64)>,
 }
 
-/// The link from a node to its parent in the tree.
+/// Link from a node to its parent in the spanning forest.
 #[derive(Debug, Clone, Copy)]
-pub struct Twig {
+pub struct ParentLink {
     pub node: u32,
     pub parent: u32,
     pub conductance: f64,
-    /// How often it crosses the seam of each axis in its direction, counted from node to parent.
+    /// Signed number of crossings of the seam of each axis, from node to parent.
     pub crossings: [i8; 2],
 }
 
 impl Channels {
-    /// Those that links make.
-    pub fn along(links: &Links) -> Channels {
-        let tree = Tree::of(links);
-        let around = tree.ways_around(links);
-        let goes_around = |node: usize| match tree.components[node] {
+    /// Finds the channels that percolate.
+    pub fn new(links: &Links) -> Channels {
+        let forest = Forest::new(links);
+        let percolation = forest.percolation(links);
+        let percolates = |node: usize| match forest.components[node] {
             NONE => false,
-            component => around[component as usize].contains(&true),
+            component => percolation[component as usize].contains(&true),
         };
         let mut count = 0;
         let numbers: Vec<u32> = (0..links.count())
             .map(|node| {
-                if goes_around(node) {
+                if percolates(node) {
                     count += 1;
                     count - 1
                 } else {
@@ -57,74 +54,75 @@ impl Channels {
                 }
             })
             .collect();
-        let twigs = tree.order.iter().rev().filter_map(|&node| {
-            let twig = tree.twig(links, node as usize)?;
-            (numbers[node as usize] != NONE).then(|| Twig {
+        let parent_links = forest.order.iter().rev().filter_map(|&node| {
+            let link = forest.parent_link(links, node as usize)?;
+            (numbers[node as usize] != NONE).then(|| ParentLink {
                 node: numbers[node as usize],
-                parent: numbers[twig.parent as usize],
-                ..twig
+                parent: numbers[link.parent as usize],
+                ..link
             })
         });
-        let roots = tree.roots.iter().filter_map(|&(root, conductance)| {
+        let roots = forest.roots.iter().filter_map(|&(root, conductance)| {
             let number = numbers[root as usize];
             (number != NONE).then_some((number, conductance))
         });
         Channels {
             roots: roots.collect(),
-            go_around: [0, 1].map(|axis| around.iter().any(|around| around[axis])),
+            percolates: [0, 1].map(|axis| percolation.iter().any(|along| along[axis])),
             count: count as usize,
-            twigs: twigs.collect(),
+            parent_links: parent_links.collect(),
             numbers,
         }
     }
 
-    /// The links of the channels, with the numbers of the nodes that they join.
+    /// Iterates over the links of the channels, with the numbers of their end nodes.
     pub fn links<'a>(&'a self, links: &'a Links) -> impl Iterator<Item = (Link, [usize; 2])> {
-        let numbered = links.each().map(|link| {
+        let numbered = links.iter().map(|link| {
             let ends = [link.from, link.to].map(|node| self.numbers[node] as usize);
             (link, ends)
         });
         numbered.filter(|(_, ends)| ends[0] != NONE as usize)
     }
 
-    /// They, as a graph; the roots of the tree are linked to the ground as well as to their best
-    /// neighbours.
+    /// Returns the graph of the channels.
+    ///
+    /// Each root is linked to the ground with the conductance of its best link.
     pub fn graph(&self, links: &Links) -> Graph {
         let links = || {
             let links = self.links(links);
             links.map(|(link, [from, to])| (from as u32, to as u32, link.conductance))
         };
-        Graph::of(self.count, self.roots.clone(), links)
+        Graph::new(self.count, self.roots.clone(), links)
     }
 }
 
-/// Directions in which the tree leaves a node: along x and y, and against them.
+/// Number of directions of the links of a node: +x, +y, −x, −y.
 const DIRECTIONS: usize = 4;
 
-/// Where the direction of the parent is kept, and that there is one.
+/// Position of the two bits of the mark that hold the direction of the parent.
 const PARENT: u32 = 4;
 
 const HAS_PARENT: u8 = 1 << 6;
 
-/// A forest that spans the nodes of all links.
-struct Tree {
-    /// Of each node: in which directions it has links of the tree, and where its parent is.
+/// Maximum spanning forest of the links.
+struct Forest {
+    /// Directions of the links of the forest at each node, and the direction of the parent.
     marks: Vec<u8>,
-    /// Roots before what hangs on them.
+    /// Nodes in breadth-first order, roots first.
     order: Vec<u32>,
-    /// Which tree a node belongs to.
+    /// Index of the tree of each node.
     components: Vec<u32>,
-    /// The period that each node lies in, counted from its root.
+    /// Periodic image of each node relative to its root, in cells along x and y.
     periods: Vec<[i32; 2]>,
-    /// The root of each tree, where its best link begins, and what that one conducts.
+    /// Root of each tree, at its best link, and the conductance of that link.
     roots: Vec<(u32, f64)>,
 }
 
-impl Tree {
-    fn of(links: &Links) -> Tree {
+impl Forest {
+    fn new(links: &Links) -> Forest {
         let nodes = links.count();
         let ranked = ranked(links);
-        let mut tree = Tree {
+        let mut forest = Forest {
             marks: best_links(links, &ranked),
             order: Vec::new(),
             components: vec![NONE; nodes],
@@ -132,15 +130,15 @@ impl Tree {
             roots: Vec::new(),
         };
         for link in ranked.iter().map(|rank| by_rank(links, *rank)) {
-            if tree.components[link.from] == NONE {
-                tree.grow(links, link.from);
-                tree.roots.push((link.from as u32, link.conductance));
+            if forest.components[link.from] == NONE {
+                forest.grow(links, link.from);
+                forest.roots.push((link.from as u32, link.conductance));
             }
         }
-        tree
+        forest
     }
 
-    /// Reaches all nodes from a root, the near ones first.
+    /// Visits all nodes of the tree of a root, breadth first.
     fn grow(&mut self, links: &Links, root: usize) {
         let component = self.roots.len() as u32;
         self.components[root] = component;
@@ -168,13 +166,13 @@ impl Tree {
         }
     }
 
-    /// The link of a node to its parent, in numbers of the mesh.
-    fn twig(&self, links: &Links, node: usize) -> Option<Twig> {
+    /// Returns the link of a node to its parent, with indices of the mesh.
+    fn parent_link(&self, links: &Links, node: usize) -> Option<ParentLink> {
         let marks = self.marks[node];
         (marks & HAS_PARENT != 0).then(|| {
             let direction = usize::from(marks >> PARENT & 3);
             let (parent, crossings) = step(links, node, direction);
-            Twig {
+            ParentLink {
                 node: node as u32,
                 parent: parent as u32,
                 conductance: link(links, node, direction).conductance,
@@ -183,25 +181,26 @@ impl Tree {
         })
     }
 
-    /// Along which axes each tree, with the links that it leaves out, goes around the cell.
-    fn ways_around(&self, links: &Links) -> Vec<[bool; 2]> {
-        let mut around = vec![[false; 2]; self.roots.len()];
-        for link in links.each() {
+    /// Returns for each tree whether its nodes, with all links, percolate along x and y.
+    fn percolation(&self, links: &Links) -> Vec<[bool; 2]> {
+        let mut percolation = vec![[false; 2]; self.roots.len()];
+        for link in links.iter() {
             let [from, to] = [link.from, link.to].map(|node| self.periods[node]);
-            let around = &mut around[self.components[link.from] as usize];
+            let along = &mut percolation[self.components[link.from] as usize];
             for axis in [0, 1] {
                 let crossing = i32::from(axis == link.axis && link.crosses_seam);
-                around[axis] |= from[axis] + crossing != to[axis];
+                along[axis] |= from[axis] + crossing != to[axis];
             }
         }
-        around
+        percolation
     }
 }
 
-/// All links, those that conduct best first.
+/// Returns all links in descending order of conductance, each packed into 64 bits.
 fn ranked(links: &Links) -> Vec<u64> {
-    // Single precision orders them well enough, and leaves room for who they are.
-    let ranked = links.each().map(|link| {
+    // The upper half holds the inverted bits of the conductance in single precision, the lower half
+    // the node and the axis.
+    let ranked = links.iter().map(|link| {
         let rank = u64::from(!(link.conductance as f32).to_bits());
         rank << 32 | (2 * link.from + link.axis) as u64
     });
@@ -211,11 +210,11 @@ fn ranked(links: &Links) -> Vec<u64> {
 }
 
 fn by_rank(links: &Links, rank: u64) -> Link {
-    let who = rank as u32 as usize;
-    links.leaving(who / 2, who % 2)
+    let index = rank as u32 as usize;
+    links.leaving(index / 2, index % 2)
 }
 
-/// The links that conduct best and close no path, as marks of the nodes that they join.
+/// Returns the links of the maximum spanning forest, as marks of the nodes that they join.
 fn best_links(links: &Links, ranked: &[u64]) -> Vec<u8> {
     let nodes = links.count();
     let mut parents: Vec<u32> = (0..nodes as u32).collect();
@@ -247,7 +246,7 @@ fn link(links: &Links, node: usize, direction: usize) -> Link {
     }
 }
 
-/// Where a direction leads from a node, and which seams are crossed on the way.
+/// Returns the neighbour of a node in a direction, and the signed crossings of the seams.
 fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
     let link = link(links, node, direction);
     let mut crossings = [0; 2];
@@ -259,29 +258,30 @@ fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
     (neighbour, crossings)
 }
 
-/// The links of each node to the next one along x, and to the next one along y.
+/// Conductances of the links from each node to the next along x and along y.
 pub struct Links {
     nodes: [usize; 2],
-    /// By axis, and by the node that a link leaves.
+    /// Conductances by axis and by the first node of the link.
     conductances: [Vec<f64>; 2],
-    /// By axis: links that leave a node of this place along it cross the seam, where the next
-    /// period of the pressure begins.
+    /// Index along each axis whose links cross the seam, where the pressure has its step.
     seams: [usize; 2],
 }
 
-/// A link that conducts.
+/// A link between two neighbouring nodes.
 #[derive(Debug, Clone, Copy)]
 pub struct Link {
     pub axis: usize,
     pub from: usize,
     pub to: usize,
     pub conductance: f64,
-    /// Whether the pressure of the next period begins on the way.
+    /// `true` if the link crosses the seam, where the pressure has its step.
     pub crosses_seam: bool,
 }
 
 impl Links {
-    /// Those of a map of gaps, in such a unit: none to where the gap is not positive.
+    /// Computes the conductances of a map of gaps; `unit` is the unit of the gap.
+    ///
+    /// The conductance is zero if one of the gaps is not positive.
     pub fn between(grid: Grid, gap: &[f64], unit: f64) -> Links {
         let cubed = |gap: &f64| (gap.max(0.0) / unit).powi(3);
         let cubed: Vec<f64> = gap.iter().map(cubed).collect();
@@ -297,44 +297,44 @@ impl Links {
         links
     }
 
-    /// Nodes of the mesh.
+    /// Returns the number of nodes of the mesh.
     pub fn count(&self) -> usize {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Every link that conducts, row by row.
-    pub fn each(&self) -> impl Iterator<Item = Link> {
+    /// Iterates over the links with positive conductance, row by row.
+    pub fn iter(&self) -> impl Iterator<Item = Link> {
         let [rows, row_nodes] = self.nodes;
-        let places = (0..rows).flat_map(move |i| (0..row_nodes).map(move |j| [i, j]));
-        let links = places.enumerate().flat_map(|(from, place)| {
+        let indices = (0..rows).flat_map(move |i| (0..row_nodes).map(move |j| [i, j]));
+        let links = indices.enumerate().flat_map(|(from, indices)| {
             [1, 0].map(|axis| Link {
                 axis,
                 from,
-                to: self.beyond(from, place, axis),
+                to: self.neighbour(from, indices, axis),
                 conductance: self.conductances[axis][from],
-                crosses_seam: place[axis] == self.seams[axis],
+                crosses_seam: indices[axis] == self.seams[axis],
             })
         });
         links.filter(|link| link.conductance > 0.0)
     }
 
-    /// The link that leaves a node along an axis, whether it conducts or not.
+    /// Returns the link from a node to the next along an axis; its conductance may be zero.
     pub fn leaving(&self, from: usize, axis: usize) -> Link {
-        let place = self.place(from);
+        let indices = self.indices(from);
         Link {
             axis,
             from,
-            to: self.beyond(from, place, axis),
+            to: self.neighbour(from, indices, axis),
             conductance: self.conductances[axis][from],
-            crosses_seam: place[axis] == self.seams[axis],
+            crosses_seam: indices[axis] == self.seams[axis],
         }
     }
 
-    /// The link that reaches a node along an axis.
+    /// Returns the link from the previous node along an axis to a node.
     pub fn reaching(&self, to: usize, axis: usize) -> Link {
         let [rows, row_nodes] = self.nodes;
-        let place = self.place(to);
-        let from = match (axis, place[axis]) {
+        let indices = self.indices(to);
+        let from = match (axis, indices[axis]) {
             (0, 0) => to + (rows - 1) * row_nodes,
             (0, _) => to - row_nodes,
             (_, 0) => to + row_nodes - 1,
@@ -344,12 +344,12 @@ impl Links {
     }
 
     fn next(&self, node: usize, axis: usize) -> usize {
-        self.beyond(node, self.place(node), axis)
+        self.neighbour(node, self.indices(node), axis)
     }
 
-    fn beyond(&self, node: usize, place: [usize; 2], axis: usize) -> usize {
+    fn neighbour(&self, node: usize, indices: [usize; 2], axis: usize) -> usize {
         let [rows, row_nodes] = self.nodes;
-        let is_last = place[axis] + 1 == self.nodes[axis];
+        let is_last = indices[axis] + 1 == self.nodes[axis];
         match (axis, is_last) {
             (0, false) => node + row_nodes,
             (0, true) => node - (rows - 1) * row_nodes,
@@ -358,16 +358,18 @@ impl Links {
         }
     }
 
-    fn place(&self, node: usize) -> [usize; 2] {
+    fn indices(&self, node: usize) -> [usize; 2] {
         [node / self.nodes[1], node % self.nodes[1]]
     }
 
-    /// Where the links along an axis conduct least, taken together. Any section might be the seam;
-    /// with this one rounding takes least from pressures that fall over a single constriction.
+    /// Returns the section across an axis with the least sum of conductances.
+    ///
+    /// The seam could be at any section. At this one, rounding errors are smallest if the pressure
+    /// drops over a single constriction.
     fn least_conducting_section(&self, axis: usize) -> usize {
         let mut sums = vec![0.0; self.nodes[axis]];
         for (node, conductance) in self.conductances[axis].iter().enumerate() {
-            sums[self.place(node)[axis]] += conductance;
+            sums[self.indices(node)[axis]] += conductance;
         }
         let sums = sums.iter().enumerate();
         let least = sums.min_by(|one, other| one.1.total_cmp(other.1));
@@ -375,7 +377,7 @@ impl Links {
     }
 }
 
-/// Twice the conductance of two in series.
+/// Returns the harmonic mean, twice the conductance of both in series.
 fn harmonic_mean(one: f64, other: f64) -> f64 {
     if one > 0.0 && other > 0.0 { 2.0 / (1.0 / one + 1.0 / other) } else { 0.0 }
 }

@@ -1,51 +1,51 @@
-//! A preconditioner: multigrid on graphs of aggregates.
+//! Preconditioner: aggregation-based algebraic multigrid with K-cycles.
 //!
-//! On each graph a sweep of Gauss and Seidel goes before the correction by the coarser one, and one
-//! in the other order after it. The coarser graph is solved by conjugate gradients, preconditioned
-//! alike, until a step gains little: three mostly, as in the K-cycle of Notay & Vassilevski
-//! (*Numer. Linear Algebra Appl.* 15, 2008, 473). What is gained is measured by the dissipation:
-//! near percolation the currents of a weakly linked part of the map are nothing beside others, and
-//! decide what flows. The coarsest graph is solved directly.
+//! On each level, the cycle is a forward Gauss–Seidel sweep, the correction by the coarser level,
+//! and a backward sweep. The coarser level is solved by preconditioned conjugate gradients until a
+//! step gains little, mostly in three steps: the K-cycle of Notay & Vassilevski (*Numer. Linear
+//! Algebra Appl.* 15, 2008, 473). The gain is measured by the dissipation. Near percolation, the
+//! currents of a weakly linked part of the map are small but determine the flow. The coarsest level
+//! is solved directly.
 //!
-//! The nodes of the coarser graph are aggregates of strongly linked ones. Each node joins the
-//! unaggregated neighbour to which it is linked best, unless another link of it is far better: then
-//! the aggregate of that neighbour (the pairwise aggregation of Notay, *Electron. Trans. Numer.
-//! Anal.* 37, 2010, 123, for matrices whose rows sum to zero). Twice over, that is about four nodes
-//! to an aggregate.
+//! Nodes of the coarser graph are aggregates of strongly linked nodes. Each node joins the neighbour
+//! without aggregate to which it has the best link. If another of its links is much better, it joins
+//! the aggregate of that neighbour. This is the pairwise aggregation of Notay (*Electron. Trans.
+//! Numer. Anal.* 37, 2010, 123) for matrices with zero row sums. Two passes give about four nodes per
+//! aggregate.
 
 use super::channels::NONE;
 use super::graph::{Factors, Graph, Pair, Search, add};
 
-/// Steps on a coarser graph end with one that gains no more than this share of what all have
-/// gained.
-const ENOUGH: f64 = 0.1;
+/// Steps on a coarser level end if the last gain is at most this fraction of the total gain.
+const LEAST_GAIN: f64 = 0.1;
 
-/// The most steps on a graph of more nodes than [`SMALL`], so that all of them together cost a few
-/// times as much as those on the finest one; and on one of fewer, whose aggregates are the least
-/// alike.
-const MOST_STEPS: usize = 6;
+/// Largest number of steps on a graph of more than [`SMALL`] nodes.
+///
+/// It limits the cost of all coarser levels to a few times that of the finest.
+const MAX_STEPS: usize = 6;
 
-const MOST_STEPS_WHERE_SMALL: usize = 40;
+/// Largest number of steps on smaller graphs, whose conductances differ most.
+const MAX_STEPS_SMALL: usize = 40;
 
 const SMALL: usize = 1 << 13;
 
-/// A graph of no more nodes is solved directly.
+/// Largest number of nodes of a graph that is solved directly.
 const DIRECT: usize = 600;
 
-/// Graphs, each of aggregates of the one before, down to one that is solved directly.
+/// Hierarchy of graphs; the coarsest is solved directly.
 pub struct Multigrid {
     levels: Vec<Level>,
 }
 
 struct Level {
     graph: Graph,
-    /// The node of the next graph that each one belongs to.
+    /// Index of the aggregate of each node in the coarser graph, or [`NONE`].
     aggregates: Vec<u32>,
-    /// Of the last graph alone.
+    /// Factorisation of the coarsest graph.
     factors: Option<Factors>,
-    /// What is given, less what is done.
+    /// Residual currents.
     currents: Vec<Pair>,
-    /// What the cycle has found.
+    /// Result of the cycle.
     potentials: Vec<Pair>,
     work: Vec<Pair>,
     search: Search,
@@ -53,25 +53,25 @@ struct Level {
 }
 
 impl Multigrid {
-    pub fn of(graph: Graph) -> Multigrid {
+    pub fn new(graph: Graph) -> Multigrid {
         let mut levels = Vec::new();
         let mut graph = graph;
         while graph.count() > DIRECT {
-            let Coarser { graph: coarser, aggregates } = Coarser::of(&graph);
+            let Coarser { graph: coarser, aggregates } = Coarser::new(&graph);
             levels.push(Level::new(graph, aggregates, None));
             graph = coarser;
         }
-        let factors = Factors::of(&graph);
+        let factors = Factors::new(&graph);
         levels.push(Level::new(graph, Vec::new(), Some(factors)));
         Multigrid { levels }
     }
 
-    /// The graph itself.
+    /// Returns the finest graph.
     pub fn graph(&self) -> &Graph {
         &self.levels[0].graph
     }
 
-    /// Finds potentials under which about these currents leave the nodes, unless it is interrupted.
+    /// Computes approximate potentials for the given currents, or returns `None` if interrupted.
     pub fn precondition(
         &mut self,
         currents: &[Pair],
@@ -81,7 +81,7 @@ impl Multigrid {
         cycle(&mut self.levels, is_interrupted)
     }
 
-    /// What was found last.
+    /// Returns the result of the last [`Multigrid::precondition`].
     pub fn potentials(&self) -> &[Pair] {
         &self.levels[0].potentials
     }
@@ -102,12 +102,12 @@ impl Level {
         }
     }
 
-    fn most_steps(&self) -> usize {
-        if self.graph.count() > SMALL { MOST_STEPS } else { MOST_STEPS_WHERE_SMALL }
+    fn max_steps(&self) -> usize {
+        if self.graph.count() > SMALL { MAX_STEPS } else { MAX_STEPS_SMALL }
     }
 }
 
-/// Sweep, correction by the coarser graph, sweep: potentials of the first level from its currents.
+/// Computes the potentials of the first level from its currents by one cycle.
 fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> {
     let (level, coarser) = levels.split_first_mut().expect("there is a level");
     let Level { graph, currents, potentials, work, .. } = level;
@@ -115,14 +115,14 @@ fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
         factors.solve(currents, potentials);
         return Some(());
     }
-    graph.sweep_up(currents, work, potentials);
+    graph.forward_sweep(currents, work, potentials);
     if let Some(coarse) = coarser.first_mut() {
         coarse.currents.fill([0.0; 2]);
         for (node, &aggregate) in level.aggregates.iter().enumerate() {
             if aggregate != NONE {
-                let left = graph.left_by_sweep(node, potentials);
+                let residual = graph.residual_after_sweep(node, potentials);
                 let current = &mut coarse.currents[aggregate as usize];
-                *current = [0, 1].map(|of| current[of] + left[of]);
+                *current = [0, 1].map(|of| current[of] + residual[of]);
             }
         }
         solve(coarser, is_interrupted)?;
@@ -134,12 +134,12 @@ fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
         }
     }
     work.copy_from_slice(currents);
-    graph.take_off(potentials, work);
-    graph.sweep_down(work, potentials);
+    graph.subtract_currents(potentials, work);
+    graph.backward_sweep(work, potentials);
     Some(())
 }
 
-/// Conjugate gradients on the first level, each step preconditioned by a cycle: its solution.
+/// Solves the first level by conjugate gradients, with a cycle as preconditioner.
 fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> {
     let level = &mut levels[0];
     if let Some(factors) = &level.factors {
@@ -149,17 +149,17 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
     levels[0].solution.fill([0.0; 2]);
     levels[0].search.restart();
     let mut gained = [0.0; 2];
-    for _ in 0..levels[0].most_steps() {
+    for _ in 0..levels[0].max_steps() {
         if is_interrupted() {
             return None;
         }
         cycle(levels, is_interrupted)?;
         let level = &mut levels[0];
         let search = &mut level.search;
-        let step = search.turn(&level.graph, &level.potentials, &level.currents);
+        let step = search.step(&level.graph, &level.potentials, &level.currents);
         add(&mut level.solution, step.length, &search.direction);
         gained = [0, 1].map(|of| gained[of] + step.gain[of]);
-        if [0, 1].iter().all(|&of| step.gain[of] <= ENOUGH * gained[of]) {
+        if [0, 1].iter().all(|&of| step.gain[of] <= LEAST_GAIN * gained[of]) {
             break;
         }
         add(&mut level.currents, step.length.map(|length| -length), &search.image);
@@ -167,18 +167,18 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
     Some(())
 }
 
-/// A link is as good as the best one of a node from this share of its conductance on.
+/// Least ratio of a strong link to the best link of a node.
 const STRONG: f64 = 0.1;
 
-/// A graph of aggregates, and which aggregate each node belongs to: none, where it has no links.
+/// A graph of aggregates, with the aggregate of each node; [`NONE`] for nodes without links.
 pub struct Coarser {
     pub graph: Graph,
     pub aggregates: Vec<u32>,
 }
 
 impl Coarser {
-    /// Pairs of pairs.
-    pub fn of(graph: &Graph) -> Coarser {
+    /// Aggregates the nodes of a graph by two passes of pairwise aggregation.
+    pub fn new(graph: &Graph) -> Coarser {
         let pairs = Coarser::pairs(graph);
         let fours = Coarser::pairs(&pairs.graph);
         let through = |pair: u32| match pair {
@@ -197,14 +197,14 @@ impl Coarser {
     }
 }
 
-/// The links of nodes to those of lower numbers.
-struct Below {
+/// Links of the nodes to nodes of lower index.
+struct LowerLinks {
     starts: Vec<u32>,
     others: Vec<(u32, f64)>,
 }
 
-impl Below {
-    fn of(graph: &Graph) -> Below {
+impl LowerLinks {
+    fn new(graph: &Graph) -> LowerLinks {
         let mut starts = vec![0_u32; graph.count() + 1];
         for (_, high, _) in graph.links() {
             starts[high + 1] += 1;
@@ -218,7 +218,7 @@ impl Below {
             others[filled[high] as usize] = (low as u32, conductance);
             filled[high] += 1;
         }
-        Below { starts, others }
+        LowerLinks { starts, others }
     }
 
     fn of_node(&self, node: usize) -> impl Iterator<Item = (usize, f64)> {
@@ -228,9 +228,9 @@ impl Below {
     }
 }
 
-/// The aggregate of each node, and how many there are.
+/// Returns the aggregate of each node, and the number of aggregates.
 fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
-    let below = Below::of(graph);
+    let lower_links = LowerLinks::new(graph);
     let mut aggregates = vec![NONE; graph.count()];
     let mut count = 0;
     for node in 0..graph.count() {
@@ -238,7 +238,7 @@ fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
             continue;
         }
         let (mut best, mut free) = (None, None);
-        for (other, conductance) in graph.above(node).chain(below.of_node(node)) {
+        for (other, conductance) in graph.above(node).chain(lower_links.of_node(node)) {
             let is_better =
                 |than: Option<(usize, f64)>| than.is_none_or(|(_, least)| conductance > least);
             if is_better(best) {
@@ -263,7 +263,7 @@ fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
     (aggregates, count as usize)
 }
 
-/// The graph of aggregates: between two of them, the links of their nodes in parallel.
+/// Returns the graph of aggregates, whose links are those of their nodes in parallel.
 fn merged(graph: &Graph, aggregates: &[u32], count: usize) -> Graph {
     let between = || {
         graph.links().filter_map(|(one, other, conductance)| {
@@ -274,22 +274,22 @@ fn merged(graph: &Graph, aggregates: &[u32], count: usize) -> Graph {
     let grounds = graph.grounds().iter();
     let grounds = grounds.map(|&(node, conductance)| (aggregates[node as usize], conductance));
     let grounds = grounds.filter(|(aggregate, _)| *aggregate != NONE).collect();
-    let separate = Graph::of(count, Vec::new(), between);
+    let separate = Graph::new(count, Vec::new(), between);
     let mut merged: Vec<(u32, u32, f64)> = Vec::with_capacity(count * 3);
-    let mut places = vec![NONE; count];
+    let mut link_of = vec![NONE; count];
     for node in 0..count {
         let first = merged.len();
         for (other, conductance) in separate.above(node) {
-            let place = places[other] as usize;
-            match merged.get_mut(place) {
-                Some(link) if place >= first => link.2 += conductance,
+            let index = link_of[other] as usize;
+            match merged.get_mut(index) {
+                Some(link) if index >= first => link.2 += conductance,
                 _ => {
-                    places[other] = merged.len() as u32;
+                    link_of[other] = merged.len() as u32;
                     merged.push((node as u32, other as u32, conductance));
                 }
             }
         }
     }
     drop(separate);
-    Graph::of(count, grounds, || merged.iter().copied())
+    Graph::new(count, grounds, || merged.iter().copied())
 }

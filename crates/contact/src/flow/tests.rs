@@ -5,7 +5,7 @@ use crate::grid::samples::{rectangle, square};
 use crate::morphology::clusters::Clusters;
 use crate::morphology::map::samples::{MESHES, random};
 
-/// What flows along x and along y through a gap that is given by the place of a node.
+/// Returns the conductivities along x and y of the gaps `gap(i, j)`.
 fn conductivities(grid: Grid, gap: impl Fn(usize, usize) -> f64) -> [f64; 2] {
     let gap: Vec<f64> = (0..grid.count())
         .map(|node| {
@@ -21,13 +21,13 @@ fn assert_close(found: f64, expected: f64, within: f64) {
     assert!(error <= within * expected.abs(), "{found} {expected}");
 }
 
-/// Depths that go over four decades, with one of them at each place along an axis.
-fn depth(place: usize) -> f64 {
-    [1.0, 0.3, 1e-4, 2.0, 0.05, 0.7, 1.1, 0.9][place % 8]
+/// Returns gaps over four decades along an axis, with a period of eight nodes.
+fn depth(index: usize) -> f64 {
+    [1.0, 0.3, 1e-4, 2.0, 0.05, 0.7, 1.1, 0.9][index % 8]
 }
 
 #[test]
-fn parallel_walls_carry_the_cube_of_their_distance() {
+fn conductivity_of_parallel_walls_is_the_cube_of_the_gap() {
     for grid in [
         square(8, 1.0),
         square(33, 7.0),
@@ -42,8 +42,8 @@ fn parallel_walls_carry_the_cube_of_their_distance() {
 }
 
 #[test]
-fn channels_side_by_side_carry_the_mean_of_cubes_and_one_after_the_other_the_harmonic_mean() {
-    let cubes: Vec<f64> = (0..8).map(|place| depth(place).powi(3)).collect();
+fn parallel_channels_have_the_mean_of_cubes_and_channels_in_series_the_harmonic_mean() {
+    let cubes: Vec<f64> = (0..8).map(|index| depth(index).powi(3)).collect();
     let mean = cubes.iter().sum::<f64>() / 8.0;
     let harmonic = 8.0 / cubes.iter().map(|cube| 1.0 / cube).sum::<f64>();
     for grid in [square(64, 1.0), rectangle([16, 40], [1.0, 3.0])] {
@@ -54,7 +54,7 @@ fn channels_side_by_side_carry_the_mean_of_cubes_and_one_after_the_other_the_har
 }
 
 #[test]
-fn a_checkerboard_carries_the_geometric_mean_as_the_mesh_becomes_fine() {
+fn a_checkerboard_converges_to_the_geometric_mean() {
     // Dykhne, Sov. Phys. JETP 32, 1971, 63. The pressure is singular where four squares meet.
     let error = |nodes: usize| {
         let is_deep = |i: usize, j: usize| (i < nodes / 2) != (j < nodes / 2);
@@ -71,24 +71,23 @@ fn a_checkerboard_carries_the_geometric_mean_as_the_mesh_becomes_fine() {
 }
 
 #[test]
-fn slight_roughness_takes_three_halves_of_its_variance() {
-    // Elrod 1979; Tripp 1983: 1 + 3 (γ − 2)/(γ + 1) (σ/h)², of γ = 1 where no direction is
-    // preferred.
-    let wave = |place: usize| (TAU * place as f64 / 64.0).cos();
+fn slight_roughness_reduces_conductivity_by_three_halves_of_its_variance() {
+    // Elrod 1979; Tripp 1983: 1 + 3 (γ − 2)/(γ + 1) (σ/h)², with γ = 1 for isotropic roughness.
+    let wave = |index: usize| (TAU * index as f64 / 64.0).cos();
     let loss = |height: f64| {
         let gap = |i: usize, j: usize| 1.0 + height * (wave(i) + wave(j));
         let [along_x, _] = conductivities(square(64, 1.0), gap);
         (1.0 - along_x) / (height * height)
     };
     let losses = [0.02, 0.01].map(loss);
-    // The next term goes with the square of the height.
+    // The next term is proportional to the square of the height.
     let limit = losses[1] + (losses[1] - losses[0]) / 3.0;
     assert!((limit - 1.5).abs() < 1e-3, "{losses:?} {limit}");
 }
 
-/// A map of gaps like those of contacts: much of it closed, the rest over many decades.
+/// Returns gaps like those of contacts: many are zero, the others span many decades.
 fn contact_like(i: usize, j: usize, nodes: usize) -> f64 {
-    let [x, y] = [i, j].map(|place| TAU * place as f64 / nodes as f64);
+    let [x, y] = [i, j].map(|index| TAU * index as f64 / nodes as f64);
     let height = (x + 0.3).cos() * (2.0 * y).cos()
         + 0.6 * (5.0 * x - 3.0 * y).sin()
         + 0.4 * (11.0 * y).cos();
@@ -96,7 +95,7 @@ fn contact_like(i: usize, j: usize, nodes: usize) -> f64 {
 }
 
 #[test]
-fn a_turned_map_carries_along_y_what_it_carried_along_x() {
+fn a_rotated_map_has_exchanged_conductivities() {
     let grid = square(96, 1.0);
     let [x, y] = conductivities(grid, |i, j| contact_like(i, j, 96));
     let turned = conductivities(grid, |i, j| contact_like(j, 95 - i, 96));
@@ -106,7 +105,7 @@ fn a_turned_map_carries_along_y_what_it_carried_along_x() {
 }
 
 #[test]
-fn a_moved_map_carries_the_same() {
+fn a_translated_map_has_the_same_conductivities() {
     let grid = square(96, 1.0);
     let here = conductivities(grid, |i, j| contact_like(i, j, 96));
     let there = conductivities(grid, |i, j| contact_like((i + 41) % 96, (j + 67) % 96, 96));
@@ -116,7 +115,7 @@ fn a_moved_map_carries_the_same() {
 }
 
 #[test]
-fn a_deeper_gap_carries_its_cube_more() {
+fn conductivity_scales_with_the_cube_of_the_gap() {
     let grid = square(64, 1.0);
     let [x, _] = conductivities(grid, |i, j| contact_like(i, j, 64));
     let [deeper, _] = conductivities(grid, |i, j| 1e-9 * contact_like(i, j, 64));
@@ -124,7 +123,7 @@ fn a_deeper_gap_carries_its_cube_more() {
 }
 
 #[test]
-fn closing_a_node_never_lets_more_through() {
+fn closing_a_node_never_increases_conductivity() {
     let grid = square(48, 1.0);
     let closed = |other: usize| {
         conductivities(grid, |i, j| if 48 * i + j == other { 0.0 } else { contact_like(i, j, 48) })
@@ -139,7 +138,7 @@ fn closing_a_node_never_lets_more_through() {
 }
 
 #[test]
-fn something_flows_where_the_gap_percolates_and_nowhere_else() {
+fn conductivity_is_positive_exactly_where_the_gap_percolates() {
     for nodes in MESHES {
         for share in [0.2, 0.35, 0.4, 0.45, 0.8, 1.0] {
             let map = random(nodes, share);
@@ -153,9 +152,9 @@ fn something_flows_where_the_gap_percolates_and_nowhere_else() {
 }
 
 #[test]
-fn a_single_constriction_decides_what_flows() {
-    // Deep pools on both sides of a wall with one node of a hundred thousandth of their depth: two
-    // links of twice its own conductance, one after the other.
+fn a_single_constriction_determines_the_conductivity() {
+    // A wall with one open node of gap 1e-5 in a film of gap 1: two links in series, each with twice
+    // the conductance of that node.
     let nodes = 40;
     let gap = |i: usize, j: usize| match (i, j) {
         (7, 13) => 1e-5,
@@ -167,18 +166,18 @@ fn a_single_constriction_decides_what_flows() {
 }
 
 #[test]
-fn a_flow_that_is_interrupted_is_none() {
+fn an_interrupted_flow_is_none() {
     let grid = square(64, 1.0);
     let gap = vec![0.3; grid.count()];
-    let asked = std::cell::Cell::new(0);
+    let calls = std::cell::Cell::new(0);
     let interrupt = |at: u32| {
-        asked.set(0);
-        flow_unless(grid, &gap, &|| {
-            asked.set(asked.get() + 1);
-            asked.get() == at
+        calls.set(0);
+        flow_through_interruptible(grid, &gap, &|| {
+            calls.set(calls.get() + 1);
+            calls.get() == at
         })
     };
     assert!(interrupt(1).is_none());
-    let all = interrupt(u32::MAX).map(|_| asked.get()).unwrap();
+    let all = interrupt(u32::MAX).map(|_| calls.get()).unwrap();
     assert!(interrupt(all).is_none());
 }

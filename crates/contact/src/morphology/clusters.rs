@@ -1,10 +1,10 @@
-//! Connected clusters of contact, or of the gap, on a torus, or on a map that ends at its edges.
+//! Connected clusters of contact or of gap, on periodic and on isolated maps.
 //!
-//! A cluster is a set of nodes joined through their 4 nearest neighbours. Rows are cut into runs of
-//! joined nodes, and a union-find joins the runs. Each link remembers how often it crosses the
-//! boundary of the cell; a closed chain of links whose crossings do not cancel goes around. Where
-//! there is nothing beyond the edges no link crosses them, and a cluster goes through that meets
-//! both.
+//! A cluster is a set of nodes that are connected through their 4 nearest neighbours. Rows are cut
+//! into runs of adjacent nodes, and a union-find joins the runs. Each link stores how often it
+//! crosses the boundary of the periodic cell. A cluster percolates (wraps around the cell) if it has
+//! a closed chain of links whose crossings do not cancel. On an isolated map, a cluster percolates if
+//! it touches two opposite edges.
 
 mod each;
 
@@ -16,13 +16,13 @@ use crate::grid::Boundary;
 
 pub use each::Cluster;
 
-/// Clusters of one kind on a map.
+/// Number, largest size and percolation of the clusters of contact or of gap.
 ///
 /// ```
 /// use asperity_contact::morphology::clusters::Clusters;
 /// use asperity_contact::morphology::map::ContactMap;
 ///
-/// // A row of contact along y: nothing leaks across it, along x.
+/// // A line of contact along y blocks leakage along x.
 /// let map = ContactMap::from_pressures([3, 3], &[
 ///     1.0, 1.0, 1.0, //
 ///     0.0, 0.0, 0.0, //
@@ -38,23 +38,25 @@ pub use each::Cluster;
 pub struct Clusters {
     /// Number of clusters.
     pub count: usize,
-    /// Nodes of the largest one.
+    /// Number of nodes of the largest cluster.
     pub largest: usize,
-    /// Some cluster holds a closed path that goes around the cell along x, across the rows; or,
-    /// where there is nothing beyond the edges, reaches from the first row to the last.
+    /// `true` if a cluster percolates along x, across the rows.
+    ///
+    /// On an isolated map, such a cluster connects the first and the last row.
     pub around_x: bool,
-    /// Some cluster holds a closed path that goes around the cell along y, along the rows; or
-    /// reaches from their first nodes to their last.
+    /// `true` if a cluster percolates along y, along the rows.
+    ///
+    /// On an isolated map, such a cluster connects the first and the last nodes of rows.
     pub around_y: bool,
 }
 
 impl Clusters {
-    /// Clusters of nodes in contact.
+    /// Finds the clusters of nodes in contact.
     pub fn of_contact(map: &ContactMap) -> Self {
         Self::of_rows(map, |_| ())
     }
 
-    /// Clusters of nodes not in contact; where one goes around, a fluid leaks that way.
+    /// Finds the clusters of nodes not in contact; a fluid leaks along the axes that one percolates.
     pub fn of_gap(map: &ContactMap) -> Self {
         Self::of_rows(map, |row| {
             row.iter_mut().for_each(|word| *word = !*word);
@@ -63,20 +65,20 @@ impl Clusters {
     }
 
     fn of_rows(map: &ContactMap, change: impl Fn(&mut [u64])) -> Self {
-        Joined::of(map, change).forest.clusters()
+        JoinedRuns::new(map, change).forest.clusters()
     }
 }
 
-/// The runs of a map, row after row, and which of them are joined.
-struct Joined {
+/// Runs of a map in the order of the rows, with their connections.
+struct JoinedRuns {
     runs: Vec<Run>,
-    /// Where the runs of each row end among them.
+    /// End of the range of runs of each row.
     row_ends: Vec<usize>,
     forest: Forest,
 }
 
-impl Joined {
-    fn of(map: &ContactMap, change: impl Fn(&mut [u64])) -> Self {
+impl JoinedRuns {
+    fn new(map: &ContactMap, change: impl Fn(&mut [u64])) -> Self {
         let [count, row_nodes] = map.nodes();
         let mut row = vec![0; map.row_words()];
         let mut runs = Vec::new();
@@ -88,7 +90,7 @@ impl Joined {
             row_ends.push(runs.len());
         }
         let rows = |i: usize| if i == 0 { 0 } else { row_ends[i - 1] }..row_ends[i];
-        let mut forest = Forest::of(&runs);
+        let mut forest = Forest::new(&runs);
         for i in 0..count - 1 {
             join_rows(&mut forest, &runs, rows(i), rows(i + 1), 0);
         }
@@ -104,22 +106,22 @@ impl Joined {
                 let last = |run: &usize| runs[*run].end as usize == row_nodes;
                 let all = 0..runs.len();
                 forest.around = [
-                    forest.meet(rows(0), rows(count - 1)),
-                    forest.meet(all.clone().filter(first), all.filter(last)),
+                    forest.connects(rows(0), rows(count - 1)),
+                    forest.connects(all.clone().filter(first), all.filter(last)),
                 ];
             }
         }
-        Joined { runs, row_ends, forest }
+        JoinedRuns { runs, row_ends, forest }
     }
 
-    /// The runs of a row.
+    /// Returns the range of the runs of a row.
     fn row(&self, row: usize) -> Range<usize> {
         let start = if row == 0 { 0 } else { self.row_ends[row - 1] };
         start..self.row_ends[row]
     }
 }
 
-/// Nodes start..end of one row, all of the kind that is clustered.
+/// Adjacent nodes `start..end` of one row that belong to a cluster.
 struct Run {
     start: u32,
     end: u32,
@@ -152,7 +154,7 @@ fn push_runs(row: &[u64], nodes: usize, runs: &mut Vec<Run>) {
     }
 }
 
-/// Joins the last run of a row to the first across the boundary of the cell.
+/// Joins the last and the first run of a row if both touch the boundary of the periodic cell.
 fn close_row(forest: &mut Forest, runs: &[Run], row: Range<usize>, nodes: usize) {
     if let (Some(first), Some(last)) = (row.clone().next(), row.last())
         && runs[first].start == 0
@@ -162,7 +164,7 @@ fn close_row(forest: &mut Forest, runs: &[Run], row: Range<usize>, nodes: usize)
     }
 }
 
-/// Joins the runs of a row to those of the next that share a column with them.
+/// Joins the runs of two adjacent rows that share a column.
 fn join_rows(
     forest: &mut Forest,
     runs: &[Run],
@@ -183,18 +185,19 @@ fn join_rows(
     }
 }
 
-/// A union-find over runs that knows in which copy of the cell each run lies.
+/// Union-find over runs that stores the periodic image of the cell in which each run lies.
 struct Forest {
     parent: Vec<u32>,
-    /// Copies of the cell from the parent to the run, along x and y; zero for a root.
+    /// Offset of the image of the run from that of its parent, in cells along x and y; zero for a
+    /// root.
     shift: Vec<[i32; 2]>,
-    /// Nodes of the cluster; up to date for a root.
+    /// Number of nodes of the cluster; only valid for a root.
     size: Vec<usize>,
     around: [bool; 2],
 }
 
 impl Forest {
-    fn of(runs: &[Run]) -> Self {
+    fn new(runs: &[Run]) -> Self {
         Self {
             parent: (0..runs.len() as u32).collect(),
             shift: vec![[0; 2]; runs.len()],
@@ -203,12 +206,12 @@ impl Forest {
         }
     }
 
-    /// Root of a run's cluster, and copies of the cell from there to the run.
+    /// Returns the root of the cluster of a run, and the offset of the run from it in cells.
     fn root(&mut self, mut run: usize) -> (usize, [i32; 2]) {
         let mut total = [0; 2];
         while self.parent[run] as usize != run {
             let parent = self.parent[run] as usize;
-            // Halves the path for the next search; a root's own parent and shift change nothing.
+            // Path halving; a root is its own parent with zero offset.
             self.shift[run] = add(self.shift[run], self.shift[parent]);
             self.parent[run] = self.parent[parent];
             total = add(total, self.shift[run]);
@@ -217,17 +220,17 @@ impl Forest {
         (run, total)
     }
 
-    /// Whether some cluster has a run among these and one among those.
-    fn meet(
+    /// Returns `true` if a cluster has a run in both sets.
+    fn connects(
         &mut self,
-        these: impl Iterator<Item = usize>,
-        mut those: impl Iterator<Item = usize>,
+        first: impl Iterator<Item = usize>,
+        mut second: impl Iterator<Item = usize>,
     ) -> bool {
-        let roots: BTreeSet<usize> = these.map(|run| self.root(run).0).collect();
-        those.any(|run| roots.contains(&self.root(run).0))
+        let roots: BTreeSet<usize> = first.map(|run| self.root(run).0).collect();
+        second.any(|run| roots.contains(&self.root(run).0))
     }
 
-    /// Joins two runs; from `a` to `b` the boundary of the cell is crossed `crossing` times.
+    /// Joins two runs; the link from `a` to `b` crosses the boundary of the cell `crossing` times.
     fn join(&mut self, a: usize, b: usize, crossing: [i32; 2]) {
         let (root_a, shift_a) = self.root(a);
         let (root_b, shift_b) = self.root(b);
@@ -282,8 +285,10 @@ mod tests {
         Clusters { count, largest, around_x, around_y }
     }
 
-    /// Node by node: floods each cluster over the copies of the cell, where a node that is met
-    /// again in another copy closes a path around; or over the one map that there is.
+    /// Finds the clusters by flood fill over the periodic images of the cell.
+    ///
+    /// A node that is reached again in another image closes a path around the cell. An isolated map
+    /// has one image.
     fn flood(map: &ContactMap, contact: bool) -> Clusters {
         let [rows, row_nodes] = map.nodes();
         let mut seen = vec![None; rows * row_nodes];
@@ -294,7 +299,7 @@ mod tests {
             if seen[start].is_some() || map.get(row, column) != contact {
                 continue;
             }
-            let wrap = |place: i64, nodes: usize| place.rem_euclid(nodes as i64) as usize;
+            let wrap = |index: i64, nodes: usize| index.rem_euclid(nodes as i64) as usize;
             let home = (row as i64, column as i64);
             seen[start] = Some(home);
             let (mut size, mut open) = (0, vec![home]);
@@ -328,12 +333,12 @@ mod tests {
     }
 
     #[test]
-    fn runs_join_what_a_flood_reaches() {
+    fn clusters_equal_those_of_a_flood_fill() {
         for nodes in MESHES {
-            // Around the threshold of percolation, 0.593, clusters are as tangled as they get.
+            // Near the site percolation threshold 0.593, clusters are most complex.
             for share in [0.2, 0.5, 0.6, 0.65, 0.8, 1.0] {
                 for boundary in [Boundary::Periodic, Boundary::Free] {
-                    let map = random(nodes, share).within(boundary);
+                    let map = random(nodes, share).with_boundary(boundary);
                     let found = [Clusters::of_contact(&map), Clusters::of_gap(&map)];
                     let flooded = [flood(&map, true), flood(&map, false)];
                     assert_eq!(found, flooded, "{nodes:?} {share} {boundary:?}");
@@ -343,18 +348,18 @@ mod tests {
     }
 
     #[test]
-    fn without_anything_beyond_the_edges_clusters_end_there() {
-        // Four corners of one disc.
+    fn clusters_of_an_isolated_map_end_at_its_edges() {
+        // A disc around the corner of the cell, cut into four.
         let from_corner = |index: usize| index.min(64 - index) as f64;
         let disc = |i: usize, j: usize| from_corner(i).hypot(from_corner(j)) < 20.0;
         let bounded = |map: ContactMap| {
-            let map = map.within(Boundary::Free);
+            let map = map.with_boundary(Boundary::Free);
             [Clusters::of_contact(&map), Clusters::of_gap(&map)]
         };
         let [contact, gap] = bounded(square(64, disc));
         assert_eq!((contact.count, gap.count), (4, 1));
         assert!(!contact.around_x && gap.around_x && gap.around_y);
-        // A strip from edge to edge, and one that ends before.
+        // A strip from edge to edge, and one that ends before the edge.
         let [strip, beside] = bounded(map([9, 12], |_, j| j == 3));
         assert!(strip.around_x && !strip.around_y && beside.around_x && !beside.around_y);
         let [stub, around] = bounded(map([9, 12], |i, j| j == 3 && i < 8));
@@ -362,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn full_and_empty_maps_are_each_others_gap() {
+    fn the_gap_of_a_full_map_is_empty() {
         for nodes in MESHES {
             let full = of(1, nodes[0] * nodes[1], true, true);
             let none = of(0, 0, false, false);
@@ -376,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disc_across_the_corners_is_one_cluster_and_goes_nowhere() {
+    fn a_disc_across_the_corners_is_one_cluster_and_does_not_percolate() {
         let [contact, gap] = clusters(64, |i, j| {
             let from_corner = |index: usize| index.min(64 - index) as f64;
             from_corner(i).hypot(from_corner(j)) < 20.0
@@ -388,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn stripes_go_around_along_themselves_and_seal_across() {
+    fn stripes_percolate_along_themselves_only() {
         let along_y = of(5, 2 * 100, false, true);
         assert_eq!(clusters(100, |i, _| i % 20 < 2)[0], along_y);
         assert_eq!(clusters(100, |i, _| i % 20 < 2)[1], of(5, 18 * 100, false, true));
@@ -396,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn a_staircase_goes_around_both_ways() {
+    fn a_staircase_percolates_along_both_axes() {
         let staircase = |i: usize, j: usize| i == j || (i + 1) % 70 == j;
         let [contact, gap] = clusters(70, staircase);
         assert_eq!(contact, of(1, 140, true, true));
@@ -410,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_encloses_a_gap_of_its_own() {
+    fn a_ring_encloses_a_gap() {
         let [contact, gap] = clusters(32, |i, j| {
             let radius = (i as f64 - 15.0).hypot(j as f64 - 15.0);
             (6.0..9.0).contains(&radius)

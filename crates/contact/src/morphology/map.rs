@@ -1,4 +1,4 @@
-//! Which nodes are in contact, at one bit a node.
+//! Contact map: the nodes in contact, with one bit per node.
 
 use thiserror::Error;
 
@@ -7,7 +7,9 @@ use crate::threads::Threads;
 
 const WORD: usize = u64::BITS as usize;
 
-/// A map of contact, N_x × N_y nodes; periodic, unless it is [bounded](ContactMap::within).
+/// Map of the nodes in contact, N_x × N_y bits.
+///
+/// A new map is periodic; [`ContactMap::with_boundary`] changes this.
 ///
 /// Node (i, j) is bit `i * N_y + j`, least significant first; bits past the last node are zero.
 ///
@@ -17,7 +19,7 @@ const WORD: usize = u64::BITS as usize;
 /// let map = ContactMap::from_pressures([2, 3], &[0.0, 0.7, 0.0, 0.2, 0.0, 0.0]);
 /// assert!(map.get(0, 1) && map.get(1, 0));
 /// assert_eq!(map.count(), 2);
-/// // What tables hold: `numpy.unpackbits(bytes, bitorder="little")`.
+/// // In Python: `numpy.unpackbits(bytes, bitorder="little")`.
 /// assert_eq!(map.to_bytes(), [0b001010]);
 /// assert_eq!(ContactMap::from_bytes([2, 3], &[0b001010])?, map);
 /// # Ok::<(), MapError>(())
@@ -29,30 +31,35 @@ pub struct ContactMap {
     words: Vec<u64>,
 }
 
-/// Why bytes are not a contact map.
+/// Error of bytes that are not a contact map.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum MapError {
-    #[error("a contact map of {} × {} nodes has {needed} bytes, not {found}", nodes[0], nodes[1])]
+    #[error("a contact map of {} × {} nodes needs {needed} bytes, not {found}", nodes[0], nodes[1])]
     Length { nodes: [usize; 2], needed: usize, found: usize },
-    #[error("a contact map needs at least one node per side and fewer than 2³², not {side}")]
+    #[error("a side of a contact map has {side} nodes; it needs at least 1 and fewer than 2³²")]
     Nodes { side: usize },
-    #[error("a contact map of {} × {} nodes has bits set past its last node", nodes[0], nodes[1])]
+    #[error("a contact map of {} × {} nodes has bits set after its last node", nodes[0], nodes[1])]
     StrayBits { nodes: [usize; 2] },
 }
 
 impl ContactMap {
-    /// The nodes of positive pressure; the solver leaves exact zeros elsewhere.
-    pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Self {
-        Self::of_pressures_on(&Threads::one(), nodes, pressures)
+    /// Creates the map of the nodes with positive pressure.
+    ///
+    /// The solver sets pressures outside the contact to exactly zero.
+    ///
+    /// # Panics
+    /// Panics if the number of pressures is not the number of nodes.
+    pub fn from_pressures(nodes: [usize; 2], pressures: &[f64]) -> Self {
+        Self::from_pressures_on(&Threads::one(), nodes, pressures)
     }
 
-    /// The same by several threads.
-    pub fn of_pressures_on(threads: &Threads, nodes: [usize; 2], pressures: &[f64]) -> Self {
+    /// Creates the map like [`ContactMap::from_pressures`], with several threads.
+    pub fn from_pressures_on(threads: &Threads, nodes: [usize; 2], pressures: &[f64]) -> Self {
         assert_eq!(pressures.len(), nodes[0] * nodes[1]);
         let mut words = vec![0; pressures.len().div_ceil(WORD)];
-        let crew = threads.crew(pressures.len());
-        let share = words.len().div_ceil(crew.cuts(words.len()).len());
+        let workers = threads.workers(pressures.len());
+        let share = words.len().div_ceil(workers.cuts(words.len()).len());
         let blocks = words.chunks_mut(share).zip(pressures.chunks(share * WORD));
         let mut blocks: Vec<_> = blocks.collect();
         let fill = |(): &mut (), (words, pressures): &mut (&mut [u64], &[f64])| {
@@ -60,11 +67,15 @@ impl ContactMap {
                 *word = bits(pressures);
             }
         };
-        crew.each(&mut Vec::new(), || (), &mut blocks, fill);
+        workers.for_each(&mut Vec::new(), || (), &mut blocks, fill);
         Self { nodes, boundary: Boundary::Periodic, words }
     }
 
-    /// The map of ⌈N_x N_y/8⌉ bytes that [`ContactMap::to_bytes`] wrote.
+    /// Decodes the ⌈N_x N_y/8⌉ bytes of [`ContactMap::to_bytes`].
+    ///
+    /// # Errors
+    /// Fails if the number of bytes does not match, if a side has no node or 2³² nodes or more, or if
+    /// a bit after the last node is set.
     pub fn from_bytes(nodes: [usize; 2], bytes: &[u8]) -> Result<Self, MapError> {
         let counts = |side: usize| side > 0 && u32::try_from(side).is_ok();
         if let Some(side) = nodes.into_iter().find(|side| !counts(*side)) {
@@ -86,30 +97,35 @@ impl ContactMap {
         Ok(Self { nodes, boundary: Boundary::Periodic, words })
     }
 
-    /// The same map with other surroundings. Where there is nothing, nodes at an edge have no
-    /// neighbour beyond it: the edge of the map is no edge of contact.
-    pub fn within(self, boundary: Boundary) -> Self {
+    /// Sets the boundary condition.
+    ///
+    /// With [`Boundary::Free`], nodes at an edge have no neighbour beyond it, and the edge of the map
+    /// is not an edge of the contact.
+    pub fn with_boundary(self, boundary: Boundary) -> Self {
         Self { boundary, ..self }
     }
 
-    /// What lies beyond its edges.
+    /// Returns the boundary condition.
     pub fn boundary(&self) -> Boundary {
         self.boundary
     }
 
-    /// The bits, eight nodes a byte.
+    /// Encodes the map with eight nodes per byte, least significant bit first.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_le_bytes()).collect();
         bytes.truncate(byte_count(self.nodes));
         bytes
     }
 
-    /// Nodes along x and y.
+    /// Returns the numbers of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
 
-    /// Whether node (i, j) is in contact.
+    /// Returns `true` if node (i, j) is in contact.
+    ///
+    /// # Panics
+    /// Panics if the node is outside the map.
     #[inline]
     pub fn get(&self, i: usize, j: usize) -> bool {
         assert!(i < self.nodes[0] && j < self.nodes[1]);
@@ -117,12 +133,12 @@ impl ContactMap {
         self.words[bit / WORD] >> (bit % WORD) & 1 == 1
     }
 
-    /// Nodes in contact.
+    /// Returns the number of nodes in contact.
     pub fn count(&self) -> usize {
         self.words.iter().map(|w| w.count_ones() as usize).sum()
     }
 
-    /// Words that hold one row.
+    /// Returns the number of words that hold one row.
     pub(super) fn row_words(&self) -> usize {
         self.nodes[1].div_ceil(WORD)
     }
@@ -154,7 +170,7 @@ fn byte_count(nodes: [usize; 2]) -> usize {
     (nodes[0] * nodes[1]).div_ceil(8)
 }
 
-/// A bit for each of no more than a word of pressures.
+/// Packs up to 64 pressures into a word; a bit is set if the pressure is positive.
 fn bits(pressures: &[f64]) -> u64 {
     let bit = |(bit, pressure): (usize, &f64)| u64::from(*pressure > 0.0) << bit;
     pressures.iter().enumerate().map(bit).sum()
@@ -165,7 +181,7 @@ pub(crate) mod samples {
 
     use super::*;
 
-    /// Meshes whose rows end within, at and just past a word of 64 nodes.
+    /// Grids whose rows end inside, at and just after a word of 64 nodes.
     pub const MESHES: [[usize; 2]; 13] = [
         [1, 1],
         [2, 2],
@@ -182,7 +198,7 @@ pub(crate) mod samples {
         [70, 13],
     ];
 
-    /// The map of nodes (i, j) for which `contact` holds.
+    /// Returns the map of the nodes (i, j) with `contact(i, j)`.
     pub fn map(nodes: [usize; 2], contact: impl Fn(usize, usize) -> bool) -> ContactMap {
         let [rows, row_nodes] = nodes;
         let pressure = |node| f64::from(u8::from(contact(node / row_nodes, node % row_nodes)));
@@ -190,12 +206,11 @@ pub(crate) mod samples {
         ContactMap::from_pressures(nodes, &pressures)
     }
 
-    /// The same on a square.
     pub fn square(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
         map([nodes; 2], contact)
     }
 
-    /// A map of independent nodes, of which `share` are in contact.
+    /// Returns a map of independent nodes that are in contact with probability `share`.
     pub fn random(nodes: [usize; 2], share: f64) -> ContactMap {
         let draws = crate::topography::draws::Draws::new(5, nodes[1] as u32);
         map(nodes, |i, j| (-draws.mode(i as i32, j as u32).power()).exp() < share)
@@ -216,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_is_the_same_whoever_shares_the_work() {
+    fn threads_do_not_change_a_map() {
         // Enough nodes for several threads, and an end within a word.
         let nodes = [601, 1001];
         let pressures: Vec<f64> = (0..601 * 1001).map(|node| f64::from(node).sin()).collect();
@@ -234,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_and_maps_turn_into_each_other() {
+    fn bytes_decode_to_the_encoded_map() {
         for nodes in MESHES {
             let map = random(nodes, 0.5);
             let bytes = map.to_bytes();
@@ -246,7 +261,7 @@ mod tests {
     #[test]
     fn bytes_of_another_mesh_are_refused() {
         let error = ContactMap::from_bytes([3, 3], &[0; 3]).unwrap_err();
-        assert_eq!(error.to_string(), "a contact map of 3 × 3 nodes has 2 bytes, not 3");
+        assert_eq!(error.to_string(), "a contact map of 3 × 3 nodes needs 2 bytes, not 3");
         let stray = ContactMap::from_bytes([3, 3], &[0, 0b10]);
         assert_eq!(stray, Err(MapError::StrayBits { nodes: [3, 3] }));
         for side in [0, usize::MAX] {

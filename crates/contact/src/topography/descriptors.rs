@@ -66,7 +66,7 @@ impl Descriptors {
         let mut scratch = transform.scratch_on(threads.clone());
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(&heights, &mut spectrum, &mut scratch);
-        let (moments, shape) = threads.both(
+        let (moments, shape) = threads.join(
             grid.count(),
             || Moments::from_half_spectrum(&spectrum, grid),
             || distribution_shape(&heights),
@@ -133,8 +133,8 @@ fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>],
             *value *= factor * cell.wavenumber([k_x, k_y as f64]);
         }
     };
-    let crew = threads.crew(grid.count());
-    crew.each(&mut Vec::new(), || (), &mut rows, multiply);
+    let workers = threads.workers(grid.count());
+    workers.for_each(&mut Vec::new(), || (), &mut rows, multiply);
 }
 
 /// Areal roughness parameters of ISO 25178-2, of heights about their mean.

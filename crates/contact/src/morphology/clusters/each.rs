@@ -1,35 +1,35 @@
-//! Size and edge of each cluster of contact by itself.
+//! Size and perimeter of each cluster of contact.
 
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use super::{Joined, Run};
+use super::{JoinedRuns, Run};
 use crate::grid::{Boundary, Grid};
 use crate::morphology::map::ContactMap;
 
-/// One cluster of nodes in contact, joined through their 4 nearest neighbours.
+/// A cluster of nodes in contact, connected through their 4 nearest neighbours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Cluster {
-    /// Nodes of the cluster.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Changes between contact and gap around it from node to node along x, across the rows.
+    /// Number of changes between contact and gap along x, from row to row.
     pub switches_x: usize,
-    /// Changes along y, along the rows.
+    /// Number of changes between contact and gap along y, within rows.
     pub switches_y: usize,
 }
 
 impl Cluster {
-    /// The clusters of contact of a map, in the order of their first nodes.
-    pub fn each(map: &ContactMap) -> Vec<Cluster> {
-        let mut joined = Joined::of(map, |_| ());
+    /// Returns all clusters of contact of a map, in the order of their first nodes.
+    pub fn all(map: &ContactMap) -> Vec<Cluster> {
+        let mut joined = JoinedRuns::new(map, |_| ());
         let mut edges = vec![[0; 2]; joined.runs.len()];
         across_rows(map, &joined, &mut edges);
         along_rows(map, &joined, &mut edges);
-        let mut place = vec![None; joined.runs.len()];
+        let mut index_of_root = vec![None; joined.runs.len()];
         let mut clusters: Vec<Cluster> = Vec::new();
         for (index, [switches_x, switches_y]) in edges.into_iter().enumerate() {
             let root = joined.forest.root(index).0;
-            let cluster = *place[root].get_or_insert_with(|| {
+            let cluster = *index_of_root[root].get_or_insert_with(|| {
                 clusters.push(Cluster::default());
                 clusters.len() - 1
             });
@@ -41,22 +41,22 @@ impl Cluster {
         clusters
     }
 
-    /// Length of its edge in the metric of the mesh, without the edges of a map that nothing
-    /// surrounds: Δy × `switches_x` + Δx × `switches_y`.
+    /// Returns the Manhattan perimeter Δy × `switches_x` + Δx × `switches_y`.
+    ///
+    /// The edges of an isolated map do not count.
     pub fn manhattan_perimeter(&self, grid: Grid) -> f64 {
         let [step_x, step_y] = grid.spacing();
         step_y * self.switches_x as f64 + step_x * self.switches_y as f64
     }
 
-    /// Length of its edge: π/4 of that in the metric of the mesh, for edges of all directions.
+    /// Returns π/4 of the Manhattan perimeter: the length of an edge whose directions are isotropic.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
     }
 }
 
-/// Changes across the rows around each run: its nodes that have no neighbour in the next row, or in
-/// the one before.
-fn across_rows(map: &ContactMap, joined: &Joined, edges: &mut [[usize; 2]]) {
+/// Counts the changes along x of each run: its nodes without a neighbour in the row before or after.
+fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let rows = map.nodes()[0];
     for upper in 0..rows {
         let lower = match (upper + 1 < rows, map.boundary()) {
@@ -76,8 +76,8 @@ fn across_rows(map: &ContactMap, joined: &Joined, edges: &mut [[usize; 2]]) {
     }
 }
 
-/// Changes along the rows at the ends of each run.
-fn along_rows(map: &ContactMap, joined: &Joined, edges: &mut [[usize; 2]]) {
+/// Counts the changes along y at the ends of each run.
+fn along_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let [rows, row_nodes] = map.nodes();
     for row in 0..rows {
         let runs = joined.row(row);
@@ -99,17 +99,17 @@ fn along_rows(map: &ContactMap, joined: &Joined, edges: &mut [[usize; 2]]) {
     }
 }
 
-/// Hears of all runs of one row and of another that share columns, and how many.
+/// Calls `visit` with each pair of runs of two rows that share columns, and the number of columns.
 fn for_overlaps(
     runs: &[Run],
     [mut upper, mut lower]: [Range<usize>; 2],
-    mut hear: impl FnMut([usize; 2], usize),
+    mut visit: impl FnMut([usize; 2], usize),
 ) {
     while !upper.is_empty() && !lower.is_empty() {
         let (above, below) = (&runs[upper.start], &runs[lower.start]);
         let (start, end) = (above.start.max(below.start), above.end.min(below.end));
         if start < end {
-            hear([upper.start, lower.start], (end - start) as usize);
+            visit([upper.start, lower.start], (end - start) as usize);
         }
         if above.end < below.end { upper.start += 1 } else { lower.start += 1 }
     }
@@ -132,7 +132,7 @@ mod tests {
         for nodes in MESHES {
             for share in [0.1, 0.4, 0.6, 0.9, 1.0] {
                 for boundary in [Boundary::Periodic, Boundary::Free] {
-                    let map = random(nodes, share).within(boundary);
+                    let map = random(nodes, share).with_boundary(boundary);
                     let each = Cluster::all(&map);
                     let sum = |part: fn(&Cluster) -> usize| each.iter().map(part).sum::<usize>();
                     let (area, clusters) =
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rectangle_has_its_sides_for_an_edge_wherever_it_lies() {
+    fn the_perimeter_of_a_rectangle_does_not_depend_on_its_position() {
         for [top, left] in [[2, 3], [7, 3], [2, 10], [7, 10]] {
             let sides = |i: usize, j: usize| (i + 9 - top) % 9 < 4 && (j + 12 - left) % 12 < 5;
             assert_eq!(Cluster::all(&map([9, 12], sides)), [cluster(20, 10, 8)]);
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn clusters_are_told_apart() {
+    fn separate_clusters_are_counted_separately() {
         let two = map([8, 8], |i, j| i < 2 && j < 2 || (4..7).contains(&i) && j == 5);
         assert_eq!(Cluster::all(&two), [cluster(4, 4, 4), cluster(3, 2, 6)]);
     }
@@ -167,14 +167,14 @@ mod tests {
     fn a_strip_around_the_cell_has_no_ends() {
         let strip = map([9, 12], |i, _| (3..5).contains(&i));
         assert_eq!(Cluster::all(&strip), [cluster(24, 24, 0)]);
-        let strip = map([9, 12], |_, j| j == 0).within(Boundary::Free);
+        let strip = map([9, 12], |_, j| j == 0).with_boundary(Boundary::Free);
         assert_eq!(Cluster::all(&strip), [cluster(9, 0, 9)]);
     }
 
     #[test]
-    fn an_edge_in_metres_weighs_the_steps_of_the_mesh() {
+    fn perimeters_are_in_the_unit_of_the_sides() {
         let grid = rectangle([10, 10], [1.0, 3.0]);
-        // Four nodes along x and five along y: 0.4 × 1.5 metres.
+        // Four nodes along x and five along y: 0.4 × 1.5.
         let rectangle = cluster(20, 10, 8);
         assert!((rectangle.manhattan_perimeter(grid) - 2.0 * (0.4 + 1.5)).abs() < 1e-12);
     }
