@@ -160,7 +160,7 @@ impl fmt::Display for AdaptiveStage {
             Condition::Fails(finding) => match (finding, until) {
                 (Finding::Error(error), _) if error.is_infinite() => write!(
                     formatter,
-                    " (the maximum); {until} cannot be checked, because a mean is of a single surface"
+                    " (the maximum); {until} cannot be checked: a mean is of a single surface"
                 ),
                 (Finding::Error(error), Until::Mean(mean)) => write!(
                     formatter,

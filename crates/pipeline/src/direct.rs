@@ -51,7 +51,7 @@ pub enum DirectError {
     /// A map that is not periodic would be pressed as if it were.
     #[error(
         "the map is not periodic, but the boundary is: press it with `boundary = \"free\"`, \
-         without placeholder_surface beyond its edges, or declare it periodic if its opposite edges match"
+         without anything beyond its edges, or declare it periodic if its opposite edges match"
     )]
     NotPeriodic,
     #[error(transparent)]
@@ -66,7 +66,7 @@ pub struct Drawn {
     /// Rms slope √⟨|∇h|²⟩ as the stage defines it. For a random surface it is the slope to which
     /// the surface was scaled.
     pub rms_slope: f64,
-    /// Whether the surface is periodic. Maps from files may not be.
+    /// True if the surface is periodic. Maps from files may not be.
     pub is_periodic: bool,
     /// Row of the stage's table, without the heights.
     pub row: Table,
@@ -99,7 +99,7 @@ pub struct Map {
     /// Rms slope that reduces the loads, if it is known better than from these nodes. For a random
     /// surface it is the slope of its modes.
     pub rms_slope: Option<f64>,
-    /// Whether the map is periodic. The slope of a periodic map comes from its Fourier modes, that
+    /// True if the map is periodic. The slope of a periodic map comes from its Fourier modes, that
     /// of another map from differences between nodes.
     pub is_periodic: bool,
 }
@@ -144,7 +144,7 @@ impl Pressing {
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
         let threads = Threads::for_mesh(cores, grid.count());
         let mut block = Block::new(&params, map.surface, rms_slope, None, threads)?;
-        block.work_on(Threads::one());
+        block.set_threads(Threads::one());
         Ok(Pressing {
             block,
             cores,
@@ -230,9 +230,9 @@ impl Pressing {
     /// forked there.
     fn on_threads<T>(&mut self, work: impl FnOnce(&mut Block) -> T) -> T {
         let nodes = self.grid().count();
-        self.block.work_on(Threads::for_mesh(self.cores, nodes));
+        self.block.set_threads(Threads::for_mesh(self.cores, nodes));
         let done = work(&mut self.block);
-        self.block.work_on(Threads::one());
+        self.block.set_threads(Threads::one());
         done
     }
 

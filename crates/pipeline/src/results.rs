@@ -71,7 +71,7 @@ pub struct StageRows<T = Table> {
     pub table: Option<T>,
     /// Digest of everything that decides the rows.
     pub digest: String,
-    /// Whether the published table has exactly these rows.
+    /// True if the published table has exactly these rows.
     pub is_published: bool,
 }
 

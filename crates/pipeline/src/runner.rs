@@ -118,7 +118,7 @@ struct Run<'a> {
     /// run.
     waits_for: Vec<AtomicUsize>,
     has_failed: Vec<AtomicBool>,
-    /// Whether the run stops because tables can no longer be stored.
+    /// True if the run stops because tables can no longer be stored.
     halted: AtomicBool,
     done: Mutex<RunOutcome>,
 }
@@ -203,7 +203,7 @@ impl<'a> Run<'a> {
             Err(TaskError::Stage(StageError::Interrupted)) => return,
             Err(error) => self.fail(task, error),
         }
-        self.observer.finished(task, cores.helped());
+        self.observer.finished(task, cores.helper_time());
     }
 
     fn compute(&self, task: usize, threads: &Threads) -> Result<(), TaskError> {
@@ -358,7 +358,7 @@ pub struct RunOutcome {
     pub failed: Vec<(usize, TaskError)>,
     pub damaged: Vec<Damage>,
     pub interrupted: bool,
-    /// Whether the run stopped because its tables cannot be stored.
+    /// True if the run stopped because its tables cannot be stored.
     pub halted: bool,
 }
 
@@ -421,8 +421,8 @@ pub enum TaskError {
     Store(#[from] StoreError),
     /// The input tables take too much memory.
     #[error(
-        "needs about {takes} of memory for the tables that it reads, more than the {room} available: \
-         increase `--memory`, or reduce the number of bins, loads or surfaces"
+        "needs about {takes} of memory for the tables that it reads, more than the {room} \
+         available: increase `--memory`, or reduce the number of bins, loads or surfaces"
     )]
     Inputs { takes: String, room: String },
     /// The result contains a number that is not finite.

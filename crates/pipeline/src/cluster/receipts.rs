@@ -49,7 +49,7 @@ pub struct Receipt {
     pub under_way: Vec<String>,
     pub failed: Vec<FailedTask>,
     pub interrupted: bool,
-    /// Whether the process stopped because tables could not be stored.
+    /// True if the process stopped because tables could not be stored.
     pub halted: bool,
     /// Seconds of one core that the tasks have taken.
     pub seconds: f64,

@@ -68,7 +68,7 @@ settings! {
         { value_name = "NAME", value_parser = name, help = "Run on the nodes of this partition" };
     /// Account that is charged for the core-hours.
     account: String => String, word(name),
-        { value_name = "NAME", value_parser = name, help = "Charge the core-hours to this account" };
+        { value_name = "NAME", value_parser = name, help = "Charge core-hours to this account" };
     /// Quality of service, if the cluster has several.
     qos: String => String, word(name),
         { value_name = "NAME", value_parser = name, help = "Request this quality of service" };
@@ -79,7 +79,7 @@ settings! {
     /// Memory per array element, such as `"16GB"`; when omitted, the memory of the largest task
     /// times the number of cores.
     memory: String => ByteSize, word(size),
-        { value_name = "SIZE", help = "Request this much memory per array element, such as `16GB`" };
+        { value_name = "SIZE", help = "Request this memory per array element, such as `16GB`" };
     /// Time limit of an array element in hours; twice the expected time when omitted.
     time_limit: f64 => f64, hours,
         { value_name = "HOURS", value_parser = parsed_hours,

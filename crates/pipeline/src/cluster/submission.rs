@@ -31,9 +31,9 @@ pub struct ScriptPaths {
 /// Options that the scripts pass on to the commands.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ScriptOptions {
-    /// Whether the last job writes the HTML report.
+    /// True if the last job writes the HTML report.
     pub report: bool,
-    /// Whether the results of another manifest may be overwritten.
+    /// True if the results of another manifest may be overwritten.
     pub replace: bool,
 }
 

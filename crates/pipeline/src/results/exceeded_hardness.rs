@@ -102,8 +102,8 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
             peak,
         } = passed;
         format!(
-            "the peak pressure exceeds the hardness of the bodies, {hardness:?}, under {loads} of {} \
-             and reaches {peak:.3e}; the lightest of these loads is {load:?} (mean pressure \
+            "the peak pressure exceeds the hardness of the bodies, {hardness:?}, under {loads} of \
+             {} and reaches {peak:.3e}; the lightest of these loads is {load:?} (mean pressure \
              {mean:?}); a real material would yield there, but these results are elastic: set \
              `hardness = {hardness:?}` in the stage to limit the pressure",
             counted(rows, "load"),

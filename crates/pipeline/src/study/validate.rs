@@ -95,7 +95,7 @@ struct Validator<'a> {
     stages: &'a [StageTable],
     seed: u64,
     sources: SurfaceFiles,
-    /// Whether another stage or a condition reads the stage, by its index in the manifest.
+    /// For each stage of the manifest, true if another stage or a condition reads it.
     is_read: Vec<bool>,
     /// Number of tasks of the stages so far, or of inputs of tasks if they are more.
     tasks: usize,

@@ -23,10 +23,10 @@ use asperity_stages::{Recipe, measure};
 /// |---|---|---|---|---|---|---|---|---|
 /// | load 0.06 | k = 4 … 32 | 29 | 18 | 13 | 8.5 | 6.4 | 3.2 | 1.6 |
 /// | | k = 8 … 32 | 41 | 25 | 18 | 12 | 8.8 | 4.3 | 2.2 |
-/// | | corrected | 0.4, 1.6 | −1.2, −1.9 | −1.5, −2.3 | −1.4, −1.7 | −1.0, −1.3 | −0.5, −0.7 | −0.2, −0.3 |
+/// | | corrected | 0.4/1.6 |−1.2/−1.9|−1.5/−2.3|−1.4/−1.7|−1.0/−1.3|−0.5/−0.7|−0.2/−0.3|
 /// | load 0.01 | k = 4 … 32 | 45 | 27 | 19 | 13 | 9.2 | 4.5 | 2.3 |
 /// | | k = 8 … 32 | 73 | 42 | 29 | 19 | 14 | 6.8 | 3.4 |
-/// | | corrected | 2.4, 8.1 | −1.8, −1.0 | −2.6, −2.6 | −1.6, −2.6 | −1.4, −1.9 | −0.7, −1.0 | −0.3, −0.5 |
+/// | | corrected | 2.4/8.1 |−1.8/−1.0|−2.6/−2.6|−1.6/−2.6|−1.4/−1.9|−0.7/−1.0|−0.3/−0.5|
 ///
 /// Below 8 nodes, the mesh adds 10 % and more under light loads, as much as the spectra of a study
 /// differ.
@@ -58,7 +58,7 @@ struct ShortestWave {
     wavenumber: u32,
     /// Nodes per wavelength, along the axis with fewer nodes.
     resolution: f64,
-    /// Whether areas counted on the mesh can be corrected, which needs square cells.
+    /// True if areas counted on the mesh can be corrected, which needs square cells.
     has_square_cells: bool,
 }
 
@@ -177,8 +177,8 @@ impl Study {
             let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
             format!(
                 "each surface of {} is pressed alone against a smooth body, with the E* of both \
-                 `bodies`; to press two rough surfaces against each other, add their height maps and \
-                 press the sum (see docs/how-to/python.md)",
+                 `bodies`; to press two rough surfaces against each other, add their height maps \
+                 and press the sum (see docs/how-to/python.md)",
                 listed(names, "and")
             )
         })
@@ -255,16 +255,16 @@ fn of_block(params: &solve::Params) -> Option<String> {
              from about 2 upwards; set `load_unit = \"absolute\"` if they are pressures"
         )),
         PressureUnit::Relative if heaviest < LIGHT => Some(format!(
-            "all loads are at most {heaviest} in units of E* × rms slope, so that only a node or two \
-             touch; set `load_unit = \"absolute\"` if they are pressures"
+            "all loads are at most {heaviest} in units of E* × rms slope, so that only a node or \
+             two touch; set `load_unit = \"absolute\"` if they are pressures"
         )),
         PressureUnit::Absolute if lightest > PRESSURES[1] * modulus => Some(format!(
-            "all loads are pressures of at least {lightest}, and E* is {modulus} in the same unit, so \
-             that every node touches; check the units of the loads and of E*"
+            "all loads are pressures of at least {lightest}, and E* is {modulus} in the same unit, \
+             so that every node touches; check the units of the loads and of E*"
         )),
         PressureUnit::Absolute if heaviest < PRESSURES[0] * modulus => Some(format!(
-            "all loads are pressures of at most {heaviest}, and E* is {modulus} in the same unit, so \
-             that only a node or two touch; check the units of the loads and of E*"
+            "all loads are pressures of at most {heaviest}, and E* is {modulus} in the same unit, \
+             so that only a node or two touch; check the units of the loads and of E*"
         )),
         _ => None,
     }

@@ -201,7 +201,7 @@ pub struct StageChanges {
     pub removed: Vec<Why>,
     /// Stages that it did not read before.
     pub reads_more: Vec<String>,
-    /// Whether the order of points, or of the stages that it reads, has changed.
+    /// True if the order of points, or of the stages that it reads, has changed.
     pub is_reordered: bool,
 }
 
@@ -210,7 +210,7 @@ pub struct StageChanges {
 pub struct PointChange {
     /// Cause of the change, or `None` if the point existed before.
     pub why: Option<Why>,
-    /// Whether its identity is unchanged, so that later stages do not see the change.
+    /// True if its identity is unchanged, so that later stages do not see the change.
     pub keeps_identity: bool,
     /// Number of surfaces on record, if the point existed before. Additional surfaces are new, and
     /// missing surfaces affect tasks that pool them.
