@@ -96,11 +96,7 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
     }
     let lines = passed.into_iter().map(|(hardness, passed)| {
         let hardness = f64::from_bits(hardness);
-        let Passed {
-            loads,
-            from: (load, mean),
-            peak,
-        } = passed;
+        let Passed { loads, from: (load, mean), peak } = passed;
         format!(
             "the peak pressure exceeds the hardness of the bodies, {hardness:?}, under {loads} of \
              {} and reaches {peak:.3e}; the lightest of these loads is {load:?} (mean pressure \
