@@ -125,8 +125,8 @@ impl Study {
         })
     }
 
-    /// Returns the number of surfaces that its stages generate or read. For adaptive stages it is
-    /// the number at the start.
+    /// Returns the number of surfaces that its stages generate or read. An adaptive stage counts
+    /// with its present number, which is `at_least` at the start.
     pub fn surfaces(&self) -> u64 {
         let ensembles = self.stages.iter().flat_map(|stage| match &stage.work {
             Work::Generate(ensembles) => ensembles.as_slice(),

@@ -76,8 +76,8 @@ settings! {
     cores: i64 => u32, whole(1, 1024),
         { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024),
           help = "Use this many cores per array element; each works on one surface" };
-    /// Memory per array element, such as `"16GB"`; when omitted, the memory of the largest task
-    /// times the number of cores.
+    /// Memory per array element, such as `"16GB"`; when omitted, enough for the largest task on
+    /// each core.
     memory: String => ByteSize, word(size),
         { value_name = "SIZE", help = "Request this memory per array element, such as `16GB`" };
     /// Time limit of an array element in hours; twice the expected time when omitted.

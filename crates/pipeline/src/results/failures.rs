@@ -107,7 +107,7 @@ impl Failures<'_> {
         let (pairs, residual, tolerance) = (table.integers(PAIRS.name)?, residual?, tolerance?);
         let reason = |row: usize| {
             format!(
-                "given up after {} pairs of transforms, see `max_pairs`: residual {:.2e}, \
+                "did not converge within {} pairs of transforms (`max_pairs`): residual {:.2e}, \
                  tolerance {:.2e}",
                 pairs.value(row),
                 residual.value(row),
