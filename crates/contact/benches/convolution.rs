@@ -1,4 +1,4 @@
-//! A transform pair with its kernel, against the bare transforms of rustfft and the memory.
+//! Speed of a convolution, compared with bare transforms of rustfft and with the memory.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -15,7 +15,7 @@ fn main() {
     divan::main();
 }
 
-/// What the solver does, but for its passes over the mesh: forward, multiply, inverse.
+/// Measures a convolution: forward transform, product, inverse transform.
 #[divan::bench(types = [f32, f64], args = NODES)]
 fn convolution<T: Real>(bencher: Bencher, nodes: usize) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
@@ -27,8 +27,9 @@ fn convolution<T: Real>(bencher: Bencher, nodes: usize) {
     bencher.bench_local(|| transform.convolve(&kernel, black_box(&field), &mut out, &mut scratch));
 }
 
-/// The same number of transforms by rustfft alone: all rows and columns forward and back, without
-/// the kernel, and with columns laid out as rustfft likes them, at no cost.
+/// Measures the same number of rustfft transforms: all rows and columns forward and back.
+///
+/// There is no kernel, and columns are contiguous already.
 #[divan::bench(types = [f32, f64], args = NODES)]
 fn rustfft_transforms<T: Real>(bencher: Bencher, nodes: usize) {
     let columns = nodes / 2 + 1;
@@ -63,14 +64,14 @@ fn rustfft_transforms<T: Real>(bencher: Bencher, nodes: usize) {
             row_inverse
                 .process_with_scratch(half, row, &mut scratch)
                 .expect("buffers are of the planned lengths");
-            // What the transforms multiplied by, so that numbers stay finite.
+            // Normalises, so that numbers stay finite.
             let factor = T::nearest(1.0 / (nodes * nodes) as f64);
             row.iter_mut().for_each(|value| *value = *value * factor);
         }
     });
 }
 
-/// a ← b + s c on maps of the same size.
+/// Measures a ← b + s c on maps of the same size.
 #[divan::bench(types = [f32, f64], args = NODES)]
 fn triad<T: Real>(bencher: Bencher, nodes: usize) {
     let [mut a, b, c] = [0.0, 1.0, 2.0].map(|value| vec![T::nearest(value); nodes * nodes]);

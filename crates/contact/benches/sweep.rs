@@ -1,5 +1,5 @@
-//! Whole sweeps of loads: what they cost in transform pairs, in seconds, and over bare pairs; what
-//! ten loads cost on other bodies; and how long they last on several threads.
+//! Cost of series of loads: transform pairs and seconds, compared with bare pairs; ten loads on
+//! other bodies; ten loads on several threads.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -14,11 +14,11 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::Spectrum;
 
-/// Cutoffs of the surfaces.
+/// Cutoffs of the spectra, k_lower and k_upper.
 const SPECTRA: [(u32, u32); 3] = [(1, 32), (4, 64), (16, 128)];
 
 fn main() {
-    // `cargo bench` passes `--bench`; a number is the nodes a side.
+    // `cargo bench` passes `--bench`; a number sets the nodes per side.
     let nodes = std::env::args().find_map(|argument| argument.parse().ok());
     let nodes: usize = nodes.unwrap_or(1024);
     println!("{nodes}² nodes, H = 0.8, 90 loads to 1.7 E* × rms slope");
@@ -74,12 +74,12 @@ fn bodies() -> [(&'static str, HalfSpace); 5] {
     ]
 }
 
-/// Pairs of transforms and seconds.
+/// Returns the transform pairs and the seconds of ten loads.
 fn ten_loads(nodes: usize, body: HalfSpace, threads: Threads) -> (u32, f64) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
     let heights = heights(grid, 4, nodes as u32 / 16);
     let mut solver = body.solver(grid, &heights);
-    solver.work_on(threads);
+    solver.set_threads(threads);
     let begun = Instant::now();
     let loads = (1..=10).map(|i| 0.01 * f64::from(i));
     let outcomes = loads.map(|load| solver.press(load, &Settings::default(), &|| false));
@@ -87,7 +87,7 @@ fn ten_loads(nodes: usize, body: HalfSpace, threads: Threads) -> (u32, f64) {
     (pairs, begun.elapsed().as_secs_f64())
 }
 
-/// The loads of the 2015 campaign: fifty linear, forty geometric.
+/// Returns the loads of the 2015 campaign: fifty linear, forty geometric.
 fn loads() -> impl Iterator<Item = f64> {
     let light = (1..=50).map(|i| 0.06 * f64::from(i) / 50.0);
     let heavy = (1..=40).map(|i| 0.06 * (1.7_f64 / 0.06).powf(f64::from(i) / 40.0));
@@ -105,7 +105,7 @@ fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> Vec<f64> {
     surface.draw(grid).into_heights()
 }
 
-/// Median seconds of a single-precision pair without anything else.
+/// Returns the median seconds of a single-precision pair of transforms.
 fn bare_pair(grid: Grid) -> f64 {
     let transform = Transform::<f32>::new(grid.nodes());
     let kernel = displacement(&PeriodicHalfSpace::new(grid));

@@ -1,16 +1,16 @@
-//! Elasticity: which displacement a pressure on the surface of a body causes, and how stiff the
-//! body is in return.
+//! Elastic bodies: the displacement that a pressure on the surface causes, and the inverse
+//! stiffness.
 //!
-//! - [`ElasticOperator`]: all that a solver asks of a body;
-//! - [`PeriodicHalfSpace`]: the isotropic half-space under a pressure that repeats for ever;
+//! - [`ElasticOperator`]: the trait that the solver uses;
+//! - [`PeriodicHalfSpace`]: the isotropic half-space under a periodic pressure;
 //! - [`FreeHalfSpace`]: the same under a pressure that is zero outside the map.
 //!
-//! Lengths are in units of the cell's longer side L and pressures in units of E*, so that a
-//! wavenumber of the mesh is |q| = 2πk.
+//! Lengths are in units of the cell's longer side L and pressures in units of E*, so a wavenumber
+//! of the mesh is |q| = 2πk.
 //!
-//! A periodic pressure p lowers the surface of the half-space, wavenumber by wavenumber, by u, with
-//! û = 2 p̂ / (E* |q|) (Johnson, *Contact Mechanics*, 1985, §13.2; Stanley & Kato 1997) and û(0) =
-//! 0: a uniform pressure moves the far field, not the shape.
+//! A periodic pressure p lowers the surface of the half-space by u. For each wavenumber û = 2 p̂ /
+//! (E* |q|) (Johnson, *Contact Mechanics*, 1985, §13.2; Stanley & Kato 1997), and û(0) = 0: a
+//! uniform pressure moves the far field and does not change the shape of the surface.
 
 use std::f64::consts::PI;
 
@@ -22,72 +22,89 @@ pub mod free;
 
 pub use free::FreeHalfSpace;
 
-/// An elastic body under the pressures on a grid: all that a solver asks of it.
+/// Elastic body under the pressures on a grid.
 ///
-/// Pressure p lowers its surface by u, a convolution with an even kernel: a factor for each wave of
-/// the mesh on which pressures are convolved. Threads may share it.
+/// Pressure p lowers its surface by u. The map from p to u is a convolution with an even kernel: a
+/// factor for each wave of the mesh on which pressures are convolved. Threads may share the
+/// operator.
 pub trait ElasticOperator: Send + Sync {
-    /// Where pressures act.
+    /// Returns the grid on which pressures act.
     fn grid(&self) -> Grid;
 
-    /// The same body under pressures on a coarser grid, if the contact there leads to that on its
-    /// own. It does not where pressures rise without bound towards the edges of a map, which no
-    /// interpolation follows.
+    /// Returns the same body on a coarser grid, if the solution there is a useful initial guess.
+    ///
+    /// It is `None` where pressures rise without bound towards the edges of a map, because no
+    /// interpolation reproduces that.
     fn on_coarser(&self, _: Grid) -> Option<Box<dyn ElasticOperator>> {
         None
     }
 
-    /// Nodes of the mesh on which pressures are convolved: those of the grid, if pressures repeat,
-    /// or more, which hold zeros.
+    /// Returns the nodes along x and y of the mesh on which pressures are convolved.
+    ///
+    /// For periodic pressures these are the nodes of the grid. Otherwise the mesh is larger and
+    /// padded with zeros.
     fn convolved_nodes(&self) -> [usize; 2] {
         self.grid().nodes()
     }
 
-    /// Displacement per pressure of a wave with so many periods along x and y of that mesh.
+    /// Returns the displacement per unit pressure of a wave.
+    ///
+    /// `waves` counts the periods of the wave along x and y of the [convolved
+    /// mesh](ElasticOperator::convolved_nodes).
     fn displacement(&self, waves: [usize; 2]) -> f64;
 
-    /// Nodes of the mesh on which displacements are turned into pressures: those of the grid, and
-    /// others around it.
+    /// Returns the nodes along x and y of the mesh on which the stiffness acts.
+    ///
+    /// They are the nodes of the grid, with a margin around them if the body is not periodic.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.convolved_nodes()
     }
 
-    /// Pressure per displacement of a wave of that mesh, or nearly so: what a solver preconditions
-    /// with. Zero for the mean, so that nothing asks for another load.
+    /// Returns the pressure per unit displacement of a wave of that mesh, exact or approximate.
+    ///
+    /// The solver preconditions with it. It is zero for the mean, so that the preconditioner does
+    /// not change the load.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
-    /// The displacement of waves of 0, 1, … periods along one axis and so many along the other.
+    /// Writes the displacements of the waves with 0, 1, … periods along one axis and `across` along
+    /// the other.
     fn displacements(&self, along: Axis, across: usize, displacements: &mut [f64]) {
         for (waves, displacement) in displacements.iter_mut().enumerate() {
-            *displacement = self.displacement(along.of(waves, across));
+            *displacement = self.displacement(along.waves(waves, across));
         }
     }
 
-    /// The stiffness of such waves.
+    /// Writes the stiffnesses of the waves with 0, 1, … periods along one axis and `across` along
+    /// the other.
     fn stiffnesses(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
         for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
-            *stiffness = self.stiffness(along.of(waves, across));
+            *stiffness = self.stiffness(along.waves(waves, across));
         }
     }
 
-    /// Whether the stiffness is the inverse of the displacement, on maps of zero mean. Then one
-    /// pressure flattens any heights, and contact can be full.
+    /// Returns whether the stiffness is the inverse of the displacement on maps of zero mean.
+    ///
+    /// If so, a pressure exists that flattens any heights, and contact can be full.
     fn stiffness_is_exact(&self) -> bool;
 
-    /// Whether a uniform pressure displaces nothing, so that displacements have no mean: it is the
-    /// far field that moves, and what it moves by is not asked.
-    fn keeps_mean(&self) -> bool;
+    /// Returns whether a uniform pressure displaces no node, so that displacements have zero mean.
+    ///
+    /// In such a body a uniform pressure moves only the far field, and this displacement is not
+    /// defined.
+    fn has_zero_mean_displacement(&self) -> bool;
 
-    /// The displacement of one node, in units of cell sides, under a unit pressure on this node
-    /// alone, in units of E*.
+    /// Returns the displacement of one node under a unit pressure on this node alone.
+    ///
+    /// The displacement is in units of the longer side, the pressure in units of E*.
     fn nodal_compliance(&self, threads: &Threads) -> f64 {
         mean_over_waves(threads, self.convolved_nodes(), |k_x, factors| {
             self.displacements(Axis::Y, k_x, factors);
         })
     }
 
-    /// The pressure at one node, in units of E* per cell side, that a unit displacement of this
-    /// node alone asks for.
+    /// Returns the pressure at one node that belongs to a unit displacement of this node alone.
+    ///
+    /// The pressure is in units of E* per longer side.
     fn nodal_stiffness(&self, threads: &Threads) -> f64 {
         mean_over_waves(threads, self.stiffness_nodes(), |k_x, factors| {
             self.stiffnesses(Axis::Y, k_x, factors);
@@ -98,16 +115,16 @@ pub trait ElasticOperator: Send + Sync {
 /// One of the two axes of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// Across its rows.
+    /// The axis across the rows.
     X,
-    /// Along its rows.
+    /// The axis along the rows.
     Y,
 }
 
 impl Axis {
-    /// So many waves along this axis and along the other one, as waves along x and y.
+    /// Returns the numbers of periods along x and y.
     #[inline]
-    fn of(self, along: usize, across: usize) -> [usize; 2] {
+    fn waves(self, along: usize, across: usize) -> [usize; 2] {
         match self {
             Axis::X => [along, across],
             Axis::Y => [across, along],
@@ -115,64 +132,66 @@ impl Axis {
     }
 }
 
-/// The convolution from pressure to displacement.
+/// Returns the convolution that turns pressures into displacements.
 pub fn displacement<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
     displacement_on(&Threads::one(), operator)
 }
 
-/// The same, made by several threads.
+/// Returns the kernel of [`displacement`], computed by several threads.
 pub(crate) fn displacement_on<T: Real>(
     threads: &Threads,
     operator: &dyn ElasticOperator,
 ) -> Kernel<T> {
     let nodes = operator.convolved_nodes();
-    Kernel::of_columns(threads, nodes, |k_y, factors| {
+    Kernel::from_columns(threads, nodes, |k_y, factors| {
         operator.displacements(Axis::X, k_y, factors);
     })
 }
 
-/// The convolution from displacement to pressure.
+/// Returns the convolution that turns displacements into pressures.
 pub fn stiffness<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
     stiffness_on(&Threads::one(), operator)
 }
 
-/// The same, made by several threads.
+/// Returns the kernel of [`stiffness`], computed by several threads.
 pub(crate) fn stiffness_on<T: Real>(
     threads: &Threads,
     operator: &dyn ElasticOperator,
 ) -> Kernel<T> {
     let nodes = operator.stiffness_nodes();
-    Kernel::of_columns(threads, nodes, |k_y, factors| {
+    Kernel::from_columns(threads, nodes, |k_y, factors| {
         operator.stiffnesses(Axis::X, k_y, factors);
     })
 }
 
-/// The transform that such convolutions are made with.
+/// Plans the transform for the displacement kernel of the operator.
 pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
     Transform::padded(operator.grid().nodes(), operator.convolved_nodes())
 }
 
-/// Rows of factors that are evaluated before they are added up.
-const ROWS_AT_ONCE: usize = 64;
+/// Rows of factors evaluated before they are added up.
+const ROWS_PER_BATCH: usize = 64;
 
-/// A node's own share of a convolution: the mean of its factors, of which `factors` sets those of
-/// one k_x and k_y = 0, 1, …. Threads evaluate them, and one adds them up in their order.
+/// Returns the mean of the factors of a convolution over all waves: its value at the origin.
+///
+/// `factors` writes the factors of one k_x and k_y = 0, 1, …. Threads evaluate them, and one thread
+/// adds them up in order.
 fn mean_over_waves(
     threads: &Threads,
     [nodes_x, nodes_y]: [usize; 2],
     factors: impl Fn(usize, &mut [f64]) + Sync,
 ) -> f64 {
     let waves_y = nodes_y / 2 + 1;
-    let mut values = vec![0.0; ROWS_AT_ONCE * waves_y];
+    let mut values = vec![0.0; ROWS_PER_BATCH * waves_y];
     let mut sum = 0.0;
-    for first in (0..nodes_x).step_by(ROWS_AT_ONCE) {
+    for first in (0..nodes_x).step_by(ROWS_PER_BATCH) {
         let rows = values.chunks_exact_mut(waves_y).zip(first..nodes_x);
         let mut rows: Vec<(&mut [f64], usize)> = rows.collect();
         let evaluate = |(): &mut (), (row, k_x): &mut (&mut [f64], usize)| {
             factors(magnitude(*k_x, nodes_x), row);
         };
-        let crew = threads.crew(rows.len() * nodes_y);
-        crew.each(&mut Vec::new(), || (), &mut rows, evaluate);
+        let workers = threads.workers(rows.len() * nodes_y);
+        workers.for_each(&mut Vec::new(), || (), &mut rows, evaluate);
         for (row, _) in rows {
             for k_y in 0..nodes_y {
                 sum += row[magnitude(k_y, nodes_y)];
@@ -182,9 +201,9 @@ fn mean_over_waves(
     sum / (nodes_x * nodes_y) as f64
 }
 
-/// An isotropic half-space under a pressure that repeats for ever, cell by cell.
+/// Isotropic half-space under a periodic pressure.
 ///
-/// Full contact under a mean pressure p₀ has the pressure p₀ + F⁻¹(|q| ĥ)/2, in units of E* when
+/// In full contact under a mean pressure p₀ the pressure is p₀ + F⁻¹(|q| ĥ)/2, in units of E* when
 /// heights are in units of the cell's longer side. By Parseval's theorem its variance is a quarter
 /// of the mean square slope of the heights.
 ///
@@ -206,12 +225,12 @@ pub struct PeriodicHalfSpace {
 }
 
 impl PeriodicHalfSpace {
-    /// A half-space below the nodes of a grid; of the grid's lengths only their ratio counts.
+    /// Creates the half-space below a grid; only the ratio of the grid's lengths matters.
     pub fn new(grid: Grid) -> Self {
         Self { grid }
     }
 
-    /// Nyquist waves keep the full |q|: on a mesh they are waves like any other.
+    /// Returns |q|/2π. Nyquist waves keep the full |q|, as any other wave of the mesh.
     #[inline(always)]
     fn wavenumber(&self, waves: [usize; 2]) -> f64 {
         self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
@@ -244,7 +263,7 @@ impl ElasticOperator for PeriodicHalfSpace {
         true
     }
 
-    fn keeps_mean(&self) -> bool {
+    fn has_zero_mean_displacement(&self) -> bool {
         true
     }
 }
@@ -258,7 +277,7 @@ mod tests {
     use crate::grid::samples::{rectangle, square};
     use crate::threads::Threads;
 
-    /// Squares, and rectangles with cells that are square or not, lying or standing.
+    /// Returns squares and rectangles, with cells that are square or not.
     fn grids() -> [Grid; 7] {
         [
             square(1, 1.0),
@@ -271,7 +290,7 @@ mod tests {
         ]
     }
 
-    /// cos 2π(a x/L_x + b y/L_y) on the mesh.
+    /// Returns cos 2π(a x/L_x + b y/L_y) on the mesh.
     fn wave(grid: Grid, a: usize, b: usize) -> Vec<f64> {
         let [nodes_x, nodes_y] = grid.nodes();
         let phase = |node: usize| {
@@ -291,8 +310,7 @@ mod tests {
         out
     }
 
-    /// Waves up to the Nyquist one, whose full |q| counts, with their |q| in units of the longer
-    /// side.
+    /// Returns waves up to the Nyquist wave, with their |q| in units of the longer side.
     fn waves() -> [(Grid, usize, usize, f64); 9] {
         let lying = rectangle([12, 16], [1.5, 4.0]);
         [

@@ -1,4 +1,4 @@
-//! Real transforms of a periodic map, and the convolution that never writes its spectrum back.
+//! Real Fourier transforms of periodic maps, and convolutions.
 //!
 //! A map of N_x × N_y nodes is row-major, node (i, j) at `i * N_y + j`. Its spectrum keeps the
 //! non-negative half of the wavenumbers along a row: with M = N_y/2 + 1 columns, entry (i, j) at
@@ -9,18 +9,19 @@
 //! and the other half follows from ĥ(−k) = ĥ(k)*. Neither direction is normalised: forward then
 //! inverse multiplies by N_x N_y.
 //!
-//! `half_spectrum` does all this on any mesh, with rustfft. A sweep of loads is little else than
-//! convolutions, so these have a second way, `packed`, which takes half the time on meshes of
-//! 2^a·3^b·5^c nodes a side with enough twos, and rounds alike whatever the processor's
-//! `registers`.
+//! There are two implementations. `half_spectrum` transforms any mesh with rustfft. `packed` only
+//! convolves, and takes half the time, on meshes of 2^a·3^b·5^c nodes a side with enough factors of
+//! two. It rounds alike with all vector `registers`. Convolutions take most of the time of a series
+//! of loads.
 //!
-//! Maps may be a corner of a larger mesh, padded by zeros (`rows`).
+//! A map may be a corner of a larger mesh, padded with zeros (`rows`).
 //!
-//! A convolution is begun by writing rows, multiplied, and finished by reading rows. Where the
-//! result of one makes the map of the next, row by row, both happen in one turn, and memory is
-//! passed over once. Where all rows have to be seen before the first can be replaced, they are kept
-//! in place of their spectra, and not transformed twice. [`Threads`] share all this: rows and
-//! columns by blocks.
+//! A convolution begins with a pass that writes the rows of the map, multiplies the spectrum by the
+//! kernel, and ends with a pass that reads the rows of the result. If each row of the result
+//! determines the same row of the next map, [`Transform::finish_and_begin`] does both in one pass
+//! over memory. If all rows have to be read before the first can be replaced, rows are stored in
+//! place of their spectra and are not transformed twice. [`Threads`] share the work by blocks of
+//! rows and of columns.
 
 use rustfft::FftNum;
 use rustfft::num_complex::Complex;
@@ -34,16 +35,16 @@ mod registers;
 mod rows;
 
 pub(crate) use rows::in_corner;
-pub use rows::{Band, Row, see_pairs};
+pub use rows::{Band, Row, visit_pairs};
 
 use half_spectrum::HalfSpectrum;
 use packed::Packed;
 use registers::Vectorize;
 use rows::{Aligned, Padded, cut, cut_pairs};
 
-/// Single or double precision.
+/// Floating-point number of single or double precision.
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
-    /// The nearest number of this precision.
+    /// Returns the nearest number of this precision.
     fn nearest(value: f64) -> Self;
 }
 
@@ -59,80 +60,80 @@ impl Real for f64 {
     }
 }
 
-/// Rows that one thread has together: threads part at multiples of them.
-pub const ROWS_TOGETHER: usize = 8;
+/// Rows in a batch: threads split maps at multiples of this number.
+pub const ROW_BATCH: usize = 8;
 
-/// What a convolution in progress has of the rows of a map.
+/// Content of the scratch memory during a convolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Held {
+enum Stored {
     Nothing,
-    /// The rows themselves,
+    /// The rows of the map.
     Rows,
-    /// or their spectra.
+    /// The transforms of the rows.
     Spectra,
 }
 
-/// What a pass over a map does with its rows.
+/// A pass over the rows of a map, which reads, writes or replaces them.
 ///
-/// Masks, casts and sums done here cost no pass over memory of their own.
-///
-/// Threads share it: each has some consecutive rows.
+/// Masks, conversions and sums that are computed here need no further pass over memory. Threads
+/// share a pass: each has some consecutive rows.
 pub trait Rows<T>: Sized + Send {
-    /// Writes a row of a map, reads it, or replaces it by that of another one; called once per row,
-    /// in ascending order.
+    /// Reads, writes or replaces one row of a map; called once per row, in ascending order.
     fn row(&mut self, row: Row, values: &mut [T]);
 
-    /// Keeps the rows before one, an even one, and hands on the others. Nothing was seen yet. Where
-    /// all rows are seen, the one is a multiple of [`ROWS_TOGETHER`], or there are no others.
+    /// Splits the pass at an even row before any row was visited: keeps the rows before it and
+    /// returns the others.
+    ///
+    /// If the pass visits all rows, `row` is a multiple of [`ROW_BATCH`], or no rows remain.
     fn split_off(&mut self, row: Row) -> Self;
 
-    /// Takes back what was split off last, when all its rows were seen.
+    /// Merges the part that was split off last, after all its rows were visited.
     fn append(&mut self, later: Self);
 }
 
-/// Planned transforms of one mesh in one precision; cheap to share, since buffers are the caller's.
+/// Planned transforms of one mesh in one precision. Callers own the buffers, so sharing is cheap.
 pub struct Transform<T> {
-    /// Nodes of the maps that are convolved: all, or a corner of them.
+    /// Nodes of the maps that are convolved: the whole mesh or a corner of it.
     map: [usize; 2],
     nodes: [usize; 2],
     half_spectrum: HalfSpectrum<T>,
     packed: Option<Packed<T>>,
 }
 
-/// What a [`Transform`] writes on the way, a convolution in progress among it, and the threads that
-/// work on it.
+/// Buffers of a [`Transform`], with the convolution in progress, and the threads that work on it.
 pub struct Scratch<T> {
     threads: Threads,
     half_spectrum: half_spectrum::Scratch<T>,
     packed: Option<packed::Scratch<T>>,
 }
 
-/// An even convolution on one mesh, as a factor for each wavenumber, in the order in which
-/// [`Transform::convolve`] needs them.
+/// Even convolution kernel on one mesh: a factor for each wavenumber, in the order in which
+/// [`Transform::convolve`] reads them.
 pub struct Kernel<T> {
     nodes: [usize; 2],
     factors: Aligned<T>,
 }
 
 impl<T: Real> Kernel<T> {
-    /// The convolution that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for these up
-    /// to N_x/2 and N_y/2.
+    /// Creates the convolution that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for
+    /// |k_x| ≤ N_x/2 and |k_y| ≤ N_y/2.
     pub fn new(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64 + Sync) -> Self {
-        Self::of_columns(&Threads::one(), nodes, |k_y, factors| {
+        Self::from_columns(&Threads::one(), nodes, |k_y, factors| {
             for (k_x, value) in factors.iter_mut().enumerate() {
                 *value = factor(k_x, k_y);
             }
         })
     }
 
-    /// The same, of which `factors` sets those of one |k_y| and |k_x| = 0, 1, …, N_x/2, made by
-    /// several threads.
-    pub fn of_columns(
+    /// Creates a kernel from its columns, computed by several threads.
+    ///
+    /// `factors` writes the factors of one |k_y| and |k_x| = 0, 1, …, N_x/2.
+    pub fn from_columns(
         threads: &Threads,
         nodes: [usize; 2],
         factors: impl Fn(usize, &mut [f64]) + Sync,
     ) -> Self {
-        // What two unnormalised transforms leave.
+        // Forward then inverse multiplies by the number of nodes.
         let normalisation = 1.0 / (nodes[0] as f64 * nodes[1] as f64);
         let normalised = |k_y: usize, column: &mut [f64]| {
             factors(k_y, column);
@@ -158,8 +159,9 @@ impl<T: Real> Transform<T> {
         Self::padded(nodes, nodes)
     }
 
-    /// Plans convolutions of maps of the first size, continued by zeros on a mesh of the second: of
-    /// four times the nodes, say, at three times the cost, since no row beyond a map's is
+    /// Plans convolutions of maps of `map` nodes, padded with zeros to a mesh of `nodes`.
+    ///
+    /// A mesh of four times the nodes costs three times as much, because rows of zeros are not
     /// transformed.
     pub fn padded(map: [usize; 2], nodes: [usize; 2]) -> Self {
         assert!(map[0] * map[1] > 0, "a mesh has at least one node");
@@ -172,7 +174,7 @@ impl<T: Real> Transform<T> {
         }
     }
 
-    /// Nodes along x and y.
+    /// Returns the nodes of the mesh along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
@@ -181,22 +183,22 @@ impl<T: Real> Transform<T> {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Wavenumbers kept along a row, N_y/2 + 1.
+    /// Returns the number of wavenumbers kept along a row, N_y/2 + 1.
     pub(crate) fn spectrum_columns(&self) -> usize {
         self.half_spectrum.columns()
     }
 
-    /// Entries of a half spectrum, N_x (N_y/2 + 1).
+    /// Returns the number of entries of a half spectrum, N_x (N_y/2 + 1).
     pub(crate) fn spectrum_len(&self) -> usize {
         self.half_spectrum.len()
     }
 
-    /// Buffers for one caller at a time, on one thread.
+    /// Creates buffers for one caller at a time, on one thread.
     pub fn scratch(&self) -> Scratch<T> {
         self.scratch_on(Threads::one())
     }
 
-    /// Buffers for one caller at a time, whose work these threads share.
+    /// Creates buffers for one caller at a time, whose work these threads share.
     pub(crate) fn scratch_on(&self, threads: Threads) -> Scratch<T> {
         Scratch {
             threads,
@@ -233,12 +235,12 @@ impl<T: Real> Transform<T> {
         assert_eq!((field.len(), out.len()), (count, count));
         self.begin_with(field, scratch);
         self.multiply(kernel, scratch);
-        self.finish(&mut Sink(Band::of(out)), scratch);
+        self.finish(&mut Sink(Band::new(out)), scratch);
     }
 
-    /// Begins a convolution of the map whose rows are written.
+    /// Begins the convolution of the map that `rows` writes.
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Held::Nothing, Held::Spectra, rows, scratch);
+        self.pass(Stored::Nothing, Stored::Spectra, rows, scratch);
     }
 
     /// Begins the convolution of a map.
@@ -246,65 +248,70 @@ impl<T: Real> Transform<T> {
         self.begin(&mut Source(field), scratch);
     }
 
-    /// Goes on with a convolution: forward, multiply, inverse, a few columns at a time. Returns the
-    /// sum of map × convolved map.
+    /// Multiplies by a kernel: transforms columns forward, multiplies and transforms back, a few
+    /// columns at a time.
+    ///
+    /// Returns the sum of map × convolved map.
     pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {
         assert_eq!(kernel.nodes, self.nodes, "a kernel is made for one mesh");
         let factors = &kernel.factors;
-        match self.way(scratch) {
-            Way::Packed(packed, threads, scratch) => packed.multiply(factors, threads, scratch),
-            Way::HalfSpectrum(plain, threads, scratch) => plain.multiply(factors, threads, scratch),
+        match self.method(scratch) {
+            Method::Packed(packed, threads, scratch) => packed.multiply(factors, threads, scratch),
+            Method::HalfSpectrum(plain, threads, scratch) => {
+                plain.multiply(factors, threads, scratch)
+            }
         }
     }
 
-    /// Ends a convolution, whose rows are read, and begins that of the map by which they are
-    /// replaced.
-    pub fn turn(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Held::Spectra, Held::Spectra, rows, scratch);
+    /// Ends a convolution and begins the next: `rows` reads each row of the result and replaces it
+    /// by that of the next map.
+    pub fn finish_and_begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.pass(Stored::Spectra, Stored::Spectra, rows, scratch);
     }
 
-    /// Ends a convolution, whose rows are read.
+    /// Ends a convolution, whose result `rows` reads.
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Held::Spectra, Held::Nothing, rows, scratch);
+        self.pass(Stored::Spectra, Stored::Nothing, rows, scratch);
     }
 
-    /// Ends a convolution, whose rows are read, and keeps the map by which they are replaced.
-    pub(crate) fn finish_and_keep(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Held::Spectra, Held::Rows, rows, scratch);
+    /// Ends a convolution and stores the rows by which `rows` replaces those of the result.
+    pub(crate) fn finish_and_store(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.pass(Stored::Spectra, Stored::Rows, rows, scratch);
     }
 
-    /// Reads the rows of a map that was kept, and begins the convolution of the map by which they
-    /// are replaced.
-    pub(crate) fn turn_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Held::Rows, Held::Spectra, rows, scratch);
+    /// Begins the convolution of the map by which `rows` replaces the stored rows.
+    pub(crate) fn begin_from_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.pass(Stored::Rows, Stored::Spectra, rows, scratch);
     }
 
-    /// Reads the rows of a map that was kept.
-    pub(crate) fn finish_kept(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Held::Rows, Held::Nothing, rows, scratch);
+    /// Reads the stored rows of a map.
+    pub(crate) fn read_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.pass(Stored::Rows, Stored::Nothing, rows, scratch);
     }
 
-    /// Reads, for each of these pairs, rows 2 `pair` and, if there is one, 2 `pair` + 1 of a
-    /// convolution about to end. Pairs ascend.
+    /// Reads rows 2 `pair` and 2 `pair` + 1 (if it exists) of the result of a convolution before it
+    /// ends, for each of the ascending `pairs`.
     pub fn peek(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.peek_at(Held::Spectra, pairs, rows, scratch);
+        self.peek_at(Stored::Spectra, pairs, rows, scratch);
     }
 
-    /// The same of a map that was kept.
-    pub(crate) fn peek_kept(
+    /// Reads pairs of the stored rows of a map.
+    pub(crate) fn peek_stored(
         &self,
         pairs: &[usize],
         rows: &mut impl Rows<T>,
         scratch: &mut Scratch<T>,
     ) {
-        self.peek_at(Held::Rows, pairs, rows, scratch);
+        self.peek_at(Stored::Rows, pairs, rows, scratch);
     }
 
-    /// Goes over all rows, of which there is one thing before and another one after.
-    fn pass(&self, from: Held, to: Held, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.padded_rows(rows, |rows| match self.way(scratch) {
-            Way::Packed(packed, threads, scratch) => packed.pass(from, to, rows, threads, scratch),
-            Way::HalfSpectrum(plain, threads, scratch) => {
+    /// Visits all rows, which are stored as `from` before and as `to` afterwards.
+    fn pass(&self, from: Stored, to: Stored, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
+        self.padded_rows(rows, |rows| match self.method(scratch) {
+            Method::Packed(packed, threads, scratch) => {
+                packed.pass(from, to, rows, threads, scratch)
+            }
+            Method::HalfSpectrum(plain, threads, scratch) => {
                 plain.pass(from, to, rows, threads, scratch);
             }
         });
@@ -312,44 +319,44 @@ impl<T: Real> Transform<T> {
 
     fn peek_at(
         &self,
-        from: Held,
+        from: Stored,
         pairs: &[usize],
         rows: &mut impl Rows<T>,
         scratch: &mut Scratch<T>,
     ) {
-        self.padded_rows(rows, |rows| match self.way(scratch) {
-            Way::Packed(packed, threads, scratch) => {
+        self.padded_rows(rows, |rows| match self.method(scratch) {
+            Method::Packed(packed, threads, scratch) => {
                 packed.peek(from, pairs, rows, threads, scratch);
             }
-            Way::HalfSpectrum(plain, threads, scratch) => {
+            Method::HalfSpectrum(plain, threads, scratch) => {
                 plain.peek(from, pairs, rows, threads, scratch);
             }
         });
     }
 
-    /// Lets rows of maps be seen as rows of the whole mesh.
+    /// Passes the rows of a map as rows of the whole mesh.
     fn padded_rows<P: Rows<T>>(&self, rows: &mut P, see: impl FnOnce(&mut Padded<P>)) {
         in_corner(self.map, rows, see);
     }
 
-    fn way<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Way<'a, T> {
+    fn method<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Method<'a, T> {
         let threads = &scratch.threads;
         match (&self.packed, &mut scratch.packed) {
-            (Some(packed), Some(scratch)) => Way::Packed(packed, threads, scratch),
-            _ => Way::HalfSpectrum(&self.half_spectrum, threads, &mut scratch.half_spectrum),
+            (Some(packed), Some(scratch)) => Method::Packed(packed, threads, scratch),
+            _ => Method::HalfSpectrum(&self.half_spectrum, threads, &mut scratch.half_spectrum),
         }
     }
 }
 
-/// How a mesh is convolved.
-enum Way<'a, T> {
+/// Implementation that convolves a mesh, with its buffers.
+enum Method<'a, T> {
     Packed(&'a Packed<T>, &'a Threads, &'a mut packed::Scratch<T>),
     HalfSpectrum(&'a HalfSpectrum<T>, &'a Threads, &'a mut half_spectrum::Scratch<T>),
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes over memory of another one, whose convolution in progress is lost: for convolutions of
-    /// both precisions in turn.
+    /// Takes the memory of another scratch, whose convolution in progress is lost, so that two
+    /// precisions can share it.
     pub(crate) fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         other.half_spectrum.release();
         if let (Some(own), Some(other)) = (&mut self.packed, &mut other.packed) {
@@ -359,13 +366,13 @@ impl<T: Real> Scratch<T> {
 }
 
 impl<T> Scratch<T> {
-    /// Lets these threads share the work from now on.
-    pub fn work_on(&mut self, threads: Threads) {
+    /// Sets the threads that share the work.
+    pub fn set_threads(&mut self, threads: Threads) {
         self.threads = threads;
     }
 }
 
-/// Rows of a map to convolve.
+/// The rows of a map to convolve.
 struct Source<'a, T>(&'a [T]);
 
 impl<T: Real> Rows<T> for Source<'_, T> {
@@ -380,7 +387,7 @@ impl<T: Real> Rows<T> for Source<'_, T> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Rows of a convolved map.
+/// The rows of a convolved map.
 struct Sink<'a, T>(Band<'a, T>);
 
 impl<T: Real> Rows<T> for Sink<'_, T> {

@@ -1,14 +1,13 @@
-//! The vector instructions of the processor, and which of them are used.
+//! Vector instructions of the processor, and the set in use.
 //!
-//! All that the solver sums is summed in the same order, whatever the instructions: over sixteen
-//! numbers of single precision or eight of double precision at a time, products added with one
-//! rounding. So the widest instructions are a question of speed alone, and a study computed with
-//! AVX-512 has the bytes of one computed with AVX2.
+//! The solver adds numbers in the same order with all instruction sets: sixteen numbers of single
+//! precision or eight of double precision at a time, with fused multiply-add. Instruction sets
+//! therefore differ in speed only: AVX-512 and AVX2 give the same bytes.
 //!
-//! [`Instructions::Portable`] does the same without any: the way of processors that have neither.
-//! There rustfft, which draws surfaces and transforms meshes of other factors than 2, 3 and 5, has
-//! instructions of its own choice and rounds otherwise: heights agree to rounding, not to the bit.
-//! Where the processor has no fused multiply-add at all, as on x86-64 before 2013, it is slow.
+//! [`Instructions::Portable`] computes the same without vector instructions, for all other
+//! processors. There rustfft uses instructions of its choice for surfaces and for meshes with
+//! factors other than 2, 3 and 5, and rounds differently: heights agree to rounding, not to the
+//! bit. Without fused multiply-add, as on x86-64 before 2013, it is slow.
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -16,23 +15,23 @@ use std::sync::OnceLock;
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 
-/// A set of vector instructions that this processor has.
+/// Set of vector instructions of this processor.
 #[derive(Debug, Clone, Copy)]
 pub enum Instructions {
-    /// 512 bits a register.
+    /// Registers of 512 bits (AVX-512).
     #[cfg(target_arch = "x86_64")]
     Avx512(V4),
-    /// 256 bits a register, and fused multiply-add.
+    /// Registers of 256 bits and fused multiply-add (AVX2).
     #[cfg(target_arch = "x86_64")]
     Avx2(V3),
-    /// Whatever the compiler makes of plain arithmetic.
+    /// Plain arithmetic that the compiler translates.
     Portable,
 }
 
 static CHOSEN: OnceLock<Instructions> = OnceLock::new();
 
 impl Instructions {
-    /// All that the processor has, the widest first.
+    /// Returns all sets that the processor has, the widest first.
     pub fn all() -> Vec<Self> {
         let mut all = Vec::new();
         #[cfg(target_arch = "x86_64")]
@@ -44,26 +43,26 @@ impl Instructions {
         all
     }
 
-    /// Those in use in this process: the widest, unless others were chosen before.
+    /// Returns the set that this process uses: the chosen one, or the widest.
     pub fn in_use() -> Self {
         *CHOSEN.get_or_init(|| Self::all()[0])
     }
 
-    /// Uses the set of that name from now on.
+    /// Chooses the set of the given name for this process.
     ///
     /// # Errors
-    /// The names there are, if this is none of them; and when others are in use already.
-    pub fn choose(name: &str) -> Result<(), NotChosen> {
+    /// Fails if the processor has no set of that name, or if another set is already in use.
+    pub fn choose(name: &str) -> Result<(), ChooseError> {
         let all = Self::all();
         let Some(chosen) = all.iter().find(|one| one.name() == name) else {
             let names = all.iter().map(|one| one.name()).collect();
-            return Err(NotChosen::Unknown { name: name.to_owned(), names });
+            return Err(ChooseError::Unknown { name: name.to_owned(), names });
         };
         let in_use = CHOSEN.get_or_init(|| *chosen).name();
-        if in_use == name { Ok(()) } else { Err(NotChosen::InUse { in_use }) }
+        if in_use == name { Ok(()) } else { Err(ChooseError::InUse { in_use }) }
     }
 
-    /// What it is called: `avx512`, `avx2` or `portable`.
+    /// Returns the name of the set: `avx512`, `avx2` or `portable`.
     pub fn name(self) -> &'static str {
         match self {
             #[cfg(target_arch = "x86_64")]
@@ -75,10 +74,10 @@ impl Instructions {
     }
 }
 
-/// Why instructions cannot be chosen.
+/// Error of [`Instructions::choose`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
-pub enum NotChosen {
+pub enum ChooseError {
     #[error("no instructions `{name}`: this processor has {}", Names(names))]
     Unknown { name: String, names: Vec<&'static str> },
     #[error("instructions are chosen before the first transform; `{in_use}` are in use")]
@@ -117,7 +116,7 @@ mod tests {
         for other in Instructions::all() {
             if other.name() != in_use {
                 let error = Instructions::choose(other.name());
-                assert_eq!(error, Err(NotChosen::InUse { in_use }));
+                assert_eq!(error, Err(ChooseError::InUse { in_use }));
             }
         }
     }

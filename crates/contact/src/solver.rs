@@ -52,19 +52,19 @@ pub use half_space::{HalfSpace, Hardness, HardnessError};
 use heights::{CentredHeights, range};
 use nearing::Expected;
 use nested::Coarser;
-use passes::Base;
+use passes::ReferencePressure;
 use search::Search;
 
 /// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance: 59 were measured
 /// at the peak of runs on 2048² and 4096² nodes.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
-    if Base::is_map(tolerance) { 63.375 } else { 59.375 }
+    if ReferencePressure::is_map(tolerance) { 63.375 } else { 59.375 }
 }
 
 /// One rough surface, and its contact at the last load.
 ///
 /// Holds about 59 bytes a node: heights and pressure in double precision; heights, the search's
-/// pressure, the previous pressure, gap and previous gap, and what nodes carry from iteration to
+/// pressure, the previous pressure, gap and previous gap, and what nodes last_step from iteration to
 /// iteration in single; a half spectrum, of either precision in turn, and three kernels of a
 /// quarter of the mesh; on coarser meshes, of a third of the nodes together, heights, what was
 /// found, and two kernels, in single. For tolerances below 1e-5, 4 more.
@@ -145,7 +145,7 @@ impl Solver {
     /// in units of rms slope × the longer side of the cell: of unit rms slope where that is one.
     /// Their mean is of no consequence.
     pub fn new(body: impl ElasticOperator + 'static, heights: &[f64]) -> Self {
-        Self::yielding(body, None, heights)
+        Self::with_hardness(body, None, heights)
     }
 
     /// The same on a material that yields under the hardness, if there is one.
@@ -153,16 +153,16 @@ impl Solver {
     /// Loads whose elastic pressure nowhere passes it are solved as by [`Solver::new`], to the same
     /// bytes (the first one in more pairs, if it was expected to pass it); from the first one on
     /// that does, in ascending order, all are solved for both bounds.
-    pub fn yielding(
+    pub fn with_hardness(
         body: impl ElasticOperator + 'static,
         hardness: Option<Hardness>,
         heights: &[f64],
     ) -> Self {
-        Self::on(Threads::one(), Box::new(body), hardness, heights)
+        Self::with_threads(Threads::one(), Box::new(body), hardness, heights)
     }
 
-    /// The same, prepared by several threads, which [work on it](Solver::work_on) from then on.
-    pub fn on(
+    /// The same, prepared by several threads, which [work on it](Solver::set_threads) from then on.
+    pub fn with_threads(
         threads: Threads,
         body: Box<dyn ElasticOperator>,
         hardness: Option<Hardness>,
@@ -171,13 +171,13 @@ impl Solver {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         assert_eq!(heights.len(), cells, "heights fill the mesh");
         let CentredHeights { heights, single_heights, lowest, highest } =
-            CentredHeights::of(&threads, heights, nodes[1]);
+            CentredHeights::new(&threads, heights, nodes[1]);
         let double = elasticity::transform(&*body);
         let mut double_scratch = double.scratch_on(threads.clone());
         let mut pressure = vec![0.0; cells];
         let full_contact = body.stiffness_is_exact().then(|| {
-            let flatten = elasticity::stiffness_on(&threads, &*body);
-            double.convolve(&flatten, &heights, &mut pressure, &mut double_scratch);
+            let stiffness = elasticity::stiffness_on(&threads, &*body);
+            double.convolve(&stiffness, &heights, &mut pressure, &mut double_scratch);
             let [lowest, peak] = range(&threads, &mut pressure, nodes[1]);
             let load = -lowest;
             FullContact { load, peak }
@@ -211,12 +211,12 @@ impl Solver {
 
     /// Lets these threads share the work from now on. Nothing else depends on them: with any
     /// number, the same load has the same pressure, to the bit.
-    pub fn work_on(&mut self, threads: Threads) {
-        self.double_scratch.work_on(threads.clone());
+    pub fn set_threads(&mut self, threads: Threads) {
+        self.double_scratch.set_threads(threads.clone());
         if let Some(coarser) = &mut self.coarser {
-            coarser.work_on(&threads);
+            coarser.set_threads(&threads);
         }
-        self.search.work_on(threads);
+        self.search.set_threads(threads);
     }
 
     /// Who shares the work.
@@ -236,8 +236,8 @@ impl Solver {
     /// nothing on a body that a uniform pressure does not displace. Since two nodes do the same to
     /// each other, the mean of p times this is the mean displacement under any pressure p. In units
     /// of the longer side over E*.
-    pub fn under_unit_pressure(&mut self) -> Option<Vec<f64>> {
-        if self.body.keeps_mean() {
+    pub fn displacement_under_unit_pressure(&mut self) -> Option<Vec<f64>> {
+        if self.body.has_zero_mean_displacement() {
             return None;
         }
         let unit = vec![1.0; self.pressure.len()];

@@ -1,12 +1,11 @@
-//! Threads that share the work on a surface, and the cores that surfaces share.
+//! Threads that share the work on one surface, and cores that several surfaces share.
 //!
-//! Maps are cut into blocks of rows, spectra into blocks of columns, and whichever thread is free
-//! takes the next block. Sums are added up in the order of the rows afterwards, by the solver's
-//! `InOrder`, so that no number depends on how many threads there were, or on which of them did
-//! what.
+//! Maps are cut into blocks of rows and spectra into blocks of columns. Each free thread takes the
+//! next block. Sums are added up afterwards in the order of the rows, by the solver's `InOrder`, so
+//! no result depends on the number of threads or on their timing.
 //!
-//! A thread that has nothing to do sleeps. What is shared is one pass over the mesh: a surface that
-//! begins while others are at work has its cores within milliseconds.
+//! Idle threads sleep. A loan of cores lasts for one pass over the mesh, so a surface that starts
+//! while others are running gets its cores within milliseconds.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,18 +14,19 @@ use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Nodes that are worth a thread: waking one takes as long as a few thousand nodes do.
-const FEWEST_NODES: usize = 1 << 17;
+/// Nodes for which a further thread is useful: waking a thread takes as long as a few thousand
+/// nodes.
+const NODES_PER_THREAD: usize = 1 << 17;
 
-/// Blocks to a thread, so that one that is held up leaves some to the others.
-const BLOCKS: usize = 4;
+/// Blocks per thread, so that others can take over the blocks of a delayed thread.
+const BLOCKS_PER_THREAD: usize = 4;
 
-/// Cores that this process may use.
+/// Returns the number of cores that this process may use.
 pub fn available_cores() -> NonZeroUsize {
     std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
-/// Threads to work on surfaces with, for whoever has a copy of this together.
+/// Pool of threads for the work on surfaces, shared by all clones.
 ///
 /// ```
 /// use std::num::NonZeroUsize;
@@ -41,7 +41,7 @@ pub fn available_cores() -> NonZeroUsize {
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
 /// let press = |threads: Threads| {
 ///     let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
-///     solver.work_on(threads);
+///     solver.set_threads(threads);
 ///     solver.press(0.01, &Settings::default(), &|| false);
 ///     solver.pressure().to_vec()
 /// };
@@ -52,15 +52,14 @@ pub fn available_cores() -> NonZeroUsize {
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
     cores: Option<Arc<Cores>>,
-    /// Nanoseconds that others have spent on the work of this task.
-    helped: Arc<AtomicU64>,
+    /// Nanoseconds that other cores have spent on the work of this task.
+    helper_time: Arc<AtomicU64>,
 }
 
 #[derive(Debug)]
 struct Cores {
-    /// One thread to a core, but for one: whoever has work to share does a part of it himself. A
-    /// thread that nobody ever had work for would look for some whenever there is any, on a core
-    /// that another needs.
+    /// `count − 1` workers; the calling thread is the last worker. A worker more would compete for
+    /// the core of the caller, because idle workers wake up whenever there is work.
     pool: ThreadPool,
     count: usize,
     in_use: Mutex<InUse>,
@@ -68,14 +67,14 @@ struct Cores {
 
 #[derive(Debug, Default)]
 struct InUse {
-    /// Tasks that each keep a core.
+    /// Number of running tasks, each of which keeps a core.
     tasks: usize,
-    /// Cores that were lent to them besides.
+    /// Number of cores lent to tasks in addition.
     lent: usize,
 }
 
 impl Threads {
-    /// The thread that has the work, and no other.
+    /// Returns the calling thread alone.
     pub fn one() -> Self {
         Self::default()
     }
@@ -96,7 +95,7 @@ impl Threads {
                         count: helpers + 1,
                         in_use: Mutex::default(),
                     })),
-                    helped: Arc::default(),
+                    helper_time: Arc::default(),
                 };
             }
             helpers /= 2;
@@ -104,45 +103,45 @@ impl Threads {
         Self::one()
     }
 
-    /// Starts at most `count` threads, but no more than a mesh of this many nodes can use.
+    /// Starts at most `count` threads, but no more than are useful on a mesh of this many nodes.
     pub fn for_mesh(count: NonZeroUsize, nodes: usize) -> Self {
-        let worthwhile = NonZeroUsize::new(Self::worthwhile(nodes));
-        Self::new(worthwhile.map_or(count, |worthwhile| worthwhile.min(count)))
+        let useful_for = NonZeroUsize::new(Self::useful_for(nodes));
+        Self::new(useful_for.map_or(count, |useful_for| useful_for.min(count)))
     }
 
-    /// How many there are.
+    /// Returns the number of threads, including the calling one.
     pub fn count(&self) -> usize {
         self.cores.as_ref().map_or(1, |cores| cores.count)
     }
 
-    /// Keeps a core for a task until what is returned is dropped.
+    /// Reserves a core for a task until the returned value is dropped.
     pub fn begin_task(&self) -> Task {
         if let Some(cores) = &self.cores {
             cores.change(|in_use| in_use.tasks += 1);
         }
-        Task { threads: Self { cores: self.cores.clone(), helped: Arc::default() } }
+        Task { threads: Self { cores: self.cores.clone(), helper_time: Arc::default() } }
     }
 
-    /// How many threads a pass over so many nodes is worth.
-    pub fn worthwhile(nodes: usize) -> usize {
-        (nodes / FEWEST_NODES).max(1)
+    /// Returns the number of threads that are useful for a pass over this many nodes.
+    pub fn useful_for(nodes: usize) -> usize {
+        (nodes / NODES_PER_THREAD).max(1)
     }
 
-    /// The threads that there are at present for a pass over so many nodes.
-    pub fn crew(&self, nodes: usize) -> Crew<'_> {
-        self.crew_of(Self::worthwhile(nodes))
+    /// Borrows the free threads for a pass over this many nodes.
+    pub fn workers(&self, nodes: usize) -> Workers<'_> {
+        self.workers_up_to(Self::useful_for(nodes))
     }
 
-    /// Does two things at once, if a second thread is worth while on so many nodes.
-    pub fn both<A, B: Send>(
+    /// Runs two functions, in parallel if a second thread is free and useful for this many nodes.
+    pub fn join<A, B: Send>(
         &self,
         nodes: usize,
         first: impl FnOnce() -> A,
         second: impl FnOnce() -> B + Send,
     ) -> (A, B) {
-        let crew = self.crew_of(Self::worthwhile(nodes).min(2));
-        match crew.cores {
-            Some(cores) if crew.helpers > 0 => {
+        let workers = self.workers_up_to(Self::useful_for(nodes).min(2));
+        match workers.cores {
+            Some(cores) if workers.helpers > 0 => {
                 let mut done = None;
                 let own = cores.pool.in_place_scope(|scope| {
                     scope.spawn(|_| done = Some(second()));
@@ -154,13 +153,13 @@ impl Threads {
         }
     }
 
-    /// At most so many of the threads.
-    pub fn crew_of(&self, most: usize) -> Crew<'_> {
+    /// Borrows the free threads, at most `most` of them including the calling one.
+    pub fn workers_up_to(&self, most: usize) -> Workers<'_> {
         let cores = self.cores.as_deref();
-        Crew {
+        Workers {
             cores,
             helpers: cores.map_or(0, |cores| cores.lend(most.saturating_sub(1))),
-            helped: &self.helped,
+            helper_time: &self.helper_time,
             begun: Instant::now(),
         }
     }
@@ -171,7 +170,7 @@ impl Cores {
         change(&mut self.in_use.lock().expect("no panic happens while it is held"))
     }
 
-    /// Lends cores, but to nobody more than his share.
+    /// Lends free cores, at most the fair share of a task.
     fn lend(&self, most: usize) -> usize {
         self.change(|in_use| {
             let tasks = in_use.tasks.max(1);
@@ -184,20 +183,20 @@ impl Cores {
     }
 }
 
-/// A task that keeps a core.
+/// A running task, which keeps one core.
 pub struct Task {
     threads: Threads,
 }
 
 impl Task {
-    /// Its own core, and those that are free.
+    /// Returns the threads of the task: its own core and those that are free.
     pub fn threads(&self) -> &Threads {
         &self.threads
     }
 
-    /// Time that other cores have spent on it.
-    pub fn helped(&self) -> Duration {
-        Duration::from_nanos(self.threads.helped.load(Ordering::Relaxed))
+    /// Returns the time that other cores have spent on the task.
+    pub fn helper_time(&self) -> Duration {
+        Duration::from_nanos(self.threads.helper_time.load(Ordering::Relaxed))
     }
 }
 
@@ -210,64 +209,65 @@ impl Drop for Task {
 }
 
 /// Threads that share one pass.
-pub struct Crew<'a> {
+pub struct Workers<'a> {
     cores: Option<&'a Cores>,
     helpers: usize,
-    helped: &'a AtomicU64,
+    helper_time: &'a AtomicU64,
     begun: Instant,
 }
 
-impl Crew<'_> {
-    /// Where to cut so many pieces of work, no less than one: where each block begins, from zero.
+impl Workers<'_> {
+    /// Returns the index of the first piece of each block, for at least one piece of work.
     pub fn cuts(&self, pieces: usize) -> Vec<usize> {
         let blocks = match self.helpers {
             0 => 1,
-            helpers => (BLOCKS * (helpers + 1)).min(pieces),
+            helpers => (BLOCKS_PER_THREAD * (helpers + 1)).min(pieces),
         };
         (0..blocks).map(|block| block * pieces / blocks).collect()
     }
 
-    /// Does the work on each block, in any order, with the tools of whoever does it: as many as
-    /// there are threads are made, if there are fewer.
-    pub fn each<V: Send, B: Send>(
+    /// Does the work on each block, in any order.
+    ///
+    /// Each thread uses one of the `states`; missing ones are created by `new_state`.
+    pub fn for_each<V: Send, B: Send>(
         &self,
-        tools: &mut Vec<V>,
-        new: impl Fn() -> V,
+        states: &mut Vec<V>,
+        new_state: impl Fn() -> V,
         blocks: &mut [B],
         work: impl Fn(&mut V, &mut B) + Sync,
     ) {
-        while tools.len() <= self.helpers {
-            tools.push(new());
+        while states.len() <= self.helpers {
+            states.push(new_state());
         }
         let waiting = Mutex::new(blocks.iter_mut());
         let next = || {
             let mut waiting = waiting.lock().expect("no panic happens while it is held");
             waiting.next()
         };
-        let toil = |tools: &mut V| {
+        let run_blocks = |states: &mut V| {
             while let Some(block) = next() {
-                work(tools, block);
+                work(states, block);
             }
         };
-        let (own, others) = tools.split_first_mut().expect("there is one at least");
+        let (own, others) = states.split_first_mut().expect("there is one at least");
         match self.cores {
             Some(cores) if self.helpers > 0 => cores.pool.in_place_scope(|scope| {
-                for tools in &mut others[..self.helpers] {
-                    scope.spawn(|_| toil(tools));
+                for states in &mut others[..self.helpers] {
+                    scope.spawn(|_| run_blocks(states));
                 }
-                toil(own);
+                run_blocks(own);
             }),
-            _ => toil(own),
+            _ => run_blocks(own),
         }
     }
 }
 
-impl Drop for Crew<'_> {
+impl Drop for Workers<'_> {
     fn drop(&mut self) {
         if let Some(cores) = self.cores {
             cores.change(|in_use| in_use.lent -= self.helpers);
-            let helped = self.begun.elapsed().as_nanos() as u64 * self.helpers as u64;
-            self.helped.fetch_add(helped, Ordering::Relaxed);
+            let helper_time = self.begun.elapsed().as_nanos() as u64 * self.helpers as u64;
+            self.helper_time.fetch_add(helper_time, Ordering::Relaxed);
         }
     }
 }
@@ -283,14 +283,14 @@ mod tests {
     #[test]
     fn a_task_alone_has_all_cores_and_several_share_them() {
         let threads = threads(5);
-        let helpers = |most: usize| threads.crew_of(most).helpers;
+        let helpers = |most: usize| threads.workers_up_to(most).helpers;
         let first = threads.begin_task();
         assert_eq!([helpers(100), helpers(3), helpers(1), helpers(0)], [4, 2, 0, 0]);
         let second = threads.begin_task();
-        // Two for one of them and one for the other.
-        let crew = threads.crew_of(100);
-        assert_eq!([crew.helpers, helpers(100)], [2, 1]);
-        drop((second, crew));
+        // Two cores for the first task and one for the second.
+        let workers = threads.workers_up_to(100);
+        assert_eq!([workers.helpers, helpers(100)], [2, 1]);
+        drop((second, workers));
         assert_eq!(helpers(100), 4);
         let others: Vec<Task> = (0..4).map(|_| threads.begin_task()).collect();
         assert_eq!(helpers(100), 0);
@@ -301,20 +301,20 @@ mod tests {
     fn the_help_that_a_task_had_is_counted() {
         let threads = threads(3);
         let (alone, helped) = (threads.begin_task(), threads.begin_task());
-        let crew = helped.threads().crew_of(2);
+        let workers = helped.threads().workers_up_to(2);
         std::thread::sleep(Duration::from_millis(2));
-        drop(crew);
-        assert!(helped.helped() >= Duration::from_millis(2));
-        assert_eq!(alone.helped(), Duration::ZERO);
+        drop(workers);
+        assert!(helped.helper_time() >= Duration::from_millis(2));
+        assert_eq!(alone.helper_time(), Duration::ZERO);
     }
 
     #[test]
     fn small_meshes_stay_on_one_thread() {
         let threads = threads(8);
-        assert_eq!(threads.crew(256 * 256).helpers, 0);
-        assert_eq!(threads.crew(512 * 512).helpers, 1);
-        assert_eq!(threads.crew(1024 * 1024).helpers, 7);
-        assert_eq!(Threads::one().crew(1 << 30).helpers, 0);
+        assert_eq!(threads.workers(256 * 256).helpers, 0);
+        assert_eq!(threads.workers(512 * 512).helpers, 1);
+        assert_eq!(threads.workers(1024 * 1024).helpers, 7);
+        assert_eq!(Threads::one().workers(1 << 30).helpers, 0);
     }
 
     #[test]
@@ -322,16 +322,16 @@ mod tests {
         for count in [1, 2, 7] {
             let threads = threads(count);
             for pieces in [1, 2, 13, 1000] {
-                let crew = threads.crew_of(100);
-                let cuts = crew.cuts(pieces);
+                let workers = threads.workers_up_to(100);
+                let cuts = workers.cuts(pieces);
                 assert_eq!(cuts[0], 0);
                 assert!(cuts.is_sorted_by(|one, next| one < next));
                 assert!(*cuts.last().unwrap() < pieces);
-                let mut tools = Vec::new();
+                let mut states = Vec::new();
                 let mut done = vec![0; pieces];
-                crew.each(&mut tools, || (), &mut done, |(), done| *done += 1);
+                workers.for_each(&mut states, || (), &mut done, |(), done| *done += 1);
                 assert_eq!(done, vec![1; pieces]);
-                assert_eq!(tools.len(), count);
+                assert_eq!(states.len(), count);
             }
         }
     }
@@ -340,9 +340,9 @@ mod tests {
     fn both_of_two_things_are_done() {
         for count in [1, 2, 3] {
             let threads = threads(count);
-            let both = threads.both(1 << 20, || 2 + 2, || vec![7]);
+            let both = threads.join(1 << 20, || 2 + 2, || vec![7]);
             assert_eq!(both, (4, vec![7]));
-            assert_eq!(threads.crew_of(100).helpers, count - 1);
+            assert_eq!(threads.workers_up_to(100).helpers, count - 1);
         }
     }
 
@@ -350,12 +350,12 @@ mod tests {
     fn a_panic_of_one_thread_is_one_of_all_and_frees_the_cores() {
         let threads = threads(3);
         let pass = || {
-            let crew = threads.crew_of(3);
+            let workers = threads.workers_up_to(3);
             let mut blocks: Vec<usize> = (0..50).collect();
             let work = |(): &mut (), block: &mut usize| assert_ne!(*block, 7);
-            crew.each(&mut Vec::new(), || (), &mut blocks, work);
+            workers.for_each(&mut Vec::new(), || (), &mut blocks, work);
         };
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(pass)).is_err());
-        assert_eq!(threads.crew_of(3).helpers, 2);
+        assert_eq!(threads.workers_up_to(3).helpers, 2);
     }
 }

@@ -1,10 +1,10 @@
-//! The isotropic half-space with nothing outside the map: what a pressure on rectangular cells does
-//! to their centres.
+//! The isotropic half-space without periodic images: displacements at the centres of rectangular
+//! cells.
 //!
-//! A unit pressure on a cell of Δx × Δy lowers the centre of another one by Love's integral (*Phil.
-//! Trans. R. Soc. A* 228, 1929, 377). A convolution with it on a mesh of twice the nodes along both
-//! axes, pressures continued by zeros, is exact on the map: nothing comes around (Hockney 1970;
-//! Liu, Wang & Liu, *Wear* 243, 2000, 101).
+//! A unit pressure on a cell of Δx × Δy lowers the centre of another cell by Love's integral
+//! (*Phil. Trans. R. Soc. A* 228, 1929, 377). The convolution with it is exact if the mesh has
+//! twice the nodes along both axes and pressures are padded with zeros, because periodic images
+//! then do not overlap (Hockney 1970; Liu, Wang & Liu, *Wear* 243, 2000, 101).
 
 use std::f64::consts::PI;
 
@@ -14,35 +14,37 @@ use super::ElasticOperator;
 use crate::fft::Transform;
 use crate::grid::{Grid, magnitude};
 
-/// How wide the margin is in which displacements around the map are known well enough to
-/// precondition with, over the longer side. On 1024² nodes an eighth, a quarter and a half take
-/// 162, 158 and 151 pairs to a light contact and 209, 185 and 183 to a heavy one.
+/// Width of the margin around the map on which the stiffness acts, over the longer side.
+///
+/// Margins of an eighth, a quarter and a half take 162, 158 and 151 pairs of transforms for a light
+/// contact on 1024² nodes, and 209, 185 and 183 for a heavy one.
 const MARGIN: f64 = 0.25;
 
-/// Fast transforms are of multiples of so many nodes, by factors of 2, 3 and 5.
+/// Lengths of fast transforms are multiples of this number, with factors of 2, 3 and 5 only.
 const NODES_TOGETHER: usize = 32;
 
-/// An isotropic half-space under a pressure that is zero outside the map.
+/// Isotropic half-space under a pressure that is zero outside the map.
 ///
-/// Displacements are absolute: far away there is none. There is no pressure that flattens any
-/// heights, for what does has infinite pressure at the edges of the map, of either sign.
+/// Displacements are absolute: they vanish far away. No finite pressure flattens the surface,
+/// because the pressure that does is infinite at the edges of the map, with either sign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeHalfSpace {
     grid: Grid,
-    /// Displacement per pressure of the waves of the doubled mesh, k_x up to N_x and k_y up to N_y,
-    /// row by row.
+    /// Displacement per unit pressure of the waves of the doubled mesh, k_x up to N_x and k_y up to
+    /// N_y, row by row.
     factors: Vec<f64>,
-    /// Along x and y, with a margin.
+    /// Nodes along x and y, with the margin.
     stiffness_nodes: [usize; 2],
 }
 
 impl FreeHalfSpace {
-    /// A half-space below the nodes of a grid, each in the middle of its cell; of the grid's
-    /// lengths only their ratio counts.
+    /// Creates the half-space below a grid with each node in the middle of its cell.
+    ///
+    /// Only the ratio of the grid's lengths matters.
     pub fn new(grid: Grid) -> Self {
         let doubled = grid.nodes().map(|nodes| 2 * nodes);
         let [step_x, step_y] = grid.spacing().map(|step| step / grid.cell().longer_side());
-        // What is left and right of a cell, above and below it, is the same.
+        // The kernel is symmetric along both axes.
         let [rows, columns] = grid.nodes().map(|nodes| nodes + 1);
         let of_distance = |at: usize| {
             let [i, j] = [at / columns, at % columns].map(|steps| steps as f64);
@@ -59,10 +61,11 @@ impl FreeHalfSpace {
         let transform = Transform::new(doubled);
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(&displacements, &mut spectrum, &mut transform.scratch());
-        // Even, and so real, but for rounding; rows beyond N_x repeat those before.
+        // The transform of an even map is real, except for rounding. Rows beyond N_x repeat earlier
+        // rows.
         spectrum.truncate((grid.nodes()[0] + 1) * transform.spectrum_columns());
         let mut factors: Vec<f64> = spectrum.into_iter().map(|value| value.re).collect();
-        // They may have been collected where the spectrum was, four times as large.
+        // `collect` may have reused the allocation of the spectrum, which is four times as large.
         factors.shrink_to_fit();
         let steps = grid.spacing();
         let margin = MARGIN * grid.cell().longer_side();
@@ -73,8 +76,8 @@ impl FreeHalfSpace {
     }
 }
 
-/// Nodes along one axis with a margin around them: a few more if that is faster, but no more than
-/// twice.
+/// Returns the nodes along one axis with a margin, rounded up to a fast length of at most twice the
+/// nodes.
 fn with_margin(nodes: usize, margin: usize) -> usize {
     let has_small_factors = |count: &usize| {
         let mut rest = *count;
@@ -91,14 +94,14 @@ fn with_margin(nodes: usize, margin: usize) -> usize {
     fast.min(2 * nodes)
 }
 
-/// Displacement at a distance (x, y) from the centre of a cell under unit pressure, E* = 1.
+/// Returns the displacement at (x, y) from the centre of a cell under unit pressure, with E* = 1.
 fn displacement_beside_cell([x, y]: [f64; 2], [step_x, step_y]: [f64; 2]) -> f64 {
     let [a, b] = [x - step_x / 2.0, x + step_x / 2.0];
     let [c, d] = [y - step_y / 2.0, y + step_y / 2.0];
     (corner(b, d) - corner(a, d) - corner(b, c) + corner(a, c)) / PI
 }
 
-/// s asinh(t/|s|) + t asinh(s/|t|): the digits that logarithms lose far away are kept.
+/// Returns s asinh(t/|s|) + t asinh(s/|t|), which keeps the digits that logarithms lose far away.
 fn corner(s: f64, t: f64) -> f64 {
     let term = |s: f64, t: f64| {
         if s == 0.0 { 0.0 } else { s * libm::asinh(t / s.abs()) }
@@ -119,12 +122,12 @@ impl ElasticOperator for FreeHalfSpace {
         self.factors[k_x * (self.grid.nodes()[1] + 1) + k_y]
     }
 
-    /// Those of the grid and of a margin.
+    /// Returns the nodes of the grid and of a margin.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.stiffness_nodes
     }
 
-    /// |q|/2 on the grid and its margin, as if they repeated.
+    /// Returns |q|/2 on the grid and its margin, as if they were periodic.
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         let (nodes, all) = (self.grid.nodes(), self.stiffness_nodes());
         let waves = [0, 1].map(|axis| waves[axis] as f64 * nodes[axis] as f64 / all[axis] as f64);
@@ -135,7 +138,7 @@ impl ElasticOperator for FreeHalfSpace {
         false
     }
 
-    fn keeps_mean(&self) -> bool {
+    fn has_zero_mean_displacement(&self) -> bool {
         false
     }
 }
@@ -164,7 +167,7 @@ mod tests {
         let body = FreeHalfSpace::new(rectangle([3, 5], [0.6, 1.0]));
         assert!((body.nodal_compliance(&Threads::one()) - expected).abs() < 1e-14);
         assert!((displacement_beside_cell([0.0; 2], [side; 2]) - expected).abs() < 1e-15);
-        // A corner belongs to four quarters of the double square: half as deep as its centre.
+        // A corner belongs to four quarters of a square twice as large: half as deep as its centre.
         let corner = displacement_beside_cell([side / 2.0; 2], [side; 2]);
         assert!((corner / expected - 0.5).abs() < 1e-14);
     }
@@ -173,7 +176,7 @@ mod tests {
     fn far_away_a_cell_is_a_point() {
         let far = displacement_beside_cell([3.0, 4.0], [0.01, 0.02]);
         let point = 0.01 * 0.02 / (PI * 5.0);
-        // Off by (Δ/r)²/24 or so.
+        // The error is about (Δ/r)²/24.
         assert!((far / point - 1.0).abs() < 1e-6);
     }
 

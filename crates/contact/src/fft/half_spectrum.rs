@@ -7,18 +7,19 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
 use super::rows::Aligned;
-use super::{Band, Held, ROWS_TOGETHER, Real, Row, Rows, Sink, Source, cut, cut_pairs};
-use crate::threads::{Crew, Threads};
+use super::{Band, ROW_BATCH, Real, Row, Rows, Sink, Source, Stored, cut, cut_pairs};
+use crate::threads::{Threads, Workers};
 
-/// Columns transformed together: one cache line of single precision or two of double, so that no
-/// line is fetched in vain, and a tile that stays in the second-level cache.
+/// Columns transformed together.
+///
+/// They fill one cache line in single precision or two in double precision, so every byte of a
+/// fetched line is used, and the tile stays in the second-level cache.
 const TILE_COLUMNS: usize = 8;
 
-/// Plans of one mesh.
+/// Plans of the transforms of one mesh.
 pub struct HalfSpectrum<T> {
     nodes: [usize; 2],
-    /// Rows of the maps that are convolved: beyond these there are zeros, which no row transform is
-    /// spent on.
+    /// Rows of the maps that are convolved. The rows beyond are zero and not transformed.
     filled_rows: usize,
     row_forward: Arc<dyn RealToComplex<T>>,
     row_inverse: Arc<dyn ComplexToReal<T>>,
@@ -27,35 +28,35 @@ pub struct HalfSpectrum<T> {
 }
 
 pub struct Scratch<T> {
-    /// A whole half spectrum, grown by the first convolution.
+    /// Half spectrum of the mesh, allocated by the first convolution.
     spectrum: Vec<Complex<T>>,
-    /// One for each thread.
+    /// Buffers of each thread.
     buffers: Vec<Buffers<T>>,
 }
 
 impl<T> Scratch<T> {
-    /// Lets go of the spectrum until the next convolution begins; what it holds is lost.
+    /// Frees the spectrum until the next convolution begins; its content is lost.
     pub fn release(&mut self) {
         self.spectrum = Vec::new();
     }
 }
 
-/// What a thread writes on the way.
+/// Buffers of one thread.
 struct Buffers<T> {
     row: Vec<T>,
     tile: Vec<Complex<T>>,
     butterflies: Vec<Complex<T>>,
 }
 
-/// What a thread has of all rows of a half spectrum: some consecutive columns.
+/// Consecutive columns of all rows of a half spectrum, for one thread.
 struct ColumnShare<'a, T> {
     first: usize,
     rows: Vec<&'a mut [Complex<T>]>,
-    /// What was found in each column.
+    /// Results of the action, one for each column.
     found: Vec<f64>,
 }
 
-/// The factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
+/// Returns the factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
 /// `|k_y| * (N_x/2 + 1) + |k_x|`.
 pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -> Aligned<T> {
     let [waves_x, waves_y] = nodes.map(|nodes| nodes / 2 + 1);
@@ -71,7 +72,7 @@ pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -
 }
 
 impl<T: Real> HalfSpectrum<T> {
-    /// For maps of so many rows, on a mesh of no fewer.
+    /// Plans the transforms of a mesh whose maps fill the first `filled_rows` rows.
     pub fn new(filled_rows: usize, nodes: [usize; 2]) -> Self {
         let [column_length, row_length] = nodes;
         let mut real = RealFftPlanner::new();
@@ -86,17 +87,17 @@ impl<T: Real> HalfSpectrum<T> {
         }
     }
 
-    /// Wavenumbers kept along a row.
+    /// Returns the number of wavenumbers kept along a row.
     pub fn columns(&self) -> usize {
         self.nodes[1] / 2 + 1
     }
 
-    /// Entries of a half spectrum.
+    /// Returns the number of entries of a half spectrum.
     pub fn len(&self) -> usize {
         self.nodes[0] * self.columns()
     }
 
-    /// A half spectrum's filled rows, and the others.
+    /// Splits a half spectrum into its filled rows and the others.
     fn split<'a>(&self, spectrum: &'a mut [Complex<T>]) -> [&'a mut [Complex<T>]; 2] {
         spectrum.split_at_mut(self.filled_rows * self.columns()).into()
     }
@@ -133,7 +134,7 @@ impl<T: Real> HalfSpectrum<T> {
     ) {
         let buffers = &mut scratch.buffers;
         let rows = &mut Source(field);
-        self.pass_over(Held::Nothing, Held::Spectra, rows, spectrum, threads, buffers);
+        self.pass_over(Stored::Nothing, Stored::Spectra, rows, spectrum, threads, buffers);
         self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
             self.column_forward.process_with_scratch(tile, butterflies);
         });
@@ -150,16 +151,16 @@ impl<T: Real> HalfSpectrum<T> {
         self.transform_columns(spectrum, threads, buffers, |tile, _, butterflies, _| {
             self.column_inverse.process_with_scratch(tile, butterflies);
         });
-        let rows = &mut Sink(Band::of(field));
-        self.pass_over(Held::Spectra, Held::Nothing, rows, spectrum, threads, buffers);
+        let rows = &mut Sink(Band::new(field));
+        self.pass_over(Stored::Spectra, Stored::Nothing, rows, spectrum, threads, buffers);
     }
 
-    /// Goes over all rows that are not zero for certain, which may come from the half spectrum and
-    /// may go there.
+    /// Visits all filled rows, read from the half spectrum and written to it as `from` and `to`
+    /// say.
     pub fn pass(
         &self,
-        from: Held,
-        to: Held,
+        from: Stored,
+        to: Stored,
         rows: &mut impl Rows<T>,
         threads: &Threads,
         scratch: &mut Scratch<T>,
@@ -168,12 +169,12 @@ impl<T: Real> HalfSpectrum<T> {
         spectrum.resize(self.len(), Complex::default());
         let [filled, zeros] = self.split(spectrum);
         self.pass_over(from, to, rows, filled, threads, buffers);
-        if to == Held::Spectra {
+        if to == Stored::Spectra {
             zeros.fill(Complex::default());
         }
     }
 
-    /// Forward, multiply, inverse, one tile of columns at a time.
+    /// Transforms columns forward, multiplies and transforms back, one tile at a time.
     pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
         let [nodes_x, nodes_y] = self.nodes;
         let Scratch { spectrum, buffers } = scratch;
@@ -184,7 +185,8 @@ impl<T: Real> HalfSpectrum<T> {
             self.column_forward.process_with_scratch(tile, butterflies);
             let columns = (first..).zip(kernel.chunks_exact(nodes_x / 2 + 1).skip(first));
             for (column, (k_y, symbol)) in tile.chunks_exact_mut(nodes_x).zip(columns) {
-                // All but the lowest and the Nyquist column stand for their opposites too.
+                // Columns between the lowest and the Nyquist column also represent the opposite
+                // wavenumbers.
                 let alone = k_y == 0 || 2 * k_y == nodes_y;
                 found.push(multiply_by_even(column, symbol) * if alone { 1.0 } else { 2.0 });
             }
@@ -196,17 +198,17 @@ impl<T: Real> HalfSpectrum<T> {
 
     fn pass_over(
         &self,
-        from: Held,
-        to: Held,
+        from: Stored,
+        to: Stored,
         rows: &mut impl Rows<T>,
         spectrum: &mut [Complex<T>],
         threads: &Threads,
         buffers: &mut Vec<Buffers<T>>,
     ) {
         let count = spectrum.len() / self.columns();
-        let crew = threads.crew(count * self.nodes[1]);
-        let firsts = crew.cuts(count.div_ceil(ROWS_TOGETHER)).into_iter();
-        let firsts: Vec<usize> = firsts.map(|block| ROWS_TOGETHER * block).collect();
+        let workers = threads.workers(count * self.nodes[1]);
+        let firsts = workers.cuts(count.div_ceil(ROW_BATCH)).into_iter();
+        let firsts: Vec<usize> = firsts.map(|block| ROW_BATCH * block).collect();
         let parts = cut(rows, &firsts, self.nodes[1]);
         let mut rest = spectrum;
         let mut blocks = Vec::with_capacity(firsts.len());
@@ -216,7 +218,7 @@ impl<T: Real> HalfSpectrum<T> {
             (own, rest) = rest.split_at_mut((end - first) * self.columns());
             blocks.push((first, own, rows));
         }
-        crew.each(
+        workers.for_each(
             buffers,
             || self.buffers(),
             &mut blocks,
@@ -224,15 +226,15 @@ impl<T: Real> HalfSpectrum<T> {
                 let Buffers { row: values, butterflies, .. } = buffers;
                 for (row, half) in (*first..).zip(halves.chunks_exact_mut(self.columns())) {
                     match from {
-                        Held::Nothing => (),
-                        Held::Rows => unpack(half, values),
-                        Held::Spectra => self.inverse_row(half, values, butterflies),
+                        Stored::Nothing => (),
+                        Stored::Rows => unpack(half, values),
+                        Stored::Spectra => self.inverse_row(half, values, butterflies),
                     }
                     rows.row(self.row(row), values);
                     match to {
-                        Held::Nothing => (),
-                        Held::Rows => pack(values, half),
-                        Held::Spectra => self.forward_row(values, half, butterflies),
+                        Stored::Nothing => (),
+                        Stored::Rows => pack(values, half),
+                        Stored::Spectra => self.forward_row(values, half, butterflies),
                     }
                 }
             },
@@ -244,22 +246,22 @@ impl<T: Real> HalfSpectrum<T> {
 
     pub fn peek(
         &self,
-        from: Held,
+        from: Stored,
         pairs: &[usize],
         rows: &mut impl Rows<T>,
         threads: &Threads,
         scratch: &mut Scratch<T>,
     ) {
         let Scratch { spectrum, buffers } = scratch;
-        let crew = threads.crew(2 * pairs.len() * self.nodes[1]);
-        let (parts, pairs) = cut_pairs(rows, pairs, &crew, self.nodes[1]);
+        let workers = threads.workers(2 * pairs.len() * self.nodes[1]);
+        let (parts, pairs) = cut_pairs(rows, pairs, &workers, self.nodes[1]);
         let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();
         let look = |buffers: &mut Buffers<T>, (rows, pairs): &mut (_, &[usize])| {
             for row in pairs.iter().flat_map(|pair| [2 * pair, 2 * pair + 1]) {
                 let Some(half) = spectrum.chunks_exact(self.columns()).nth(row) else {
                     return;
                 };
-                if from == Held::Rows {
+                if from == Stored::Rows {
                     unpack(half, &mut buffers.row);
                 } else {
                     let copy = &mut buffers.tile[..half.len()];
@@ -269,7 +271,7 @@ impl<T: Real> HalfSpectrum<T> {
                 Rows::row(rows, self.row(row), &mut buffers.row);
             }
         };
-        crew.each(buffers, || self.buffers(), &mut blocks, look);
+        workers.for_each(buffers, || self.buffers(), &mut blocks, look);
         for (part, _) in blocks {
             rows.append(part);
         }
@@ -282,7 +284,8 @@ impl<T: Real> HalfSpectrum<T> {
     }
 
     fn inverse_row(&self, half: &mut [Complex<T>], row: &mut [T], butterflies: &mut [Complex<T>]) {
-        // Zero for a real map, but for rounding; the complex-to-real plan insists.
+        // The imaginary part is zero for a real map except for rounding; realfft requires an exact
+        // zero.
         half[0].im = T::zero();
         if row.len().is_multiple_of(2) {
             half[row.len() / 2].im = T::zero();
@@ -292,9 +295,10 @@ impl<T: Real> HalfSpectrum<T> {
             .expect("buffers are sized by the plan");
     }
 
-    /// Gathers tile after tile of columns, lets `action(tile, first column, butterflies, found)`
-    /// change them, and scatters them back. Columns are contiguous in the tile. Returns what was
-    /// found, in the order of the columns.
+    /// Gathers one tile of columns after another, applies `action`, and scatters them back.
+    ///
+    /// The arguments of `action` are the tile with contiguous columns, its first column, a buffer,
+    /// and the list of results. Returns the results in the order of the columns.
     fn transform_columns(
         &self,
         spectrum: &mut [Complex<T>],
@@ -303,8 +307,8 @@ impl<T: Real> HalfSpectrum<T> {
         action: impl Fn(&mut [Complex<T>], usize, &mut [Complex<T>], &mut Vec<f64>) + Sync,
     ) -> Vec<f64> {
         let nodes = self.nodes[0];
-        let crew = threads.crew(spectrum.len());
-        let mut shares = self.cut_columns(spectrum, &crew);
+        let workers = threads.workers(spectrum.len());
+        let mut shares = self.cut_columns(spectrum, &workers);
         let transform = |buffers: &mut Buffers<T>, share: &mut ColumnShare<T>| {
             let columns = share.rows[0].len();
             for start in (0..columns).step_by(TILE_COLUMNS) {
@@ -324,18 +328,18 @@ impl<T: Real> HalfSpectrum<T> {
                 }
             }
         };
-        crew.each(buffers, || self.buffers(), &mut shares, transform);
+        workers.for_each(buffers, || self.buffers(), &mut shares, transform);
         shares.into_iter().flat_map(|share| share.found).collect()
     }
 
-    /// Cuts all rows between tiles of columns.
+    /// Splits all rows between tiles of columns.
     fn cut_columns<'a>(
         &self,
         spectrum: &'a mut [Complex<T>],
-        crew: &Crew,
+        workers: &Workers,
     ) -> Vec<ColumnShare<'a, T>> {
         let columns = self.columns();
-        let cuts = crew.cuts(columns.div_ceil(TILE_COLUMNS)).into_iter();
+        let cuts = workers.cuts(columns.div_ceil(TILE_COLUMNS)).into_iter();
         let firsts: Vec<usize> = cuts.map(|tile| tile * TILE_COLUMNS).collect();
         let ends: Vec<usize> = firsts[1..].iter().copied().chain([columns]).collect();
         let mut shares: Vec<ColumnShare<T>> = firsts
@@ -357,7 +361,7 @@ impl<T: Real> HalfSpectrum<T> {
     }
 }
 
-/// Keeps a row where its half spectrum was.
+/// Stores a row in the memory of its half spectrum.
 fn pack<T: Real>(row: &[T], half: &mut [Complex<T>]) {
     for (values, kept) in row.chunks(2).zip(half) {
         *kept = Complex::new(values[0], values.get(1).copied().unwrap_or_default());
@@ -373,8 +377,9 @@ fn unpack<T: Real>(half: &[Complex<T>], row: &mut [T]) {
     }
 }
 
-/// Multiplies wavenumbers 0, 1, …, −1 by the symbol of their magnitude. Returns the sum of what
-/// they were times what they are.
+/// Multiplies wavenumbers 0, 1, …, −1 by the factor of their magnitude.
+///
+/// Returns the sum of the products of each value before and after.
 fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) -> f64 {
     let (positive, negative) = column.split_at_mut(symbol.len());
     let positive = positive.iter_mut().zip(symbol);

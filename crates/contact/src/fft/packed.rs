@@ -40,9 +40,9 @@ use pulp::bytemuck;
 
 use super::registers::{Registers, Work};
 use super::rows::Aligned;
-use super::{Held, ROWS_TOGETHER, Real, Row, Rows, cut, cut_pairs};
+use super::{ROW_BATCH, Real, Row, Rows, Stored, cut, cut_pairs};
 use crate::instructions::Instructions;
-use crate::threads::{Crew, Threads};
+use crate::threads::{Threads, Workers};
 
 mod columns;
 mod stages;
@@ -52,7 +52,7 @@ use stages::Stages;
 
 /// Complex rows that are transformed and then dealt out to the tiles together, since fewer would
 /// leave a tile before a cache line's neighbours are written, and more the first-level cache.
-const BATCH: usize = ROWS_TOGETHER / 2;
+const BATCH: usize = ROW_BATCH / 2;
 
 /// Cache lines between tiles, so that a row's registers in all of them do not compete for a few
 /// places in the cache.
@@ -109,7 +109,7 @@ impl<T: Real> Packed<T> {
         }
         Some(Self {
             nodes,
-            filled_rows: rows.next_multiple_of(ROWS_TOGETHER),
+            filled_rows: rows.next_multiple_of(ROW_BATCH),
             instructions,
             rows: Stages::new(nodes_y, lanes)?,
             columns: Columns::new(nodes, lanes)?,
@@ -141,7 +141,7 @@ impl<T: Real> Packed<T> {
         // Of a tile that is its own opposite, or of two that are to be completed.
         let whole_tiles = if self.filled_rows < column { 2 } else { 1 };
         Buffers {
-            rows: Aligned::zeros(ROWS_TOGETHER * row),
+            rows: Aligned::zeros(ROW_BATCH * row),
             spare: Aligned::zeros(whole_tiles * column * T::LANES),
         }
     }
@@ -150,8 +150,8 @@ impl<T: Real> Packed<T> {
         (self.filled_rows + PADDING) * T::LANES
     }
 
-    fn crew<'a>(&self, threads: &'a Threads) -> Crew<'a> {
-        threads.crew(self.filled_rows * self.nodes[1])
+    fn workers<'a>(&self, threads: &'a Threads) -> Workers<'a> {
+        threads.workers(self.filled_rows * self.nodes[1])
     }
 
     fn make_room(&self, scratch: &mut Scratch<T>) {
@@ -165,11 +165,11 @@ impl<T: Real> Packed<T> {
 
     pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
         let Scratch { tiles, buffers } = scratch;
-        let crew = self.crew(threads);
+        let workers = self.workers(threads);
         let tiles = self.numbers_mut(tiles).chunks_exact_mut(self.tile_len());
         let tiles = tiles.map(|tile| &mut tile[..self.filled_rows * T::LANES]);
-        let mut pairs = self.columns.pairs(tiles, self.rows.places(), kernel);
-        crew.each(
+        let mut pairs = self.columns.pairs(tiles, self.rows.block_indices(), kernel);
+        workers.for_each(
             buffers,
             || self.buffers(),
             &mut pairs,
@@ -186,33 +186,33 @@ impl<T: Real> Packed<T> {
     /// there.
     pub fn pass(
         &self,
-        from: Held,
-        to: Held,
+        from: Stored,
+        to: Stored,
         rows: &mut impl Rows<T>,
         threads: &Threads,
         scratch: &mut Scratch<T>,
     ) {
-        if from == Held::Nothing {
+        if from == Stored::Nothing {
             self.make_room(scratch);
         }
         let nodes_y = self.nodes[1];
         let Scratch { tiles, buffers } = scratch;
-        let crew = self.crew(threads);
-        let firsts = crew.cuts(self.filled_rows / ROWS_TOGETHER);
-        let firsts = firsts.into_iter().map(|batch| ROWS_TOGETHER * batch);
+        let workers = self.workers(threads);
+        let firsts = workers.cuts(self.filled_rows / ROW_BATCH);
+        let firsts = firsts.into_iter().map(|batch| ROW_BATCH * batch);
         let firsts: Vec<usize> = firsts.collect();
         let shares = self.cut_tiles(self.numbers_mut(tiles), &firsts);
         let parts = cut(rows, &firsts, nodes_y);
         let blocks = firsts.into_iter().zip(shares).zip(parts);
         let mut blocks: Vec<_> = blocks.collect();
-        crew.each(
+        workers.for_each(
             buffers,
             || self.buffers(),
             &mut blocks,
             |buffers, ((first, tiles), rows)| {
                 let batch = &mut buffers.rows;
                 let filled = 2 * tiles[0][0].len() / T::LANES;
-                for own in (0..filled).step_by(ROWS_TOGETHER) {
+                for own in (0..filled).step_by(ROW_BATCH) {
                     self.fetch::<BATCH, _>(from, own / 2, batch, tiles);
                     for (row, values) in (*first + own..).zip(batch.chunks_exact_mut(nodes_y)) {
                         rows.row(Row::new(row, nodes_y), values);
@@ -251,7 +251,7 @@ impl<T: Real> Packed<T> {
 
     pub fn peek(
         &self,
-        from: Held,
+        from: Stored,
         pairs: &[usize],
         rows: &mut impl Rows<T>,
         threads: &Threads,
@@ -263,8 +263,8 @@ impl<T: Real> Packed<T> {
         let tiles = tiles[..self.tiles_len()].chunks_exact(self.tile_len());
         let tiles: Vec<[&[T]; 2]> =
             tiles.map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into()).collect();
-        let crew = threads.crew(2 * pairs.len() * nodes_y);
-        let (parts, pairs) = cut_pairs(rows, pairs, &crew, nodes_y);
+        let workers = threads.workers(2 * pairs.len() * nodes_y);
+        let (parts, pairs) = cut_pairs(rows, pairs, &workers, nodes_y);
         let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();
         let look = |buffers: &mut Buffers<T>, (rows, pairs): &mut (_, &[usize])| {
             let batch = &mut buffers.rows[..2 * nodes_y];
@@ -275,18 +275,18 @@ impl<T: Real> Packed<T> {
                 }
             }
         };
-        crew.each(buffers, || self.buffers(), &mut blocks, look);
+        workers.for_each(buffers, || self.buffers(), &mut blocks, look);
         for (part, _) in blocks {
             rows.append(part);
         }
     }
 
-    fn store(&self, to: Held, first: usize, batch: &mut [T], tiles: &mut Shares<T>) {
-        if to == Held::Nothing {
+    fn store(&self, to: Stored, first: usize, batch: &mut [T], tiles: &mut Shares<T>) {
+        if to == Stored::Nothing {
             return;
         }
         let work = Store {
-            stages: (to == Held::Spectra).then_some(&self.rows),
+            stages: (to == Stored::Spectra).then_some(&self.rows),
             row_nodes: self.nodes[1],
             first,
             batch,
@@ -297,16 +297,16 @@ impl<T: Real> Packed<T> {
 
     fn fetch<const ROWS: usize, B: Deref<Target = [T]>>(
         &self,
-        from: Held,
+        from: Stored,
         first: usize,
         batch: &mut [T],
         tiles: &[[B; 2]],
     ) {
-        if from == Held::Nothing {
+        if from == Stored::Nothing {
             return;
         }
         let work = Fetch::<ROWS, T, B> {
-            stages: (from == Held::Spectra).then_some(&self.rows),
+            stages: (from == Stored::Spectra).then_some(&self.rows),
             row_nodes: self.nodes[1],
             first,
             batch,

@@ -1,10 +1,10 @@
 //! Arithmetic on whole registers, written once and compiled for each instruction set.
 //!
-//! A register here has sixteen numbers of single precision or eight of double precision, in one
-//! register of the processor or in two: transforms are cut the same way and rounded alike on all
-//! processors. pulp keeps the intrinsics safe. All that runs on registers is `#[inline(always)]`
-//! and free of closures: only so is it compiled with the instructions of the [`Work`] that it
-//! belongs to. [`Plain`] ones are for any processor.
+//! A register here holds sixteen numbers of single precision or eight of double precision, in one
+//! or two registers of the processor. Transforms are therefore cut the same way and rounded alike
+//! on all processors. pulp makes the intrinsics safe to call. Functions on registers are
+//! `#[inline(always)]` and contain no closures, because only then are they compiled with the
+//! instructions of their [`Work`]. [`Plain`] registers work on any processor.
 
 use std::marker::PhantomData;
 
@@ -17,21 +17,21 @@ use crate::instructions::Instructions;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-/// The most numbers that a register holds.
-pub const MOST_LANES: usize = 16;
+/// Maximum numbers in a register.
+pub const MAX_LANES: usize = 16;
 
 /// Registers of one instruction set, filled with numbers of one precision.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Registers: Copy {
     type Number: Real;
-    /// A register.
+    /// The type of a register.
     type Lanes: Pod;
-    /// Numbers in a register.
+    /// Number of lanes in a register.
     const LANES: usize = <Self::Number as Vectorize>::LANES;
-    /// Registers of the processor, of which one or several make one of these. What does not mix
-    /// lanes runs on them, one after the other: fewer numbers are at work at a time.
+    /// Registers of the processor, of which one or two form one register. Operations that do not
+    /// mix lanes run on one after the other, so that fewer values are live at a time.
     type Part: Registers<Number = Self::Number>;
-    /// How many of them make one.
+    /// Number of processor registers in one register.
     const PARTS: usize = size_of::<Self::Lanes>() / size_of::<<Self::Part as Registers>::Lanes>();
 
     fn part(self) -> Self::Part;
@@ -39,24 +39,24 @@ pub trait Registers: Copy {
     fn add(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
     fn sub(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
     fn mul(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
-    /// c + a b, rounded once.
+    /// Returns c + a b, rounded once.
     fn add_product(self, c: Self::Lanes, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
-    /// c − a b, rounded once.
+    /// Returns c − a b, rounded once.
     fn sub_product(self, c: Self::Lanes, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
-    /// a₀ b₀ a₁ b₁ …, in two registers.
+    /// Returns a₀ b₀ a₁ b₁ …, in two registers.
     fn zip(self, a: Self::Lanes, b: Self::Lanes) -> [Self::Lanes; 2];
 }
 
-/// What is to run on registers of numbers `T`.
+/// A computation on registers of numbers `T`.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Work<T> {
     fn run<R: Registers<Number = T>>(self, registers: R);
 }
 
-/// A precision that fits into registers.
+/// A number that fits into registers.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Vectorize: Pod {
-    /// Numbers in a register: a power of two, at most [`MOST_LANES`].
+    /// Numbers in a register: a power of two, at most [`MAX_LANES`].
     const LANES: usize;
 
     /// Runs `work` with the registers of `instructions`.
@@ -91,20 +91,20 @@ impl Vectorize for f64 {
     }
 }
 
-/// One of the registers of the processor that make one of ours.
+/// One of the processor registers that form a register.
 pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
 
-/// Transposes the square whose rows are the first `LANES` registers: the squares that the registers
-/// of the processor make of it, and these among each other.
+/// Transposes the square matrix whose rows are the first `LANES` registers: first the blocks that
+/// fit into processor registers, then the blocks among each other.
 #[inline(always)]
-pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
+pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     let part = registers.part();
     let side = <R::Part as Registers>::LANES;
     let parts: &mut [PartOf<R>] = bytemuck::cast_slice_mut(rows);
     let zero = part.splat(R::Number::default());
     for above in 0..R::PARTS {
         for below in above..R::PARTS {
-            let (mut right, mut left) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+            let (mut right, mut left) = ([zero; MAX_LANES], [zero; MAX_LANES]);
             for i in 0..side {
                 right[i] = parts[(above * side + i) * R::PARTS + below];
                 left[i] = parts[(below * side + i) * R::PARTS + above];
@@ -123,10 +123,12 @@ pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) 
     }
 }
 
-/// Each round interleaves row i with row i + LANES/2: a row's number takes over one binary digit
-/// of the lane's, and the lane's one of the row's.
+/// Transposes by rounds that interleave row i with row i + LANES/2.
+///
+/// Each round moves one binary digit of the index of the row to the index of the lane, and one
+/// back.
 #[inline(always)]
-fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES]) {
+fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     for _ in 0..R::LANES.ilog2() {
         let before = *rows;
         for i in 0..R::LANES / 2 {
@@ -135,7 +137,7 @@ fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MOST_LANES
     }
 }
 
-/// Arrays of so many numbers.
+/// Registers as arrays of `LANES` numbers.
 #[derive(Clone, Copy, Default)]
 struct Plain<T, const LANES: usize>(PhantomData<T>);
 

@@ -1,14 +1,17 @@
-//! Rows of maps: one row of all maps of a grid ([`Row`]), the rows that one thread writes
-//! ([`Band`]), passes cut into blocks of rows, and maps on a corner of a larger mesh whose other
-//! nodes are zero, so that what is convolved there does not come around ([`Padded`]); and buffers
-//! that begin on a cache line, so that no register is loaded from two lines ([`Aligned`]).
+//! Rows of maps, passes over them, and aligned buffers.
+//!
+//! - [`Row`]: the same row of all maps of a grid;
+//! - [`Band`]: the consecutive rows that one thread writes;
+//! - [`Padded`]: a map in the corner of a larger mesh, whose other nodes are zero;
+//! - [`Aligned`]: a buffer that begins on a cache line, so that no register is loaded from two
+//!   lines.
 
 use std::ops::{Deref, DerefMut, Range};
 
 use super::{Real, Rows};
-use crate::threads::{Crew, Threads};
+use crate::threads::{Threads, Workers};
 
-/// A row of a map: what a pass works on.
+/// Index of a row of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
     index: usize,
@@ -16,57 +19,57 @@ pub struct Row {
 }
 
 impl Row {
-    /// Row `index` of maps with so many nodes in a row.
+    /// Creates row `index` of maps with `nodes` nodes in a row.
     #[inline(always)]
     pub fn new(index: usize, nodes: usize) -> Self {
         Self { index, nodes }
     }
 
-    /// Which row it is, from 0.
+    /// Returns the index of the row, from 0.
     #[inline(always)]
     pub fn index(self) -> usize {
         self.index
     }
 
-    /// Its elements.
+    /// Returns the indices of its elements in a map.
     #[inline(always)]
     pub fn range(self) -> Range<usize> {
         self.index * self.nodes..(self.index + 1) * self.nodes
     }
 
-    /// The row of a map.
+    /// Returns this row of a map.
     #[inline(always)]
     pub fn of<V>(self, map: &[V]) -> &[V] {
         &map[self.range()]
     }
 
-    /// The row of a map, to be written.
+    /// Returns this row of a map, mutable.
     #[inline(always)]
     pub fn of_mut<V>(self, map: &mut [V]) -> &mut [V] {
         &mut map[self.range()]
     }
 }
 
-/// Consecutive rows of a map, to be written.
+/// Consecutive rows of a map, mutable.
 pub struct Band<'a, V> {
-    /// The first row.
+    /// Index of the first row.
     first: usize,
     values: &'a mut [V],
 }
 
 impl<'a, V> Band<'a, V> {
-    /// All rows of a map.
-    pub fn of(map: &'a mut [V]) -> Self {
+    /// Creates a band of all rows of a map.
+    pub fn new(map: &'a mut [V]) -> Self {
         Self { first: 0, values: map }
     }
 
-    /// Row of the map, one of these.
+    /// Returns a row of the map, which must belong to the band.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> &mut [V] {
         Row::new(row.index - self.first, row.nodes).of_mut(self.values)
     }
 
-    /// Keeps the rows before one, and hands on the others.
+    /// Keeps the rows before `row` and returns the others.
     pub fn split_off(&mut self, row: Row) -> Self {
         let own = (row.index - self.first) * row.nodes;
         let (own, others) = std::mem::take(&mut self.values).split_at_mut(own);
@@ -75,7 +78,7 @@ impl<'a, V> Band<'a, V> {
     }
 }
 
-/// Cuts a pass at rows of so many nodes, from zero on, and leaves nothing.
+/// Splits a pass before the rows `firsts`, of which the first is row 0; the original keeps no rows.
 pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
     let firsts = firsts.iter().rev();
     let mut parts: Vec<P> = firsts.map(|&first| rows.split_off(Row::new(first, nodes))).collect();
@@ -83,14 +86,14 @@ pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P
     parts
 }
 
-/// Cuts pairs of rows, and a pass that is to see them, into blocks.
+/// Splits pairs of rows, and the pass that will visit them, into blocks.
 pub fn cut_pairs<'p, T, P: Rows<T>>(
     rows: &mut P,
     pairs: &'p [usize],
-    crew: &Crew,
+    workers: &Workers,
     nodes: usize,
 ) -> (Vec<P>, Vec<&'p [usize]>) {
-    let cuts = crew.cuts(pairs.len());
+    let cuts = workers.cuts(pairs.len());
     let ends = cuts[1..].iter().copied().chain([pairs.len()]);
     let blocks: Vec<&[usize]> =
         cuts.iter().zip(ends).map(|(&first, end)| &pairs[first..end]).collect();
@@ -99,19 +102,21 @@ pub fn cut_pairs<'p, T, P: Rows<T>>(
     (cut(rows, &firsts, nodes), blocks)
 }
 
-/// Lets a pass see, for each of these pairs, rows 2 `pair` and, if there is one, 2 `pair` + 1 of a
-/// map of `nodes`, of which nothing is known before. Pairs ascend.
-pub fn see_pairs<T: Real, P: Rows<T>>(
+/// Visits rows 2 `pair` and 2 `pair` + 1 (if it exists) for each of the ascending `pairs`.
+///
+/// The rows belong to a map of `rows` × `row_nodes` nodes that the pass writes: their initial
+/// values mean nothing.
+pub fn visit_pairs<T: Real, P: Rows<T>>(
     threads: &Threads,
     pairs: &[usize],
     [rows, row_nodes]: [usize; 2],
     pass: &mut P,
 ) {
-    let crew = threads.crew(2 * pairs.len() * row_nodes);
-    let (parts, pairs) = cut_pairs(pass, pairs, &crew, row_nodes);
+    let workers = threads.workers(2 * pairs.len() * row_nodes);
+    let (parts, pairs) = cut_pairs(pass, pairs, &workers, row_nodes);
     let mut blocks: Vec<(P, &[usize])> = parts.into_iter().zip(pairs).collect();
     let new = || vec![T::zero(); row_nodes];
-    crew.each(&mut Vec::new(), new, &mut blocks, |values, (part, pairs)| {
+    workers.for_each(&mut Vec::new(), new, &mut blocks, |values, (part, pairs)| {
         let seen = pairs.iter().flat_map(|pair| [2 * pair, 2 * pair + 1]);
         for row in seen.filter(|row| *row < rows) {
             part.row(Row::new(row, row_nodes), values);
@@ -122,8 +127,9 @@ pub fn see_pairs<T: Real, P: Rows<T>>(
     }
 }
 
-/// The rows of a map of `nodes`, seen from the whole mesh, whose other rows may be passed over or
-/// be asked for, as they fall into batches.
+/// The rows of a map of `nodes` as rows of a larger mesh, padded with zeros.
+///
+/// Rows beyond the map may be visited, because they share batches with rows of the map.
 pub struct Padded<P> {
     pub nodes: [usize; 2],
     pub rows: P,
@@ -152,7 +158,7 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
     }
 }
 
-/// Lets the rows of a map of `nodes` be seen as rows of a larger one, of which it is a corner.
+/// Visits the rows of a map of `nodes` as rows of a larger mesh of which the map is a corner.
 pub fn in_corner<T: Real, P: Rows<T>>(
     nodes: [usize; 2],
     rows: &mut P,
@@ -166,7 +172,7 @@ pub fn in_corner<T: Real, P: Rows<T>>(
 /// Bytes of a cache line, and of the widest register.
 const LINE: usize = 64;
 
-/// A slice on the heap that begins on a cache line.
+/// Slice on the heap that begins on a cache line.
 pub struct Aligned<T> {
     storage: Vec<T>,
     start: usize,
@@ -212,7 +218,7 @@ mod tests {
     #[test]
     fn bands_have_every_row_once() {
         let mut map: Vec<usize> = (0..15).collect();
-        let mut first = Band::of(&mut map);
+        let mut first = Band::new(&mut map);
         let mut last = first.split_off(Row::new(4, 3));
         let mut middle = first.split_off(Row::new(1, 3));
         assert_eq!(first.row(Row::new(0, 3)), [0, 1, 2]);

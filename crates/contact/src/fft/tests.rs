@@ -155,10 +155,10 @@ fn packed_error<T: Real>(
         let mut scratch = packed.scratch();
         let one = &Threads::one();
         let rows = &mut Source(field);
-        packed.pass(Held::Nothing, Held::Spectra, rows, one, &mut scratch);
+        packed.pass(Stored::Nothing, Stored::Spectra, rows, one, &mut scratch);
         let work = packed.multiply(&kernel, one, &mut scratch);
-        let rows = &mut Sink(Band::of(out));
-        packed.pass(Held::Spectra, Held::Nothing, rows, one, &mut scratch);
+        let rows = &mut Sink(Band::new(out));
+        packed.pass(Stored::Spectra, Stored::Nothing, rows, one, &mut scratch);
         let numbers = out.iter().map(|number| (*number).into());
         bits.extend(numbers.chain([work]).map(f64::to_bits));
     }))
@@ -242,7 +242,7 @@ fn bits_on<T: Real>(threads: &Threads, nodes: [usize; 2]) -> Vec<u64> {
         let mut out = vec![T::zero(); field.len()];
         transform.begin(&mut Source(field), &mut scratch);
         bits.push(transform.multiply(&kernel, &mut scratch).to_bits());
-        transform.finish(&mut Sink(Band::of(&mut out)), &mut scratch);
+        transform.finish(&mut Sink(Band::new(&mut out)), &mut scratch);
         bits.extend(out.into_iter().map(|x| x.into().to_bits()));
     }
     bits
@@ -287,7 +287,7 @@ fn every_row_is_seen_once_in_ascending_order() {
         let mut calls = [Calls(0, 0), Calls(0, 0), Calls(0, 0)];
         transform.begin(&mut calls[0], &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        transform.turn(&mut calls[1], &mut scratch);
+        transform.finish_and_begin(&mut calls[1], &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         transform.finish(&mut calls[2], &mut scratch);
         assert!(calls.iter().all(|calls| calls.1 == nodes[0]));
@@ -321,10 +321,10 @@ fn a_turn_is_an_end_and_a_beginning() {
         let field = &field;
         transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        transform.turn(&mut Triple, &mut scratch);
+        transform.finish_and_begin(&mut Triple, &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         let out = &mut at_once;
-        transform.finish(&mut Sink(Band::of(out)), &mut scratch);
+        transform.finish(&mut Sink(Band::new(out)), &mut scratch);
         assert_eq!(apart, at_once);
     }
 }
@@ -391,20 +391,20 @@ fn a_map_that_was_kept_goes_on_as_one_that_was_written() {
         transform.convolve(&kernel, field, &mut once, &mut scratch);
         transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        transform.finish_and_keep(&mut Times(2.0, Band::of(&mut seen)), &mut scratch);
+        transform.finish_and_store(&mut Times(2.0, Band::new(&mut seen)), &mut scratch);
         assert!(seen == once, "{nodes:?}");
         let doubled: Vec<f64> = once.iter().map(|value| 2.0 * value).collect();
         let pairs: Vec<usize> = (0..map_nodes[0] / 2).step_by(3).collect();
         let mut peeked = doubled.clone();
-        transform.peek_kept(&pairs, &mut Times(1.0, Band::of(&mut peeked)), &mut scratch);
+        transform.peek_stored(&pairs, &mut Times(1.0, Band::new(&mut peeked)), &mut scratch);
         assert!(peeked == doubled, "{nodes:?}");
-        transform.turn_kept(&mut Times(3.0, Band::of(&mut kept)), &mut scratch);
+        transform.begin_from_stored(&mut Times(3.0, Band::new(&mut kept)), &mut scratch);
         assert!(kept == doubled, "{nodes:?}");
         transform.multiply(&kernel, &mut scratch);
-        transform.finish_and_keep(&mut Times(1.0, Band::of(&mut twice)), &mut scratch);
+        transform.finish_and_store(&mut Times(1.0, Band::new(&mut twice)), &mut scratch);
         let six_times: Vec<f64> = doubled.iter().map(|value| 3.0 * value).collect();
         let mut expected = vec![0.0; field.len()];
-        transform.finish_kept(&mut Times(1.0, Band::of(&mut seen)), &mut scratch);
+        transform.read_stored(&mut Times(1.0, Band::new(&mut seen)), &mut scratch);
         assert!(seen == twice, "{nodes:?}");
         transform.convolve(&kernel, &six_times, &mut expected, &mut scratch);
         assert!(twice == expected, "{nodes:?}");
@@ -421,7 +421,7 @@ fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
         transform.begin(&mut Source(field), &mut scratch);
         let told = transform.multiply(&kernel, &mut scratch);
         let out = &mut convolved;
-        transform.finish(&mut Sink(Band::of(out)), &mut scratch);
+        transform.finish(&mut Sink(Band::new(out)), &mut scratch);
         let work: f64 = field.iter().zip(&convolved).map(|(a, b)| a * b).sum();
         assert!((told - work).abs() < 1e-13 * work, "{nodes:?}: {told}, {work}");
     }
@@ -502,14 +502,14 @@ fn a_corner_turns_peeks_and_tells_its_work_as_the_whole_mesh_does() {
         let [mut peeked, mut turned] = [Sum::default(), Sum::default()];
         let pairs = Vec::from_iter(0..corner[0].div_ceil(2));
         transform.peek(&pairs, &mut peeked, &mut scratch);
-        transform.turn(&mut turned, &mut scratch);
+        transform.finish_and_begin(&mut turned, &mut scratch);
         // A peek may show a row beyond the map, of zeros.
         let beyond = peeked.0.split_off(corner[0]);
         assert!(beyond.into_iter().all(|sum| sum == 0.0), "{corner:?}");
         assert_eq!(peeked.0, turned.0);
         transform.multiply(&kernel, &mut scratch);
         let mut out = vec![0.0; field.len()];
-        transform.finish(&mut Sink(Band::of(&mut out)), &mut scratch);
+        transform.finish(&mut Sink(Band::new(&mut out)), &mut scratch);
         assert!(out == *twice, "{corner:?} of {nodes:?}");
     }
 }

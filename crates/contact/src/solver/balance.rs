@@ -8,7 +8,7 @@
 //! change places between both bounds. [`Nodes`] tell which shift of pressures within bounds changes
 //! their sum by as much as it should.
 
-use super::evaluation::Standing;
+use super::evaluation::Convergence;
 use super::lanes::Wide;
 use super::passes::{FEWEST_NODES, PeekGap, Seen};
 use super::search::Search;
@@ -35,7 +35,7 @@ impl Balance {
 impl Search {
     /// Whether a sample of rows shows too little of what pressures will lack, for a move after
     /// which the residual is yet to be reduced by this factor. Near the end elastic pressures are
-    /// scaled by what is lacked then; a few strips of nodes bear it, and their gaps open by more
+    /// scaled by what is missing_load then; a few strips of nodes bear it, and their gaps open by more
     /// than the tolerance.
     pub(super) fn must_balance(&self, reduction: f64) -> bool {
         self.bound.is_some() && reduction > BALANCED_REDUCTION
@@ -46,13 +46,13 @@ impl Search {
     pub(super) fn balanced_mean(
         &mut self,
         [step, share]: [f64; 2],
-        lacked: f64,
+        missing_load: f64,
         rows: usize,
     ) -> Option<f64> {
         let hardness = self.bound?;
-        self.asking.follow(step as f32, share as f32, &self.last_moves);
+        self.candidates.follow(step as f32, share as f32, &self.last_moves);
         let part = rows as f64 / self.nodes[0] as f64;
-        let shift = self.asking.shift(part * lacked, hardness.pressure() as f32)?;
+        let shift = self.candidates.shift(part * missing_load, hardness.pressure() as f32)?;
         Some(-shift / step)
     }
 
@@ -62,16 +62,16 @@ impl Search {
     pub(super) fn peek_offset(
         &mut self,
         part: f64,
-        standing: Standing,
+        convergence: Convergence,
         sees_all_rows: bool,
     ) -> f64 {
         let hardness = self.ceiling();
-        let Standing { offset, error } = standing;
+        let Convergence { offset, error } = convergence;
         let mut peek = Wide(PeekGap {
             gap: &self.gap,
-            base: &self.base,
-            increment: &self.increment,
-            carry: &self.carry,
+            reference_pressure: &self.reference_pressure,
+            pressure_increment: &self.pressure_increment,
+            last_step: &self.last_step,
             part: part as f32,
             stiffness: self.nodal_stiffness as f32,
             range: [(offset + error) as f32, (offset - error) as f32],
@@ -92,19 +92,19 @@ impl Solver {
     /// The offset from which gaps ask that pressures, kept within their bounds, change by nothing
     /// in sum, were each node alone. The mean gap of elastic nodes, from which errors are measured,
     /// may be that of one or two.
-    pub(super) fn balanced_offset(&mut self, hardness: Hardness, standing: Standing) -> f64 {
-        self.search.asking.clear();
-        self.gather(self.search.sample.pairs(), hardness, standing);
-        if (self.search.asking.len() as f64) < FEWEST_NODES {
-            self.gather(self.search.sample.other_pairs(), hardness, standing);
+    pub(super) fn balanced_offset(&mut self, hardness: Hardness, convergence: Convergence) -> f64 {
+        self.search.candidates.clear();
+        self.gather(self.search.sample.pairs(), hardness, convergence);
+        if (self.search.candidates.len() as f64) < FEWEST_NODES {
+            self.gather(self.search.sample.other_pairs(), hardness, convergence);
         }
-        let shift = self.search.asking.shift(0.0, hardness.pressure() as f32);
-        standing.offset + shift.unwrap_or(0.0) / self.search.nodal_stiffness
+        let shift = self.search.candidates.shift(0.0, hardness.pressure() as f32);
+        convergence.offset + shift.unwrap_or(0.0) / self.search.nodal_stiffness
     }
 
     /// Gathers nodes of pairs of rows whose gap may ask for another pressure.
-    fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, standing: Standing) {
-        let Standing { offset, error } = standing;
+    fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, convergence: Convergence) {
+        let Convergence { offset, error } = convergence;
         for pair in pairs {
             let first = 2 * pair * self.search.nodes[1];
             let last = self.pressure.len().min(first + 2 * self.search.nodes[1]);
@@ -117,7 +117,7 @@ impl Solver {
                 };
                 if may_change {
                     let change = -self.search.nodal_stiffness * above;
-                    self.search.asking.push(*p as f32, change as f32);
+                    self.search.candidates.push(*p as f32, change as f32);
                 }
             }
         }
@@ -185,12 +185,12 @@ impl Nodes {
     }
 
     /// The shift of all changes with which pressures, kept between zero and `ceiling`, come to
-    /// `lacked` more than they do. Of several such shifts, any; none without nodes, or if even
+    /// `missing_load` more than they do. Of several such shifts, any; none without nodes, or if even
     /// all at their bounds do not.
-    pub fn shift(&self, lacked: f64, ceiling: f32) -> Option<f64> {
+    pub fn shift(&self, missing_load: f64, ceiling: f32) -> Option<f64> {
         let count = self.len() as f64;
         let before: f64 = self.total(|pressure, _| pressure.clamp(0.0, ceiling));
-        let wanted = before + lacked;
+        let wanted = before + missing_load;
         if !(wanted >= 0.0 && wanted <= count * f64::from(ceiling) && count > 0.0) {
             return None;
         }
@@ -198,7 +198,7 @@ impl Nodes {
         if !(low.is_finite() && high.is_finite()) {
             return None;
         }
-        let largest = self.largest_change() + lacked.abs() / count;
+        let largest = self.largest_change() + missing_load.abs() / count;
         let close = PRECISION * largest.min(f64::from(ceiling));
         let balanced = close + ROUNDING / PRECISION * close * count;
         let mut shift = 0.0_f64.clamp(low, high);
@@ -214,7 +214,7 @@ impl Nodes {
                 let after = after(p, change);
                 f32::from(u8::from(after > 0.0 && after < ceiling))
             });
-            let missing = lacked - gained;
+            let missing = missing_load - gained;
             *(if missing > 0.0 { &mut low } else { &mut high }) = shift;
             let step = missing / inside;
             if missing.abs() <= balanced || step.abs() <= close || high - low <= close {

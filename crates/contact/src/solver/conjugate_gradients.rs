@@ -36,13 +36,13 @@
 use std::mem::take;
 
 use super::balance::Balance;
-use super::evaluation::{Evaluation, Standing};
+use super::evaluation::{Convergence, Evaluation};
 use super::flags::{FREE, PRESSED};
 use super::lanes::{InOrder, Wide};
 use super::line_search::{History, LastMove, LineSearch};
 use super::passes::{
-    Asking, Ceiling, Direction, Extend, GapUpdate, Means, Peek, PendingUpdate, Sums, TakeOthers,
-    UpdateGap, UpdatePressure,
+    Ceiling, Direction, Extend, GapUpdate, GatherCandidates, Means, Peek, PendingUpdate, Sums,
+    TakeOthers, UpdateGap, UpdatePressure,
 };
 use super::search::Search;
 use super::start::Start;
@@ -92,7 +92,7 @@ impl Solver {
     ) -> Evaluation {
         let goal = Goal { residual: tolerance, is_evaluated: true };
         match self.search.iterate(history, start, goal, stop) {
-            End::Residual { pending, offset, .. } => self.settle(pending, offset),
+            End::Residual { pending, offset, .. } => self.evaluate_search(pending, offset),
             End::Move { line, balance, offset } => match (self.search.bound, &balance) {
                 (Some(hardness), Some(balance)) => {
                     self.evaluate_yielding_move(history, &line, hardness, balance, offset)
@@ -114,7 +114,7 @@ impl Search {
         stop: &dyn Fn(u32) -> bool,
     ) -> End {
         let total = self.load * self.cells() as f64;
-        let Start { mut standing, base_sum, mut balance } = start;
+        let Start { mut convergence, reference_sum, mut balance } = start;
         let expected_reduction = match self.bound {
             None => EXPECTED_REDUCTION,
             Some(_) => EXPECTED_REDUCTION_OF_STRIPS,
@@ -126,33 +126,33 @@ impl Search {
         };
         let mut last = history.last.take();
         if let Some(last) = &mut last {
-            last.offset_change += standing.offset;
+            last.offset_change += convergence.offset;
         }
         let mut largest = 0.0_f64;
         loop {
             // The first one may be that of a solution under another load.
-            largest = largest.max(self.residual(standing.error));
-            let possible = self.within_single_precision(largest, standing.offset);
+            largest = largest.max(self.residual(convergence.error));
+            let possible = self.within_single_precision(largest, convergence.offset);
             let goal = wanted.residual.max(possible);
-            let is_last =
-                wanted.is_evaluated && expected_reduction * self.residual(standing.error) <= goal;
+            let is_last = wanted.is_evaluated
+                && expected_reduction * self.residual(convergence.error) <= goal;
             let by_blocks = !is_last && history.iteration < two_level_iterations;
             self.correct(by_blocks);
             let steps = self.steps(history.is_nested);
             let step = history.damping * history.caution * steps.of(history.iteration);
-            let lacked = balance.map_or(0.0, |balance| total - balance.sum);
-            let reduction = goal / self.residual(standing.error);
+            let missing_load = balance.map_or(0.0, |balance| total - balance.sum);
+            let reduction = goal / self.residual(convergence.error);
             let sees_all_rows = history.sees_all_rows || self.must_balance(reduction);
-            let direction = self.direction(last.as_ref(), step, lacked, sees_all_rows);
+            let direction = self.direction(last.as_ref(), step, missing_load, sees_all_rows);
             let sums = self.update_pressure(direction, is_last);
             let line = match &balance {
                 None => {
                     let reference = self.reference + self.height_reference;
-                    LineSearch::new(&sums, base_sum, total, reference)
+                    LineSearch::new(&sums, reference_sum, total, reference)
                 }
                 Some(balance) => {
                     let load = [balance.sum, total];
-                    LineSearch::yielding(&sums, base_sum, load, balance.free_offset)
+                    LineSearch::yielding(&sums, reference_sum, load, balance.free_offset)
                 }
             };
             if line.sheds_load() {
@@ -160,28 +160,28 @@ impl Search {
                 self.extension.continues = history.continues();
                 return End::Residual {
                     pending: PendingUpdate::ALL_BACK,
-                    offset: standing.offset,
+                    offset: convergence.offset,
                     is_reached: false,
                 };
             }
             if is_last {
-                return End::Move { line, balance, offset: standing.offset };
+                return End::Move { line, balance, offset: convergence.offset };
             }
-            let before = standing;
-            let (next, free_offset, made) = self.follow(history, &line, standing);
-            standing = next;
+            let before = convergence;
+            let (next, free_offset, made) = self.follow(history, &line, convergence);
+            convergence = next;
             if let Some(balance) = &mut balance {
-                let moved = base_sum + sums.increment + sums.rounded - balance.sum;
+                let moved = reference_sum + sums.pressure_increment + sums.rounded - balance.sum;
                 balance.sum += made.pending.part * moved;
                 balance.free_offset = free_offset;
             }
             // A move may be less than pressures are rounded by.
-            let stuck = made.pending.part == 0.0 || standing == before;
-            let is_reached = self.residual(standing.error) <= goal;
+            let stuck = made.pending.part == 0.0 || convergence == before;
+            let is_reached = self.residual(convergence.error) <= goal;
             if is_reached || stuck || stop(self.pairs) {
                 return End::Residual {
                     pending: made.pending,
-                    offset: standing.offset,
+                    offset: convergence.offset,
                     is_reached,
                 };
             }
@@ -202,22 +202,22 @@ impl Search {
         &mut self,
         history: &mut History,
         line: &LineSearch,
-        standing: Standing,
-    ) -> (Standing, f64, LastMove) {
-        let offset = standing.offset;
+        convergence: Convergence,
+    ) -> (Convergence, f64, LastMove) {
+        let offset = convergence.offset;
         let own_work = self.transform.multiply(&self.displacement, &mut self.scratch);
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
         let part = self.learn(history, best);
         let pending = PendingUpdate { scale: line.scale, part };
-        let (standing, free_offset) = match self.bound {
+        let (convergence, free_offset) = match self.bound {
             None => {
                 let next_offset = line.offset(part, curvature);
                 self.update_gap::<false>(pending, next_offset)
             }
             Some(_) => {
-                let next_offset = self.peek_offset(part, standing, history.sees_all_rows);
+                let next_offset = self.peek_offset(part, convergence, history.sees_all_rows);
                 self.update_gap::<true>(pending, next_offset)
             }
         };
@@ -225,9 +225,9 @@ impl Search {
             pending,
             curvature: part * part * curvature,
             missed: if part < 1.0 { 0.0 } else { (best - 1.0).min(1.0) },
-            offset_change: standing.offset - offset,
+            offset_change: convergence.offset - offset,
         };
-        (standing, free_offset, made)
+        (convergence, free_offset, made)
     }
 
     /// Learns from a move of which the part `best` would have been right. Says which part to keep.
@@ -242,7 +242,7 @@ impl Search {
         &mut self,
         pending: PendingUpdate,
         offset: f64,
-    ) -> (Standing, f64) {
+    ) -> (Convergence, f64) {
         let response = GapUpdate {
             offset: offset as f32,
             on_move: (pending.part * pending.scale) as f32,
@@ -254,10 +254,10 @@ impl Search {
         let mut pass = Wide(UpdateGap::<YIELDS> {
             response,
             heights: &self.heights,
-            gap: Band::of(&mut self.gap),
-            carry: Band::of(&mut self.carry),
+            gap: Band::new(&mut self.gap),
+            last_step: Band::new(&mut self.last_step),
             active: self.active.band(),
-            asked: self.extension.asked_rows(),
+            residual: self.extension.residual_rows(),
             sample: self.sample.band(),
             seen: InOrder::new(),
         });
@@ -268,7 +268,7 @@ impl Search {
         let free_offset = offset + seen.free_sum / seen.free_nodes.max(1.0);
         // In elastic bodies the sums are zero, and it is known already.
         let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);
-        (seen.extremes.seen_from(offset), free_offset)
+        (seen.extremes.convergence(offset), free_offset)
     }
 }
 
@@ -282,24 +282,25 @@ impl Search {
     /// rows.
     fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
         // Their memory serves again.
-        let (mut nodes, mut last_moves) = (take(&mut self.asking), take(&mut self.last_moves));
+        let (mut nodes, mut last_moves) = (take(&mut self.candidates), take(&mut self.last_moves));
         nodes.clear();
         last_moves.clear();
-        let asking = self.bound.map(|_| Asking {
-            base: &self.base,
-            increment: &self.increment,
+        let candidates = self.bound.map(|_| GatherCandidates {
+            reference_pressure: &self.reference_pressure,
+            pressure_increment: &self.pressure_increment,
             of_move: of_move as f32,
             nodes,
             last_moves,
             rows: 0,
         });
         let extension = &self.extension;
-        let mut peek = Wide(Peek::new(&self.carry, &self.active, &self.sample, extension, asking));
+        let mut peek =
+            Wide(Peek::new(&self.last_step, &self.active, &self.sample, extension, candidates));
         let by_blocks = self.is_by_blocks;
         let nodal = by_blocks.then(|| self.two_level.nodal(&self.gap, self.level));
         let (single, scratch) = (&self.transform, &mut self.scratch);
         let mut look = |pairs: Vec<usize>, peek: &mut Wide<Peek>| match nodal {
-            None => self.stiffness.peek_kept(&pairs, peek, single, scratch),
+            None => self.stiffness.peek_stored(&pairs, peek, single, scratch),
             Some(nodal) => nodal.peek(&self.threads, &pairs, self.nodes, peek),
         };
         look(self.sample.pairs(), &mut peek);
@@ -307,27 +308,27 @@ impl Search {
             look(self.sample.other_pairs(), &mut peek);
         }
         let means = peek.0.means();
-        let Some(asking) = peek.0.asking() else {
+        let Some(candidates) = peek.0.candidates() else {
             return (means, 0);
         };
-        let rows = asking.rows;
-        (self.asking, self.last_moves) = (asking.nodes, asking.last_moves);
+        let rows = candidates.rows;
+        (self.candidates, self.last_moves) = (candidates.nodes, candidates.last_moves);
         (means, rows)
     }
 
     /// Chooses a direction, conjugate to the last move. Where the material yields, it brings also
-    /// what pressures have lacked since then.
+    /// what pressures have missing_load since then.
     pub(super) fn direction(
         &mut self,
         last: Option<&LastMove>,
         step: f64,
-        lacked: f64,
+        missing_load: f64,
         sees_all_rows: bool,
     ) -> Direction {
         let of_move = last.map_or(0.0, |last| last.pending.part - 1.0);
         let (means, rows) = self.peek(of_move, sees_all_rows);
         let Some(last) = last else {
-            let mean = self.balanced_mean([step, 0.0], lacked, rows);
+            let mean = self.balanced_mean([step, 0.0], missing_load, rows);
             return Direction::first(step, mean.unwrap_or(-means.correction));
         };
         // Gaps count from the offset, and the offset has moved too.
@@ -338,7 +339,7 @@ impl Search {
         let cells = self.cells() as f64;
         let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
         let mean = share * part * (means.last_move + scaling) - means.correction;
-        let mean = self.balanced_mean([step, share * part], lacked, rows).unwrap_or(mean);
+        let mean = self.balanced_mean([step, share * part], missing_load, rows).unwrap_or(mean);
         Direction::next(last.pending, share, step, mean)
     }
 
@@ -358,11 +359,11 @@ impl Search {
         let mut pass = Wide(UpdatePressure::<YIELDS> {
             direction,
             ceiling: Ceiling::at(self.ceiling()),
-            base: &self.base,
-            increment: Band::of(&mut self.increment),
+            reference_pressure: &self.reference_pressure,
+            pressure_increment: Band::new(&mut self.pressure_increment),
             given: self.extension.given_rows(),
             active: &self.active,
-            carry: Band::of(&mut self.carry),
+            last_step: Band::new(&mut self.last_step),
             gap: &self.gap,
             heights: &self.heights,
             sums: InOrder::new(),
@@ -370,11 +371,11 @@ impl Search {
         let (single, scratch) = (&self.transform, &mut self.scratch);
         if self.is_by_blocks {
             let nodal = self.two_level.nodal(&self.gap, self.level);
-            nodal.turn(self.nodes[1], &mut pass, single, scratch);
+            nodal.begin(self.nodes[1], &mut pass, single, scratch);
         } else if is_last {
-            self.stiffness.finish_kept(&mut pass, single, scratch);
+            self.stiffness.read_stored(&mut pass, single, scratch);
         } else {
-            self.stiffness.turn_kept(&mut pass, single, scratch);
+            self.stiffness.begin_from_stored(&mut pass, single, scratch);
         }
         pass.0.sums.total()
     }
@@ -390,12 +391,12 @@ impl Search {
         self.pairs += 1;
         let mut pass = Wide(TakeOthers {
             map: self.nodes,
-            carry: &self.carry,
+            last_step: &self.last_step,
             active: &self.active,
             taken: self.extension.taken_rows(),
         });
         let (single, scratch) = (&self.transform, &mut self.scratch);
-        self.stiffness.finish_and_keep(&mut pass, single, scratch);
+        self.stiffness.finish_and_store(&mut pass, single, scratch);
         self.extension.collect(&self.threads);
     }
 
@@ -407,7 +408,7 @@ impl Search {
             map: self.nodes,
             level: self.level as f32,
             gap: &self.gap,
-            carry: &self.carry,
+            last_step: &self.last_step,
             active: &self.active,
             continued: self.extension.continued_rows(),
         });

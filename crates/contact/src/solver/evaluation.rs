@@ -17,7 +17,7 @@ use crate::fft::Band;
 /// What only double precision tells.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
-    pub standing: Standing,
+    pub convergence: Convergence,
     pub contact_nodes: f64,
     /// Mean of the gap over the map, zero where there is contact.
     pub mean_gap: f64,
@@ -33,7 +33,7 @@ impl Solver {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
             hardness: self.search.ceiling(),
-            carry: Band::of(&mut self.search.carry),
+            last_step: Band::new(&mut self.search.last_step),
             keeps_moves: false,
         });
         self.double_scratch.take_over(&mut self.search.scratch);
@@ -45,7 +45,7 @@ impl Solver {
     /// gaps so far from their reference are rounded. A search would find nothing to do there.
     pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
         let evaluation = self.evaluate();
-        let Standing { offset, error } = evaluation.standing;
+        let Convergence { offset, error } = evaluation.convergence;
         let is_seen = error > f64::from(f32::EPSILON) * offset.abs();
         if is_seen || self.is_solved(settings, &evaluation) {
             return evaluation;
@@ -56,7 +56,7 @@ impl Solver {
 
     /// The same of the pressure where a search led. Gaps are to be counted from `offset`, near to
     /// that which will be found, so that gaps in contact keep all their digits.
-    pub(super) fn settle(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
+    pub(super) fn evaluate_search(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
         if let Some(hardness) = self.search.bound {
             self.promote_yielding(hardness, pending);
             self.search.reference += offset;
@@ -68,8 +68,8 @@ impl Solver {
         }
         let mut promote = Promote {
             factor: pending.of_pressure(),
-            base: &self.search.base,
-            increment: &self.search.increment,
+            reference_pressure: &self.search.reference_pressure,
+            pressure_increment: &self.search.pressure_increment,
         };
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut promote);
         self.evaluate_without(1.0 - pending.part, offset)
@@ -86,7 +86,7 @@ impl Solver {
     /// Takes so much of the last move from the pressures.
     pub(super) fn take_back(&mut self, part: f64) {
         let mut pass =
-            TakeBack { part, hardness: self.search.ceiling(), carry: &self.search.carry };
+            TakeBack { part, hardness: self.search.ceiling(), last_step: &self.search.last_step };
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
     }
 
@@ -131,19 +131,19 @@ impl Solver {
             heights: &self.heights,
             reference: self.search.reference,
             scaling: MoveScaling { scale: scale as f32, reference_change: reference_change as f32 },
-            sums_gaps: !self.body.keeps_mean(),
-            survey: InOrder::new(),
+            sums_gaps: !self.body.has_zero_mean_displacement(),
+            statistics: InOrder::new(),
             curvature: InOrder::new(),
-            base: &self.search.base,
-            increment: &self.search.increment,
-            gap: Band::of(&mut self.search.gap),
-            carry: Band::of(&mut self.search.carry),
+            reference_pressure: &self.search.reference_pressure,
+            pressure_increment: &self.search.pressure_increment,
+            gap: Band::new(&mut self.search.gap),
+            last_step: Band::new(&mut self.search.last_step),
             sample: self.search.sample.band(),
             found: vec![0.0; self.search.nodes[1]],
         });
         self.double.finish(&mut pass, &mut self.double_scratch);
-        let (survey, curvature) = (pass.0.survey.total(), pass.0.curvature.total());
-        (self.evaluation(&survey, work), curvature)
+        let (statistics, curvature) = (pass.0.statistics.total(), pass.0.curvature.total());
+        (self.evaluation(&statistics, work), curvature)
     }
 
     /// Learns from a move that was evaluated, of which `best` would have been right, and keeps it,
@@ -158,7 +158,7 @@ impl Solver {
     ) -> Evaluation {
         let part = self.search.learn(history, best);
         if part < 1.0 {
-            return self.evaluate_without(1.0 - part, evaluation.standing.offset);
+            return self.evaluate_without(1.0 - part, evaluation.convergence.offset);
         }
         history.last = (best > 0.0).then_some(LastMove {
             pending: PendingUpdate::NOTHING,
@@ -173,9 +173,9 @@ impl Solver {
         self.search.reference += offset;
         let mut pass = Wide(PromotedInput {
             scale,
-            base: &self.search.base,
-            increment: &self.search.increment,
-            pressure: Band::of(&mut self.pressure),
+            reference_pressure: &self.search.reference_pressure,
+            pressure_increment: &self.search.pressure_increment,
+            pressure: Band::new(&mut self.pressure),
         });
         self.double_scratch.take_over(&mut self.search.scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
@@ -193,29 +193,29 @@ impl Solver {
         let mut pass = Wide(GapOutput::<YIELDS> {
             heights: &self.heights,
             reference: self.search.reference,
-            gap: Band::of(&mut self.search.gap),
-            carry: &self.search.carry,
-            sums_gaps: !self.body.keeps_mean(),
-            survey: InOrder::new(),
+            gap: Band::new(&mut self.search.gap),
+            last_step: &self.search.last_step,
+            sums_gaps: !self.body.has_zero_mean_displacement(),
+            statistics: InOrder::new(),
         });
         self.double.finish(&mut pass, &mut self.double_scratch);
-        let survey = pass.0.survey.total();
-        self.evaluation(&survey, work)
+        let statistics = pass.0.statistics.total();
+        self.evaluation(&statistics, work)
     }
 
-    fn evaluation(&mut self, survey: &Survey, work: f64) -> Evaluation {
-        let standing = survey.standing();
+    fn evaluation(&mut self, statistics: &GapStatistics, work: f64) -> Evaluation {
+        let convergence = statistics.convergence();
         self.search.pairs += 1;
-        self.offset = standing.offset;
+        self.offset = convergence.offset;
         let cells = self.pressure.len() as f64;
-        let yielded_depth = match survey.saturated_nodes() {
+        let yielded_depth = match statistics.saturated_nodes() {
             0.0 => 0.0,
-            nodes => (nodes * standing.offset - survey.saturated_sum) / cells,
+            nodes => (nodes * convergence.offset - statistics.saturated_sum) / cells,
         };
-        let mean_gap = match survey.gap_sum {
-            Some(sum) => sum / cells - standing.offset,
+        let mean_gap = match statistics.gap_sum {
+            Some(sum) => sum / cells - convergence.offset,
             // Displacements and heights have no mean.
-            None => -(self.search.reference + standing.offset),
+            None => -(self.search.reference + convergence.offset),
         };
         // Where material has yielded there is no gap, and where all nodes touch none but for
         // rounding.
@@ -224,8 +224,8 @@ impl Solver {
             depth => (mean_gap + depth).max(0.0),
         };
         Evaluation {
-            standing,
-            contact_nodes: survey.contact_nodes,
+            convergence,
+            contact_nodes: statistics.contact_nodes,
             mean_gap,
             yielded_depth,
             energy: 0.5 * work / cells,
@@ -235,7 +235,7 @@ impl Solver {
 
 /// Where a search stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Standing {
+pub struct Convergence {
     /// Mean of the gap over the contact, but where the material yields: where the rigid surface is
     /// to be shifted to.
     pub offset: f64,
@@ -263,10 +263,10 @@ impl Extremes {
         0.5 * (highest + f64::from(self.lowest))
     }
 
-    pub fn seen_from(self, offset: f64) -> Standing {
+    pub fn convergence(self, offset: f64) -> Convergence {
         let highest = f64::from(self.highest_in_contact) - offset;
         let lowest = f64::from(self.lowest) - offset;
-        Standing { offset, error: highest.max(-lowest) }
+        Convergence { offset, error: highest.max(-lowest) }
     }
 
     #[inline(always)]
@@ -284,9 +284,9 @@ impl Extremes {
     }
 }
 
-/// A standing in the making, row by row.
+/// A convergence in the making, row by row.
 #[derive(Debug, Clone, Copy)]
-pub struct Survey {
+pub struct GapStatistics {
     pub contact_nodes: f64,
     /// Of these, the ones that are not saturated.
     pub elastic_nodes: f64,
@@ -299,7 +299,7 @@ pub struct Survey {
     extremes: Extremes,
 }
 
-impl Found for Survey {
+impl Found for GapStatistics {
     const NOTHING: Self = Self {
         contact_nodes: 0.0,
         elastic_nodes: 0.0,
@@ -321,7 +321,7 @@ impl Found for Survey {
     }
 }
 
-impl Survey {
+impl GapStatistics {
     /// Nothing so far, of gaps that are to be summed or not.
     pub fn new(sums_gaps: bool) -> Self {
         Self { gap_sum: sums_gaps.then_some(0.0), ..Self::NOTHING }
@@ -329,14 +329,15 @@ impl Survey {
 
     /// Adds a row of gaps, in double precision, and of numbers that are marked by pressure.
     #[inline(always)]
-    pub fn add_gaps<const YIELDS: bool>(&mut self, gap: &[f64], carry: &[f32]) {
-        self.elastic_sum += sum_by(gap, carry, |gap, carry| {
-            let is_elastic = has(carry, PRESSED) && !(YIELDS && has(carry, SATURATED));
+    pub fn add_gaps<const YIELDS: bool>(&mut self, gap: &[f64], last_step: &[f32]) {
+        self.elastic_sum += sum_by(gap, last_step, |gap, last_step| {
+            let is_elastic = has(last_step, PRESSED) && !(YIELDS && has(last_step, SATURATED));
             weight::<f64>(is_elastic) * gap
         });
         if YIELDS {
-            self.saturated_sum +=
-                sum_by(gap, carry, |gap, carry| weight::<f64>(has(carry, SATURATED)) * gap);
+            self.saturated_sum += sum_by(gap, last_step, |gap, last_step| {
+                weight::<f64>(has(last_step, SATURATED)) * gap
+            });
         }
         if let Some(sum) = &mut self.gap_sum {
             *sum += total(gap);
@@ -349,21 +350,21 @@ impl Survey {
         &mut self,
         simd: S,
         gap: &[[S::f32s; R]],
-        carry: &[[S::f32s; R]],
+        last_step: &[[S::f32s; R]],
     ) {
         let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
         let mut nodes = zero;
         let mut saturated_nodes = zero;
         let mut highest = Lanes::all(simd, -f32::MAX);
         let mut lowest = Lanes::all(simd, f32::MAX);
-        for (gap, carry) in gap.iter().zip(carry) {
-            let (gap, carry) = (Lanes::of(simd, *gap), Lanes::of(simd, *carry));
-            let pressed = carry.has(PRESSED);
+        for (gap, last_step) in gap.iter().zip(last_step) {
+            let (gap, last_step) = (Lanes::of(simd, *gap), Lanes::of(simd, *last_step));
+            let pressed = last_step.has(PRESSED);
             nodes = nodes + pressed.or_zero(one);
             highest = pressed.choose(highest.max(gap), highest);
             let lower = lowest.min(gap);
             if YIELDS {
-                let saturated = carry.has(SATURATED);
+                let saturated = last_step.has(SATURATED);
                 saturated_nodes = saturated_nodes + saturated.or_zero(one);
                 lowest = saturated.choose(lowest, lower);
             } else {
@@ -380,12 +381,12 @@ impl Survey {
         self.contact_nodes - self.elastic_nodes
     }
 
-    pub fn standing(&self) -> Standing {
+    pub fn convergence(&self) -> Convergence {
         let offset = if self.elastic_nodes > 0.0 || self.contact_nodes == 0.0 {
             self.elastic_sum / self.elastic_nodes
         } else {
             self.extremes.middle()
         };
-        self.extremes.seen_from(offset)
+        self.extremes.convergence(offset)
     }
 }

@@ -26,7 +26,7 @@ use crate::threads::Threads;
 mod levels;
 mod rows;
 
-pub use rows::{AskedRows, ContinuedRows, GivenRows, TakenRows};
+pub use rows::{ContinuedRows, GivenRows, ResidualRows, TakenRows};
 
 use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
 
@@ -98,7 +98,7 @@ impl Extension {
         if !self.continues {
             return self.levels[0].values.fill(0.0);
         }
-        self.forget_beyond_map();
+        self.clear_beyond_map();
         for finer in 0..self.levels.len() - 1 {
             let [fine, coarse] = self.pair(finer);
             for (of, to) in [(&fine.free, &mut coarse.free), (&fine.values, &mut coarse.values)] {
@@ -144,7 +144,7 @@ impl Extension {
     }
 
     /// What lies there was not asked.
-    fn forget_beyond_map(&mut self) {
+    fn clear_beyond_map(&mut self) {
         let smallest = &mut self.levels[0];
         let asked = self.map[0].div_ceil(SIDE) * smallest.blocks[1];
         smallest.values[asked..].fill(0.0);

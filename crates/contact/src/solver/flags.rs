@@ -32,36 +32,36 @@ const ALL_MARKS: u32 = MARKS | SATURATED;
 
 #[inline(always)]
 pub fn mark<S: Simd, const R: usize>(
-    carry: Lanes<S, R>,
+    last_step: Lanes<S, R>,
     free: Choice<S, R>,
     pressed: Choice<S, R>,
 ) -> Lanes<S, R> {
-    carry.with(MARKS, [(FREE, free), (PRESSED, pressed)])
+    last_step.with(MARKS, [(FREE, free), (PRESSED, pressed)])
 }
 
 /// The same where the material yields.
 #[inline(always)]
 pub fn mark_yielding<S: Simd, const R: usize>(
-    carry: Lanes<S, R>,
+    last_step: Lanes<S, R>,
     free: Choice<S, R>,
     pressed: Choice<S, R>,
     saturated: Choice<S, R>,
 ) -> Lanes<S, R> {
     let marks = [(FREE, free), (PRESSED, pressed), (SATURATED, saturated)];
-    carry.with(ALL_MARKS, marks)
+    last_step.with(ALL_MARKS, marks)
 }
 
 #[inline(always)]
-pub fn has(carry: f32, mark: u32) -> bool {
-    carry.to_bits() & mark != 0
+pub fn has(last_step: f32, mark: u32) -> bool {
+    last_step.to_bits() & mark != 0
 }
 
 /// The number with the marks of such a pressure; whether it is free stays as it was.
 #[inline(always)]
-pub fn marked_by_pressure(carry: f32, pressure: f64, hardness: f64) -> f32 {
+pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     let pressed = PRESSED * u32::from(pressure > 0.0);
     let saturated = SATURATED * u32::from(pressure >= hardness);
-    f32::from_bits((carry.to_bits() & !(PRESSED | SATURATED)) | pressed | saturated)
+    f32::from_bits((last_step.to_bits() & !(PRESSED | SATURATED)) | pressed | saturated)
 }
 
 /// For the rest of a row, node by node.
@@ -112,8 +112,8 @@ impl ActiveGroups {
     pub fn band(&mut self) -> ActiveBand<'_> {
         ActiveBand {
             row_groups: self.row_groups,
-            active: Band::of(&mut self.active),
-            free: Band::of(&mut self.free),
+            active: Band::new(&mut self.active),
+            free: Band::new(&mut self.free),
             always: self.always,
         }
     }
@@ -155,9 +155,9 @@ mod tests {
     use crate::solver::{Settings, Solver};
     use crate::topography::shapes::Shape;
 
-    fn marked(carry: f32, free: bool, pressed: bool) -> f32 {
+    fn marked(last_step: f32, free: bool, pressed: bool) -> f32 {
         let marks = (FREE * u32::from(free)) | (PRESSED * u32::from(pressed));
-        f32::from_bits((carry.to_bits() & !MARKS) | marks)
+        f32::from_bits((last_step.to_bits() & !MARKS) | marks)
     }
 
     #[test]

@@ -58,13 +58,13 @@ impl HalfSpace {
         self.solver_on(Threads::one(), grid, heights)
     }
 
-    /// The same, prepared by several threads, which [work on it](Solver::work_on) from then on.
+    /// The same, prepared by several threads, which [work on it](Solver::set_threads) from then on.
     pub fn solver_on(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
         let body: Box<dyn ElasticOperator> = match self.boundary {
             Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),
             Boundary::Free => Box::new(FreeHalfSpace::new(grid)),
         };
-        Solver::on(threads, body, self.hardness, heights)
+        Solver::with_threads(threads, body, self.hardness, heights)
     }
 
     /// Bytes that such a solver takes for each node while it is prepared and solves to this
@@ -187,9 +187,9 @@ impl Stiffness {
     }
 
     /// Lets these threads share the work from now on.
-    pub fn work_on(&mut self, threads: &Threads) {
+    pub fn set_threads(&mut self, threads: &Threads) {
         if let Some(apart) = &mut self.apart {
-            apart.scratch.work_on(threads.clone());
+            apart.scratch.set_threads(threads.clone());
         }
     }
 
@@ -205,7 +205,7 @@ impl Stiffness {
     }
 
     /// Ends it: all rows of pressures are read, and kept.
-    pub fn finish_and_keep(
+    pub fn finish_and_store(
         &mut self,
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
@@ -213,11 +213,11 @@ impl Stiffness {
     ) {
         let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
         transform.multiply(&self.kernel, scratch);
-        transform.finish_and_keep(rows, scratch);
+        transform.finish_and_store(rows, scratch);
     }
 
     /// Reads these pairs of rows that were kept, on the map.
-    pub fn peek_kept(
+    pub fn peek_stored(
         &mut self,
         pairs: &[usize],
         rows: &mut impl Rows<f32>,
@@ -225,36 +225,36 @@ impl Stiffness {
         scratch: &mut Scratch<f32>,
     ) {
         let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
-        in_corner(self.map, rows, |rows| transform.peek_kept(pairs, rows, scratch));
+        in_corner(self.map, rows, |rows| transform.peek_stored(pairs, rows, scratch));
     }
 
     /// Reads rows that were kept, on the map.
-    pub fn finish_kept(
+    pub fn read_stored(
         &mut self,
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
         let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
-        in_corner(self.map, rows, |rows| transform.finish_kept(rows, scratch));
+        in_corner(self.map, rows, |rows| transform.read_stored(rows, scratch));
     }
 
     /// The same, and begins the convolution of the pressures by which they are replaced.
-    pub fn turn_kept(
+    pub fn begin_from_stored(
         &mut self,
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
         let Some(apart) = &mut self.apart else {
-            return single.turn_kept(rows, scratch);
+            return single.begin_from_stored(rows, scratch);
         };
         let mut keeping = KeepMoves {
             rows: rows.split_off(Row::new(0, self.map[1])),
-            moves: Band::of(&mut apart.moves),
+            moves: Band::new(&mut apart.moves),
         };
         in_corner(self.map, &mut keeping, |rows| {
-            apart.transform.finish_kept(rows, &mut apart.scratch);
+            apart.transform.read_stored(rows, &mut apart.scratch);
         });
         rows.append(keeping.rows);
         single.begin_with(&apart.moves, scratch);

@@ -16,14 +16,14 @@ pub struct CentredHeights {
 }
 
 impl CentredHeights {
-    pub fn of(threads: &Threads, heights: &[f64], row_nodes: usize) -> Self {
+    pub fn new(threads: &Threads, heights: &[f64], row_nodes: usize) -> Self {
         let cells = heights.len();
         let (mut own, mut single_heights) = (vec![0.0; cells], vec![0.0; cells]);
         let mut copy = CopyAndSum { heights, sum: InOrder::new() };
         over_rows(threads, &mut own, row_nodes, &mut copy);
         let mut centre = Centre {
             mean: copy.sum.total() / cells as f64,
-            single_heights: Band::of(&mut single_heights),
+            single_heights: Band::new(&mut single_heights),
             seen: RangeSoFar::NONE,
         };
         over_rows(threads, &mut own, row_nodes, &mut centre);
@@ -290,7 +290,7 @@ mod tests {
         let given: Vec<f64> = (0..rows * row_nodes).map(bump).collect();
         let three = Threads::new(NonZeroUsize::new(3).unwrap());
         let [alone, shared] = [Threads::one(), three.clone()]
-            .map(|threads| CentredHeights::of(&threads, &given, row_nodes));
+            .map(|threads| CentredHeights::new(&threads, &given, row_nodes));
         assert_eq!(alone.heights, shared.heights);
         assert_eq!(alone.single_heights, shared.single_heights);
 

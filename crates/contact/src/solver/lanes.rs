@@ -13,7 +13,7 @@ use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Range, Sub};
 
 use pulp::{NullaryFnOnce, Scalar, Scalar512b, Simd};
 
-use crate::fft::{Band, ROWS_TOGETHER, Real, Row, Rows};
+use crate::fft::{Band, ROW_BATCH, Real, Row, Rows};
 use crate::instructions::Instructions;
 use crate::threads::Threads;
 
@@ -77,16 +77,16 @@ pub fn over_rows<T: Send, P: Pass<T>>(
     pass: &mut P,
 ) {
     let count = map.len() / nodes;
-    let crew = threads.crew(map.len());
-    let mut whole = Band::of(map);
+    let workers = threads.workers(map.len());
+    let mut whole = Band::new(map);
     let mut blocks: Vec<(Range<usize>, Band<T>, Wide<P>)> = Vec::new();
     let mut end = count;
-    for block in crew.cuts(count.div_ceil(ROWS_TOGETHER)).into_iter().rev() {
-        let first = Row::new(ROWS_TOGETHER * block, nodes);
+    for block in workers.cuts(count.div_ceil(ROW_BATCH)).into_iter().rev() {
+        let first = Row::new(ROW_BATCH * block, nodes);
         blocks.push((first.index()..end, whole.split_off(first), Wide(pass.split_off(first))));
         end = first.index();
     }
-    crew.each(
+    workers.for_each(
         &mut Vec::new(),
         || (),
         &mut blocks,

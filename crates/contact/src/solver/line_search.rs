@@ -39,10 +39,10 @@ pub struct LineSearch {
 }
 
 impl LineSearch {
-    /// A move whose pressures come to `base + sums.increment`, and are to come to `total`; gaps are
+    /// A move whose pressures come to `reference_sum + sums.pressure_increment`, and are to come to `total`; gaps are
     /// u less height and `reference`.
-    pub fn new(sums: &Sums, base: f64, total: f64, reference: f64) -> Self {
-        let after = base + sums.increment;
+    pub fn new(sums: &Sums, reference_sum: f64, total: f64, reference: f64) -> Self {
+        let after = reference_sum + sums.pressure_increment;
         let scale = total / after;
         let pressure_on_gap = sums.pressure_on_gap - sums.move_on_gap;
         let pressure_on_height = sums.pressure_on_height - sums.move_on_height;
@@ -63,8 +63,13 @@ impl LineSearch {
 
     /// The same where the material yields. The move starts from pressures that come to `before`,
     /// and gaps of free nodes have the mean `offset`.
-    pub fn yielding(sums: &Sums, base: f64, [before, total]: [f64; 2], offset: f64) -> Self {
-        let after = base + sums.increment + sums.rounded;
+    pub fn yielding(
+        sums: &Sums,
+        reference_sum: f64,
+        [before, total]: [f64; 2],
+        offset: f64,
+    ) -> Self {
+        let after = reference_sum + sums.pressure_increment + sums.rounded;
         Self {
             scale: 1.0,
             needed_scale: total / after,
@@ -80,8 +85,11 @@ impl LineSearch {
     /// The same with elastic pressures scaled after the move, so that they come to what they
     /// should.
     pub fn then_scaled(self, scale: f64, offset: f64) -> Self {
-        let lacked = self.total - self.total / self.needed_scale;
-        Self { slope: self.slope + (scale - 1.0) * self.pressure_on_gap - offset * lacked, ..self }
+        let missing_load = self.total - self.total / self.needed_scale;
+        Self {
+            slope: self.slope + (scale - 1.0) * self.pressure_on_gap - offset * missing_load,
+            ..self
+        }
     }
 
     /// ⟨d, A d⟩, twice the elastic energy of the move alone, from ⟨m, A m⟩.
@@ -315,8 +323,8 @@ mod tests {
         let after = noise(3);
         let moved: Vec<f64> = after.iter().zip(&pressure).map(|(a, p)| a - p).collect();
         let sums = Sums {
-            // Counted from a base of one.
-            increment: after.iter().map(|p| p - 1.0).sum(),
+            // Counted from a reference_sum of one.
+            pressure_increment: after.iter().map(|p| p - 1.0).sum(),
             move_on_gap: dot(&moved, &gap),
             pressure_on_gap: dot(&after, &gap),
             move_on_height: dot(&moved, &heights),
@@ -356,8 +364,11 @@ mod tests {
         let ([pressure, gap, moved], _) = example();
         let after: f64 = pressure.iter().zip(&moved).map(|(p, m)| p + m).sum();
         let (before, total, offset) = (pressure.iter().sum::<f64>(), 1.1 * after, 0.07);
-        let sums =
-            Sums { increment: after - 1.0, move_on_gap: dot(&moved, &gap), ..Sums::default() };
+        let sums = Sums {
+            pressure_increment: after - 1.0,
+            move_on_gap: dot(&moved, &gap),
+            ..Sums::default()
+        };
         let line = LineSearch::yielding(&sums, 1.0, [before, total], offset);
         let curvature = line.curvature(dot(&moved, &sunk(&moved)));
         // Gaps count from the offset.
@@ -383,7 +394,7 @@ mod tests {
 
     #[test]
     fn a_move_that_takes_all_pressure_away_sheds_the_load() {
-        let nothing_left = Sums { increment: -1.0, ..Sums::default() };
+        let nothing_left = Sums { pressure_increment: -1.0, ..Sums::default() };
         assert!(LineSearch::new(&nothing_left, 1.0, 1.0, 0.0).sheds_load());
         let (_, line) = example();
         assert!(!line.sheds_load());

@@ -12,7 +12,7 @@ use super::evaluation::Evaluation;
 use super::flags::{FREE, SATURATED, has};
 use super::heights::range;
 use super::lanes::{InOrder, LANES, Pass, Wide, greater, over_rows, sum_by, total, weight};
-use super::passes::{Base, PendingUpdate, PressureInput, promote};
+use super::passes::{PendingUpdate, PressureInput, ReferencePressure, promote};
 use super::{Hardness, Solver};
 use crate::fft::{Band, Row};
 
@@ -177,9 +177,9 @@ impl Solver {
     pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
         let mut promote = PromoteYielding {
             hardness: hardness.pressure(),
-            base: &self.search.base,
-            increment: &self.search.increment,
-            carry: &self.search.carry,
+            reference_pressure: &self.search.reference_pressure,
+            pressure_increment: &self.search.pressure_increment,
+            last_step: &self.search.last_step,
             tally: Tally::below(hardness.pressure()),
         };
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut promote);
@@ -200,18 +200,18 @@ impl Solver {
     fn shift_free_nodes(&mut self, hardness: Hardness) {
         let hardness = hardness.pressure();
         let sum: f64 = self.pressure.iter().sum();
-        let lacked = self.search.load * self.pressure.len() as f64 - sum;
-        self.search.asking.clear();
-        for (p, carry) in self.pressure.iter().zip(&self.search.carry) {
-            if has(*carry, FREE) {
-                self.search.asking.push(*p as f32, 0.0);
+        let missing_load = self.search.load * self.pressure.len() as f64 - sum;
+        self.search.candidates.clear();
+        for (p, last_step) in self.pressure.iter().zip(&self.search.last_step) {
+            if has(*last_step, FREE) {
+                self.search.candidates.push(*p as f32, 0.0);
             }
         }
-        let Some(shift) = self.search.asking.shift(lacked, hardness as f32) else {
+        let Some(shift) = self.search.candidates.shift(missing_load, hardness as f32) else {
             return;
         };
-        for (p, carry) in self.pressure.iter_mut().zip(&self.search.carry) {
-            if has(*carry, FREE) {
+        for (p, last_step) in self.pressure.iter_mut().zip(&self.search.last_step) {
+            if has(*last_step, FREE) {
                 *p = (*p + shift).clamp(0.0, hardness);
             }
         }
@@ -222,7 +222,7 @@ impl Solver {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
             hardness: hardness.pressure(),
-            carry: Band::of(&mut self.search.carry),
+            last_step: Band::new(&mut self.search.last_step),
             keeps_moves: true,
         });
         self.double_scratch.take_over(&mut self.search.scratch);
@@ -296,19 +296,19 @@ impl Solver {
 /// hardness less well.
 pub struct PromoteYielding<'a> {
     pub hardness: f64,
-    pub base: &'a Base,
-    pub increment: &'a [f32],
+    pub reference_pressure: &'a ReferencePressure,
+    pub pressure_increment: &'a [f32],
     /// Marked where nodes are saturated.
-    pub carry: &'a [f32],
+    pub last_step: &'a [f32],
     pub tally: Tally,
 }
 
 impl Pass<f64> for PromoteYielding<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        promote(1.0, self.base.row(row), row.of(self.increment), pressure);
-        for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
-            let is_saturated = has(*carry, SATURATED) || *p > self.hardness;
+        promote(1.0, self.reference_pressure.row(row), row.of(self.pressure_increment), pressure);
+        for (p, last_step) in pressure.iter_mut().zip(row.of(self.last_step)) {
+            let is_saturated = has(*last_step, SATURATED) || *p > self.hardness;
             *p = if is_saturated { self.hardness } else { *p };
         }
         self.tally.add(row, pressure);

@@ -59,9 +59,9 @@ struct Coarsest {
     found: CoarseContact,
 }
 
-/// What is asked of all meshes.
+/// What is case of all meshes.
 #[derive(Clone, Copy)]
-struct Asked<'a> {
+struct LoadCase<'a> {
     load: f64,
     bound: Option<Hardness>,
     watch: &'a dyn Watch,
@@ -95,13 +95,13 @@ impl Coarser {
             let body = body.on_coarser(coarsest.grid())?;
             Some(Solver {
                 yields_from: 0.0,
-                ..Solver::on(threads.clone(), body, Some(hardness), &heights)
+                ..Solver::with_threads(threads.clone(), body, Some(hardness), &heights)
             })
         });
         Some(Self {
             levels,
             coarsest: Coarsest {
-                elastic: Solver::on(threads.clone(), coarsest, None, &heights),
+                elastic: Solver::with_threads(threads.clone(), coarsest, None, &heights),
                 yielding,
                 found,
             },
@@ -109,13 +109,13 @@ impl Coarser {
     }
 
     /// Lets these threads share the work from now on.
-    pub fn work_on(&mut self, threads: &Threads) {
+    pub fn set_threads(&mut self, threads: &Threads) {
         for level in &mut self.levels {
-            level.search.work_on(threads.clone());
+            level.search.set_threads(threads.clone());
         }
-        self.coarsest.elastic.work_on(threads.clone());
+        self.coarsest.elastic.set_threads(threads.clone());
         if let Some(yielding) = &mut self.coarsest.yielding {
-            yielding.work_on(threads.clone());
+            yielding.set_threads(threads.clone());
         }
     }
 
@@ -128,8 +128,8 @@ impl Coarser {
         bound: Option<Hardness>,
         watch: &dyn Watch,
     ) -> &CoarseContact {
-        let asked = Asked { load, bound, watch };
-        find(&mut self.levels, &mut self.coarsest, finer, asked)
+        let case = LoadCase { load, bound, watch };
+        find(&mut self.levels, &mut self.coarsest, finer, case)
     }
 }
 
@@ -165,15 +165,15 @@ fn find<'a>(
     levels: &'a mut [Level],
     coarsest: &'a mut Coarsest,
     finer: &mut Search,
-    asked: Asked,
+    case: LoadCase,
 ) -> &'a CoarseContact {
     let compliance = finer.compliance();
     let Some((level, coarser)) = levels.split_first_mut() else {
-        return coarsest.find(compliance, asked);
+        return coarsest.find(compliance, case);
     };
     level.search.borrow_from(finer);
-    let found = find(coarser, coarsest, &mut level.search, asked);
-    level.find_from(found, compliance, asked);
+    let found = find(coarser, coarsest, &mut level.search, case);
+    level.find_from(found, compliance, case);
     finer.borrow_from(&mut level.search);
     &level.found
 }
@@ -191,13 +191,13 @@ impl Level {
     }
 
     /// Finds the contact from what was found on the next coarser mesh.
-    fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, asked: Asked) {
+    fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, case: LoadCase) {
         let Self { search, found } = self;
-        search.prepare(asked);
+        search.prepare(case);
         match search.begin_from(coarse) {
-            None => found.lose(),
+            None => found.clear(),
             Some(start) => {
-                let (pending, offset) = search.find_coarse(start, asked.watch);
+                let (pending, offset) = search.find_coarse(start, case.watch);
                 found.take_search(search, pending, offset, compliance);
             }
         }
@@ -206,23 +206,23 @@ impl Level {
 }
 
 impl Coarsest {
-    fn find(&mut self, compliance: f64, asked: Asked) -> &CoarseContact {
-        let solver = match (asked.bound, &mut self.yielding) {
+    fn find(&mut self, compliance: f64, case: LoadCase) -> &CoarseContact {
+        let solver = match (case.bound, &mut self.yielding) {
             (Some(_), Some(yielding)) => yielding,
             _ => &mut self.elastic,
         };
-        solver.forget();
+        solver.reset();
         let settings = Settings { tolerance: TOLERANCE, pair_limit: PAIR_LIMIT };
-        let outcome = solver.press(asked.load, &settings, &|| asked.watch.is_interrupted());
+        let outcome = solver.press(case.load, &settings, &|| case.watch.is_interrupted());
         self.found.take_solution(solver, &outcome, compliance);
         &self.found
     }
 }
 
 impl Search {
-    fn prepare(&mut self, asked: Asked) {
-        self.load = asked.load;
-        self.bound = asked.bound;
+    fn prepare(&mut self, case: LoadCase) {
+        self.load = case.load;
+        self.bound = case.bound;
         // Bits of a load are to depend on the loads before by what a solver keeps of them alone.
         self.nested_steps = Steps::default();
         self.extension.continues = true;
@@ -265,7 +265,7 @@ impl Search {
     }
 
     fn lent_maps(&mut self) -> [&mut Vec<f32>; 3] {
-        [&mut self.gap, &mut self.increment, &mut self.carry]
+        [&mut self.gap, &mut self.pressure_increment, &mut self.last_step]
     }
 }
 
@@ -304,19 +304,19 @@ impl Solver {
             .or_else(|| Coarser::new(threads, body, self.hardness, &self.heights).map(Box::new));
         let mut coarser = coarser?;
         self.count_heights_from(0.0);
-        self.remember();
+        self.save_previous();
         self.search.load = load;
         self.search.scratch.take_over(&mut self.double_scratch);
         let outcome = self.press_from(&mut coarser, settings, watch);
         self.coarser = Some(coarser);
         if outcome.is_none() {
-            self.forget();
+            self.reset();
         }
         outcome
     }
 
     /// Solves by way of coarser meshes. Elastic loads owe nothing to a hardness that they do not
-    /// pass, so that coarser meshes are asked without it first.
+    /// pass, so that coarser meshes are case without it first.
     fn press_from(
         &mut self,
         coarser: &mut Coarser,

@@ -8,12 +8,13 @@ mod update_gap;
 mod update_pressure;
 
 pub use begin::{
-    Ask, Base, BeginPressed, LastMoveDone, Onwards, PressureLessGap, Remember, StartPressure,
+    BeginPressed, Extrapolation, InitialResidual, LastMoveDone, PressureLessGap, ReferencePressure,
+    SavePressure, StartPressure,
 };
 pub use evaluate::{
     GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromotedInput, TakeBack, promote,
 };
 pub use extend::{Extend, Nodal, TakeOthers};
-pub use peek::{Asking, FEWEST_NODES, Means, Peek, PeekGap, Sample};
+pub use peek::{FEWEST_NODES, GatherCandidates, Means, Peek, PeekGap, Sample};
 pub use update_gap::{GapUpdate, Seen, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

@@ -14,7 +14,7 @@ use super::lanes::{InOrder, Pass, over_rows, sum_by, weight};
 use super::line_search::History;
 use super::load::PressureSummary;
 use super::nearing::Expected;
-use super::passes::Base;
+use super::passes::ReferencePressure;
 use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 use crate::fft::Row;
@@ -45,11 +45,11 @@ impl Solver {
         self.search.pairs = 0;
         self.expected = Expected::All;
         self.search.extension.continues = true;
-        self.search.base.prepare(settings.tolerance);
-        self.search.active.prepare(Base::is_map(settings.tolerance));
+        self.search.reference_pressure.prepare(settings.tolerance);
+        self.search.active.prepare(ReferencePressure::is_map(settings.tolerance));
         if self.is_flattened_by(load) {
             self.search.bound = None;
-            self.flatten(load);
+            self.set_full_contact(load);
             let evaluation = self.evaluate();
             let summary = self.summarise();
             return Outcome {
@@ -102,7 +102,7 @@ impl Solver {
         self.search.bound = Some(hardness);
         let outcome = self.solve_within_bound(load, settings, watch);
         if outcome.saturated_nodes == 0 && outcome.stop == Stop::Converged {
-            self.forget();
+            self.reset();
             return None;
         }
         self.yields_from = load;
@@ -139,12 +139,12 @@ impl Solver {
         loop {
             if self.is_solved(settings, &evaluation) {
                 if self.is_rounded(settings, &evaluation) {
-                    self.search.reference += evaluation.standing.offset;
+                    self.search.reference += evaluation.convergence.offset;
                     evaluation = self.evaluate();
                     continue;
                 }
                 let summary = self.summarise();
-                if decisions > 0 && self.decide(evaluation.standing.offset, summary) {
+                if decisions > 0 && self.decide(evaluation.convergence.offset, summary) {
                     decisions -= 1;
                     evaluation = self.evaluate();
                     continue;
@@ -156,7 +156,7 @@ impl Solver {
             } else if watch.is_interrupted() {
                 Stop::Interrupted
             } else {
-                let start = self.ask(evaluation.standing);
+                let start = self.initial_residual(evaluation.convergence);
                 evaluation = self.approach(&mut history, start, settings, watch);
                 continue;
             };
@@ -183,14 +183,14 @@ impl Solver {
 
     pub(super) fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
         let tolerance = self.tolerance(settings, evaluation.contact_nodes);
-        self.search.residual(evaluation.standing.error) <= tolerance
+        self.search.residual(evaluation.convergence.error) <= tolerance
     }
 
     /// Whether the residual is known no better than a small part of the tolerance: gaps are kept in
     /// single precision, and those in contact are too far from the reference that they count from.
     fn is_rounded(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
-        let Evaluation { standing, contact_nodes, .. } = evaluation;
-        let rounding = f64::from(f32::EPSILON) * standing.offset.abs();
+        let Evaluation { convergence, contact_nodes, .. } = evaluation;
+        let rounding = f64::from(f32::EPSILON) * convergence.offset.abs();
         let tolerance = self.tolerance(settings, *contact_nodes);
         self.search.residual(rounding) > ROUNDED_PART * tolerance
     }
@@ -211,7 +211,7 @@ impl Solver {
             pairs: self.search.pairs,
             // Where all contact is saturated, the error is below zero by what is left to the
             // bounds.
-            residual: self.search.residual(evaluation.standing.error.max(0.0)),
+            residual: self.search.residual(evaluation.convergence.error.max(0.0)),
             contact_nodes: summary.contact_nodes,
             saturated_nodes: summary.saturated_nodes,
             mean_gap: evaluation.mean_gap,
@@ -272,7 +272,7 @@ struct Decision {
 impl Decision {
     /// Returns the pressure of the node after the decision.
     #[inline(always)]
-    fn of(self, pressure: f64, gap: f32) -> f64 {
+    fn pressure(self, pressure: f64, gap: f32) -> f64 {
         // The lowest gap in contact is not above the mean, but rounding may put it there.
         let rounding = f64::from(f32::EPSILON * gap.abs());
         let above = f64::from(gap) - self.offset;
@@ -294,9 +294,9 @@ impl Pass<f64> for Changes<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         let (decision, gap) = (self.decision, row.of(self.gap));
-        let changes = |p, gap| weight::<f64>(decision.of(p, gap) != p);
+        let changes = |p, gap| weight::<f64>(decision.pressure(p, gap) != p);
         self.nodes += sum_by(pressure, gap, changes);
-        let by = |p, gap| (decision.of(p, gap) - p).abs();
+        let by = |p, gap| (decision.pressure(p, gap) - p).abs();
         self.pressure.push(sum_by(pressure, gap, by));
     }
 
@@ -320,7 +320,7 @@ impl Pass<f64> for Decide<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (p, gap) in pressure.iter_mut().zip(row.of(self.gap)) {
-            *p = self.decision.of(*p, *gap);
+            *p = self.decision.pressure(*p, *gap);
         }
     }
 

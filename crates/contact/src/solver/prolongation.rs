@@ -4,7 +4,7 @@
 use pulp::Simd;
 
 use super::balance::Balance;
-use super::evaluation::{Evaluation, Standing};
+use super::evaluation::{Convergence, Evaluation};
 use super::lanes::{InOrder, Pass, Wide, over_rows, total};
 use super::passes::{BeginPressed, LastMoveDone, PendingUpdate, PressureLessGap, StartPressure};
 use super::search::Search;
@@ -56,7 +56,7 @@ impl CoarseContact {
     }
 
     /// Has no pressure anywhere.
-    pub fn lose(&mut self) {
+    pub fn clear(&mut self) {
         self.pressure_less_gap.clear();
         self.pressure_less_gap.resize(self.nodes[0] * self.nodes[1], 0.0);
         self.peak_pressure = 0.0;
@@ -76,8 +76,8 @@ impl CoarseContact {
             compliance: compliance as f32,
             offset: offset as f32,
             done: LastMoveDone::new(pending, search.ceiling()),
-            increment: &search.increment,
-            carry: &search.carry,
+            pressure_increment: &search.pressure_increment,
+            last_step: &search.last_step,
             gap: &search.gap,
             peak_pressure: 0.0,
         };
@@ -134,7 +134,7 @@ impl Search {
     /// pressure.
     pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<Start> {
         let prolonged = self.prolonged(coarse)?;
-        self.base.clear();
+        self.reference_pressure.clear();
         self.reference = coarse.reference;
         Some(self.begin_pressed(StartPressure::OfCoarserMesh(prolonged)))
     }
@@ -161,9 +161,9 @@ impl Search {
             ceiling: hardness as f32,
             heights: &self.heights,
             reference: reference as f32,
-            gap: Band::of(&mut self.gap),
-            increment: Band::of(&mut self.increment),
-            carry: Band::of(&mut self.carry),
+            gap: Band::new(&mut self.gap),
+            pressure_increment: Band::new(&mut self.pressure_increment),
+            last_step: Band::new(&mut self.last_step),
             active: self.active.band(),
             sums: InOrder::new(),
         });
@@ -172,17 +172,17 @@ impl Search {
         let work = self.transform.multiply(&self.displacement, &mut self.scratch);
         self.pairs += 1;
         let offset = if YIELDS {
-            let near = Standing { offset: 0.0, error: NEAR / self.steps_per_side };
+            let near = Convergence { offset: 0.0, error: NEAR / self.steps_per_side };
             self.peek_offset(1.0, near, false)
         } else {
             (work - sums.pressure_on_height) / sums.pressure - reference
         };
-        let (standing, free_offset) = self.update_gap::<YIELDS>(PendingUpdate::NOTHING, offset);
+        let (convergence, free_offset) = self.update_gap::<YIELDS>(PendingUpdate::NOTHING, offset);
         let balance = YIELDS.then(|| Balance {
             sum: sums.pressure + sums.saturated_nodes * (hardness - f64::from(hardness as f32)),
             free_offset,
         });
-        Start { standing, base_sum: 0.0, balance }
+        Start { convergence, reference_sum: 0.0, balance }
     }
 
     /// Pressures of the mean that is searched for, or of what the bounds leave of that; none if

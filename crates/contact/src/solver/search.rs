@@ -1,4 +1,4 @@
-//! A search in single precision on one mesh: gap, pressure and all that iterations carry along.
+//! A search in single precision on one mesh: gap, pressure and all that iterations last_step along.
 //!
 //! It knows nothing of the loads before, nor of double precision: a [`Solver`](super::Solver) tells
 //! it where to begin, and evaluates where it led.
@@ -9,7 +9,7 @@ use super::extension::Extension;
 use super::flags::ActiveGroups;
 use super::half_space::Stiffness;
 use super::line_search::Steps;
-use super::passes::{Base, Sample};
+use super::passes::{ReferencePressure, Sample};
 use super::two_level::TwoLevel;
 use crate::elasticity;
 use crate::elasticity::ElasticOperator;
@@ -38,11 +38,11 @@ pub struct Search {
     /// From which gaps ask for a correction, less the reference.
     pub level: f64,
     /// Pressures are counted from here,
-    pub base: Base,
+    pub reference_pressure: ReferencePressure,
     /// and are higher by this.
-    pub increment: Vec<f32>,
+    pub pressure_increment: Vec<f32>,
     /// The last move of free nodes. Marked, see `flags`.
-    pub carry: Vec<f32>,
+    pub last_step: Vec<f32>,
     pub active: ActiveGroups,
     pub sample: Sample,
     pub free_nodes: f64,
@@ -51,7 +51,7 @@ pub struct Search {
     /// Whether it makes the corrections of the present iteration.
     pub is_by_blocks: bool,
     /// Nodes that ask for a change, and their last moves, where the material yields.
-    pub asking: Nodes,
+    pub candidates: Nodes,
     pub last_moves: Vec<f32>,
 
     pub transform: Transform<f32>,
@@ -87,16 +87,16 @@ impl Search {
             gap: vec![0.0; cells],
             reference: 0.0,
             level: 0.0,
-            base: Base::new(nodes),
-            increment: vec![0.0; cells],
-            carry: vec![0.0; cells],
+            reference_pressure: ReferencePressure::new(nodes),
+            pressure_increment: vec![0.0; cells],
+            last_step: vec![0.0; cells],
             active: ActiveGroups::new(nodes),
             sample: Sample::new(nodes),
             free_nodes: 0.0,
             extension,
             two_level,
             is_by_blocks: false,
-            asking: Nodes::default(),
+            candidates: Nodes::default(),
             last_moves: Vec::new(),
             displacement: elasticity::displacement_on(threads, body),
             scratch: transform.scratch_on(threads.clone()),
@@ -110,10 +110,10 @@ impl Search {
     }
 
     /// Lets these threads share the work from now on.
-    pub fn work_on(&mut self, threads: Threads) {
-        self.scratch.work_on(threads.clone());
-        self.stiffness.work_on(&threads);
-        self.two_level.work_on(&threads);
+    pub fn set_threads(&mut self, threads: Threads) {
+        self.scratch.set_threads(threads.clone());
+        self.stiffness.set_threads(&threads);
+        self.two_level.set_threads(&threads);
         self.threads = threads;
     }
 

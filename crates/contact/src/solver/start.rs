@@ -4,7 +4,7 @@
 //! Where no load was pressed before, the guess is the heights, or the pressure of full contact. A
 //! light load bends the half-space by less than nodes differ in height. Most of what any other
 //! guess presses on would have to be let go again, in moves so much larger than the pressure that
-//! single precision would lose it. What else is known of contact at first is how much of it there
+//! single precision would clear it. What else is known of contact at first is how much of it there
 //! will be, within a factor, and that it is where the surface is highest as long as there is little
 //! of it. Of the nodes in contact under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²),
 //! the highest so many are 71 in 100, and the ones with the largest pressure of full contact 46;
@@ -14,12 +14,12 @@ use std::mem::{swap, take};
 use std::ops::RangeInclusive;
 
 use super::balance::Balance;
-use super::evaluation::Standing;
+use super::evaluation::Convergence;
 use super::heights::{CountHeights, CountedFrom, Highest, PressAbove, Untouched, range};
 use super::lanes::{InOrder, over_rows};
 use super::line_search::Steps;
 use super::nearing::{Expected, ShownGap, SumInContact};
-use super::passes::{Ask, GapUpdate, Onwards, Remember};
+use super::passes::{Extrapolation, GapUpdate, InitialResidual, SavePressure};
 use super::{Hardness, Solver};
 use crate::elasticity;
 use crate::fft::{Band, Transform};
@@ -36,9 +36,9 @@ const LIGHT: f64 = 1.0;
 /// Where a search starts: what its first correction is to close is in the single-precision
 /// transform.
 pub struct Start {
-    pub standing: Standing,
+    pub convergence: Convergence,
     /// Σ of what pressures are counted from.
-    pub base_sum: f64,
+    pub reference_sum: f64,
     /// If the material may yield, what pressures lack.
     pub balance: Option<Balance>,
 }
@@ -57,7 +57,7 @@ impl Solver {
             self.search.load = load;
             return Some(start);
         }
-        self.remember();
+        self.save_previous();
         if is_light {
             self.guess_from_heights(load);
         } else if self.search.load == 0.0 {
@@ -83,8 +83,8 @@ impl Solver {
     }
 
     /// Fills the pressure with that of full contact under `load`: exact, if it is nowhere negative.
-    pub(super) fn flatten(&mut self, load: f64) {
-        self.remember();
+    pub(super) fn set_full_contact(&mut self, load: f64) {
+        self.save_previous();
         self.fill_with_full_contact();
         for p in &mut self.pressure {
             *p += load;
@@ -96,7 +96,7 @@ impl Solver {
     /// Along the straight line through the last two solutions. While the contact does not change,
     /// the solution is linear in the load.
     fn extrapolate(&mut self, reach: f64) -> Start {
-        let onwards = |last: f64, earlier: &mut f64| {
+        let extrapolation = |last: f64, earlier: &mut f64| {
             let guess = last + reach * (last - *earlier);
             *earlier = last;
             guess
@@ -105,18 +105,18 @@ impl Solver {
         if self.earlier_load == 0.0 {
             self.earlier_offset = self.mean_earlier_gap();
         }
-        self.search.reference = onwards(self.search.reference, &mut self.earlier_reference);
-        self.offset = onwards(self.offset, &mut self.earlier_offset);
+        self.search.reference = extrapolation(self.search.reference, &mut self.earlier_reference);
+        self.offset = extrapolation(self.offset, &mut self.earlier_offset);
         self.earlier_load = self.search.load;
         self.earlier_contact_nodes = self.contact_nodes;
         self.begin(self.offset, Some(reach))
     }
 
     /// Begins a search where pressure and gap are.
-    pub(super) fn ask(&mut self, standing: Standing) -> Start {
+    pub(super) fn initial_residual(&mut self, convergence: Convergence) -> Start {
         let offset = match self.search.bound {
-            None => standing.offset,
-            Some(hardness) => self.balanced_offset(hardness, standing),
+            None => convergence.offset,
+            Some(hardness) => self.balanced_offset(hardness, convergence),
         };
         self.begin(offset, None)
     }
@@ -131,51 +131,51 @@ impl Solver {
 
     fn begin_as<const YIELDS: bool>(&mut self, offset: f64, reach: Option<f64>) -> Start {
         let hardness = self.search.ceiling();
-        let onwards = reach.map(|reach| Onwards {
+        let extrapolation = reach.map(|reach| Extrapolation {
             reach,
-            earlier_pressure: Band::of(&mut self.earlier_pressure),
-            earlier_gap: Band::of(&mut self.earlier_gap),
+            earlier_pressure: Band::new(&mut self.earlier_pressure),
+            earlier_gap: Band::new(&mut self.earlier_gap),
         });
-        let mut pass = Ask::<YIELDS> {
-            onwards,
+        let mut pass = InitialResidual::<YIELDS> {
+            extrapolation,
             expected: take(&mut self.expected),
             shown: ShownGap::new(self.search.nodes[1]),
             heights: &self.search.heights,
             response: GapUpdate::to_a_start(offset),
-            gap: Band::of(&mut self.search.gap),
+            gap: Band::new(&mut self.search.gap),
             hardness,
-            carry: Band::of(&mut self.search.carry),
+            last_step: Band::new(&mut self.search.last_step),
             active: self.search.active.band(),
-            asked: self.search.extension.asked_rows(),
+            residual: self.search.extension.residual_rows(),
             row: vec![0.0; self.search.nodes[1]],
-            base: self.search.base.band(),
-            increment: Band::of(&mut self.search.increment),
+            reference_pressure: self.search.reference_pressure.band(),
+            pressure_increment: Band::new(&mut self.search.pressure_increment),
             seen: InOrder::new(),
-            base_sum: InOrder::new(),
+            reference_sum: InOrder::new(),
             bounded_sum: InOrder::new(),
         };
         let row_nodes = self.search.nodes[1];
         over_rows(&self.search.threads, &mut self.pressure, row_nodes, &mut pass);
-        let (seen, base_sum) = (pass.seen.total(), pass.base_sum.total());
+        let (seen, reference_sum) = (pass.seen.total(), pass.reference_sum.total());
         let sum = pass.bounded_sum.total();
         self.search.free_nodes = seen.free_nodes;
         self.search.scratch.take_over(&mut self.double_scratch);
         self.search.level = offset;
         Start {
-            standing: seen.extremes.seen_from(offset),
-            base_sum,
+            convergence: seen.extremes.convergence(offset),
+            reference_sum,
             balance: YIELDS.then(|| Balance::seen(&seen, sum, offset)),
         }
     }
 
     /// Makes the last solution the earlier one: that of no load, if there is none. The gap is lost.
-    pub(super) fn remember(&mut self) {
+    pub(super) fn save_previous(&mut self) {
         self.earlier_contact_nodes = self.contact_nodes;
         if self.search.load == 0.0 {
-            self.remember_untouched();
+            self.save_untouched();
             return;
         }
-        let mut pass = Remember(Band::of(&mut self.earlier_pressure));
+        let mut pass = SavePressure(Band::new(&mut self.earlier_pressure));
         let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
         over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
         swap(&mut self.earlier_gap, &mut self.search.gap);
@@ -192,11 +192,11 @@ impl Solver {
         pass.sum.total() / self.contact_nodes
     }
 
-    fn remember_untouched(&mut self) {
+    fn save_untouched(&mut self) {
         let mut pass = Untouched {
             highest: self.highest,
             heights: &self.heights,
-            earlier_pressure: Band::of(&mut self.earlier_pressure),
+            earlier_pressure: Band::new(&mut self.earlier_pressure),
         };
         over_rows(&self.search.threads, &mut self.earlier_gap, self.search.nodes[1], &mut pass);
         self.earlier_reference = -self.highest;
@@ -205,7 +205,7 @@ impl Solver {
     }
 
     /// Goes back to where no load has been pressed.
-    pub(super) fn forget(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.search.steps = Steps::default();
         self.search.nested_steps = Steps::default();
         (self.search.load, self.search.reference, self.offset) = (0.0, 0.0, 0.0);

@@ -105,7 +105,7 @@ impl Solver {
             out.write_all(&pressure.to_le_bytes())?;
         }
         for field in
-            [&self.earlier_pressure, &self.search.gap, &self.earlier_gap, &self.search.carry]
+            [&self.earlier_pressure, &self.search.gap, &self.earlier_gap, &self.search.last_step]
         {
             for value in field {
                 out.write_all(&value.to_le_bytes())?;
@@ -144,7 +144,7 @@ impl Solver {
             &mut self.earlier_pressure,
             &mut self.search.gap,
             &mut self.earlier_gap,
-            &mut self.search.carry,
+            &mut self.search.last_step,
         ] {
             for value in field {
                 let mut bytes = [0; 4];
@@ -220,7 +220,7 @@ mod tests {
         let surface = samples::random(1, 12, seed);
         let hardness = hardness.map(|pressure| Hardness::new(pressure).unwrap());
         let body = PeriodicHalfSpace::new(grid);
-        Solver::yielding(body, hardness, surface.draw(grid).heights())
+        Solver::with_hardness(body, hardness, surface.draw(grid).heights())
     }
 
     fn press(solver: &mut Solver, load: f64, settings: &Settings) -> (String, Vec<u64>) {

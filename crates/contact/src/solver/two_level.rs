@@ -54,7 +54,7 @@ impl TwoLevel {
         blocks: [usize; 2],
     ) -> Self {
         let transform = Transform::new(blocks);
-        let kernel = Kernel::of_columns(threads, blocks, |k_y, factors| {
+        let kernel = Kernel::from_columns(threads, blocks, |k_y, factors| {
             for (k_x, factor) in factors.iter_mut().enumerate() {
                 let waves = [k_x, k_y];
                 let part = part_in_means(k_x, blocks[0]) * part_in_means(k_y, blocks[1]);
@@ -71,8 +71,8 @@ impl TwoLevel {
     }
 
     /// Lets these threads share the work from now on.
-    pub fn work_on(&mut self, threads: &Threads) {
-        self.scratch.work_on(threads.clone());
+    pub fn set_threads(&mut self, threads: &Threads) {
+        self.scratch.set_threads(threads.clone());
     }
 
     /// Makes of all rows that the extension was asked for what it is to give to corrections.
@@ -115,7 +115,7 @@ mod tests {
     /// A body with free nodes, and what corrects gaps on them.
     struct Body {
         nodes: [usize; 2],
-        carry: Vec<f32>,
+        last_step: Vec<f32>,
         two_level: TwoLevel,
         extension: Extension,
     }
@@ -128,26 +128,26 @@ mod tests {
             let marked = |node| f32::from_bits(u32::from(is_free(node)) * FREE);
             Self {
                 nodes,
-                carry: (0..nodes[0] * nodes[1]).map(marked).collect(),
+                last_step: (0..nodes[0] * nodes[1]).map(marked).collect(),
                 two_level: TwoLevel::new(&threads, body, stiffness, extension.blocks()),
                 extension,
             }
         }
 
         fn on_free(&self, map: &[f32]) -> Vec<f32> {
-            let free = |carry: &f32| f32::from(u8::from(has(*carry, FREE)));
-            let nodes = map.iter().zip(&self.carry);
-            nodes.map(|(value, carry)| value * free(carry)).collect()
+            let free = |last_step: &f32| f32::from(u8::from(has(*last_step, FREE)));
+            let nodes = map.iter().zip(&self.last_step);
+            nodes.map(|(value, last_step)| value * free(last_step)).collect()
         }
 
         /// What a gap asks for on free nodes.
         fn corrected(&mut self, gap: &[f32]) -> Vec<f32> {
             let (threads, [rows, row_nodes]) = (Threads::one(), self.nodes);
             let gap = self.on_free(gap);
-            let mut asked = self.extension.asked_rows();
+            let mut asked = self.extension.residual_rows();
             for row in (0..rows).map(|row| Row::new(row, row_nodes)) {
-                let (values, carry) = (row.of(&gap), row.of(&self.carry));
-                asked.add_row::<_, 1>(Scalar512b, row, values, carry, &[true; 64]);
+                let (values, last_step) = (row.of(&gap), row.of(&self.last_step));
+                asked.add_row::<_, 1>(Scalar512b, row, values, last_step, &[true; 64]);
             }
             self.two_level.correct(&threads, &mut self.extension);
             let mut pass = Wide(Keep { given: self.extension.given_rows(), rows: Vec::new() });

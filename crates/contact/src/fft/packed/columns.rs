@@ -12,7 +12,7 @@ use pulp::bytemuck;
 
 use super::stages::{Complex, Stages, fourier};
 use crate::fft::Real;
-use crate::fft::registers::{MOST_LANES, PartOf, Registers, Work, transpose};
+use crate::fft::registers::{MAX_LANES, PartOf, Registers, Work, transpose};
 use crate::fft::rows::Aligned;
 use crate::grid::magnitude;
 use crate::threads::Threads;
@@ -73,9 +73,9 @@ impl<T: Real> Columns<T> {
                 }
             }
         };
-        let crew = threads.crew(nodes_x * nodes_y);
+        let workers = threads.workers(nodes_x * nodes_y);
         let column = || vec![0.0; nodes_x / 2 + 1];
-        crew.each(&mut Vec::new(), column, &mut shares, fill);
+        workers.for_each(&mut Vec::new(), column, &mut shares, fill);
         drop(shares);
         kernel
     }
@@ -86,19 +86,19 @@ impl<T: Real> Columns<T> {
         (blocks / 2 + 1) * 2 * self.lanes * self.lanes
     }
 
-    /// Each tile with its opposite; `places` says where that of each k is.
+    /// Each tile with its opposite; `block_indices` says where that of each k is.
     pub fn pairs<'a>(
         &self,
         tiles: impl Iterator<Item = &'a mut [T]>,
-        places: &[usize],
+        block_indices: &[usize],
         kernel: &'a [T],
     ) -> Vec<Pair<'a, T>> {
         let mut tiles: Vec<Option<&mut [T]>> = tiles.map(Some).collect();
-        let count = places.len();
+        let count = block_indices.len();
         let kernels = kernel.chunks_exact(self.kernel_of_tile());
         let pairs = (0..=count / 2).zip(kernels).map(|(k, kernel)| Pair {
-            near: tiles[places[k]].take().expect("each is in one pair"),
-            far: tiles[places[(count - k) % count]].take(),
+            near: tiles[block_indices[k]].take().expect("each is in one pair"),
+            far: tiles[block_indices[(count - k) % count]].take(),
             kernel,
             lowest: k == 0,
             sum: 0.0,
@@ -213,8 +213,8 @@ fn multiply<R: Registers<Number: Real>>(
     lowest_tile: bool,
 ) -> [R::Lanes; 2] {
     let mut sums = [r.splat(R::Number::default()); 2];
-    let places = columns.stages.places();
-    let blocks = places.len();
+    let block_indices = columns.stages.block_indices();
+    let blocks = block_indices.len();
     let turns: &[R::Lanes] = bytemuck::cast_slice(&columns.turns);
     let factors = kernel.chunks_exact(2 * R::LANES);
     for ((k, kernel), turns) in (0..blocks).zip(factors).zip(turns.chunks_exact(2)) {
@@ -222,28 +222,28 @@ fn multiply<R: Registers<Number: Real>>(
         let opposite = (blocks - k) % blocks;
         let order = Order::opposite(k == 0);
         let tile_order = Order::opposite(lowest_tile);
-        let mut x = enter(r, here, places[k], Order::Ascending);
-        let mut y = enter(r, there, places[opposite], order);
+        let mut x = enter(r, here, block_indices[k], Order::Ascending);
+        let mut y = enter(r, there, block_indices[opposite], order);
         let [own, other] = &mut sums;
         for p in 0..R::LANES {
-            let q = tile_order.place(p, R::LANES);
+            let q = tile_order.index(p, R::LANES);
             let factors = [kernel[2 * p], kernel[2 * p + 1]];
             meet(r, factors, turn, [&mut x[p], &mut y[q]], [own, other]);
         }
-        leave(r, here, places[k], Order::Ascending, &mut x);
-        leave(r, there, places[opposite], order, &mut y);
+        leave(r, here, block_indices[k], Order::Ascending, &mut x);
+        leave(r, there, block_indices[opposite], order, &mut y);
         if opposite == k {
             continue;
         }
-        let mut x = enter(r, there, places[k], Order::Ascending);
-        let mut y = enter(r, here, places[opposite], order);
+        let mut x = enter(r, there, block_indices[k], Order::Ascending);
+        let mut y = enter(r, here, block_indices[opposite], order);
         for p in 0..R::LANES {
-            let q = tile_order.place(p, R::LANES);
+            let q = tile_order.index(p, R::LANES);
             let factors = [kernel[2 * p], kernel[2 * p + 1]];
             meet(r, factors, turn, [&mut x[q], &mut y[p]], [other, own]);
         }
-        leave(r, there, places[k], Order::Ascending, &mut x);
-        leave(r, here, places[opposite], order, &mut y);
+        leave(r, there, block_indices[k], Order::Ascending, &mut x);
+        leave(r, here, block_indices[opposite], order, &mut y);
     }
     sums
 }
@@ -294,7 +294,7 @@ impl Order {
     }
 
     #[inline(always)]
-    fn place(self, p: usize, lanes: usize) -> usize {
+    fn index(self, p: usize, lanes: usize) -> usize {
         match self {
             Self::Ascending => p,
             Self::Descending => lanes - 1 - p,
@@ -313,7 +313,7 @@ fn fourier_in_parts<R: Registers<Number: Real>>(r: R, x: &mut [Complex<R::Lanes>
     let part = r.part();
     let zero = part.splat(R::Number::default());
     for lane in 0..R::PARTS {
-        let mut y = [Complex { re: zero, im: zero }; MOST_LANES];
+        let mut y = [Complex { re: zero, im: zero }; MAX_LANES];
         for (y, x) in y.iter_mut().zip(&*x) {
             (y.re, y.im) = (parts::<R>(&x.re)[lane], parts::<R>(&x.im)[lane]);
         }
@@ -343,20 +343,20 @@ fn enter<R: Registers<Number: Real>>(
     tile: &[R::Lanes],
     block: usize,
     order: Order,
-) -> [Complex<R::Lanes>; MOST_LANES] {
+) -> [Complex<R::Lanes>; MAX_LANES] {
     let (re, im) = tile.split_at(tile.len() / 2);
     let re = &re[block * R::LANES..][..R::LANES];
     let im = &im[block * R::LANES..][..R::LANES];
     let zero = r.splat(R::Number::default());
-    let mut x = [Complex { re: zero, im: zero }; MOST_LANES];
+    let mut x = [Complex { re: zero, im: zero }; MAX_LANES];
     for p in 0..R::LANES {
         x[p] = Complex { re: re[p], im: im[p] };
     }
     fourier_in_parts(r, &mut x[..R::LANES]);
-    let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+    let (mut re, mut im) = ([zero; MAX_LANES], [zero; MAX_LANES]);
     for p in 0..R::LANES {
-        let place = order.place(p, R::LANES);
-        (re[place], im[place]) = (x[p].re, x[p].im);
+        let index = order.index(p, R::LANES);
+        (re[index], im[index]) = (x[p].re, x[p].im);
     }
     transpose(r, &mut re);
     transpose(r, &mut im);
@@ -374,14 +374,14 @@ fn leave<R: Registers<Number: Real>>(
     tile: &mut [R::Lanes],
     block: usize,
     order: Order,
-    x: &mut [Complex<R::Lanes>; MOST_LANES],
+    x: &mut [Complex<R::Lanes>; MAX_LANES],
 ) {
     let half = tile.len() / 2;
     let (re_out, im_out) = tile.split_at_mut(half);
     let re_out = &mut re_out[block * R::LANES..][..R::LANES];
     let im_out = &mut im_out[block * R::LANES..][..R::LANES];
     let zero = r.splat(R::Number::default());
-    let (mut re, mut im) = ([zero; MOST_LANES], [zero; MOST_LANES]);
+    let (mut re, mut im) = ([zero; MAX_LANES], [zero; MAX_LANES]);
     // Real and imaginary parts are exchanged on the way, which makes the transforms inverse ones.
     for p in 0..R::LANES {
         x[p] = Complex { re: x[p].im, im: x[p].re };
@@ -393,8 +393,8 @@ fn leave<R: Registers<Number: Real>>(
     transpose(r, &mut re);
     transpose(r, &mut im);
     for p in 0..R::LANES {
-        let place = order.place(p, R::LANES);
-        x[p] = Complex { re: re[place], im: im[place] };
+        let index = order.index(p, R::LANES);
+        x[p] = Complex { re: re[index], im: im[index] };
     }
     fourier_in_parts(r, &mut x[..R::LANES]);
     for p in 0..R::LANES {

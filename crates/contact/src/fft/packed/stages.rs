@@ -2,7 +2,7 @@
 //!
 //! Forward, each stage cuts blocks in as many parts as its radix, by decimation in frequency; the
 //! inverse joins them again, by decimation in time. What is in between sits where it falls, in an
-//! order that [`Stages::places`] tells, and nothing is ever reordered.
+//! order that [`Stages::block_indices`] tells, and nothing is ever reordered.
 //! The parts of a block are Fourier sums of a few terms, in registers.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -21,7 +21,7 @@ use crate::fft::rows::Aligned;
 /// transform.
 pub struct Stages<T, const ALONG: bool> {
     stages: Vec<Stage<T>>,
-    places: Vec<usize>,
+    block_indices: Vec<usize>,
 }
 
 struct Stage<T> {
@@ -39,13 +39,13 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         let radices = radices(length / lanes)?;
         let width = if ALONG { lanes } else { 1 };
         let mut stages = Vec::new();
-        let mut places = vec![0];
+        let mut block_indices = vec![0];
         let mut block = length;
         for radix in radices {
             let part = block / radix;
             // A frequency's lowest digit is the part that it falls in.
-            places = (0..radix)
-                .flat_map(|q| places.iter().map(move |place| place + q * part / lanes))
+            block_indices = (0..radix)
+                .flat_map(|q| block_indices.iter().map(move |index| index + q * part / lanes))
                 .collect();
             stages.push(Stage {
                 radix,
@@ -54,13 +54,13 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
             });
             block = part;
         }
-        Some(Self { stages, places })
+        Some(Self { stages, block_indices })
     }
 
     /// The place of the block with the frequencies k, k + K, k + 2K, … for each k < K, K being the
     /// number of blocks.
-    pub fn places(&self) -> &[usize] {
-        &self.places
+    pub fn block_indices(&self) -> &[usize] {
+        &self.block_indices
     }
 
     #[inline(always)]
@@ -115,8 +115,8 @@ impl<T: Real> Stage<T> {
         let re: &mut [PartOf<R>] = bytemuck::cast_slice_mut(re);
         let im: &mut [PartOf<R>] = bytemuck::cast_slice_mut(im);
         for (re, im) in re.chunks_exact_mut(block).zip(im.chunks_exact_mut(block)) {
-            let places = (0..part).step_by(R::PARTS);
-            for (first, twiddles) in places.zip(self.twiddles_of::<RADIX, ALONG, R>()) {
+            let firsts = (0..part).step_by(R::PARTS);
+            for (first, twiddles) in firsts.zip(self.twiddles_of::<RADIX, ALONG, R>()) {
                 for lane in 0..R::PARTS {
                     let j = first + lane;
                     let mut x = [at(re, im, j); RADIX];
@@ -146,8 +146,8 @@ impl<T: Real> Stage<T> {
         let re: &mut [PartOf<R>] = bytemuck::cast_slice_mut(re);
         let im: &mut [PartOf<R>] = bytemuck::cast_slice_mut(im);
         for (re, im) in re.chunks_exact_mut(block).zip(im.chunks_exact_mut(block)) {
-            let places = (0..part).step_by(R::PARTS);
-            for (first, twiddles) in places.zip(self.twiddles_of::<RADIX, ALONG, R>()) {
+            let firsts = (0..part).step_by(R::PARTS);
+            for (first, twiddles) in firsts.zip(self.twiddles_of::<RADIX, ALONG, R>()) {
                 for lane in 0..R::PARTS {
                     let j = first + lane;
                     let mut x = [at(re, im, j); RADIX];

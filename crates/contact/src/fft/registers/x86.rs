@@ -1,4 +1,4 @@
-//! AVX-512, and AVX2 with fused multiplication, two of whose registers make one.
+//! AVX-512 registers, and pairs of AVX2 registers with fused multiply-add.
 
 use std::arch::x86_64::{__m256, __m256d, __m512, __m512d};
 
@@ -14,11 +14,11 @@ struct Single<S>(S);
 #[derive(Clone, Copy)]
 struct Double<S>(S);
 
-/// Two registers that make one.
+/// Two processor registers that form one register.
 #[derive(Clone, Copy)]
 struct Pair<R>(R);
 
-/// Registers by the names of their intrinsics.
+/// Implements `Registers` with the named intrinsics.
 macro_rules! registers {
     (
         $registers:ty: $lanes:ty as $number:ty,
@@ -190,7 +190,7 @@ fn zip_4(v: V3, a: __m256d, b: __m256d) -> [__m256d; 2] {
     ]
 }
 
-/// A work and the registers that it runs on.
+/// A computation and the registers that it runs on.
 struct Run<W, R>(W, R);
 
 impl<R: Registers, W: Work<R::Number>> NullaryFnOnce for Run<W, R> {

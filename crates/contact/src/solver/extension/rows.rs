@@ -1,5 +1,5 @@
 //! Rows of the mesh to the smallest blocks, and back: what passes over the mesh work with to
-//! continue what free nodes ask for, and to hand back what other nodes are asked for; and the means
+//! continue what free nodes ask for, and to hand back what other nodes are residual for; and the means
 //! of these blocks, which a stiffness between blocks works with.
 //!
 //! Threads part at multiples of [`SIDE`] rows, so that a row of blocks is one thread's.
@@ -8,15 +8,15 @@ use pulp::Simd;
 
 use super::levels::{gather, interpolate, is_before, repeat, shares, sum};
 use super::{Extension, Level, SIDE};
-use crate::fft::{Band, ROWS_TOGETHER, Row};
+use crate::fft::{Band, ROW_BATCH, Row};
 use crate::solver::flags::{ALL, FREE};
 use crate::solver::lanes::{LANES, Lanes, Pass, REST, over_rows, split, split_mut};
 use crate::threads::Threads;
 
-const _: () = assert!(ROWS_TOGETHER.is_multiple_of(SIDE));
+const _: () = assert!(ROW_BATCH.is_multiple_of(SIDE));
 
 /// Rows of what free nodes ask for, to be added up.
-pub struct AskedRows<'a> {
+pub struct ResidualRows<'a> {
     rows: usize,
     blocks: usize,
     free: Band<'a, f32>,
@@ -27,25 +27,25 @@ pub struct AskedRows<'a> {
 
 impl Extension {
     /// All rows of what free nodes ask for.
-    pub fn asked_rows(&mut self) -> AskedRows<'_> {
+    pub fn residual_rows(&mut self) -> ResidualRows<'_> {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
-        AskedRows {
+        ResidualRows {
             rows: self.map[0],
             blocks,
-            free: Band::of(&mut smallest.free),
-            values: Band::of(&mut smallest.values),
+            free: Band::new(&mut smallest.free),
+            values: Band::new(&mut smallest.values),
             sums: [vec![0.0; SIDE * blocks], vec![0.0; SIDE * blocks]],
         }
     }
 
     /// All rows of the continuation.
     pub fn continued_rows(&self) -> ContinuedRows<'_> {
-        ContinuedRows::of(&self.levels[0])
+        ContinuedRows::new(&self.levels[0])
     }
 }
 
-impl AskedRows<'_> {
+impl ResidualRows<'_> {
     /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they
     /// are: in groups with a free node alone.
     #[inline(always)]
@@ -53,33 +53,33 @@ impl AskedRows<'_> {
         &mut self,
         simd: S,
         row: Row,
-        asked: &[f32],
-        carry: &[f32],
+        residual: &[f32],
+        last_step: &[f32],
         groups: &[bool],
     ) {
         let [free, values] = &mut self.sums;
-        let (free_sums, last_free) = split_mut::<S, R>(&mut free[..asked.len()]);
-        let (sums, last_sums) = split_mut::<S, R>(&mut values[..asked.len()]);
-        let (asked, last_asked) = split::<S, R>(asked);
-        let (carry, last_carry) = split::<S, R>(carry);
-        add_asked(simd, groups, free_sums, sums, asked, carry);
-        let rest = &ALL[..last_asked.len()];
-        add_asked(REST, rest, last_free, last_sums, last_asked, last_carry);
+        let (free_sums, last_free) = split_mut::<S, R>(&mut free[..residual.len()]);
+        let (sums, last_sums) = split_mut::<S, R>(&mut values[..residual.len()]);
+        let (residual, last_residual) = split::<S, R>(residual);
+        let (last_step, rest_step) = split::<S, R>(last_step);
+        add_residual(simd, groups, free_sums, sums, residual, last_step);
+        let rest = &ALL[..last_residual.len()];
+        add_residual(REST, rest, last_free, last_sums, last_residual, rest_step);
         if ends_blocks(row, self.rows) {
-            let place = Row::new(row.index() / SIDE, self.blocks);
+            let block_row = Row::new(row.index() / SIDE, self.blocks);
             let bands = [&mut self.free, &mut self.values];
             for (sums, band) in self.sums.iter_mut().zip(bands) {
-                sum(sums.as_chunks::<SIDE>().0, band.row(place));
+                sum(sums.as_chunks::<SIDE>().0, band.row(block_row));
                 sums.fill(0.0);
             }
         }
     }
 
     pub fn split_off(&mut self, row: Row) -> Self {
-        let place = Row::new(row.index().div_ceil(SIDE), self.blocks);
+        let block_row = Row::new(row.index().div_ceil(SIDE), self.blocks);
         Self {
-            free: self.free.split_off(place),
-            values: self.values.split_off(place),
+            free: self.free.split_off(block_row),
+            values: self.values.split_off(block_row),
             sums: self.sums.clone(),
             ..*self
         }
@@ -87,24 +87,24 @@ impl AskedRows<'_> {
 }
 
 #[inline(always)]
-fn add_asked<S: Simd, const R: usize>(
+fn add_residual<S: Simd, const R: usize>(
     simd: S,
     groups: &[bool],
     free_sums: &mut [[S::f32s; R]],
     sums: &mut [[S::f32s; R]],
-    asked: &[[S::f32s; R]],
-    carry: &[[S::f32s; R]],
+    residual: &[[S::f32s; R]],
+    last_step: &[[S::f32s; R]],
 ) {
     let one = Lanes::all(simd, 1.0);
-    let rows = asked.iter().zip(carry);
+    let rows = residual.iter().zip(last_step);
     let rows = free_sums.iter_mut().zip(sums).zip(rows).zip(groups);
-    for (((free_sum, sum), (asked, carry)), has_free) in rows {
+    for (((free_sum, sum), (residual, last_step)), has_free) in rows {
         if !has_free {
             continue;
         }
-        let free = Lanes::of(simd, *carry).has(FREE).or_zero(one);
+        let free = Lanes::of(simd, *last_step).has(FREE).or_zero(one);
         *free_sum = (Lanes::of(simd, *free_sum) + free).numbers();
-        *sum = (Lanes::of(simd, *sum) + Lanes::of(simd, *asked)).numbers();
+        *sum = (Lanes::of(simd, *sum) + Lanes::of(simd, *residual)).numbers();
     }
 }
 
@@ -120,7 +120,7 @@ pub struct ContinuedRows<'a> {
 }
 
 impl<'a> ContinuedRows<'a> {
-    fn of(smallest: &'a Level) -> Self {
+    fn new(smallest: &'a Level) -> Self {
         let blocks = smallest.blocks[1];
         Self {
             smallest,
@@ -167,7 +167,7 @@ impl<'a> ContinuedRows<'a> {
     }
 
     pub fn split_off(&self) -> Self {
-        Self::of(self.smallest)
+        Self::new(self.smallest)
     }
 }
 
@@ -177,7 +177,7 @@ pub fn ends_blocks(row: Row, rows: usize) -> bool {
     row.index() % SIDE == SIDE - 1 || row.index() + 1 == rows
 }
 
-/// Rows of what nodes that are not free are asked for, to be taken.
+/// Rows of what nodes that are not free are residual for, to be taken.
 pub struct TakenRows<'a> {
     rows: usize,
     blocks: usize,
@@ -188,7 +188,7 @@ pub struct TakenRows<'a> {
 }
 
 impl Extension {
-    /// All rows of what the other nodes are asked for.
+    /// All rows of what the other nodes are residual for.
     pub fn taken_rows(&mut self) -> TakenRows<'_> {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
@@ -196,14 +196,14 @@ impl Extension {
         TakenRows {
             rows: self.nodes[0],
             blocks,
-            bands: [for_before, &mut smallest.values, for_after].map(|map| Band::of(map)),
+            bands: [for_before, &mut smallest.values, for_after].map(|map| Band::new(map)),
             sums: empty_sums(blocks),
         }
     }
 
     /// All rows of what is handed back.
     pub fn given_rows(&self) -> GivenRows<'_> {
-        GivenRows::of(&self.levels[0])
+        GivenRows::new(&self.levels[0])
     }
 }
 
@@ -220,39 +220,39 @@ impl TakenRows<'_> {
         simd: S,
         row: Row,
         values: &[f32],
-        carry: &[f32],
+        last_step: &[f32],
         groups: &[bool],
     ) {
         let part = row.index() % SIDE;
         let [before, here, after] = &mut self.sums;
         let neighbour = if is_before::<SIDE>(part) { before } else { after };
-        let (values, beyond) = values.split_at(carry.len());
-        let (own, own_beyond) = here[SIDE..].split_at_mut(carry.len());
-        let (other, other_beyond) = neighbour[SIDE..].split_at_mut(carry.len());
+        let (values, beyond) = values.split_at(last_step.len());
+        let (own, own_beyond) = here[SIDE..].split_at_mut(last_step.len());
+        let (other, other_beyond) = neighbour[SIDE..].split_at_mut(last_step.len());
         let shares = shares::<SIDE>(part);
         take_all(shares, own_beyond, other_beyond, beyond);
         let (own, last_own) = split_mut::<S, R>(own);
         let (other, last_other) = split_mut::<S, R>(other);
         let (values, last_values) = split::<S, R>(values);
-        let (carry, last_carry) = split::<S, R>(carry);
-        take(simd, shares, groups, own, other, values, carry);
+        let (last_step, rest_step) = split::<S, R>(last_step);
+        take(simd, shares, groups, own, other, values, last_step);
         let rest = &ALL[..last_values.len()];
-        take(REST, shares, rest, last_own, last_other, last_values, last_carry);
+        take(REST, shares, rest, last_own, last_other, last_values, rest_step);
         if ends_blocks(row, self.rows) {
-            let place = Row::new(row.index() / SIDE, self.blocks);
+            let block_row = Row::new(row.index() / SIDE, self.blocks);
             for (sums, band) in self.sums.iter_mut().zip(&mut self.bands) {
                 let nodes = sums.as_chunks_mut::<SIDE>().0;
                 repeat(nodes);
-                gather(nodes, band.row(place));
+                gather(nodes, band.row(block_row));
                 sums.fill(0.0);
             }
         }
     }
 
     pub fn split_off(&mut self, row: Row) -> Self {
-        let place = Row::new(row.index().div_ceil(SIDE), self.blocks);
+        let block_row = Row::new(row.index().div_ceil(SIDE), self.blocks);
         Self {
-            bands: self.bands.each_mut().map(|band| band.split_off(place)),
+            bands: self.bands.each_mut().map(|band| band.split_off(block_row)),
             sums: empty_sums(self.blocks),
             ..*self
         }
@@ -267,16 +267,16 @@ fn take<S: Simd, const R: usize>(
     own: &mut [[S::f32s; R]],
     other: &mut [[S::f32s; R]],
     values: &[[S::f32s; R]],
-    carry: &[[S::f32s; R]],
+    last_step: &[[S::f32s; R]],
 ) {
     let (of_own, of_other) = (Lanes::all(simd, of_own), Lanes::all(simd, of_other));
     let zero = Lanes::all(simd, 0.0);
-    let rows = values.iter().zip(carry);
+    let rows = values.iter().zip(last_step);
     let rows = own.iter_mut().zip(other).zip(rows).zip(groups);
-    for (((own, other), (value, carry)), has_free) in rows {
+    for (((own, other), (value, last_step)), has_free) in rows {
         let mut taken = Lanes::of(simd, *value);
         if *has_free {
-            let free = Lanes::of(simd, *carry).has(FREE);
+            let free = Lanes::of(simd, *last_step).has(FREE);
             taken = free.choose(zero, taken);
         }
         *own = Lanes::of(simd, *own).plus(of_own, taken).numbers();
@@ -302,7 +302,7 @@ pub struct GivenRows<'a> {
 }
 
 impl<'a> GivenRows<'a> {
-    fn of(smallest: &'a Level) -> Self {
+    fn new(smallest: &'a Level) -> Self {
         Self { smallest, nodes: vec![0.0; SIDE * smallest.blocks[1]], here: None }
     }
 
@@ -330,7 +330,7 @@ impl<'a> GivenRows<'a> {
     }
 
     pub fn split_off(&self) -> Self {
-        Self::of(self.smallest)
+        Self::new(self.smallest)
     }
 }
 
@@ -350,24 +350,24 @@ impl Extension {
         self.levels[0].blocks
     }
 
-    /// Makes of all rows that were asked for the means of the blocks, whose other nodes are
+    /// Makes of all rows that were residual for the means of the blocks, whose other nodes are
     /// continued, and sets `sums` to those over free nodes.
     pub fn extend_means<'a>(&'a mut self, threads: &Threads, sums: &'a mut [f32]) -> Means<'a> {
-        self.forget_beyond_map();
+        self.clear_beyond_map();
         sums.copy_from_slice(&self.levels[0].values);
         self.extend(threads);
         Means { smallest: &self.levels[0], sums }
     }
 
-    /// Rows of what the means of blocks are asked for. To be given to free nodes, by `sums`, is
-    /// what their mean is asked for less `stiffness` times that mean.
+    /// Rows of what the means of blocks are residual for. To be given to free nodes, by `sums`, is
+    /// what their mean is residual for less `stiffness` times that mean.
     pub fn taken_means<'a>(&'a mut self, stiffness: f32, sums: &'a mut [f32]) -> TakenMeans<'a> {
         let smallest = &mut self.levels[0];
         TakenMeans {
             stiffness,
             free: &smallest.free,
-            for_others: Band::of(&mut smallest.values),
-            given: Band::of(sums),
+            for_others: Band::new(&mut smallest.values),
+            given: Band::new(sums),
         }
     }
 
@@ -404,7 +404,7 @@ impl Pass<f32> for Means<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// What means of blocks are asked for, row by row.
+/// What means of blocks are residual for, row by row.
 pub struct TakenMeans<'a> {
     stiffness: f32,
     free: &'a [f32],
@@ -415,13 +415,13 @@ pub struct TakenMeans<'a> {
 
 impl Pass<f32> for TakenMeans<'_> {
     #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, asked: &mut [f32]) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, residual: &mut [f32]) {
         let blocks = self.for_others.row(row).iter_mut().zip(self.given.row(row));
-        let nodes = asked.iter().zip(row.of(self.free));
-        for ((for_others, given), (asked, free)) in blocks.zip(nodes) {
-            *for_others = (AREA - free) * asked;
+        let nodes = residual.iter().zip(row.of(self.free));
+        for ((for_others, given), (residual, free)) in blocks.zip(nodes) {
+            *for_others = (AREA - free) * residual;
             // A sum over no node is zero.
-            *given = asked - self.stiffness * *given / free.max(1.0);
+            *given = residual - self.stiffness * *given / free.max(1.0);
         }
     }
 

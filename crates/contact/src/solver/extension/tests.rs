@@ -42,11 +42,16 @@ fn over<P>(
     }
 }
 
-/// What is asked for where the marks are free, continued over the mesh that the map is a corner of.
-fn continued(extension: &mut Extension, cuts: &[usize], asked: &[f32], carry: &[f32]) -> Vec<f32> {
+/// What is residual for where the marks are free, continued over the mesh that the map is a corner of.
+fn continued(
+    extension: &mut Extension,
+    cuts: &[usize],
+    residual: &[f32],
+    last_step: &[f32],
+) -> Vec<f32> {
     let [map, nodes] = [extension.map, extension.nodes];
-    over(map, cuts, extension.asked_rows(), AskedRows::split_off, |part, row| {
-        part.add_row::<_, 1>(Scalar512b, row, row.of(asked), row.of(carry), &[true; 64])
+    over(map, cuts, extension.residual_rows(), ResidualRows::split_off, |part, row| {
+        part.add_row::<_, 1>(Scalar512b, row, row.of(residual), row.of(last_step), &[true; 64])
     });
     extension.extend(&Threads::one());
     let mut values = vec![0.0; nodes[0] * nodes[1]];
@@ -71,17 +76,17 @@ fn handed_back(
     extension: &mut Extension,
     cuts: &[usize],
     values: &[f32],
-    carry: &[f32],
+    last_step: &[f32],
 ) -> Vec<f32> {
     let [map, nodes] = [extension.map, extension.nodes];
     over(nodes, cuts, extension.taken_rows(), TakenRows::split_off, |part, row| {
         let inside = row.index() < map[0];
-        let marks = inside.then(|| Row::new(row.index(), map[1]).of(carry));
+        let marks = inside.then(|| Row::new(row.index(), map[1]).of(last_step));
         let marks = marks.unwrap_or_default();
         part.take_row::<_, 1>(Scalar512b, row, row.of(values), marks, &[true; 64])
     });
     extension.collect(&Threads::one());
-    let mut given = vec![0.0; carry.len()];
+    let mut given = vec![0.0; last_step.len()];
     over(
         map,
         cuts,
@@ -119,19 +124,20 @@ fn handing_back_is_the_transpose_of_continuing() {
     let meshes = whole.map(|nodes| [nodes; 2]).into_iter().chain(corners);
     for (seed, [map, nodes]) in meshes.enumerate() {
         let count = map[0] * map[1];
-        let carry = marks(7 + seed as u64, count, 0.2);
-        let free: Vec<f32> = carry.iter().map(|carry| weight(has(*carry, FREE))).collect();
+        let last_step = marks(7 + seed as u64, count, 0.2);
+        let free: Vec<f32> =
+            last_step.iter().map(|last_step| weight(has(*last_step, FREE))).collect();
         let product = |values: Vec<f32>, weights: &[f32]| -> Vec<f32> {
             let weighed = values.iter().zip(weights);
             weighed.map(|(value, weight)| value * weight).collect()
         };
         let fixed: Vec<f32> = free.iter().map(|free| 1.0 - free).collect();
         let fixed = in_corner(&fixed, [map, nodes], 1.0);
-        let asked = product(noise(1, count), &free);
+        let residual = product(noise(1, count), &free);
         let outside = product(noise(2, fixed.len()), &fixed);
         let mut extension = Extension::new(map, nodes);
-        let forth = dot(&continued(&mut extension, &[], &asked, &carry), &outside);
-        let back = dot(&asked, &handed_back(&mut extension, &[], &outside, &carry));
+        let forth = dot(&continued(&mut extension, &[], &residual, &last_step), &outside);
+        let back = dot(&residual, &handed_back(&mut extension, &[], &outside, &last_step));
         assert!((forth - back).abs() < 1e-5 * (1.0 + forth.abs()), "{nodes:?}: {forth} {back}");
     }
 }
@@ -139,9 +145,9 @@ fn handing_back_is_the_transpose_of_continuing() {
 #[test]
 fn what_all_nodes_ask_for_is_continued_nearly_as_it_is() {
     let nodes = [96, 80];
-    let asked = vec![2.0; 96 * 80];
-    let carry = vec![f32::from_bits(FREE); 96 * 80];
-    let values = continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry);
+    let residual = vec![2.0; 96 * 80];
+    let last_step = vec![f32::from_bits(FREE); 96 * 80];
+    let values = continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step);
     // Zero around the whole map counts for a fifth of it, and that for a fifth of its quarters.
     assert!(values.iter().all(|value| (1.99..=2.0).contains(value)));
 }
@@ -149,9 +155,9 @@ fn what_all_nodes_ask_for_is_continued_nearly_as_it_is() {
 #[test]
 fn what_one_node_asks_for_fades_with_the_distance() {
     let nodes = [64, 64];
-    let (mut asked, mut carry) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
-    (asked[0], carry[0]) = (1.0, f32::from_bits(FREE));
-    let values = continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry);
+    let (mut residual, mut last_step) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
+    (residual[0], last_step[0]) = (1.0, f32::from_bits(FREE));
+    let values = continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step);
     let diagonal = [1, 4, 8, 16, 31].map(|place| values[place * 65]);
     assert!(diagonal.is_sorted_by(|near, far| near > far), "{diagonal:?}");
     assert!(diagonal[0] < 0.5 && diagonal[4] > 0.0);
@@ -161,9 +167,9 @@ fn what_one_node_asks_for_fades_with_the_distance() {
 fn the_map_repeats() {
     let nodes = [64, 64];
     let from = |node: usize| {
-        let (mut asked, mut carry) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
-        (asked[node], carry[node]) = (1.0, f32::from_bits(FREE));
-        continued(&mut Extension::new(nodes, nodes), &[], &asked, &carry)
+        let (mut residual, mut last_step) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
+        (residual[node], last_step[node]) = (1.0, f32::from_bits(FREE));
+        continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step)
     };
     // Half a side on, all blocks but the largest lie as before.
     let (corner, middle) = (from(0), from(32 * 65));
@@ -179,17 +185,17 @@ fn the_map_repeats() {
 fn rows_of_several_threads_come_to_the_same_bits() {
     for (map, nodes) in [([64, 48], [64, 48]), ([50, 37], [50, 37]), ([50, 37], [64, 64])] {
         let count = map[0] * map[1];
-        let carry = marks(3, count, 0.3);
-        let asked: Vec<f32> = noise(4, count)
+        let last_step = marks(3, count, 0.3);
+        let residual: Vec<f32> = noise(4, count)
             .iter()
-            .zip(&carry)
-            .map(|(asked, carry)| weight::<f32>(has(*carry, FREE)) * asked)
+            .zip(&last_step)
+            .map(|(residual, last_step)| weight::<f32>(has(*last_step, FREE)) * residual)
             .collect();
         let values = noise(5, nodes[0] * nodes[1]);
         let both = |cuts: &[usize]| {
             let mut extension = Extension::new(map, nodes);
-            let continued = continued(&mut extension, cuts, &asked, &carry);
-            let given = handed_back(&mut extension, cuts, &values, &carry);
+            let continued = continued(&mut extension, cuts, &residual, &last_step);
+            let given = handed_back(&mut extension, cuts, &values, &last_step);
             [continued, given].map(|map| map.into_iter().map(f32::to_bits).collect::<Vec<_>>())
         };
         let alone = both(&[]);

@@ -1,14 +1,14 @@
 //! Gets ready for a search: from a gap and its pressure to what the first correction is to close;
 //! from the pressures with which a search in single precision begins to their gap, and from where
 //! it ends to what a finer mesh takes up. Increments are all there is of such pressures, counted
-//! from a [`Base`].
+//! from a [`ReferencePressure`].
 
 use pulp::Simd;
 
 use super::update_gap::{GapUpdate, Seen};
 use super::update_pressure::PendingUpdate;
 use crate::fft::{Band, Row};
-use crate::solver::extension::AskedRows;
+use crate::solver::extension::ResidualRows;
 use crate::solver::flags::{ActiveBand, FREE, PRESSED, SATURATED, has, marked_by_pressure};
 use crate::solver::lanes::{
     Found, InOrder, LANES, Lanes, Pass, REST, greater, split_mut, sum_by, total, weight,
@@ -18,9 +18,9 @@ use crate::solver::prolongation::Prolonged;
 
 /// Goes over pressures. Starts from the last gap and pressure, or from a guess along the straight
 /// line through them.
-pub struct Ask<'a, const YIELDS: bool> {
+pub struct InitialResidual<'a, const YIELDS: bool> {
     /// Where to go on to first.
-    pub onwards: Option<Onwards<'a>>,
+    pub extrapolation: Option<Extrapolation<'a>>,
     /// Which nodes that penetrate are free.
     pub expected: Expected,
     pub shown: ShownGap,
@@ -30,24 +30,24 @@ pub struct Ask<'a, const YIELDS: bool> {
     /// The pressure at which nodes are saturated.
     pub hardness: f64,
     /// Marked by pressure; the last move on free nodes, if there is one to go on from.
-    pub carry: Band<'a, f32>,
+    pub last_step: Band<'a, f32>,
     /// Set where there are free nodes, or pressures to be moved.
     pub active: ActiveBand<'a>,
-    pub asked: AskedRows<'a>,
+    pub residual: ResidualRows<'a>,
     /// A row of what free nodes ask for.
     pub row: Vec<f32>,
-    pub base: BaseBand<'a>,
-    /// Set to the pressure above the base.
-    pub increment: Band<'a, f32>,
+    pub reference_pressure: ReferenceBand<'a>,
+    /// Set to the pressure above the reference_pressure.
+    pub pressure_increment: Band<'a, f32>,
     pub seen: InOrder<Seen>,
-    /// Σ base.
-    pub base_sum: InOrder<f64>,
+    /// Σ reference_pressure.
+    pub reference_sum: InOrder<f64>,
     /// Where the material yields, Σ pressure within its bounds.
     pub bounded_sum: InOrder<f64>,
 }
 
 /// The straight line through the last gap and pressure and the ones before.
-pub struct Onwards<'a> {
+pub struct Extrapolation<'a> {
     /// How far, in units of the way from the earlier ones to the last.
     pub reach: f64,
     /// Set to the last pressure.
@@ -57,9 +57,9 @@ pub struct Onwards<'a> {
 }
 
 /// Keeps pressures in single precision. Goes over them.
-pub struct Remember<'a>(pub Band<'a, f32>);
+pub struct SavePressure<'a>(pub Band<'a, f32>);
 
-impl Pass<f64> for Remember<'_> {
+impl Pass<f64> for SavePressure<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (earlier, p) in self.0.row(row).iter_mut().zip(pressure) {
@@ -74,30 +74,30 @@ impl Pass<f64> for Remember<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
+impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {
         let level = self.response.offset;
         let gap = self.gap.row(row);
-        let carry = self.carry.row(row);
-        if let Some(onwards) = &mut self.onwards {
-            let earlier = onwards.earlier_pressure.row(row);
+        let last_step = self.last_step.row(row);
+        if let Some(extrapolation) = &mut self.extrapolation {
+            let earlier = extrapolation.earlier_pressure.row(row);
             if YIELDS {
-                extrapolate_bounded(onwards.reach, self.hardness, pressure, earlier);
+                extrapolate_bounded(extrapolation.reach, self.hardness, pressure, earlier);
             } else {
-                extrapolate(onwards.reach, pressure, earlier);
+                extrapolate(extrapolation.reach, pressure, earlier);
             }
-            let earlier = onwards.earlier_gap.row(row);
+            let earlier = extrapolation.earlier_gap.row(row);
             if let Expected::Near(nearing) = self.expected {
                 let shown = &mut self.shown;
                 shown.hold_far::<S, R>(simd, level, nearing, gap, earlier);
             }
             let (gap, last_gap) = split_mut::<S, R>(gap);
             let (earlier, last_earlier) = split_mut::<S, R>(earlier);
-            extrapolate_single(simd, onwards.reach, gap, earlier);
-            extrapolate_single(REST, onwards.reach, last_gap, last_earlier);
-            for (carry, p) in carry.iter_mut().zip(&*pressure) {
-                *carry = marked_by_pressure(0.0, *p, self.hardness);
+            extrapolate_single(simd, extrapolation.reach, gap, earlier);
+            extrapolate_single(REST, extrapolation.reach, last_gap, last_earlier);
+            for (last_step, p) in last_step.iter_mut().zip(&*pressure) {
+                *last_step = marked_by_pressure(0.0, *p, self.hardness);
             }
         }
         if YIELDS {
@@ -105,9 +105,13 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
             let bounded = sum_by(pressure, pressure, |p, _| p.clamp(0.0, hardness));
             self.bounded_sum.push(bounded);
         }
-        let base = self.base.set_row(row, pressure);
-        split(pressure, base, self.increment.row(row));
-        self.base_sum.push(sum_by(base, base, |base, _| f64::from(base)));
+        let reference_pressure = self.reference_pressure.set_row(row, pressure);
+        split(pressure, reference_pressure, self.pressure_increment.row(row));
+        self.reference_sum.push(sum_by(
+            reference_pressure,
+            reference_pressure,
+            |reference_pressure, _| f64::from(reference_pressure),
+        ));
         if let Expected::AsHighAs(lowest) = self.expected {
             let heights = row.of(self.heights);
             self.shown.hold_low::<S, R>(simd, level, lowest, heights);
@@ -116,12 +120,13 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
             Expected::All => gap,
             Expected::Near(_) | Expected::AsHighAs(_) => self.shown.of::<S, R>(simd, gap),
         };
-        let (asked, seen) = (&mut self.row, &mut self.seen);
+        let (residual, seen) = (&mut self.row, &mut self.seen);
         let always = self.active.always;
         let mut found = self.active.row(row);
         found.active.fill(true);
-        self.response.ask_row::<S, R, YIELDS>(simd, asked, shown, carry, &mut found, seen);
-        let groups = self.increment.row(row).as_chunks_mut::<LANES>().0;
+        self.response
+            .residual_row::<S, R, YIELDS>(simd, residual, shown, last_step, &mut found, seen);
+        let groups = self.pressure_increment.row(row).as_chunks_mut::<LANES>().0;
         for (active, increments) in found.active.iter_mut().zip(groups) {
             *active |= always || increments.iter().any(|increment| *increment != 0.0);
             if !*active {
@@ -129,27 +134,27 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
                 increments.fill(-0.0);
             }
         }
-        self.asked.add_row::<S, R>(simd, row, asked, carry, found.free);
+        self.residual.add_row::<S, R>(simd, row, residual, last_step, found.free);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        let onwards = self.onwards.as_mut();
+        let extrapolation = self.extrapolation.as_mut();
         Self {
-            onwards: onwards.map(|onwards| Onwards {
-                reach: onwards.reach,
-                earlier_pressure: onwards.earlier_pressure.split_off(row),
-                earlier_gap: onwards.earlier_gap.split_off(row),
+            extrapolation: extrapolation.map(|extrapolation| Extrapolation {
+                reach: extrapolation.reach,
+                earlier_pressure: extrapolation.earlier_pressure.split_off(row),
+                earlier_gap: extrapolation.earlier_gap.split_off(row),
             }),
             gap: self.gap.split_off(row),
-            carry: self.carry.split_off(row),
+            last_step: self.last_step.split_off(row),
             active: self.active.split_off(row),
-            asked: self.asked.split_off(row),
+            residual: self.residual.split_off(row),
             shown: self.shown.clone(),
             row: self.row.clone(),
-            base: self.base.split_off(row),
-            increment: self.increment.split_off(row),
+            reference_pressure: self.reference_pressure.split_off(row),
+            pressure_increment: self.pressure_increment.split_off(row),
             seen: InOrder::new(),
-            base_sum: InOrder::new(),
+            reference_sum: InOrder::new(),
             bounded_sum: InOrder::new(),
             ..*self
         }
@@ -157,15 +162,17 @@ impl<const YIELDS: bool> Pass<f64> for Ask<'_, YIELDS> {
 
     fn append(&mut self, later: Self) {
         self.seen.append(later.seen);
-        self.base_sum.append(later.base_sum);
+        self.reference_sum.append(later.reference_sum);
         self.bounded_sum.append(later.bounded_sum);
     }
 }
 
 #[inline(always)]
-fn split(pressure: &[f64], base: &[f32], increment: &mut [f32]) {
-    for ((p, base), increment) in pressure.iter().zip(base).zip(increment) {
-        *increment = (p - f64::from(*base)) as f32;
+fn split(pressure: &[f64], reference_pressure: &[f32], increment: &mut [f32]) {
+    for ((p, reference_pressure), increment) in
+        pressure.iter().zip(reference_pressure).zip(increment)
+    {
+        *increment = (p - f64::from(*reference_pressure)) as f32;
     }
 }
 
@@ -228,8 +235,8 @@ impl LastMoveDone {
 
     /// Of an increment, and a move if it is marked as that of a free node.
     #[inline(always)]
-    fn pressure(&self, increment: f32, carry: f32) -> f32 {
-        let last_move = weight::<f32>(has(carry, FREE)) * carry;
+    fn pressure(&self, increment: f32, last_step: f32) -> f32 {
+        let last_move = weight::<f32>(has(last_step, FREE)) * last_step;
         // Rounding must not leave a pressure below zero, or above the ceiling.
         greater(self.scale * increment - self.taken_back * last_move, 0.0).min(self.ceiling)
     }
@@ -243,13 +250,13 @@ pub enum StartPressure<'a> {
 
 impl StartPressure<'_> {
     #[inline(always)]
-    fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], carry: &[f32]) {
+    fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], last_step: &[f32]) {
         match self {
             Self::OfCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
             Self::OfLastMove(done) => {
-                let nodes = increment.iter().zip(carry);
-                for (p, (increment, carry)) in pressure.iter_mut().zip(nodes) {
-                    *p = done.pressure(*increment, *carry);
+                let nodes = increment.iter().zip(last_step);
+                for (p, (increment, last_step)) in pressure.iter_mut().zip(nodes) {
+                    *p = done.pressure(*increment, *last_step);
                 }
             }
         }
@@ -272,9 +279,9 @@ pub struct BeginPressed<'a, const YIELDS: bool> {
     /// Subtracted from gaps.
     pub reference: f32,
     pub gap: Band<'a, f32>,
-    pub increment: Band<'a, f32>,
+    pub pressure_increment: Band<'a, f32>,
     /// Marked by pressure; no node has moved yet.
-    pub carry: Band<'a, f32>,
+    pub last_step: Band<'a, f32>,
     /// Set where there is pressure.
     pub active: ActiveBand<'a>,
     pub sums: InOrder<PressedSums>,
@@ -302,8 +309,8 @@ impl Found for PressedSums {
 impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let (increment, carry) = (self.increment.row(row), self.carry.row(row));
-        self.start.set_row(row, values, increment, carry);
+        let (increment, last_step) = (self.pressure_increment.row(row), self.last_step.row(row));
+        self.start.set_row(row, values, increment, last_step);
         let heights = row.of(self.heights);
         for (gap, height) in self.gap.row(row).iter_mut().zip(heights) {
             *gap = -(height + self.reference);
@@ -311,10 +318,10 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
         let ceiling = self.ceiling;
         let saturated = if YIELDS { SATURATED } else { 0 };
         let mut saturated_nodes = 0;
-        for (carry, p) in carry.iter_mut().zip(&*values) {
+        for (last_step, p) in last_step.iter_mut().zip(&*values) {
             let bears = u32::from(*p >= ceiling);
             let pressed = PRESSED * u32::from(*p > 0.0);
-            *carry = f32::from_bits(pressed | (saturated * bears));
+            *last_step = f32::from_bits(pressed | (saturated * bears));
             saturated_nodes += bears;
         }
         increment.copy_from_slice(values);
@@ -340,8 +347,8 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
         Self {
             start: self.start.split_off(),
             gap: self.gap.split_off(row),
-            increment: self.increment.split_off(row),
-            carry: self.carry.split_off(row),
+            pressure_increment: self.pressure_increment.split_off(row),
+            last_step: self.last_step.split_off(row),
             active: self.active.split_off(row),
             sums: InOrder::new(),
             ..*self
@@ -360,8 +367,8 @@ pub struct PressureLessGap<'a> {
     /// From which gaps are counted.
     pub offset: f32,
     pub done: LastMoveDone,
-    pub increment: &'a [f32],
-    pub carry: &'a [f32],
+    pub pressure_increment: &'a [f32],
+    pub last_step: &'a [f32],
     pub gap: &'a [f32],
     pub peak_pressure: f32,
 }
@@ -369,11 +376,11 @@ pub struct PressureLessGap<'a> {
 impl Pass<f32> for PressureLessGap<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let pressed = row.of(self.increment).iter().zip(row.of(self.carry));
+        let pressed = row.of(self.pressure_increment).iter().zip(row.of(self.last_step));
         let nodes = pressed.zip(row.of(self.gap));
         let mut peak = 0.0_f32;
-        for (value, ((increment, carry), gap)) in values.iter_mut().zip(nodes) {
-            let p = self.done.pressure(*increment, *carry);
+        for (value, ((increment, last_step), gap)) in values.iter_mut().zip(nodes) {
+            let p = self.done.pressure(*increment, *last_step);
             *value = self.compliance * p - (gap - self.offset);
             peak = greater(peak, p);
         }
@@ -394,14 +401,14 @@ impl Pass<f32> for PressureLessGap<'_> {
 const FINE: f64 = 1e-5;
 
 /// Zero, or for a fine search a map of its own.
-pub struct Base {
+pub struct ReferencePressure {
     /// A row of them.
     zeros: Vec<f32>,
     rows: usize,
     map: Vec<f32>,
 }
 
-impl Base {
+impl ReferencePressure {
     pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
         Self { zeros: vec![0.0; row_nodes], rows, map: Vec::new() }
     }
@@ -430,21 +437,21 @@ impl Base {
     }
 
     /// All rows, to be set.
-    pub fn band(&mut self) -> BaseBand<'_> {
-        BaseBand {
+    pub fn band(&mut self) -> ReferenceBand<'_> {
+        ReferenceBand {
             zeros: &self.zeros,
-            map: (!self.map.is_empty()).then(|| Band::of(&mut self.map)),
+            map: (!self.map.is_empty()).then(|| Band::new(&mut self.map)),
         }
     }
 }
 
-/// Consecutive rows of a base, to be set.
-pub struct BaseBand<'a> {
+/// Consecutive rows of a reference_pressure, to be set.
+pub struct ReferenceBand<'a> {
     zeros: &'a [f32],
     map: Option<Band<'a, f32>>,
 }
 
-impl BaseBand<'_> {
+impl ReferenceBand<'_> {
     /// Sets a row to what single precision holds of pressures, if this search is a fine one.
     /// Returns it.
     #[inline(always)]
@@ -452,11 +459,11 @@ impl BaseBand<'_> {
         let Some(map) = &mut self.map else {
             return self.zeros;
         };
-        let base = map.row(row);
-        for (base, p) in base.iter_mut().zip(pressure) {
-            *base = *p as f32;
+        let reference_pressure = map.row(row);
+        for (reference_pressure, p) in reference_pressure.iter_mut().zip(pressure) {
+            *reference_pressure = *p as f32;
         }
-        base
+        reference_pressure
     }
 
     pub fn split_off(&mut self, row: Row) -> Self {

@@ -2,10 +2,10 @@
 
 use pulp::Simd;
 
-use super::begin::Base;
+use super::begin::ReferencePressure;
 use super::peek::SampleBand;
 use crate::fft::{Band, Row};
-use crate::solver::evaluation::Survey;
+use crate::solver::evaluation::GapStatistics;
 use crate::solver::flags::{
     FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure,
 };
@@ -17,7 +17,7 @@ pub struct PressureInput<'a> {
     /// The pressure at which nodes are saturated.
     pub hardness: f64,
     /// Marked by pressure,
-    pub carry: Band<'a, f32>,
+    pub last_step: Band<'a, f32>,
     /// and emptied, unless moves are to be kept.
     pub keeps_moves: bool,
 }
@@ -26,14 +26,14 @@ impl Pass<f64> for PressureInput<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         values.copy_from_slice(row.of(self.pressure));
-        for (carry, p) in self.carry.row(row).iter_mut().zip(values) {
-            let kept = if self.keeps_moves { *carry } else { 0.0 };
-            *carry = marked_by_pressure(kept, *p, self.hardness);
+        for (last_step, p) in self.last_step.row(row).iter_mut().zip(values) {
+            let kept = if self.keeps_moves { *last_step } else { 0.0 };
+            *last_step = marked_by_pressure(kept, *p, self.hardness);
         }
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self { carry: self.carry.split_off(row), ..*self }
+        Self { last_step: self.last_step.split_off(row), ..*self }
     }
 
     fn append(&mut self, _: Self) {}
@@ -43,8 +43,8 @@ impl Pass<f64> for PressureInput<'_> {
 pub struct PromotedInput<'a> {
     /// Brings pressures to their mean.
     pub scale: f64,
-    pub base: &'a Base,
-    pub increment: &'a [f32],
+    pub reference_pressure: &'a ReferencePressure,
+    pub pressure_increment: &'a [f32],
     pub pressure: Band<'a, f64>,
 }
 
@@ -52,7 +52,12 @@ impl Pass<f64> for PromotedInput<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         let pressure = self.pressure.row(row);
-        promote(self.scale, self.base.row(row), row.of(self.increment), pressure);
+        promote(
+            self.scale,
+            self.reference_pressure.row(row),
+            row.of(self.pressure_increment),
+            pressure,
+        );
         values.copy_from_slice(pressure);
     }
 
@@ -64,23 +69,30 @@ impl Pass<f64> for PromotedInput<'_> {
 }
 
 #[inline(always)]
-pub fn promote(factor: f64, base: &[f32], increment: &[f32], pressure: &mut [f64]) {
-    for ((p, base), increment) in pressure.iter_mut().zip(base).zip(increment) {
-        *p = factor * (f64::from(*base) + f64::from(*increment));
+pub fn promote(factor: f64, reference_pressure: &[f32], increment: &[f32], pressure: &mut [f64]) {
+    for ((p, reference_pressure), increment) in
+        pressure.iter_mut().zip(reference_pressure).zip(increment)
+    {
+        *p = factor * (f64::from(*reference_pressure) + f64::from(*increment));
     }
 }
 
 /// Brings pressures up to date with their search, where no transform is to follow.
 pub struct Promote<'a> {
     pub factor: f64,
-    pub base: &'a Base,
-    pub increment: &'a [f32],
+    pub reference_pressure: &'a ReferencePressure,
+    pub pressure_increment: &'a [f32],
 }
 
 impl Pass<f64> for Promote<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        promote(self.factor, self.base.row(row), row.of(self.increment), pressure);
+        promote(
+            self.factor,
+            self.reference_pressure.row(row),
+            row.of(self.pressure_increment),
+            pressure,
+        );
     }
 
     fn split_off(&mut self, _: Row) -> Self {
@@ -96,14 +108,14 @@ pub struct TakeBack<'a> {
     /// The highest pressure.
     pub hardness: f64,
     /// Moves of free nodes, marked.
-    pub carry: &'a [f32],
+    pub last_step: &'a [f32],
 }
 
 impl Pass<f64> for TakeBack<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        for (p, carry) in pressure.iter_mut().zip(row.of(self.carry)) {
-            let last_move = weight::<f64>(has(*carry, FREE)) * f64::from(*carry);
+        for (p, last_step) in pressure.iter_mut().zip(row.of(self.last_step)) {
+            let last_move = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
             // Rounding must not leave a pressure below zero, or above the hardness.
             *p = greater(*p - self.part * last_move, 0.0).min(self.hardness);
         }
@@ -123,10 +135,10 @@ pub struct GapOutput<'a, const YIELDS: bool> {
     pub reference: f64,
     pub gap: Band<'a, f32>,
     /// Marked by pressure.
-    pub carry: &'a [f32],
+    pub last_step: &'a [f32],
     /// Whether gaps are to be summed over the whole map.
     pub sums_gaps: bool,
-    pub survey: InOrder<Survey>,
+    pub statistics: InOrder<GapStatistics>,
 }
 
 impl<const YIELDS: bool> Pass<f64> for GapOutput<'_, YIELDS> {
@@ -134,22 +146,22 @@ impl<const YIELDS: bool> Pass<f64> for GapOutput<'_, YIELDS> {
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let gap = self.gap.row(row);
         above(values, row.of(self.heights), self.reference, gap);
-        let carry = row.of(self.carry);
-        let mut survey = Survey::new(self.sums_gaps);
-        survey.add_gaps::<YIELDS>(values, carry);
+        let last_step = row.of(self.last_step);
+        let mut statistics = GapStatistics::new(self.sums_gaps);
+        statistics.add_gaps::<YIELDS>(values, last_step);
         let (gap, last_gap) = split::<S, R>(gap);
-        let (carry, last_carry) = split::<S, R>(carry);
-        survey.add::<_, _, YIELDS>(simd, gap, carry);
-        survey.add::<_, _, YIELDS>(REST, last_gap, last_carry);
-        self.survey.push(survey);
+        let (last_step, rest_step) = split::<S, R>(last_step);
+        statistics.add::<_, _, YIELDS>(simd, gap, last_step);
+        statistics.add::<_, _, YIELDS>(REST, last_gap, rest_step);
+        self.statistics.push(statistics);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self { gap: self.gap.split_off(row), survey: InOrder::new(), ..*self }
+        Self { gap: self.gap.split_off(row), statistics: InOrder::new(), ..*self }
     }
 
     fn append(&mut self, later: Self) {
-        self.survey.append(later.survey);
+        self.statistics.append(later.statistics);
     }
 }
 
@@ -168,14 +180,14 @@ pub struct MoveOutput<'a, const YIELDS: bool> {
     pub scaling: MoveScaling,
     /// Whether gaps are to be summed over the whole map.
     pub sums_gaps: bool,
-    pub survey: InOrder<Survey>,
+    pub statistics: InOrder<GapStatistics>,
     /// Σ move × displacement under it.
     pub curvature: InOrder<f64>,
-    pub base: &'a Base,
-    pub increment: &'a [f32],
+    pub reference_pressure: &'a ReferencePressure,
+    pub pressure_increment: &'a [f32],
     pub gap: Band<'a, f32>,
     /// Moves of free nodes, before pressures were scaled, to be scaled too; emptied elsewhere.
-    pub carry: Band<'a, f32>,
+    pub last_step: Band<'a, f32>,
     /// Set to displacements under the move.
     pub sample: SampleBand<'a>,
     /// A row of gaps.
@@ -198,25 +210,31 @@ impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
         {
             let (found, last_found) = split_mut::<S, R>(&mut self.found);
             let (gap, last_gap) = split_mut::<S, R>(self.gap.row(row));
-            let carry = self.carry.row(row);
-            let mut survey = Survey::new(self.sums_gaps);
-            survey.add_gaps::<YIELDS>(values, carry);
-            let (carry, last_carry) = split_mut::<S, R>(carry);
-            let (base, last_base) = split::<S, R>(self.base.row(row));
-            let (increment, last_increment) = split::<S, R>(row.of(self.increment));
-            survey.add::<_, _, YIELDS>(simd, found, carry);
-            survey.add::<_, _, YIELDS>(REST, last_found, last_carry);
-            self.survey.push(survey);
+            let last_step = self.last_step.row(row);
+            let mut statistics = GapStatistics::new(self.sums_gaps);
+            statistics.add_gaps::<YIELDS>(values, last_step);
+            let (last_step, rest_step) = split_mut::<S, R>(last_step);
+            let (reference_pressure, last_base) = split::<S, R>(self.reference_pressure.row(row));
+            let (increment, last_increment) = split::<S, R>(row.of(self.pressure_increment));
+            statistics.add::<_, _, YIELDS>(simd, found, last_step);
+            statistics.add::<_, _, YIELDS>(REST, last_found, rest_step);
+            self.statistics.push(statistics);
             let scaling = self.scaling;
-            let curvature =
-                scaling.finish::<_, _, YIELDS>(simd, found, gap, carry, base, increment);
+            let curvature = scaling.finish::<_, _, YIELDS>(
+                simd,
+                found,
+                gap,
+                last_step,
+                reference_pressure,
+                increment,
+            );
             self.curvature.push(curvature);
             if !last_found.is_empty() {
                 let curvature = scaling.finish::<_, _, YIELDS>(
                     REST,
                     last_found,
                     last_gap,
-                    last_carry,
+                    rest_step,
                     last_base,
                     last_increment,
                 );
@@ -228,10 +246,10 @@ impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
 
     fn split_off(&mut self, row: Row) -> Self {
         Self {
-            survey: InOrder::new(),
+            statistics: InOrder::new(),
             curvature: InOrder::new(),
             gap: self.gap.split_off(row),
-            carry: self.carry.split_off(row),
+            last_step: self.last_step.split_off(row),
             sample: self.sample.split_off(row),
             found: vec![0.0; self.found.len()],
             ..*self
@@ -239,7 +257,7 @@ impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
     }
 
     fn append(&mut self, later: Self) {
-        self.survey.append(later.survey);
+        self.statistics.append(later.statistics);
         self.curvature.append(later.curvature);
     }
 }
@@ -253,21 +271,23 @@ impl MoveScaling {
         simd: S,
         found: &mut [[S::f32s; R]],
         gap: &mut [[S::f32s; R]],
-        carry: &mut [[S::f32s; R]],
-        base: &[[S::f32s; R]],
+        last_step: &mut [[S::f32s; R]],
+        reference_pressure: &[[S::f32s; R]],
         increment: &[[S::f32s; R]],
     ) -> f64 {
         let scaling = Lanes::all(simd, self.scale - 1.0);
         let reference_change = Lanes::all(simd, self.reference_change);
         let mut curvature = Lanes::all(simd, 0.0);
-        let nodes = found.iter_mut().zip(gap).zip(carry);
-        for (((found, gap), carry), (base, increment)) in nodes.zip(base.iter().zip(increment)) {
+        let nodes = found.iter_mut().zip(gap).zip(last_step);
+        for (((found, gap), last_step), (reference_pressure, increment)) in
+            nodes.zip(reference_pressure.iter().zip(increment))
+        {
             let image = Lanes::of(simd, *found) - Lanes::of(simd, *gap) + reference_change;
             *gap = *found;
             *found = image.numbers();
-            let c = Lanes::of(simd, *carry);
+            let c = Lanes::of(simd, *last_step);
             let free = c.has(FREE);
-            let pressure = Lanes::of(simd, *base) + Lanes::of(simd, *increment);
+            let pressure = Lanes::of(simd, *reference_pressure) + Lanes::of(simd, *increment);
             let scaled = c.plus(scaling, pressure);
             let moved = if YIELDS {
                 // What is saturated is not scaled.
@@ -277,7 +297,7 @@ impl MoveScaling {
             };
             curvature = curvature.plus(moved, image);
             let pressed = c.has(PRESSED);
-            *carry = if YIELDS {
+            *last_step = if YIELDS {
                 mark_yielding(moved, free, pressed, c.has(SATURATED)).numbers()
             } else {
                 mark(moved, free, pressed).numbers()

@@ -4,7 +4,7 @@
 
 use pulp::Simd;
 
-use crate::fft::{Row, Scratch, Transform, see_pairs};
+use crate::fft::{Row, Scratch, Transform, visit_pairs};
 use crate::solver::extension::{ContinuedRows, TakenRows};
 use crate::solver::flags::{ALL, ActiveGroups, FREE};
 use crate::solver::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
@@ -20,7 +20,7 @@ pub struct Extend<'a> {
     pub level: f32,
     pub gap: &'a [f32],
     /// Marked where nodes are free.
-    pub carry: &'a [f32],
+    pub last_step: &'a [f32],
     /// Where they may be.
     pub active: &'a ActiveGroups,
     pub continued: ContinuedRows<'a>,
@@ -42,16 +42,16 @@ impl Pass<f32> for Extend<'_> {
         let (other, last_other) = split::<S, R>(&other[..values.len()]);
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
-        let (carry, last_carry) = split::<S, R>(row.of(self.carry));
+        let (last_step, rest_step) = split::<S, R>(row.of(self.last_step));
         let choice = Choose { level: self.level, shares: [of_own, of_other] };
         let free = self.active.free_row(row);
-        choice.choose(simd, free, values, gap, carry, own, other);
+        choice.choose(simd, free, values, gap, last_step, own, other);
         choice.choose(
             REST,
             &ALL[..last_values.len()],
             last_values,
             last_gap,
-            last_carry,
+            rest_step,
             last_own,
             last_other,
         );
@@ -87,23 +87,23 @@ impl Choose {
         groups: &[bool],
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
-        carry: &[[S::f32s; R]],
+        last_step: &[[S::f32s; R]],
         own: &[[S::f32s; R]],
         other: &[[S::f32s; R]],
     ) {
         let level = Lanes::all(simd, self.level);
         let of_own = Lanes::all(simd, self.shares[0]);
         let of_other = Lanes::all(simd, self.shares[1]);
-        let nodes = values.iter_mut().zip(gap).zip(carry);
+        let nodes = values.iter_mut().zip(gap).zip(last_step);
         let nodes = nodes.zip(own.iter().zip(other)).zip(groups);
-        for ((((value, gap), carry), (own, other)), has_free) in nodes {
+        for ((((value, gap), last_step), (own, other)), has_free) in nodes {
             let own = of_own * Lanes::of(simd, *own);
             let continued = own.plus(of_other, Lanes::of(simd, *other));
             if !has_free {
                 *value = continued.numbers();
                 continue;
             }
-            let free = Lanes::of(simd, *carry).has(FREE);
+            let free = Lanes::of(simd, *last_step).has(FREE);
             let above = Lanes::of(simd, *gap) - level;
             *value = free.choose(above, continued).numbers();
         }
@@ -115,7 +115,7 @@ pub struct TakeOthers<'a> {
     /// Nodes of the map, around which none is free.
     pub map: [usize; 2],
     /// Marked where nodes are free.
-    pub carry: &'a [f32],
+    pub last_step: &'a [f32],
     /// Where they may be.
     pub active: &'a ActiveGroups,
     pub taken: TakenRows<'a>,
@@ -126,9 +126,9 @@ impl Pass<f32> for TakeOthers<'_> {
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let [rows, row_nodes] = self.map;
         if row.index() < rows {
-            let carry = Row::new(row.index(), row_nodes).of(self.carry);
+            let last_step = Row::new(row.index(), row_nodes).of(self.last_step);
             let free = self.active.free_row(row);
-            self.taken.take_row::<S, R>(simd, row, values, carry, free);
+            self.taken.take_row::<S, R>(simd, row, values, last_step, free);
         } else {
             self.taken.take_row::<S, R>(simd, row, values, &[], &[]);
         }
@@ -159,12 +159,12 @@ impl Nodal<'_> {
         pass: &mut Wide<P>,
     ) {
         self.over(nodes[1], pass, |rows| {
-            see_pairs(threads, pairs, nodes, rows);
+            visit_pairs(threads, pairs, nodes, rows);
         });
     }
 
     /// Begins the convolution of the map by which a pass replaces them.
-    pub fn turn<P: Pass<f32>>(
+    pub fn begin<P: Pass<f32>>(
         self,
         row_nodes: usize,
         pass: &mut Wide<P>,

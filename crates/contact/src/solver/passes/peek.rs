@@ -3,7 +3,7 @@
 
 use pulp::Simd;
 
-use super::begin::Base;
+use super::begin::ReferencePressure;
 use crate::fft::{Band, Row};
 use crate::solver::balance::Nodes;
 use crate::solver::extension::{Extension, GivenRows};
@@ -28,7 +28,7 @@ pub struct Means {
 /// Sums for them.
 pub struct Peek<'a> {
     /// Last moves, marked where nodes are free.
-    carry: &'a [f32],
+    last_step: &'a [f32],
     /// Where they may be.
     groups: &'a ActiveGroups,
     /// Displacements under the last move.
@@ -37,7 +37,7 @@ pub struct Peek<'a> {
     given: GivenRows<'a>,
     sums: InOrder<PeekSums>,
     /// Where the material yields, free nodes and what they ask for.
-    asking: Option<Asking<'a>>,
+    candidates: Option<GatherCandidates<'a>>,
 }
 
 /// What a row comes to, of free nodes: their number, and sums for [`Means`].
@@ -72,9 +72,9 @@ impl Found for PeekSums {
 }
 
 /// Free nodes, gathered for the balance of a direction.
-pub struct Asking<'a> {
-    pub base: &'a Base,
-    pub increment: &'a [f32],
+pub struct GatherCandidates<'a> {
+    pub reference_pressure: &'a ReferencePressure,
+    pub pressure_increment: &'a [f32],
     /// How much of the last move is still to be added to pressures.
     pub of_move: f32,
     /// Their pressures and what corrections take from them,
@@ -85,21 +85,21 @@ pub struct Asking<'a> {
     pub rows: usize,
 }
 
-impl Asking<'_> {
+impl GatherCandidates<'_> {
     #[inline(always)]
-    fn gather(&mut self, row: Row, corrections: &[f32], carry: &[f32], free: &[bool]) {
+    fn gather(&mut self, row: Row, corrections: &[f32], last_step: &[f32], free: &[bool]) {
         let (corrections, last_corrections) = corrections.as_chunks::<LANES>();
-        let (carry, last_carry) = carry.as_chunks::<LANES>();
-        let (base, last_base) = self.base.row(row).as_chunks::<LANES>();
-        let (increment, last_increment) = row.of(self.increment).as_chunks::<LANES>();
-        let pressure = base.iter().zip(increment);
-        let groups = corrections.iter().zip(carry).zip(pressure).zip(free);
-        for (((corrections, carry), (base, increment)), free) in groups {
+        let (last_step, rest_step) = last_step.as_chunks::<LANES>();
+        let (reference_pressure, last_base) = self.reference_pressure.row(row).as_chunks::<LANES>();
+        let (increment, last_increment) = row.of(self.pressure_increment).as_chunks::<LANES>();
+        let pressure = reference_pressure.iter().zip(increment);
+        let groups = corrections.iter().zip(last_step).zip(pressure).zip(free);
+        for (((corrections, last_step), (reference_pressure, increment)), free) in groups {
             if *free {
-                self.gather_nodes(corrections, carry, base, increment);
+                self.gather_nodes(corrections, last_step, reference_pressure, increment);
             }
         }
-        self.gather_nodes(last_corrections, last_carry, last_base, last_increment);
+        self.gather_nodes(last_corrections, rest_step, last_base, last_increment);
         self.rows += 1;
     }
 
@@ -108,19 +108,20 @@ impl Asking<'_> {
     fn gather_nodes(
         &mut self,
         corrections: &[f32],
-        carry: &[f32],
-        base: &[f32],
+        last_step: &[f32],
+        reference_pressure: &[f32],
         increment: &[f32],
     ) {
         let mut gathered = [[0.0; LANES]; 3];
         let mut count = 0;
-        let pressure = base.iter().zip(increment);
-        for ((correction, carry), (base, increment)) in corrections.iter().zip(carry).zip(pressure)
+        let pressure = reference_pressure.iter().zip(increment);
+        for ((correction, last_step), (reference_pressure, increment)) in
+            corrections.iter().zip(last_step).zip(pressure)
         {
-            gathered[0][count] = base + (increment + self.of_move * carry);
+            gathered[0][count] = reference_pressure + (increment + self.of_move * last_step);
             gathered[1][count] = -correction;
-            gathered[2][count] = *carry;
-            count += usize::from(has(*carry, FREE));
+            gathered[2][count] = *last_step;
+            count += usize::from(has(*last_step, FREE));
         }
         let [pressures, changes, moves] = &gathered;
         self.nodes.extend(pressures, changes, count);
@@ -141,13 +142,20 @@ impl Asking<'_> {
 
 impl<'a> Peek<'a> {
     pub fn new(
-        carry: &'a [f32],
+        last_step: &'a [f32],
         groups: &'a ActiveGroups,
         sample: &'a Sample,
         extension: &'a Extension,
-        asking: Option<Asking<'a>>,
+        candidates: Option<GatherCandidates<'a>>,
     ) -> Self {
-        Self { carry, groups, sample, given: extension.given_rows(), sums: InOrder::new(), asking }
+        Self {
+            last_step,
+            groups,
+            sample,
+            given: extension.given_rows(),
+            sums: InOrder::new(),
+            candidates,
+        }
     }
 
     /// Whether too little was seen to go by: a direction that does not keep the mean pressure may
@@ -157,8 +165,8 @@ impl<'a> Peek<'a> {
     }
 
     /// What was gathered, if it was to be.
-    pub fn asking(&mut self) -> Option<Asking<'a>> {
-        self.asking.take()
+    pub fn candidates(&mut self) -> Option<GatherCandidates<'a>> {
+        self.candidates.take()
     }
 
     pub fn means(&self) -> Means {
@@ -177,29 +185,32 @@ impl<'a> Peek<'a> {
 impl Pass<f32> for Peek<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let carry = row.of(self.carry);
+        let last_step = row.of(self.last_step);
         let groups = self.groups.free_row(row);
         self.given.give_row(row, values, groups);
-        if let Some(asking) = &mut self.asking {
-            asking.gather(row, values, carry, groups);
+        if let Some(candidates) = &mut self.candidates {
+            candidates.gather(row, values, last_step, groups);
         }
-        let free = |carry| weight::<f32>(has(carry, FREE));
-        let nodes = sum_over_groups(groups, carry, carry, |carry, _| free(carry));
-        let correction = sum_over_groups(groups, values, carry, |value, carry| value * free(carry));
+        let free = |last_step| weight::<f32>(has(last_step, FREE));
+        let nodes = sum_over_groups(groups, last_step, last_step, |last_step, _| free(last_step));
+        let correction =
+            sum_over_groups(groups, values, last_step, |value, last_step| value * free(last_step));
         let mut seen = PeekSums {
             free_nodes: nodes,
             sampled_nodes: 0.0,
             sums: Means {
                 correction,
-                last_move: sum_over_groups(groups, carry, carry, |carry, _| free(carry) * carry),
+                last_move: sum_over_groups(groups, last_step, last_step, |last_step, _| {
+                    free(last_step) * last_step
+                }),
                 ..Means::default()
             },
         };
         if let Some(image) = self.sample.row(row) {
             seen.sampled_nodes = nodes;
             seen.sums.sampled_correction = correction;
-            for (value, carry) in values.iter_mut().zip(carry) {
-                *value *= free(*carry);
+            for (value, last_step) in values.iter_mut().zip(last_step) {
+                *value *= free(*last_step);
             }
             seen.sums.correction_on_image =
                 sum_over_groups(groups, values, image, |z, image| z * image);
@@ -211,15 +222,15 @@ impl Pass<f32> for Peek<'_> {
         Self {
             given: self.given.split_off(),
             sums: InOrder::new(),
-            asking: self.asking.as_mut().map(Asking::split_off),
+            candidates: self.candidates.as_mut().map(GatherCandidates::split_off),
             ..*self
         }
     }
 
     fn append(&mut self, later: Self) {
         self.sums.append(later.sums);
-        if let (Some(asking), Some(later)) = (&mut self.asking, later.asking) {
-            asking.append(later);
+        if let (Some(candidates), Some(later)) = (&mut self.candidates, later.candidates) {
+            candidates.append(later);
         }
     }
 }
@@ -229,11 +240,11 @@ impl Pass<f32> for Peek<'_> {
 pub struct PeekGap<'a> {
     /// Before the move.
     pub gap: &'a [f32],
-    pub base: &'a Base,
+    pub reference_pressure: &'a ReferencePressure,
     /// After the move.
-    pub increment: &'a [f32],
+    pub pressure_increment: &'a [f32],
     /// Moves of free nodes, and marks by the pressure after them.
-    pub carry: &'a [f32],
+    pub last_step: &'a [f32],
     /// How much of the move is kept.
     pub part: f32,
     /// What unit gaps take from pressures.
@@ -255,25 +266,27 @@ impl PeekGap<'_> {
 impl Pass<f32> for PeekGap<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let (gap, carry) = (row.of(self.gap), row.of(self.carry));
-        let pressure = self.base.row(row).iter().zip(row.of(self.increment));
+        let (gap, last_step) = (row.of(self.gap), row.of(self.last_step));
+        let pressure = self.reference_pressure.row(row).iter().zip(row.of(self.pressure_increment));
         let taken = 1.0 - self.part;
         let [highest, lowest] = self.range;
         let gaps = values.iter().zip(gap);
-        for (((value, gap), carry), (base, increment)) in gaps.zip(carry).zip(pressure) {
+        for (((value, gap), last_step), (reference_pressure, increment)) in
+            gaps.zip(last_step).zip(pressure)
+        {
             let gap = gap + self.part * *value;
-            let is_free = has(*carry, FREE);
+            let is_free = has(*last_step, FREE);
             let may_change = if is_free && taken > 0.0 {
                 true
-            } else if has(*carry, SATURATED) {
+            } else if has(*last_step, SATURATED) {
                 gap > lowest
             } else {
-                has(*carry, PRESSED) || gap < highest
+                has(*last_step, PRESSED) || gap < highest
             };
             if may_change {
-                let back = if is_free { taken * carry } else { 0.0 };
+                let back = if is_free { taken * last_step } else { 0.0 };
                 let change = self.stiffness * (self.level - gap);
-                self.nodes.push(base + (increment - back), change);
+                self.nodes.push(reference_pressure + (increment - back), change);
             }
         }
     }
@@ -333,26 +346,26 @@ impl Sample {
     /// What is kept of a row, if it is in the sample.
     #[inline(always)]
     pub fn row(&self, row: Row) -> Option<&[f32]> {
-        let place = self.geometry.place(row)?;
-        Some(place.of(&self.kept))
+        let kept_row = self.geometry.kept_row(row)?;
+        Some(kept_row.of(&self.kept))
     }
 
     /// All rows, to be kept.
     pub fn band(&mut self) -> SampleBand<'_> {
-        SampleBand { geometry: self.geometry, kept: Band::of(&mut self.kept) }
+        SampleBand { geometry: self.geometry, kept: Band::new(&mut self.kept) }
     }
 }
 
 impl Geometry {
     /// Where a row of the sample is kept.
-    fn place(&self, row: Row) -> Option<Row> {
+    fn kept_row(&self, row: Row) -> Option<Row> {
         let (pair, second) = (row.index() / 2, row.index() % 2);
         let sampled = pair % self.stride == self.stride / 2;
         sampled.then(|| Row::new(pair / self.stride * 2 + second, self.row_nodes))
     }
 
     /// Where rows are kept from this one on, which begins a pair or ends them.
-    fn places_before(&self, row: Row) -> Row {
+    fn kept_before(&self, row: Row) -> Row {
         let pairs = row.index().div_ceil(2);
         let sampled = (pairs + self.stride - 1 - self.stride / 2) / self.stride;
         Row::new(2 * sampled, self.row_nodes)
@@ -368,17 +381,14 @@ pub struct SampleBand<'a> {
 impl SampleBand<'_> {
     #[inline(always)]
     pub fn keep(&mut self, row: Row, values: &[f32]) {
-        if let Some(place) = self.geometry.place(row) {
-            self.kept.row(place).copy_from_slice(values);
+        if let Some(kept_row) = self.geometry.kept_row(row) {
+            self.kept.row(kept_row).copy_from_slice(values);
         }
     }
 
     /// Keeps the rows before one, which begins a pair, and hands on the others.
     pub fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            geometry: self.geometry,
-            kept: self.kept.split_off(self.geometry.places_before(row)),
-        }
+        Self { geometry: self.geometry, kept: self.kept.split_off(self.geometry.kept_before(row)) }
     }
 }
 

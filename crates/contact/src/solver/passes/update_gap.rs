@@ -5,7 +5,7 @@ use pulp::Simd;
 use super::peek::SampleBand;
 use crate::fft::{Band, Row};
 use crate::solver::evaluation::Extremes;
-use crate::solver::extension::AskedRows;
+use crate::solver::extension::ResidualRows;
 use crate::solver::flags::{
     ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, SATURATED, mark, mark_yielding,
 };
@@ -21,10 +21,10 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
     pub heights: &'a [f32],
     pub gap: Band<'a, f32>,
     /// Moves of free nodes.
-    pub carry: Band<'a, f32>,
+    pub last_step: Band<'a, f32>,
     /// Where there are free nodes.
     pub active: ActiveBand<'a>,
-    pub asked: AskedRows<'a>,
+    pub residual: ResidualRows<'a>,
     pub sample: SampleBand<'a>,
     pub seen: InOrder<Seen>,
 }
@@ -87,22 +87,29 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
             response.shift(REST, last_values, last_gap, last_heights);
         }
         self.sample.keep(row, values);
-        let (gap, carry) = (self.gap.row(row), self.carry.row(row));
+        let (gap, last_step) = (self.gap.row(row), self.last_step.row(row));
         let always = self.active.always;
         let mut groups = self.active.row(row);
-        response.ask_row::<S, R, YIELDS>(simd, values, gap, carry, &mut groups, &mut self.seen);
+        response.residual_row::<S, R, YIELDS>(
+            simd,
+            values,
+            gap,
+            last_step,
+            &mut groups,
+            &mut self.seen,
+        );
         if always {
             groups.active.fill(true);
         }
-        self.asked.add_row::<S, R>(simd, row, values, carry, groups.free);
+        self.residual.add_row::<S, R>(simd, row, values, last_step, groups.free);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
         Self {
             gap: self.gap.split_off(row),
-            carry: self.carry.split_off(row),
+            last_step: self.last_step.split_off(row),
             active: self.active.split_off(row),
-            asked: self.asked.split_off(row),
+            residual: self.residual.split_off(row),
             sample: self.sample.split_off(row),
             seen: InOrder::new(),
             ..*self
@@ -156,37 +163,43 @@ impl GapUpdate {
     /// Turns a row into what the next correction is to close, with zeros where nodes are not free:
     /// in groups that have a free one then.
     #[inline(always)]
-    pub fn ask_row<S: Simd, const R: usize, const YIELDS: bool>(
+    pub fn residual_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,
         simd: S,
         values: &mut [f32],
         gap: &[f32],
-        carry: &mut [f32],
+        last_step: &mut [f32],
         groups: &mut GroupsOfRow,
         seen: &mut InOrder<Seen>,
     ) {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(gap);
-        let (carry, last_carry) = split_mut::<S, R>(carry);
-        seen.push(self.ask::<_, _, YIELDS>(simd, groups, values, gap, carry));
+        let (last_step, rest_step) = split_mut::<S, R>(last_step);
+        seen.push(self.residual::<_, _, YIELDS>(simd, groups, values, gap, last_step));
         if !last_values.is_empty() {
             let [mut active, mut free] = [ALL; 2];
             let mut rest = GroupsOfRow {
                 active: &mut active[..last_values.len()],
                 free: &mut free[..last_values.len()],
             };
-            seen.push(self.ask::<_, _, YIELDS>(REST, &mut rest, last_values, last_gap, last_carry));
+            seen.push(self.residual::<_, _, YIELDS>(
+                REST,
+                &mut rest,
+                last_values,
+                last_gap,
+                rest_step,
+            ));
         }
     }
 
     #[inline(always)]
-    fn ask<S: Simd, const R: usize, const YIELDS: bool>(
+    fn residual<S: Simd, const R: usize, const YIELDS: bool>(
         self,
         simd: S,
         groups: &mut GroupsOfRow,
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
-        carry: &mut [[S::f32s; R]],
+        last_step: &mut [[S::f32s; R]],
     ) -> Seen {
         let offset = Lanes::all(simd, self.offset);
         let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
@@ -197,8 +210,8 @@ impl GapUpdate {
         let mut elastic_sum = zero;
         let mut free_sum = zero;
         let groups = groups.active.iter_mut().zip(&mut *groups.free);
-        let nodes = values.iter_mut().zip(gap).zip(carry).zip(groups);
-        for (((value, gap), carry), (active, has_free)) in nodes {
+        let nodes = values.iter_mut().zip(gap).zip(last_step).zip(groups);
+        for (((value, gap), last_step), (active, has_free)) in nodes {
             let g = Lanes::of(simd, *gap);
             let above = g - offset;
             let below = above.is_below(zero);
@@ -206,7 +219,7 @@ impl GapUpdate {
                 lowest = lowest.min(g);
                 continue;
             }
-            let c = Lanes::of(simd, *carry);
+            let c = Lanes::of(simd, *last_step);
             let was_free = c.has(FREE);
             let mut pressed = c.has(self.pressed);
             let mut free = pressed | below;
@@ -232,7 +245,7 @@ impl GapUpdate {
             *has_free = free.any();
             *active = if YIELDS { (free | pressed).any() } else { *has_free };
             let next = (free & was_free).or_zero(c);
-            *carry = if YIELDS {
+            *last_step = if YIELDS {
                 mark_yielding(next, free, pressed, saturated).numbers()
             } else {
                 mark(next, free, pressed).numbers()

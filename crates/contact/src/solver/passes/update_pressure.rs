@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::begin::Base;
+use super::begin::ReferencePressure;
 use crate::fft::{Band, Row};
 use crate::solver::extension::GivenRows;
 use crate::solver::flags::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
@@ -29,7 +29,7 @@ impl PendingUpdate {
 }
 
 /// The pressure at which the material yields, as single precision holds it: two numbers, so that
-/// differences from it lose nothing.
+/// differences from it clear nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct Ceiling {
     nearest: f32,
@@ -49,14 +49,14 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub direction: Direction,
     /// Of no consequence where nothing yields.
     pub ceiling: Ceiling,
-    pub base: &'a Base,
-    pub increment: Band<'a, f32>,
+    pub reference_pressure: &'a ReferencePressure,
+    pub pressure_increment: Band<'a, f32>,
     /// Where there is anything to be done.
     pub active: &'a ActiveGroups,
     /// What is to be given to rows of the correction.
     pub given: GivenRows<'a>,
     /// Moves of free nodes.
-    pub carry: Band<'a, f32>,
+    pub last_step: Band<'a, f32>,
     pub gap: &'a [f32],
     pub heights: &'a [f32],
     pub sums: InOrder<Sums>,
@@ -68,9 +68,9 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
         let active = self.active.row(row);
         self.given.give_row(row, values, self.active.free_row(row));
         let (values, last_values) = split_mut::<S, R>(values);
-        let (base, last_base) = split::<S, R>(self.base.row(row));
-        let (increment, last_increment) = split_mut::<S, R>(self.increment.row(row));
-        let (carry, last_carry) = split_mut::<S, R>(self.carry.row(row));
+        let (reference_pressure, last_base) = split::<S, R>(self.reference_pressure.row(row));
+        let (increment, last_increment) = split_mut::<S, R>(self.pressure_increment.row(row));
+        let (last_step, rest_step) = split_mut::<S, R>(self.last_step.row(row));
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
         let (heights, last_heights) = split::<S, R>(row.of(self.heights));
         let direction = self.direction;
@@ -79,9 +79,9 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
             self.ceiling,
             active,
             values,
-            base,
+            reference_pressure,
             increment,
-            carry,
+            last_step,
             gap,
             heights,
         );
@@ -94,21 +94,21 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
                 last_values,
                 last_base,
                 last_increment,
-                last_carry,
+                rest_step,
                 last_gap,
                 last_heights,
             );
         }
-        let increment = &*self.increment.row(row);
-        sums.increment =
+        let increment = &*self.pressure_increment.row(row);
+        sums.pressure_increment =
             sum_over_groups(active, increment, increment, |increment, _| f64::from(increment));
         self.sums.push(sums);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
         Self {
-            increment: self.increment.split_off(row),
-            carry: self.carry.split_off(row),
+            pressure_increment: self.pressure_increment.split_off(row),
+            last_step: self.last_step.split_off(row),
             given: self.given.split_off(),
             sums: InOrder::new(),
             ..*self
@@ -169,9 +169,9 @@ impl Direction {
         ceiling: Ceiling,
         active: &[bool],
         values: &mut [[S::f32s; R]],
-        base: &[[S::f32s; R]],
+        reference_pressure: &[[S::f32s; R]],
         increment: &mut [[S::f32s; R]],
-        carry: &mut [[S::f32s; R]],
+        last_step: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         heights: &[[S::f32s; R]],
     ) -> Sums {
@@ -190,16 +190,16 @@ impl Direction {
         let mut pressure_on_height = zero;
         let mut rounded = zero;
 
-        let nodes = values.iter_mut().zip(base).zip(increment).zip(carry);
+        let nodes = values.iter_mut().zip(reference_pressure).zip(increment).zip(last_step);
         let nodes = nodes.zip(gap.iter().zip(heights)).zip(active);
-        for (((((value, b), increment), carry), (g, h)), active) in nodes {
+        for (((((value, b), increment), last_step), (g, h)), active) in nodes {
             if !active {
                 *value = zero.numbers();
                 continue;
             }
             let correction = Lanes::of(simd, *value);
             let (b, r) = (Lanes::of(simd, *b), Lanes::of(simd, *increment));
-            let c = Lanes::of(simd, *carry);
+            let c = Lanes::of(simd, *last_step);
             let free = c.has(FREE);
             let last_move = free.or_zero(c);
             let direction = (scaling * (b + r) - correction - mean).plus(share, last_move);
@@ -224,18 +224,18 @@ impl Direction {
             if YIELDS {
                 let elastic = pressed & new.is_below((nearest - b) + rest);
                 let saturated = pressed.unless(elastic);
-                *carry = mark_yielding(next, free, pressed, saturated).numbers();
+                *last_step = mark_yielding(next, free, pressed, saturated).numbers();
                 rounded = rounded + saturated.or_zero(((nearest - b) - new) + rest);
                 pressure_on_gap = pressure_on_gap.plus(elastic.or_zero(p), g);
                 continue;
             }
-            *carry = mark(next, free, pressed).numbers();
+            *last_step = mark(next, free, pressed).numbers();
             pressure_on_gap = pressure_on_gap.plus(p, g);
             move_on_height = move_on_height.plus(m, h);
             pressure_on_height = pressure_on_height.plus(p, h);
         }
         Sums {
-            increment: 0.0,
+            pressure_increment: 0.0,
             rounded: rounded.total(),
             move_on_gap: move_on_gap.total(),
             pressure_on_gap: pressure_on_gap.total(),
@@ -249,8 +249,8 @@ impl Direction {
 /// material yields, there are none over heights.
 #[derive(Default, Clone, Copy)]
 pub struct Sums {
-    /// Σ pressure after the move − base, in double precision.
-    pub increment: f64,
+    /// Σ pressure after the move − reference_pressure, in double precision.
+    pub pressure_increment: f64,
     /// Where the material yields, what saturated nodes bear more than that, for the hardness is
     /// rounded.
     pub rounded: f64,
@@ -266,7 +266,7 @@ pub struct Sums {
 
 impl Found for Sums {
     const NOTHING: Self = Self {
-        increment: 0.0,
+        pressure_increment: 0.0,
         rounded: 0.0,
         move_on_gap: 0.0,
         pressure_on_gap: 0.0,
@@ -275,7 +275,7 @@ impl Found for Sums {
     };
 
     fn add(&mut self, later: Self) {
-        self.increment += later.increment;
+        self.pressure_increment += later.pressure_increment;
         self.rounded += later.rounded;
         self.move_on_gap += later.move_on_gap;
         self.pressure_on_gap += later.pressure_on_gap;

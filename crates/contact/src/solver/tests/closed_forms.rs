@@ -342,21 +342,21 @@ fn a_surface_repeated_along_one_side_touches_as_it_does_alone() {
 #[test]
 fn turning_a_rectangle_turns_its_contact() {
     let lying = rectangle([24, 40], [1.0, 1.5]);
-    let standing = rectangle([40, 24], [1.5, 1.0]);
+    let convergence = rectangle([40, 24], [1.5, 1.0]);
     let heights: Vec<f64> = noise(40, 5)[..lying.count()].to_vec();
-    let turned: Vec<f64> = (0..standing.count())
+    let turned: Vec<f64> = (0..convergence.count())
         .map(|node| {
-            let [i, j] = standing.indices(node);
+            let [i, j] = convergence.indices(node);
             heights[j * 40 + i]
         })
         .collect();
     let mut one = Solver::new(PeriodicHalfSpace::new(lying), &heights);
-    let mut other = Solver::new(PeriodicHalfSpace::new(standing), &turned);
+    let mut other = Solver::new(PeriodicHalfSpace::new(convergence), &turned);
     for load in [0.01, 0.3] {
         let (outcome, turned) = (solved(&mut one, load), solved(&mut other, load));
         assert_eq!(outcome.contact_nodes, turned.contact_nodes);
         for (node, pressure) in other.pressure().iter().enumerate() {
-            let [i, j] = standing.indices(node);
+            let [i, j] = convergence.indices(node);
             let unturned = one.pressure()[j * 40 + i];
             assert!((pressure - unturned).abs() < 1e-8 * outcome.peak_pressure);
         }

@@ -15,7 +15,7 @@ use crate::topography::moments::Moments;
 
 fn yielding(nodes: usize, hardness: f64, heights: &[f64]) -> Solver {
     let body = PeriodicHalfSpace::new(square(nodes, 1.0));
-    Solver::yielding(body, Some(Hardness::new(hardness).unwrap()), heights)
+    Solver::with_hardness(body, Some(Hardness::new(hardness).unwrap()), heights)
 }
 
 fn saturated(solver: &Solver, hardness: f64) -> Vec<bool> {

@@ -274,7 +274,7 @@ proptest! {
 /// one.
 fn solved_on(threads: &Threads, mut solver: Solver, tolerance: f64) -> Vec<(String, Vec<u64>)> {
     let settings = Settings { tolerance, ..Settings::default() };
-    solver.work_on(threads.clone());
+    solver.set_threads(threads.clone());
     let press = |load: f64| {
         let outcome = press(&mut solver, load, &settings);
         let bits = solver.pressure().iter().map(|p| p.to_bits()).collect();
@@ -317,6 +317,6 @@ fn free_boundaries_and_materials_that_yield_are_solved_to_the_same_bits() {
     let heights = rough(640, 3);
     same_on_any_threads(6e-5, || Solver::new(FreeHalfSpace::new(grid), &heights));
     let hardness = Some(Hardness::new(0.5).unwrap());
-    let yielding = || Solver::yielding(PeriodicHalfSpace::new(grid), hardness, &heights);
+    let yielding = || Solver::with_hardness(PeriodicHalfSpace::new(grid), hardness, &heights);
     same_on_any_threads(6e-5, yielding);
 }

@@ -194,7 +194,7 @@ fn contact(solver: &Solver) -> Vec<bool> {
 
 fn yielding(hardness: f64, heights: &[f64]) -> Solver {
     let body = PeriodicHalfSpace::new(square(NODES, 1.0));
-    Solver::yielding(body, Some(Hardness::new(hardness).unwrap()), heights)
+    Solver::with_hardness(body, Some(Hardness::new(hardness).unwrap()), heights)
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn all_bodies_and_meshes_satisfy_the_conditions_of_contact() {
     for (body, hardness) in bodies {
         let is_oblong = body.grid() == oblong;
         let heights = if is_oblong { &large[..oblong.count()] } else { &cut };
-        let mut solver = Solver::on(Threads::one(), body, hardness, heights);
+        let mut solver = Solver::with_threads(Threads::one(), body, hardness, heights);
         for (load, tolerance) in [(0.003, 5e-5), (0.1, 5e-5), (0.02, 1e-9), (0.3, 1e-9)] {
             let settings = Settings { tolerance, ..Settings::default() };
             let outcome = press(&mut solver, load, &settings);
@@ -343,7 +343,7 @@ fn a_restored_solver_goes_on_with_the_same_bits_on_any_threads() {
     let mut restored = super::solver(NODES, &heights);
     restored.restore(&mut bytes.as_slice()).unwrap();
     let three = Threads::new(NonZeroUsize::new(3).unwrap());
-    restored.work_on(three);
+    restored.set_threads(three);
     for load in [0.055, 0.2, 0.21] {
         let outcomes =
             [&mut solver, &mut restored].map(|solver| press(solver, load, &Settings::default()));
