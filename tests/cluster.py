@@ -1,8 +1,8 @@
-"""Studies by `asperity submit` on a Slurm cluster of two nodes, both on this machine.
+"""Runs studies by `asperity submit` on a Slurm cluster of two nodes, both on this machine.
 
-`python3 tests/cluster.py PROGRAM [WHAT …]` starts the cluster, which takes root, `slurm-wlm` and `munge`, and
-compares the tables of each study with those of one plain run: undisturbed, with a node that dies,
-with an element cancelled, with one whose disk is full. One of the nodes is told to use AVX2.
+`python3 tests/cluster.py PROGRAM [WHAT …]` starts the cluster, which needs root, `slurm-wlm` and `munge`. It
+compares the tables of each study with those of a plain run: undisturbed, with a node that fails, with
+a cancelled element, and with a full disk. One of the nodes uses AVX2.
 """
 
 import json
@@ -21,7 +21,7 @@ PATIENCE = 120
 
 
 def output(*command, **options):
-    """What a command prints; it must succeed."""
+    """Returns the output of a command, which must succeed."""
     done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(map(str, command))}: {done.returncode}\n{done.stdout}{done.stderr}")
@@ -29,7 +29,7 @@ def output(*command, **options):
 
 
 def wait_until(what, is_so):
-    """Looks again and again until something is so."""
+    """Waits until a condition is true."""
     until = time.monotonic() + PATIENCE
     while not is_so():
         if time.monotonic() > until:
@@ -38,7 +38,7 @@ def wait_until(what, is_so):
 
 
 def free_ports(count):
-    """Ports that nobody listens to."""
+    """Returns unused ports."""
     sockets = [socket.socket() for _ in range(count)]
     for one in sockets:
         one.bind(("127.0.0.1", 0))
@@ -49,7 +49,7 @@ def free_ports(count):
 
 
 class Cluster:
-    """Slurm with its controller and two nodes, in a folder."""
+    """A Slurm controller and two nodes, with their files in a folder."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -75,25 +75,25 @@ class Cluster:
             self.start(node)
 
     def start(self, node):
-        """Starts a node, and waits until it is there."""
+        """Starts a node and waits until it is available."""
         output("slurmd", "-N", node)
         wait_until(f"{node} is idle", lambda: self.state(node) == "idle")
 
     @staticmethod
     def state(node):
-        """What a node does, as Slurm has it."""
+        """Returns the state of a node from Slurm."""
         told = subprocess.run(["sinfo", "-h", "-n", node, "-o", "%T"], capture_output=True, text=True, check=False)
         return told.stdout.strip()
 
     def kill(self, node):
-        """Ends a node as a cut of its power would, with all that it runs."""
+        """Kills a node and all its processes, like a power failure."""
         daemon = int((self.folder / f"{node}.pid").read_text())
         stop(daemon)
         for process in steps_of(node):
             stop(process)
 
     def stop(self):
-        """Ends all of it."""
+        """Stops the cluster."""
         for name in ("n1", "n2", "controller"):
             try:
                 daemon = int((self.folder / f"{name}.pid").read_text())
@@ -104,7 +104,7 @@ class Cluster:
 
 
 def munge():
-    """The daemon by which Slurm knows who asks, with a key of its own."""
+    """Starts the daemon that authenticates users for Slurm, with its own key."""
     if subprocess.run(["pgrep", "-x", "munged"], capture_output=True, check=False).returncode == 0:
         return
     os.makedirs("/run/munge", exist_ok=True)
@@ -118,7 +118,7 @@ def munge():
 
 
 def steps_of(node):
-    """Processes that a node of ours has started: they know its name, and our configuration."""
+    """Returns the processes of a node of this cluster, found by its name and the configuration."""
     found = []
     for entry in Path("/proc").iterdir():
         if not entry.name.isdigit():
@@ -136,7 +136,7 @@ def steps_of(node):
 
 
 def node_of_step(process):
-    """The node of a `slurmstepd`, as that of a process that it has started."""
+    """Returns the node of a `slurmstepd`, from a process that it has started."""
     try:
         children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
     except OSError:
@@ -152,7 +152,7 @@ def node_of_step(process):
 
 
 def stop(process):
-    """Kills one process, if it lives."""
+    """Kills a process if it is running."""
     try:
         os.kill(process, signal.SIGKILL)
     except OSError:
@@ -160,14 +160,14 @@ def stop(process):
 
 
 class Study:
-    """A study with data of its own."""
+    """A study with its own data folder."""
 
     def __init__(self, program, folder, *options):
         self.program, self.data = program, folder / "data"
         folder.mkdir()
         self.manifest = folder / "study.toml"
         shutil.copy(HERE / "cluster/study.toml", self.manifest)
-        # The second node has another processor, as far as arithmetic goes.
+        # The second node uses other vector instructions, like another processor.
         (folder / "asperity.toml").write_text(
             "[cluster]\n"
             "per_element = 0.0005\n"
@@ -177,31 +177,31 @@ class Study:
         print(self.asperity("submit", *options), end="")
 
     def asperity(self, command, *options):
-        """What the program prints."""
+        """Returns the output of the program."""
         return output(self.program, "--data", self.data, command, self.manifest, *options)
 
     def status(self):
-        """How far it is."""
+        """Returns the status of the study."""
         return json.loads(self.asperity("status", "--json"))
 
     def wait_until_running(self):
-        """Waits until an element computes."""
+        """Waits until an element is running."""
         wait_until("an element computes", lambda: self.status()["cores"] > 0)
 
     def wait(self):
-        """Waits until no job is left."""
+        """Waits until all jobs have ended."""
         def is_over():
             queue = self.status()["queue"]
             return queue["running"] + queue["waiting"] == 0 and queue["finish"] is None
         wait_until("the last job has ended", is_over)
 
     def jobs(self):
-        """The arrays that were submitted."""
+        """Returns the submitted arrays."""
         kept = json.loads((self.data / "cluster/shared/submission.json").read_text())
         return [turn["array"] for turn in kept["submitted"]]
 
     def compare(self, expected):
-        """Fails unless every table is that of the plain run."""
+        """Checks that every table equals that of the plain run."""
         tables = sorted(expected.glob("*.parquet"))
         assert len(tables) == 6, tables
         for table in tables:
@@ -213,7 +213,7 @@ class Study:
 
 
 def undisturbed(program, folder, _cluster):
-    """An array, and a job after it."""
+    """Tests an array and the last job without disturbance."""
     study = Study(program, folder, "--report")
     study.wait_until_running()
     print(study.asperity("status"), end="")
@@ -229,7 +229,7 @@ def undisturbed(program, folder, _cluster):
 
 
 def by_hand(program, folder, expected):
-    """GNU parallel in the place of a scheduler, as docs/cluster.md has it."""
+    """Tests GNU parallel instead of a scheduler, as in docs/cluster.md."""
     folder.mkdir()
     run = f"{program} --data {folder}/data run {HERE}/cluster/study.toml"
     output("bash", "-c", f"parallel -j 2 {run} --jobs 1 --shard {{}}/5 ::: $(seq 5) && {run}")
@@ -239,7 +239,7 @@ def by_hand(program, folder, expected):
 
 
 def node_dies(program, folder, cluster):
-    """What ran on a node that dies runs elsewhere."""
+    """Tests that elements of a failed node run on another node."""
     study = Study(program, folder)
     wait_until("the second node computes", lambda: steps_of("n2"))
     study.wait_until_running()
@@ -250,7 +250,7 @@ def node_dies(program, folder, cluster):
 
 
 def element_cancelled(program, folder, _cluster):
-    """What an element has not done, the next round does."""
+    """Tests that the next round does the rest of a cancelled element."""
     study = Study(program, folder)
     study.wait_until_running()
     output("scancel", f"{study.jobs()[0]}_2", f"{study.jobs()[0]}_5")
@@ -260,9 +260,9 @@ def element_cancelled(program, folder, _cluster):
 
 
 def disk_full(program, folder, _cluster):
-    """An element that can store nothing ends, and the others go on."""
+    """Tests that an element with a full disk ends and the others continue."""
     wrapper = folder.parent / "full.sh"
-    # The first process of the third element finds a full disk where tables are written.
+    # The first process of the third element has a full disk for its tables.
     wrapper.write_text(f"""#!/bin/bash
 once={folder}/once
 if [ "${{SLURM_ARRAY_TASK_ID:-}}" = 3 ] && mkdir "$once" 2> /dev/null; then
@@ -282,7 +282,7 @@ exec {program} "$@"
 
 
 def may_mount():
-    """Whether a process may have a small disk that others do not see."""
+    """Returns whether a process can mount a small private disk."""
     mount = "mount -t tmpfs -o size=4k full /mnt"
     return subprocess.run(["unshare", "--mount", "sh", "-c", mount], capture_output=True, check=False).returncode == 0
 

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
-"""Random contacts, checked against an independent solver in NumPy.
+"""Checks random contacts against an independent solver in NumPy.
 
     python3 tests/differential.py                        2,000 cases, as CI runs them
     python3 tests/differential.py --cases 200000 --jobs 2
     python3 tests/differential.py --seed 1 --only 4711   one case, with all its numbers
 
 Each case is a random surface (rough maps, white noise, shapes, steps, spikes) on a random mesh (squares,
-rectangles, cells up to 200 times as long as wide), pressed by random loads on an elastic or yielding,
-periodic or free half-space. Nothing is taken from the program but its results:
+rectangles, cells up to 200 times as long as wide). Random loads press it on an elastic or yielding, periodic
+or free half-space. The script uses only the results of the program and checks that
 
-- the stored pressures lie within their bounds, have the mean that was asked for, and satisfy the
-  conditions of contact within the tolerance: displacements are recomputed from the closed forms of the
-  half-space (2/(E* |q|) for waves, Love's coefficients for squares of pressure);
+- the stored pressures are within their bounds, have the required mean, and satisfy the contact conditions
+  within the tolerance, with displacements from the closed forms of the half-space (2/(E* |q|) for waves,
+  Love's coefficients for squares of pressure);
 - the residual, energy, mean gap, yielded depth, mean displacement, counts and contact map of the table are
   those of the stored pressures;
-- one small case in four is also solved by an active-set method with dense matrices: the contact is the same
-  node by node, but for nodes whose pressure or gap is below the tolerance.
+- in one small case of four, an active-set method with dense matrices gives the same contact node by node,
+  except for nodes whose pressure or gap is below the tolerance.
 
 It needs NumPy and the Python module of asperity.
 """
@@ -76,10 +76,10 @@ def wavenumbers(nodes, side):
 
 
 def love(x, y, a, b):
-    """Displacement at (x, y) under unit pressure on a rectangle of half sides a and b around the origin."""
+    """Returns the displacement at (x, y) under unit pressure on a rectangle of half sides a and b around the origin."""
 
     def term(u, v):
-        """u ln(v + r) without cancellation where v is negative."""
+        """Returns u ln(v + r) without cancellation for negative v."""
         r = np.hypot(u, v)
         with np.errstate(divide="ignore", invalid="ignore"):
             value = np.where(v > 0, np.log(v + r), 2 * np.log(np.abs(u)) - np.log(r - v))
@@ -117,7 +117,7 @@ class HalfSpace:
 
 
 def active_set(matrix, h, load, hardness):
-    """The pressures that solve the contact, by exchanging nodes between three sets; None if they cycle."""
+    """Returns the pressures of the contact by exchanging nodes between three sets, or None if they cycle."""
     count = h.size
     free, full = np.ones(count, bool), np.zeros(count, bool)
     for _ in range(200):
@@ -171,20 +171,20 @@ def draw(seed, index):
     if case["hardness"] is not None:
         loads = case["hardness"] * 10 ** rng.uniform(-5, -1e-3, loads.size)
         if rng.random() < 0.5:
-            # Near a whole number of saturated nodes, which bear all of the load there.
+            # A load close to a whole number of saturated nodes, which then bear all of it.
             whole = rng.integers(1, h.size, loads.size) / h.size
             loads = case["hardness"] * whole * (1 + rng.choice([-1, 1], loads.size) * 10 ** rng.uniform(-12, -3, loads.size))
     case["loads"] = []
     for load in sorted(float(f"{load:.11e}") for load in loads):
         is_borne = case["hardness"] is None or load < 0.999999 * case["hardness"]
-        # Loads that differ by less are one load.
+        # Loads that differ by less count as one load.
         if is_borne and (not case["loads"] or load > case["loads"][-1] * (1 + 1e-8)):
             case["loads"].append(load)
     return case
 
 
 def check(seed, index, verbose=False):
-    """The rows of a case, and what is wrong with any of them."""
+    """Returns the rows of a case, and the errors found in them."""
     case = draw(seed, index)
     if not case["loads"]:
         return {"rows": 0, "limit": 0, "dense": 0, "wrong": []}
@@ -195,10 +195,10 @@ def check(seed, index, verbose=False):
     )
     table = {name: np.array(contact.table[name]) for name in contact.table.names if name not in ("contact", "pressures")}
     body = HalfSpace(nodes, case["size"], case["boundary"] == "free")
-    # A flat map counts as one of slope 1.
+    # A flat map counts as a map of slope 1.
     slope = float(table["rms_slope"][0]) or 1.0
     step = slope * min(s / n for s, n in zip(case["size"], nodes))
-    # The column `hardness` has twelve digits of this product.
+    # The column `hardness` is this product rounded to twelve digits.
     hardness = float(table["hardness_reduced"][0]) * slope if case["hardness"] is not None else np.inf
     wrong, limit, dense = [], 0, 0
     matrix = body.matrix() if index % 4 == 0 and h.size <= DENSE_NODES else None
@@ -216,14 +216,14 @@ def check(seed, index, verbose=False):
         scale = max(np.ptp(h), np.ptp(u), abs(u).max())
         full = p >= hardness
         if np.isfinite(hardness) and full.sum() != table["saturated_nodes"][row]:
-            # To the last bits a node may bear the hardness or just less.
+            # Up to the last bits, a node bears the hardness or slightly less.
             full = p > hardness * (1 + 1e-14)
         elastic = (p > 0) & ~full
         g = u - h
         if elastic.any():
             g = g - g[elastic].mean()
         elif full.any():
-            # Any offset between the highest saturated node and the lowest open one solves the contact.
+            # Any offset between the highest saturated node and the lowest open node solves the contact.
             open_nodes = g[~full]
             top = g[full].max()
             g = g - (top if open_nodes.size == 0 else 0.5 * (top + open_nodes.min()))
@@ -237,7 +237,7 @@ def check(seed, index, verbose=False):
             wrong.append(f"case {index}, load {row}: {stop}, but the residual is {violation:.3g}, told {table['residual'][row]:.3g}")
         expect("the residual", violation, table["residual"][row], 1e-3 * violation + single)
         expect("the energy", 0.5 * (p * u).mean(), table["energy"][row], 1e-9 * (np.abs(p) * np.abs(u)).mean() + 1e-300)
-        # Where there is contact there is no gap.
+        # The gap is zero in contact.
         gaps = np.where(p > 0, 0.0, g)
         expect("the mean gap", gaps.mean(), table["mean_gap"][row], (2 * violation + single) * step)
         expect("contact nodes", (p > 0).sum(), table["contact_nodes"][row], 0)
@@ -257,7 +257,7 @@ def check(seed, index, verbose=False):
                 dense += 1
                 q, gap = exact
                 differ = (p.ravel() > 0) != (q > 0)
-                # A node that is just leaving: neither its pressure nor its gap is worth the tolerance.
+                # A node at the edge of contact: its pressure and its gap are both below the tolerance.
                 edge = np.maximum(np.abs(q), p.ravel()) * np.abs(np.diag(matrix)) + np.abs(gap)
                 if (edge[differ] > 1e3 * TIGHT_TOLERANCE * step + 1e-11 * scale).any():
                     wrong.append(f"case {index}, load {row}: {differ.sum()} nodes differ from the active-set solution")
@@ -269,7 +269,7 @@ def some(seed, first, count):
     for index in range(first, first + count):
         try:
             found = check(seed, index)
-        except Exception as error:  # The case is what matters to whoever mends it.
+        except Exception as error:  # The number of the case allows to repeat it.
             found = {"rows": 0, "limit": 0, "dense": 0, "wrong": [f"case {index}: {type(error).__name__}: {error}"]}
         for key, value in found.items():
             total[key] += value
@@ -292,7 +292,7 @@ def main():
     counts = [min(chunk, arguments.cases - start) for start in starts]
     seeds = [arguments.seed] * len(starts)
     total = {"rows": 0, "limit": 0, "dense": 0, "wrong": []}
-    # The module has threads of its own, which a fork would not take along.
+    # The module has its own threads, which a fork would not copy.
     with ProcessPoolExecutor(arguments.jobs, mp_context=get_context("spawn")) as pool:
         for found in pool.map(some, seeds, starts, counts):
             for key, value in found.items():

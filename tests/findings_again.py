@@ -28,7 +28,7 @@ def quantities(study, name):
 
 
 def spectrum(label):
-    """The first spectrum that a label names, as `k_lower 1, k_upper 32`."""
+    """Returns the first spectrum in a label such as `k_lower 1, k_upper 32`."""
     return tuple(int(re.search(rf"{name} (\d+)", label)[1]) for name in ("k_lower", "k_upper"))
 
 
@@ -38,7 +38,7 @@ def load(label):
 
 
 def neighbour(label):
-    """The spectrum with the next greater cutoff, as `k_lower 4 over it`, and the one before the first, if there is."""
+    """Returns the spectra after and before that of a label such as `k_lower 1, k_upper 32, k_lower 4 over it`."""
     axis, greater = re.search(r"(k_lower|k_upper) (\d+) over it", label).groups()
     at = dict(zip(("k_lower", "k_upper"), spectrum(label), strict=True))
     place = CUTOFFS[axis].index(at[axis])
@@ -83,7 +83,7 @@ def equal_bandwidth(label, correction="none"):
 
 
 def least_squares_in_cutoffs(label):
-    """t of ln A = c + s ln ζ + t ln k_lower over the nine spectra, by the normal equations."""
+    """Returns t of ln A = c + s ln ζ + t ln k_lower over the nine spectra, by the normal equations."""
     points = [((1.0, math.log(upper / lower), math.log(lower)), math.log(mean((lower, upper), load(label), "2017")))
               for lower in CUTOFFS["k_lower"] for upper in CUTOFFS["k_upper"]]
     matrix = [[sum(x[i] * x[j] for x, _ in points) for j in range(3)] + [sum(x[i] * y for x, y in points)]
@@ -103,7 +103,7 @@ def left_by_line(x, y):
 
 
 def alpha_of_modes(lower, upper, hurst=0.8):
-    """Nayak's parameter by a sum over all modes of the cell."""
+    """Returns Nayak's parameter by a sum over all modes of the cell."""
     moments = [0.0] * 3
     for x in range(-upper, upper + 1):
         for y in range(-upper, upper + 1):
@@ -159,7 +159,7 @@ def modes(label):
 
 
 def middle_pressures(label):
-    """The nominal area in bins of pressure from 0.5 to 1, over Persson's."""
+    """Returns the nominal area in bins of pressure from 0.5 to 1, over that of Persson's theory."""
     lower, _ = spectrum(label)
     at = float(re.search(r"load ([0-9.]+)", label)[1])
     bins = table("distributions", "mean-pressures").filter(

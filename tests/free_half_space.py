@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The free half-space beside Tamaas' discrete convolution: the same contacts, node by node.
+"""Compares the free half-space with Tamaas' discrete convolution, node by node.
 
     python3 tests/free_half_space.py target/release/asperity
 
-A rectangle of rough heights, not periodic, is pressed with `boundary = "free"` through three loads,
-and each of them by Tamaas (PolonskyKeerRey with `dcfft`, Love's coefficients as here). It needs
-`pip install numpy polars tamaas`.
+Both programs press a rough rectangle, which is not periodic, under three loads: asperity with
+`boundary = "free"`, and Tamaas with PolonskyKeerRey and `dcfft`, which uses Love's coefficients, too.
+The script needs `pip install numpy polars tamaas`.
 """
 
 import subprocess
@@ -45,7 +45,7 @@ pressures = "all"
 
 
 def rough() -> numpy.ndarray:
-    """Heights of rms slope 0.02, self-affine up to sixteen waves, cut out of a larger map."""
+    """Returns heights of rms slope 0.02, self-affine up to sixteen waves, cropped from a larger map."""
     whole = (2 * NODES[0], 2 * NODES[1])
     noise = numpy.random.default_rng(16).normal(size=whole)
     waves = [numpy.fft.fftfreq(n, 1.0 / n) / (2 * side) for n, side in zip(whole, SIDE)]
@@ -63,7 +63,7 @@ def by_tamaas(heights: numpy.ndarray, pressure: float) -> numpy.ndarray:
     model.E, model.nu = 1.0, 0.0
     tamaas.ModelFactory.registerNonPeriodic(model, "dcfft")
     solver = tamaas.PolonskyKeerRey(model, heights, 1e-12)
-    # Without this Tamaas presses a periodic half-space.
+    # By default Tamaas presses a periodic half-space.
     solver.setIntegralOperator("dcfft")
     solver.max_iter = 20_000
     solver.solve(pressure)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""A measured surface from the instrument's file to its page, in one manifest.
+"""Makes the report of a measured surface from the file of an instrument, by one manifest.
 
     python3 tests/measured_page.py target/release/asperity FOLDER
 
-Writes into the folder an X3P of a tilted rough surface with holes on cells that are not square, fills
-and levels it, presses it as it is with nothing around it, and reports. The last line that it prints is
-the page, for `tests/report.py`. It needs numpy.
+Writes an X3P of a tilted rough surface with holes on cells that are not square. The manifest fills and
+levels it and presses it with free boundaries. The last line of the output is the path of the page, for
+`tests/report.py`. The script needs numpy.
 """
 
 import subprocess
@@ -70,7 +70,7 @@ from = "contact"
 
 
 def heights() -> numpy.ndarray:
-    """[y, x] in metres: an rms roughness of 60 nm on a slope of 2 µm, scratched, with holes."""
+    """Returns heights [y, x] in metres: an rms roughness of 60 nm on a slope of 2 µm, with scratches and holes."""
     random = numpy.random.default_rng(36)
     waves = [numpy.fft.fftfreq(nodes, step) for nodes, step in zip(NODES[::-1], STEPS[::-1])]
     wavenumber = numpy.hypot(*numpy.meshgrid(*waves, indexing="ij"))

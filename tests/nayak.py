@@ -1,12 +1,12 @@
-"""Sets the table of `manifests/nayak.toml` beside the ones printed in the paper.
+"""Compares the table of `manifests/nayak.toml` with the tables printed in the paper.
 
     asperity run manifests/nayak.toml
     python3 tests/nayak.py data
 
-Analytic cells must agree to the printed digit. Numerical ones are means over 200 surfaces, there
-and here: z is their difference in units of its standard error, of which the paper's part is
-estimated by the scatter found here and rounding adds a variance of step² / 12. Cells that share
-draws are correlated: z are tested one by one, and no sum of them.
+Analytic cells must agree to the printed digit. Numerical cells are means over 200 surfaces, in the
+paper and here: z is their difference in units of its standard error. The part of the paper is
+estimated by the scatter found here, and rounding adds a variance of step² / 12. Cells that share
+surfaces are correlated, so each z is tested alone.
 """
 
 import math
@@ -28,7 +28,7 @@ for printed, drawn, exact in [
     paper = pl.read_csv(root / f"crates/claims/data/yastrebov-2015-{printed}.csv")
     both = paper.join(found, on=["hurst", "k_lower", "k_upper"])
     assert len(both) == len(paper) == 66, printed
-    # Half a unit of the last digit, and the rounding of this very comparison.
+    # Half a unit of the last digit, and the rounding error of this comparison.
     analytic = both.filter((pl.col(exact) - pl.col("analytic")).abs() > 0.005 + 1e-9)
     variance = pl.col(f"{drawn}_sd") ** 2 / SURFACES + pl.col(f"{drawn}_sem") ** 2 + ROUNDING
     z = both.with_columns(z=(pl.col(f"{drawn}_mean") - pl.col("numerical")) / variance.sqrt())

@@ -1,5 +1,5 @@
-"""Opens every table of results with polars, pandas and DuckDB; all must agree, and know what each
-column means."""
+"""Opens every table of results with polars, pandas and DuckDB. All must agree and find the meaning of each
+column."""
 
 import json
 import sys

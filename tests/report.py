@@ -1,4 +1,4 @@
-"""Opens pages of `asperity report` in a browser as readers do: light and dark, wide and narrow, on paper.
+"""Tests pages of `asperity report` in a browser: light and dark, wide and narrow, and on paper.
 
     python3 tests/report.py data/results/quickstart/report.html [more pages] [--pictures FOLDER]
 
@@ -20,7 +20,7 @@ from selenium.webdriver.common.keys import Keys
 
 WIDE, PHONE = (1200, 900), (390, 844)
 
-# Contrast of every visible word with what it stands on, by WCAG 2; the lowest and its text.
+# Lowest contrast of visible text with its background, by WCAG 2, and this text.
 CONTRAST = """
 const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
 const luminance = ([r, g, b]) => [r, g, b].map((c) => c / 255)
@@ -46,7 +46,7 @@ for (const element of document.querySelectorAll("body *")) {
 return lowest;
 """
 
-# Names of figures that show nothing: no size, no axes and no map, or points without numbers.
+# Names of empty figures: without size, without axes and map, or with points that are not numbers.
 UNDRAWN = """
 return [...document.querySelectorAll("figure")].filter((figure) => {
     const svg = figure.querySelector("svg");
@@ -56,7 +56,7 @@ return [...document.querySelectorAll("figure")].filter((figure) => {
 }).map((figure) => figure.id);
 """
 
-# Pairs of words of one drawing that lie over each other.
+# Pairs of overlapping words in one drawing.
 OVERLAPS = """
 const pairs = [];
 for (const svg of document.querySelectorAll("figure svg")) {
@@ -71,7 +71,7 @@ return pairs;
 """
 
 
-# Per cent of the first map of heights that are holes, by their colour.
+# Percentage of holes in the first map of heights, by their colour.
 HOLES = """
 const done = arguments[arguments.length - 1];
 const picture = new Image();
@@ -89,7 +89,7 @@ picture.onload = () => {
 picture.src = document.querySelector("#surfaces svg image").getAttribute("href");
 """
 
-# What a scale bar says, and how many points a map lacks.
+# Text of a scale bar, and number of missing points of a map.
 LENGTH = re.compile(r"[125]0* (pm|nm|µm|mm|m)")
 MISSING = re.compile(r"([0-9.]+) % missing")
 
@@ -117,13 +117,13 @@ def picture(driver, path):
 
 
 def check_sorting(driver):
-    """A press sorts by a column, another the other way round; in the first table that can show it."""
+    """Checks that a click sorts by a column and a second one reverses the order, in the first suitable table."""
     column = lambda table, at: driver.execute_script(
         "return [...arguments[0].tBodies[0].rows].map((row) => parseFloat(row.cells[arguments[1]].textContent))",
         table, at)
 
     def unsorted():
-        """A heading whose column is not in order yet; a table of one row has none."""
+        """Returns a heading whose column is not sorted yet; a table of one row has none."""
         for table in driver.find_elements(By.CSS_SELECTOR, "#tables details table"):
             for heading in table.find_elements(By.CSS_SELECTOR, "th.number"):
                 at = int(driver.execute_script("return arguments[0].cellIndex", heading))
@@ -148,7 +148,7 @@ def check_sorting(driver):
 
 
 def check_sliders(driver):
-    """Keys, mouse and finger choose a load; one map is shown, and what is told beside it is its own."""
+    """Checks that keys, mouse and touch select a load, and that map and text belong to it."""
     sliders = driver.find_elements(By.CSS_SELECTOR, ".loads")
     has_maps = driver.find_elements(By.ID, "contact-maps")
     assert bool(sliders) == bool(has_maps), "each page with contact maps has sliders"
@@ -185,7 +185,7 @@ def check_sliders(driver):
 
 
 def check_measured(driver):
-    """On a page with measured surfaces lengths have units: bars beside maps, and holes have their area."""
+    """Checks units of lengths, scale bars and the area of holes on a page with measured surfaces."""
     bars = driver.find_elements(By.CSS_SELECTOR, ".loads .scale")
     if not bars:
         return None
@@ -207,7 +207,7 @@ def check_measured(driver):
 
 
 def check_maps_without_slider(driver, page):
-    """On paper and without scripts all maps are there, and no slider."""
+    """Checks that all maps and no slider are visible on paper and without scripts."""
     shown = lambda: (driver.find_element(By.CSS_SELECTOR, "#contact-maps svg").is_displayed(),
                      any(loads.is_displayed() for loads in driver.find_elements(By.CSS_SELECTOR, ".loads")))
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})

@@ -1,9 +1,9 @@
-"""Whether `asperity surface --json` reads files of surface topography as others have read them.
+"""Compares `asperity surface --json` with the values that other programs read from the same files.
 
 `python3 tests/topography_truth.py PROGRAM FOLDER` compares every row of `FOLDER/truth.csv` with the
-file of that name beside it: nodes and missing points are to agree, heights at the corners and
-extremes to 1e-12 of the highest magnitude, sides and rms heights to 1e-9. An empty corner is a
-missing point. A channel without name of its own is the first.
+file of this name in the folder. Nodes and missing points must be equal, heights at the corners and
+extremes must agree to 1e-12 of the highest magnitude, and sides and rms heights to 1e-9. An empty
+corner is a missing point. A row without the name of a channel is the first channel.
 """
 
 import csv
@@ -25,7 +25,7 @@ def read(program, file):
 
 
 def find(channels, name, before):
-    """The channel of this name behind as many that were compared before."""
+    """Returns the channel of this name, after those of the same name that were compared before."""
     named = [channel for channel in channels if channel["name"] == name]
     if not named and name in UNNAMED:
         return channels[0]
@@ -58,7 +58,7 @@ def main():
         rows = list(csv.DictReader(file))
     compared, by, wrong = Counter(), Counter(), 0
     for row in rows:
-        # A file that two programs have read is compared with each.
+        # A file that two programs have read is compared with both.
         reader = (row["file"], row["by"], row["channel"])
         try:
             channel = find(read(program, folder / row["file"]), row["channel"], by[reader])
