@@ -30,7 +30,7 @@ pub struct Column {
     pub codes: &'static [Code],
 }
 
-/// A word of a closed list that stands in a table, with the sentence that explains it to readers.
+/// Value of a column with a closed list of values, with an explanation for readers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Code {
     #[serde(rename = "code")]
@@ -38,23 +38,24 @@ pub struct Code {
     pub meaning: &'static str,
 }
 
-/// What a column is for. The first four place a row in the study and go on into later stages.
+/// Role of a column. The first four roles are coordinates: they identify the rows of a study, and
+/// later stages copy them into their tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// What surfaces of one statistical ensemble share, and what is done to all of them alike.
+    /// Parameter that all surfaces of one statistical ensemble share.
     Parameter,
-    /// It tells surfaces of one ensemble apart.
+    /// Coordinate that distinguishes the surfaces of one ensemble.
     Surface,
-    /// It tells states of one surface apart.
+    /// Coordinate that distinguishes the states of one surface.
     Load,
-    /// The value of a coordinate in another unit. It goes on with the row and tells no rows apart.
+    /// Value of a coordinate in another unit, which does not distinguish rows.
     Derived,
     Result,
-    /// It was computed and fills disks: it stays in the store.
+    /// Large result, such as a map, which stays in the store and is not published.
     Heavy,
 }
 
-/// The type of a column's values.
+/// Type of the values of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     Real,
@@ -67,7 +68,7 @@ pub enum ColumnKind {
 }
 
 impl Column {
-    /// A column whose values are the same for all surfaces of an ensemble.
+    /// Returns a column whose values are the same for all surfaces of an ensemble.
     pub const fn parameter(
         name: &'static str,
         kind: ColumnKind,
@@ -86,7 +87,7 @@ impl Column {
         Column { role, ..self }
     }
 
-    /// A computed column.
+    /// Returns a computed column.
     pub const fn result(
         name: &'static str,
         kind: ColumnKind,
@@ -96,7 +97,7 @@ impl Column {
         Column { name, role: Role::Result, kind, unit, meaning, codes: &[] }
     }
 
-    /// A computed column that stays in the store.
+    /// Returns a computed column that stays in the store.
     pub const fn heavy(
         name: &'static str,
         kind: ColumnKind,
@@ -106,7 +107,7 @@ impl Column {
         Column { name, role: Role::Heavy, kind, unit, meaning, codes: &[] }
     }
 
-    /// Returns the column as a field of Arrow whose metadata hold role, unit, meaning and codes.
+    /// Returns the column as an Arrow field whose metadata hold role, unit, meaning and codes.
     pub fn field(&self) -> Field {
         let mut metadata = described(self.role, self.unit, self.meaning);
         if !self.codes.is_empty() {
@@ -117,13 +118,13 @@ impl Column {
     }
 }
 
-/// Entries of a field's metadata. Only the first is stored in the file of a task.
+/// Entry of a field's metadata that is stored in the file of a task.
 pub(crate) const ROLE: &str = "role";
 pub(crate) const CODES: &str = "codes";
-/// Entries of a field's metadata that are wording.
+/// Entries of a field's metadata that are wording and are not stored in the file of a task.
 pub(crate) const WORDING: [&str; 3] = ["unit", "meaning", CODES];
 
-/// Returns role, unit and meaning of a column as metadata of a field.
+/// Returns role, unit and meaning of a column as the metadata of a field.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
     Metadata::new().with(ROLE, role.name()).with("unit", unit).with("meaning", meaning)
 }
@@ -144,7 +145,7 @@ pub struct Description {
     pub codes: Vec<ExplainedCode>,
 }
 
-/// A [`Code`] as it is read from the metadata of a field.
+/// A [`Code`] that was read from the metadata of a field.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExplainedCode {
     pub code: String,
@@ -152,7 +153,7 @@ pub struct ExplainedCode {
 }
 
 impl Description {
-    /// Returns the meaning, followed by the codes and their explanations where there are any.
+    /// Returns the meaning, followed by the codes with their explanations.
     pub fn explained(&self) -> String {
         let codes: Vec<String> =
             self.codes.iter().map(|one| format!("`{}`: {}", one.code, one.meaning)).collect();
@@ -188,7 +189,7 @@ impl Role {
     const ALL: [Role; 6] =
         [Role::Parameter, Role::Surface, Role::Load, Role::Derived, Role::Result, Role::Heavy];
 
-    /// The word in a field's metadata.
+    /// Returns the name of the role in a field's metadata.
     pub fn name(self) -> &'static str {
         match self {
             Role::Parameter => "parameter",
@@ -200,22 +201,22 @@ impl Role {
         }
     }
 
-    /// The role that a field's metadata name, if it is a column of ours.
+    /// Reads the role from a field's metadata; `None` for columns of other programs.
     pub fn of(field: &Field) -> Option<Role> {
         let name = field.metadata().get(ROLE)?;
         Role::ALL.into_iter().find(|role| role.name() == name)
     }
 
-    /// Whether columns of this role place a row in the study.
+    /// Returns whether columns of this role identify the rows of a study.
     pub fn is_coordinate(self) -> bool {
         matches!(self, Role::Parameter | Role::Surface | Role::Load | Role::Derived)
     }
 
-    /// Returns whether a column has this role, and not the `other` one, in stacked tables that
-    /// disagree.
+    /// Returns whether a column that has this role in one table and `other` in another table keeps
+    /// this role when the tables are stacked.
     ///
-    /// A column that tells surfaces apart in one table tells them apart in the stack, and a
-    /// coordinate of one table stays a coordinate beside tables in which it is derived.
+    /// A column that distinguishes surfaces in one table does so in the stack, and a coordinate of
+    /// one table stays a coordinate if other tables derive it.
     pub(crate) fn prevails_over(self, other: Role) -> bool {
         match other {
             Role::Parameter => self == Role::Surface,
@@ -225,7 +226,7 @@ impl Role {
     }
 }
 
-/// One value that places rows.
+/// Value of a coordinate.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Value {
@@ -235,7 +236,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// A column that holds it in each of so many rows.
+    /// Returns a column with this value in each of `rows` rows.
     pub fn repeated(&self, rows: usize) -> ArrayRef {
         match self {
             Value::Real(value) => reals(std::iter::repeat_n(*value, rows)),
@@ -244,7 +245,7 @@ impl Value {
         }
     }
 
-    /// The value of a row; none if it is null, or of a type that places no rows.
+    /// Reads the value of a row; `None` if it is null or has a type that coordinates cannot have.
     pub fn of(array: &dyn Array, row: usize) -> Option<Value> {
         if array.is_null(row) {
             return None;
@@ -268,7 +269,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// Numbers by size and before text.
+/// Total order: integers before real numbers before text, each in ascending order.
 impl Ord for Value {
     fn cmp(&self, other: &Value) -> Ordering {
         match (self, other) {
@@ -281,7 +282,7 @@ impl Ord for Value {
 }
 
 impl Value {
-    /// A column holds values of one type; between types the order has no meaning.
+    /// Returns the position of the type in the order; values of one column have the same type.
     fn rank(&self) -> u8 {
         match self {
             Value::Integer(_) => 0,
@@ -315,7 +316,7 @@ impl ColumnKind {
         ColumnKind::Reals,
     ];
 
-    /// Whether columns of our tables may be of this type.
+    /// Returns whether this Arrow type is the type of some kind of column.
     pub fn holds(found: &DataType) -> bool {
         let is_found = |kind: ColumnKind| kind.data_type() == *found;
         ColumnKind::ALL.into_iter().any(is_found)
@@ -337,7 +338,7 @@ pub fn reals(values: impl IntoIterator<Item = f64>) -> ArrayRef {
     Arc::new(Float64Array::from_iter_values(values))
 }
 
-/// A column of real numbers, some of them not known.
+/// Returns a column of real numbers in which missing values are null.
 pub fn optional_reals(values: impl IntoIterator<Item = Option<f64>>) -> ArrayRef {
     Arc::new(Float64Array::from_iter(values))
 }
@@ -350,7 +351,7 @@ pub fn flags(values: impl IntoIterator<Item = bool>) -> ArrayRef {
     Arc::new(BooleanArray::from_iter(values.into_iter().map(Some)))
 }
 
-/// A column of truth values, some of them not known.
+/// Returns a column of flags in which missing values are null.
 pub fn optional_flags(values: impl IntoIterator<Item = Option<bool>>) -> ArrayRef {
     Arc::new(BooleanArray::from_iter(values))
 }
@@ -359,7 +360,7 @@ pub fn texts<T: AsRef<str>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(StringArray::from_iter_values(values))
 }
 
-/// A column of text, some of it not known.
+/// Returns a column of text in which missing values are null.
 pub fn optional_texts(values: impl IntoIterator<Item = Option<String>>) -> ArrayRef {
     Arc::new(StringArray::from_iter(values))
 }
@@ -368,7 +369,7 @@ pub fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(LargeBinaryArray::from_iter_values(values))
 }
 
-/// A column of lists: all values end to end, and how many belong to each row.
+/// Returns a column of lists from the concatenated values and the number of values of each row.
 pub fn lists(values: Float64Array, lengths: impl IntoIterator<Item = usize>) -> ArrayRef {
     let offsets = OffsetBuffer::from_lengths(lengths);
     Arc::new(LargeListArray::new(element(), offsets, Arc::new(values), None))

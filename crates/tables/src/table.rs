@@ -1,4 +1,4 @@
-//! A table: rows under named, typed and explained columns.
+//! Tables with named, typed and documented columns.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,11 +13,11 @@ use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
 use super::column::{Column, Description, Role, Value, WORDING};
 
-/// Rows under named columns; cheap to clone.
+/// Table with named columns; cheap to clone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table(RecordBatch);
 
-/// A table is not what its reader needs.
+/// Error when a table does not have the columns or values that its reader needs.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error("the table has no column `{name}`")]
@@ -27,41 +27,42 @@ pub enum TableError {
     #[error("column `{name}` would hold {value} in row {row}")]
     NotFinite {
         name: String,
-        /// The row, counted from 1.
+        /// Number of the row, counted from 1.
         row: usize,
         value: f64,
     },
-    #[error("tables do not fit together")]
+    #[error("cannot combine the tables")]
     Arrow(#[from] arrow::error::ArrowError),
 }
 
 impl Table {
-    /// Puts columns of equal length side by side.
+    /// Creates a table from columns of equal length.
     ///
     /// # Panics
-    /// When lengths or types contradict the columns: a stage has a bug.
+    /// Panics if a length or type contradicts the declaration of the column, which is a bug of a
+    /// stage.
     pub fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
         let (fields, arrays): (Vec<_>, Vec<_>) =
             columns.into_iter().map(|(column, array)| (column.field(), array)).unzip();
         Table::of(rows, Schema::new(fields), arrays)
     }
 
-    /// One row.
+    /// Creates a table with one row.
     pub fn row(cells: &[(Column, Value)]) -> Table {
         let cells = cells.iter();
         Table::new(1, cells.map(|(column, value)| (*column, value.repeated(1))).collect())
     }
 
-    /// No rows under these columns.
+    /// Creates a table with these columns and no rows.
     pub fn empty(columns: &[Column]) -> Table {
         let none = |column: &Column| new_null_array(&column.kind.data_type(), 0);
         Table::new(0, columns.iter().map(|c| (*c, none(c))).collect())
     }
 
-    /// Puts columns side by side whose fields are not known beforehand.
+    /// Creates a table from a schema that is known only at run time.
     ///
     /// # Panics
-    /// As [`Table::new`].
+    /// Panics under the conditions of [`Table::new`].
     pub fn of(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
         let options = RecordBatchOptions::new().with_row_count(Some(rows));
         let batch = RecordBatch::try_new_with_options(Arc::new(schema), arrays, &options)
@@ -69,10 +70,10 @@ impl Table {
         Table(batch)
     }
 
-    /// Tables one under the other. A column that a table lacks is null in its rows.
+    /// Stacks tables vertically. A column that a table lacks is null in its rows.
     ///
     /// # Errors
-    /// When two tables have a column of one name and different types.
+    /// Returns an error if two tables have a column of the same name with different types.
     pub fn stack(tables: &[Table]) -> Result<Table, TableError> {
         if let [only] = tables {
             return Ok(only.clone());
@@ -87,21 +88,20 @@ impl Table {
         self.0.num_rows()
     }
 
-    /// The columns' names, in order.
+    /// Returns the names of the columns, in order.
     pub fn names(&self) -> Vec<&str> {
         let fields = self.0.schema_ref().fields();
         fields.iter().map(|field| field.name().as_str()).collect()
     }
 
-    /// What its columns mean, in order.
+    /// Returns the descriptions of the columns, in order.
     pub fn descriptions(&self) -> Vec<Description> {
         let fields = self.0.schema_ref().fields().iter();
         fields.map(|field| field.as_ref().into()).collect()
     }
 
-    /// Returns the table with units, meanings and codes from another table, by the names of columns.
-    ///
-    /// A column that `other` lacks keeps its wording.
+    /// Returns the table with the units, meanings and codes of the columns of the same names in
+    /// `other`. A column that `other` lacks keeps its wording.
     pub fn described_by(&self, other: &Table) -> Table {
         let words = other.0.schema_ref();
         self.with_fields(|field| {
@@ -127,22 +127,23 @@ impl Table {
         Table::of(self.rows(), Schema::new(fields), self.0.columns().to_vec())
     }
 
-    /// Returns the size of the rows in bytes, also where they share memory with other tables.
+    /// Returns the size of the rows in bytes, including memory that they share with other tables.
     pub fn bytes_held(&self) -> usize {
         let columns = self.0.columns().iter();
         let sizes = columns.map(|array| array.to_data().get_slice_memory_size().unwrap_or(0));
         sizes.sum()
     }
 
-    /// The table as Arrow knows it.
+    /// Returns the table as an Arrow record batch.
     pub fn batch(&self) -> &RecordBatch {
         &self.0
     }
 
-    /// A column of real numbers.
+    /// Returns a column of real numbers.
     ///
     /// # Errors
-    /// When the column is missing or of another type, as for the five below.
+    /// Returns an error, like the following five methods, if the column is missing or has another
+    /// type.
     pub fn reals(&self, name: &str) -> Result<&Float64Array, TableError> {
         self.typed(name, "real numbers", |array| array.as_primitive_opt::<Float64Type>())
     }
@@ -163,7 +164,7 @@ impl Table {
         self.typed(name, "bytes", |array| array.as_binary_opt::<i64>())
     }
 
-    /// A column of lists of real numbers.
+    /// Returns a column of lists of real numbers.
     pub fn lists(&self, name: &str) -> Result<&LargeListArray, TableError> {
         self.typed(name, "lists of real numbers", |array| array.as_list_opt::<i64>())
     }
@@ -188,10 +189,10 @@ impl Table {
         self.0.column_by_name(name).is_some()
     }
 
-    /// Checks that every number of the table is finite or null, those of lists too.
+    /// Checks that every number of the table, including numbers in lists, is finite or null.
     ///
     /// # Errors
-    /// When one is infinite or NaN.
+    /// Returns an error for the first number that is infinite or NaN.
     pub fn check_finite(&self) -> Result<(), TableError> {
         let fields = self.0.schema_ref().fields().iter();
         for (field, array) in fields.zip(self.0.columns()) {
@@ -217,7 +218,7 @@ impl Table {
         Ok(())
     }
 
-    /// The columns that later stages carry on: where in the study each row belongs.
+    /// Returns the columns that identify the rows; later stages copy them into their tables.
     pub fn coordinates(&self) -> Table {
         self.keep(|_, role| role.is_some_and(Role::is_coordinate))
     }
@@ -230,17 +231,17 @@ impl Table {
         self.keep(|_, role| role != Some(unwanted))
     }
 
-    /// These columns alone, in the table's order.
+    /// Returns the table with only these columns, in the order of the table.
     pub fn only(&self, names: &[&str]) -> Table {
         self.keep(|name, _| names.contains(&name))
     }
 
-    /// All columns but these.
+    /// Returns the table without these columns.
     pub fn without(&self, names: &[&str]) -> Table {
         self.keep(|name, _| !names.contains(&name))
     }
 
-    /// Returns the table with the columns whose name and role are wanted.
+    /// Returns the table with the columns for whose name and role `wanted` is true.
     pub fn keep(&self, wanted: impl Fn(&str, Option<Role>) -> bool) -> Table {
         let schema = self.0.schema_ref();
         let chosen: Vec<usize> = (0..schema.fields().len())
@@ -253,7 +254,7 @@ impl Table {
         Table(batch.expect("the indices come from the schema"))
     }
 
-    /// The rows at these indices, in this order; indices may recur.
+    /// Returns the rows at these indices, in this order. An index may occur several times.
     pub fn pick(&self, rows: &[usize]) -> Table {
         let indices = UInt32Array::from_iter_values(
             rows.iter().map(|&row| u32::try_from(row).expect("a table has fewer than 2³² rows")),
@@ -266,18 +267,18 @@ impl Table {
         Table::of(rows.len(), schema, arrays.collect())
     }
 
-    /// The columns at these places, in this order.
+    /// Returns the columns at these indices, in this order.
     pub(crate) fn project(&self, columns: &[usize]) -> Table {
         let batch = self.0.project(columns);
-        Table(batch.expect("the places are those of columns"))
+        Table(batch.expect("the indices lie within the table"))
     }
 
-    /// Some rows that follow one another; nothing is copied.
+    /// Returns a range of rows without copying them.
     pub fn slice(&self, rows: Range<usize>) -> Table {
         Table(self.0.slice(rows.start, rows.len()))
     }
 
-    /// The columns that hold the same in every row, as one row.
+    /// Returns the columns whose value is the same in every row, as a table with one row.
     pub fn common(&self) -> Table {
         let is_common = |name: &str| {
             let values = self.0.column_by_name(name).map(|array| array.to_data());
@@ -288,7 +289,7 @@ impl Table {
         self.keep(|name, _| is_common(name)).pick(&[0])
     }
 
-    /// This table with more columns on its right.
+    /// Returns the table with more columns at its right.
     pub fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
         let schema = self.0.schema_ref();
         let mut fields: Vec<Field> = schema.fields().iter().map(|f| f.as_ref().clone()).collect();
@@ -300,7 +301,7 @@ impl Table {
         Table::of(self.rows(), Schema::new(fields), arrays)
     }
 
-    /// This table with other values in one of its columns.
+    /// Returns the table with other values in one of its columns.
     pub fn replacing(&self, name: &str, values: ArrayRef) -> Table {
         let schema = self.0.schema_ref();
         let arrays = schema.fields().iter().zip(self.0.columns());
@@ -310,7 +311,7 @@ impl Table {
         Table::of(self.rows(), schema.as_ref().clone(), arrays.collect())
     }
 
-    /// This table with the columns of another of as many rows on its right.
+    /// Returns the table with the columns of another table of equal length at its right.
     pub fn beside(&self, other: &Table) -> Table {
         let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
         let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();
@@ -331,8 +332,8 @@ impl From<RecordBatch> for Table {
     }
 }
 
-/// Columns of stacked tables. Thousands of tables have few different schemas, so that tables of one
-/// schema share a layout.
+/// Columns of stacked tables. Thousands of tables have only a few different schemas, so that all
+/// tables of one schema share a layout.
 #[derive(Debug, Default)]
 pub struct Stacking {
     /// All columns, in the order in which they appear.
@@ -340,13 +341,13 @@ pub struct Stacking {
     layouts: Vec<Layout>,
 }
 
-/// Positions of the columns in tables of one schema.
+/// Indices of the stacked columns in tables of one schema.
 #[derive(Debug)]
 struct Layout {
     schema: SchemaRef,
-    /// Position of each stacked column in these tables. Columns that were added later are missing
-    /// at the end.
-    places: Vec<Option<usize>>,
+    /// Index of each stacked column in these tables. Columns that were added later are missing at
+    /// the end.
+    indices: Vec<Option<usize>>,
 }
 
 impl Stacking {
@@ -361,10 +362,10 @@ impl Stacking {
             .or_else(|| layouts.clone().position(|known| known.schema == *schema));
         known.unwrap_or_else(|| {
             self.add_fields(schema);
-            let place = |known: &Arc<Field>| schema.index_of(known.name()).ok();
+            let index = |known: &Arc<Field>| schema.index_of(known.name()).ok();
             self.layouts.push(Layout {
                 schema: schema.clone(),
-                places: self.fields.iter().map(place).collect(),
+                indices: self.fields.iter().map(index).collect(),
             });
             self.layouts.len() - 1
         })
@@ -392,24 +393,24 @@ impl Stacking {
         self.fields.iter().map(|field| field.name().as_str())
     }
 
-    /// Returns the position of a stacked column in the tables of a layout.
-    pub fn place(&self, layout: usize, column: usize) -> Option<usize> {
-        self.layouts[layout].places.get(column).copied().flatten()
+    /// Returns the index of a stacked column in the tables of a layout.
+    pub fn index_in(&self, layout: usize, column: usize) -> Option<usize> {
+        self.layouts[layout].indices.get(column).copied().flatten()
     }
 
-    /// Stacks tables, each of which comes with the number of its layout. A column that a table
-    /// lacks is null in its rows.
+    /// Stacks tables, each given with the number of its layout. A column that a table lacks is null
+    /// in its rows.
     ///
     /// # Errors
-    /// When two tables have a column of one name and different types.
+    /// Returns an error if two tables have a column of the same name with different types.
     pub fn stack(&self, tables: &[(usize, Table)]) -> Result<Table, TableError> {
         let arrays = self.fields.iter().enumerate().map(|(column, field)| {
             let nulls = |rows| new_null_array(field.data_type(), rows);
             let parts = tables.iter().map(|(layout, table)| {
-                let place = self.place(*layout, column);
-                place.map_or_else(
+                let index = self.index_in(*layout, column);
+                index.map_or_else(
                     || nulls(table.rows()),
-                    |place| table.batch().column(place).clone(),
+                    |index| table.batch().column(index).clone(),
                 )
             });
             let parts: Vec<ArrayRef> = parts.collect();
@@ -446,12 +447,12 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_go_on_alone() {
+    fn coordinates_exclude_results_and_maps() {
         assert_eq!(table().coordinates().names(), ["load"]);
     }
 
     #[test]
-    fn picked_rows_come_in_the_order_asked_for() {
+    fn picked_rows_are_in_the_order_of_the_indices() {
         let picked = table().pick(&[1, 0, 1]);
         assert_eq!(picked.reals("area").unwrap().values(), &[0.5, 0.3, 0.5]);
     }
@@ -494,23 +495,23 @@ mod tests {
     }
 
     #[test]
-    fn what_tells_surfaces_apart_in_one_table_does_so_in_a_stack() {
+    fn a_column_that_distinguishes_surfaces_in_one_table_does_so_in_a_stack() {
         let slope = Column::parameter("rms_slope", ColumnKind::Real, "1", "slope");
         let of_surface = slope.with_role(Role::Surface);
         let tables = [slope, of_surface].map(|column| Table::new(1, vec![(column, reals([0.1]))]));
         for stack in [[0, 1], [1, 0]] {
-            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
+            let stacked = Table::stack(&stack.map(|index| tables[index].clone())).unwrap();
             assert_eq!(stacked.in_role(Role::Surface).names(), ["rms_slope"]);
         }
     }
 
     #[test]
-    fn a_coordinate_stays_one_beside_tables_that_derive_it() {
+    fn a_coordinate_stays_a_coordinate_if_another_stacked_table_derives_it() {
         let load = LOAD.with_role(Role::Load);
         let tables = [load, load.with_role(Role::Derived)]
             .map(|column| Table::new(1, vec![(column, reals([0.1]))]));
         for stack in [[0, 1], [1, 0]] {
-            let stacked = Table::stack(&stack.map(|place| tables[place].clone())).unwrap();
+            let stacked = Table::stack(&stack.map(|index| tables[index].clone())).unwrap();
             assert_eq!(stacked.in_role(Role::Load).names(), ["load"]);
         }
     }

@@ -213,7 +213,7 @@ impl MissingColumns {
             for &(layout, rows) in tables {
                 let end = start + rows;
                 match ranges.last_mut() {
-                    _ if stacking.place(layout, column).is_some() || rows == 0 => {}
+                    _ if stacking.index_in(layout, column).is_some() || rows == 0 => {}
                     Some(last) if last.end == start => last.end = end,
                     _ => ranges.push(start..end),
                 }

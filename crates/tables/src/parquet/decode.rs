@@ -1,9 +1,8 @@
-//! Tables from the bytes of Parquet files.
+//! Decoding of tables from Parquet files.
 //!
-//! The file of a task does not carry Arrow's own schema, which takes nine kilobytes of a file that
-//! may hold one row of numbers, and half of the time that a small task takes. All types but two
-//! survive without it, and the roles of the columns fit one line of JSON. Published tables carry
-//! Arrow's schema for other programs to read.
+//! The file of a task does not contain the Arrow schema, which would take nine kilobytes and half of
+//! the run time of a small task. All types but two can be restored without it, and the roles of the
+//! columns fit in one line of JSON. Published tables contain the Arrow schema for other programs.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -44,7 +43,7 @@ pub fn decode(file: File, columns: Columns) -> Result<(Table, Metadata), Parquet
 /// Decodes a table and its metadata from the bytes of a file.
 ///
 /// # Errors
-/// As [`decode`].
+/// Returns an error under the conditions of [`decode`].
 pub fn decode_bytes(bytes: Bytes, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
     let footer = verified(&bytes)?;
     catch_panics(|| decode_verified(bytes, footer, columns))
@@ -191,7 +190,8 @@ impl Known {
     }
 }
 
-/// Restores the columns of a file, from the own entry of a task's file or else from Arrow's schema.
+/// Restores the columns of a file from the entry in the file of a task, or else from the Arrow
+/// schema.
 ///
 /// # Errors
 /// Returns an error if the columns differ from this entry or have unsupported types.
@@ -275,10 +275,10 @@ fn light(schema: &Schema) -> Chosen {
     (indices, Arc::new(Schema::new(fields)))
 }
 
-/// Restores the schema of a table from Parquet's types and the stored roles; `None` if the two do
-/// not fit.
-fn restored(parquet: &Schema, told: &str) -> Option<Schema> {
-    let columns: Vec<StoredColumn> = serde_json::from_str(told).ok()?;
+/// Restores the schema of a table from its Parquet types and the stored roles, or returns `None` if
+/// they do not match.
+fn restored(parquet: &Schema, roles: &str) -> Option<Schema> {
+    let columns: Vec<StoredColumn> = serde_json::from_str(roles).ok()?;
     if columns.len() != parquet.fields().len() {
         return None;
     }
@@ -293,8 +293,8 @@ fn restored(parquet: &Schema, told: &str) -> Option<Schema> {
     Some(Schema::new(fields.map(field).collect::<Vec<_>>()))
 }
 
-/// Returns the type of a table for a type that Arrow derives from Parquet. Parquet does not store
-/// the size of the offsets of lists and bytes.
+/// Returns the column type for a type that Arrow derives from Parquet, which does not store the size
+/// of the offsets of lists and bytes.
 fn our_type(found: &DataType) -> DataType {
     match found {
         DataType::Binary => ColumnKind::Bytes.data_type(),
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_of_every_kind_come_back_with_their_role() {
+    fn columns_of_every_kind_are_read_with_their_role() {
         let table = rows_of_every_kind();
         let read = read(&encode(&table, &a_task())).unwrap();
         assert_eq!(read, table.without_wording());
@@ -358,27 +358,27 @@ mod tests {
     #[test]
     fn the_file_of_a_task_does_not_depend_on_wording() {
         let table = rows_of_every_kind();
-        let silent = table.without_wording();
-        assert_eq!(encode(&table, &a_task()), encode(&silent, &a_task()));
+        let plain = table.without_wording();
+        assert_eq!(encode(&table, &a_task()), encode(&plain, &a_task()));
     }
 
     #[test]
     fn files_that_hold_units_and_meanings_are_read_without_them() {
-        let told = r#"[["parameter","m","length"],[null,null,null]]"#;
+        let stored = r#"[["parameter","m","length"],[null,null,null]]"#;
         let parquet = Schema::new(schema().fields()[..2].to_vec());
-        let restored = restored(&parquet, told).unwrap();
+        let restored = restored(&parquet, stored).unwrap();
         assert_eq!(restored.field(0).metadata().len(), 1);
         assert_eq!(Role::of(restored.field(0)), Some(Role::Parameter));
         assert_eq!(Role::of(restored.field(1)), None);
     }
 
     #[test]
-    fn what_is_told_of_other_columns_is_refused() {
-        let told = roles_as_json(&schema());
-        let silent = rows_of_every_kind().without_wording();
-        assert_eq!(restored(&schema(), &told).as_ref(), Some(silent.batch().schema_ref().as_ref()));
+    fn roles_of_other_columns_are_refused() {
+        let roles = roles_as_json(&schema());
+        let plain = rows_of_every_kind().without_wording();
+        assert_eq!(restored(&schema(), &roles).as_ref(), Some(plain.batch().schema_ref().as_ref()));
         let fewer = Schema::new(schema().fields()[1..].to_vec());
-        assert_eq!(restored(&fewer, &told), None);
+        assert_eq!(restored(&fewer, &roles), None);
         assert_eq!(restored(&schema(), "nonsense"), None);
     }
 }
