@@ -1,23 +1,23 @@
-//! Asperity models on the very surface that a solver presses: Hertz' contacts of its summits, which
-//! act on each other through the elastic body.
+//! Asperity models on a given surface: Hertz contacts of its summits, with elastic interaction.
 //!
-//! Summit i stands at height zᵢ and bends by two principal curvatures. Under an overlap dᵢ it
-//! carries the force of Hertz' elliptic contact, Fᵢ = Cᵢ dᵢ^(3/2), and touches on an ellipse of
-//! area Bᵢ dᵢ. The overlap is what the reference plane and the displacement of the
-//! body by all other forces leave of the height,
+//! Summit i has the height zᵢ and two principal curvatures. Under the approach dᵢ it carries the
+//! force of the elliptic Hertz contact, Fᵢ = Cᵢ dᵢ^(3/2), on an ellipse of area Bᵢ dᵢ. The approach
+//! is the height of the summit above the reference plane, less the displacement of the body by the
+//! other forces:
 //!
 //! ```text
 //! dᵢ = zᵢ − z_ref − uᵢ,     uᵢ = Σⱼ Gᵢⱼ Fⱼ,     Σᵢ Fᵢ = p₀ A₀
 //! ```
 //!
-//! and z_ref follows from the load. What u is, [`Interaction`] says. The model holds as long as
-//! contacts stay apart: those whose ellipses overlap are counted, with the area that they have.
+//! The load determines z_ref, and [`Interaction`] determines u. The model is valid while contacts
+//! are separate; [`AsperityOutcome`] counts contacts whose ellipses overlap.
 //!
-//! Units are those of the solver: lengths along the plane in longer sides of the cell, heights and
-//! displacements in rms slope × longer side, pressures in E* × rms slope, and so E* = 1.
+//! Units are those of the solver: in-plane lengths in units of the longer side L of the cell,
+//! heights and displacements in h′ L, pressures in E* h′ with the rms slope h′. In these units
+//! E* = 1.
 //!
-//! `summits` says where they are, how they bend and which contacts overlap, `equilibrium` which
-//! forces they bear under a load, and what a force does to the body at a distance.
+//! Module `summits` finds the summits, their curvatures and overlapping contacts. Module
+//! `equilibrium` solves for the forces under a load.
 
 use super::grid::Grid;
 use super::solver::{Outcome, Settings};
@@ -28,31 +28,31 @@ mod summits;
 use equilibrium::Body;
 use summits::Summit;
 
-/// How asperities act on each other.
+/// Elastic interaction of asperities.
 ///
-/// The mean pressure displaces all asperities by u = w p₀ L/E*, with w L the mean displacement of
-/// a square of side L under unit pressure (Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54,
-/// 2569 (2006), to first order). Explicit forces are summed over the periodic cell.
+/// In the mean field, the mean pressure displaces all asperities by u = w p₀ L/E*, where w L/E* is
+/// the mean displacement of a square of side L under unit pressure (Ciavarella, Delfine & Demelio,
+/// J. Mech. Phys. Solids 54, 2569 (2006), to first order). Explicit forces are summed over the
+/// periodic cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Interaction {
-    /// Not at all.
+    /// No interaction.
     None,
-    /// Through the mean pressure, which displaces the body uniformly: areas and forces under a load
-    /// are those without interaction.
+    /// Uniform displacement by the mean pressure; areas and forces under a load do not change.
     MeanField,
-    /// Each through its own force.
+    /// Displacement of each asperity by the forces of all others.
     Explicit,
 }
 
 impl Interaction {
-    /// Every one.
+    /// All kinds of interaction.
     pub const ALL: [Interaction; 3] =
         [Interaction::None, Interaction::MeanField, Interaction::Explicit];
 
-    /// The word in manifests and tables.
-    pub fn word(self) -> &'static str {
+    /// Returns the name used in manifests and tables.
+    pub fn name(self) -> &'static str {
         match self {
             Interaction::None => "none",
             Interaction::MeanField => "mean-field",
@@ -61,55 +61,60 @@ impl Interaction {
     }
 }
 
-/// The mean displacement of a square of side one on a half-space with E* = 1 under unit pressure:
+/// Mean displacement of a unit square on a half-space with E* = 1 under unit pressure:
 /// (4/π) [ln(1 + √2) − (√2 − 1)/3].
 const MEAN_OF_A_SQUARE: f64 = 0.946_402_008_818_677;
 
-/// What is known of a load on asperities, beside what solvers tell of any.
+/// Result of a load on asperities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AsperityOutcome {
-    /// As of a solver. The contact nodes are those within the ellipses, the mean gap is the
-    /// distance of the mean planes, the residual the largest change of a displacement that another
-    /// iteration would make.
+    /// Results that all solvers have.
+    ///
+    /// Contact nodes are the nodes inside the ellipses. The mean gap is the distance of the mean
+    /// planes. The residual is the largest change of a displacement in another iteration.
     pub outcome: Outcome,
-    /// Summits that touch.
+    /// Number of summits in contact.
     pub contacts: usize,
-    /// Those among them whose ellipse overlaps another.
+    /// Number of contacts whose ellipse overlaps another.
     pub overlapping: usize,
-    /// Σ of the ellipses' areas over the nominal area.
+    /// Sum of the areas of the ellipses divided by the nominal area.
     pub area_fraction: f64,
-    /// Share of that area in ellipses that overlap another.
-    pub overlapping_share: f64,
-    /// What the mean pressure displaces the body by, as the mean field has it; zero without
-    /// interaction. The reference plane is that much nearer to the unloaded body.
+    /// Fraction of the contact area in ellipses that overlap another.
+    pub overlapping_fraction: f64,
+    /// Displacement of the body by the mean pressure, in units of h′ L; zero without interaction.
+    ///
+    /// The reference plane is closer to the unloaded body by this amount.
     pub nominal_displacement: f64,
 }
 
-/// The summits of a surface on an elastic half-space.
+/// Asperity model of a surface on an elastic half-space.
 pub struct Asperities {
     grid: Grid,
     interaction: Interaction,
     mean_height: f64,
     summits: Vec<Summit>,
     body: Option<Body>,
-    /// Displacements and loads solved for before, the last one first.
+    /// Previous loads and their displacements, the last first.
     known: Vec<(f64, Vec<f64>)>,
     pressure: Vec<f64>,
 }
 
-/// A surface has no summit: it is flat, or rises towards one place on a ridge.
+/// Error of a surface without summits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the surface has no node above its eight neighbours, and so no asperity to press")]
+#[error("the surface has no node above its eight neighbours, so there is no asperity to press")]
 pub struct NoSummits;
 
 impl Asperities {
-    /// The summits of heights on a periodic grid, in units of rms slope × longer side.
+    /// Creates the model from heights on a periodic grid, in units of h′ L.
     ///
     /// # Errors
-    /// When there is none.
+    /// Fails if the surface has no summit.
+    ///
+    /// # Panics
+    /// Panics if the number of heights is not the number of nodes.
     pub fn new(grid: Grid, heights: &[f64], interaction: Interaction) -> Result<Self, NoSummits> {
         assert_eq!(heights.len(), grid.count());
-        let summits = summits::of(grid, heights);
+        let summits = summits::find(grid, heights);
         if summits.is_empty() {
             return Err(NoSummits);
         }
@@ -124,12 +129,12 @@ impl Asperities {
         })
     }
 
-    /// Number of summits.
+    /// Returns the number of summits.
     pub fn summits(&self) -> usize {
         self.summits.len()
     }
 
-    /// The forces under a load y = p₀/(E* h′), and what follows from them.
+    /// Solves for the forces under a load y = p₀/(E* h′), and sets the pressure.
     pub fn press(&mut self, load: f64, settings: &Settings) -> AsperityOutcome {
         let found = self.equilibrium(load, settings);
         let area = nominal_area(self.grid);
@@ -156,7 +161,7 @@ impl Asperities {
             contacts: contacts.len(),
             overlapping: overlapping.iter().filter(|overlaps| **overlaps).count(),
             area_fraction: all / area,
-            overlapping_share: merged / all,
+            overlapping_fraction: merged / all,
             nominal_displacement: match self.interaction {
                 Interaction::None => 0.0,
                 Interaction::MeanField | Interaction::Explicit => {
@@ -166,19 +171,19 @@ impl Asperities {
         }
     }
 
-    /// The pressures of the last load, Hertz' within each ellipse, in units of E* × rms slope.
+    /// Returns the Hertz pressures under the last load at the nodes, in units of E* h′.
     pub fn pressure(&self) -> &[f64] {
         &self.pressure
     }
 }
 
-/// Area of the cell in units of its longer side.
+/// Returns the area of the cell in units of L².
 fn nominal_area(grid: Grid) -> f64 {
     let [aspect_x, aspect_y] = grid.cell().aspect();
     1.0 / (aspect_x * aspect_y)
 }
 
-/// Distance between neighbours along x and y in units of the longer side.
+/// Returns Δx and Δy in units of L.
 fn steps(grid: Grid) -> [f64; 2] {
     let (nodes, aspect) = (grid.nodes(), grid.cell().aspect());
     [0, 1].map(|axis| 1.0 / (aspect[axis] * nodes[axis] as f64))

@@ -11,9 +11,9 @@
 //! # Discretisation
 //!
 //! A link joins neighbouring nodes by half a cell of each gap in series, so its conductance is the
-//! harmonic mean of both g³. It is exact for gaps that are constant in each cell and of second order
-//! for smooth gaps. It is zero if one of the nodes is in contact. A fluid therefore flows through
-//! chains of 4 nearest neighbours, as in the percolation of contact maps.
+//! harmonic mean of both g³. It is exact for gaps that are constant in each cell and of second
+//! order for smooth gaps. It is zero if one of the nodes is in contact. A fluid therefore flows
+//! through chains of 4 nearest neighbours, as in the percolation of contact maps.
 //!
 //! # Solution and bounds
 //!
@@ -21,8 +21,8 @@
 //! one thread and in a fixed order. Module `channels` has the conductances and finds the channels
 //! that percolate, and `graph` has the matrix.
 //!
-//! Near percolation, conductances span many decades, and the norm of the residual does not bound the
-//! error of the flow. The solution is therefore enclosed by two bounds. Pressures are periodic
+//! Near percolation, conductances span many decades, and the norm of the residual does not bound
+//! the error of the flow. The solution is therefore enclosed by two bounds. Pressures are periodic
 //! except for a step of one at a seam of the cell, so that the flow is the conductance of the map.
 //!
 //! - Upper bound (Dirichlet's principle): the dissipation Σ k (Δp)² of any pressures.
@@ -223,7 +223,8 @@ impl Film<'_> {
         })
     }
 
-    /// Returns the dissipation of the pressures, and writes the net inflow of each node to `surplus`.
+    /// Returns the dissipation of the pressures, and writes the net inflow of each node to
+    /// `surplus`.
     fn dissipation(&self, pressures: &[Pair], surplus: &mut [Pair]) -> Pair {
         surplus.fill([0.0; 2]);
         let mut dissipation = [0.0; 2];

@@ -19,8 +19,8 @@
 //!
 //! [`RandomSurface`](topography::random::RandomSurface) and
 //! [`Preparation`](topography::preparation::Preparation) return a
-//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) presses its heights under
-//! one load after another. The elastic body is a
+//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) presses its heights
+//! under one load after another. The elastic body is a
 //! [`PeriodicHalfSpace`](elasticity::PeriodicHalfSpace) or a
 //! [`FreeHalfSpace`](elasticity::FreeHalfSpace). From the pressure, make a
 //! [`ContactMap`](morphology::map::ContactMap); it gives the

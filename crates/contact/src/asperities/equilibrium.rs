@@ -1,24 +1,23 @@
-//! The forces of asperities under a load, and what they do to each other's nodes.
+//! Equilibrium of the forces of asperities under a load, with elastic interaction.
 //!
-//! At given displacements u the plane z_ref at which the forces add up to the load is the root of a
-//! convex and falling function, which Newton's method meets from above the load without
-//! overshooting. Forces displace the body in turn: u = G F(u), a fixed point that is searched by
-//! Anderson's mixing (type II; Walker & Ni, SIAM J. Numer. Anal. 49, 1715 (2011)), for the
-//! iteration itself diverges as soon as contacts stiffen the body as much as it stiffens itself.
+//! For given displacements u, the reference plane z_ref balances the load. It is the root of a
+//! convex decreasing function, to which Newton's method converges from above the load without
+//! overshoot. The forces displace the body: u = G F(u). Plain iteration diverges if the contacts
+//! are stiffer than the body. The fixed point is therefore found by Anderson mixing (type II;
+//! Walker & Ni, SIAM J. Numer. Anal. 49, 1715 (2011)).
 //!
 //! A force displaces the surface of a half-space by F/(π E* r) (Boussinesq; Johnson 1985, section
-//! 3.2). Repeated with the cell, and counted from its mean over the cell as displacements of
-//! periodic half-spaces are, it is Ewald's sum in two dimensions of periodicity, whose two parts
-//! are computed where each is short,
+//! 3.2). The displacement of the periodic body, relative to its mean over the cell, is an Ewald sum
+//! in two dimensions:
 //!
 //! ```text
 //! π G(r) = Σ erfc(α |r + n|)/|r + n|  +  (2π/A) Σ erfc(q/2α)/q cos q·r  −  2√π/(α A)
 //! ```
 //!
-//! the first on the nodes around the force, the second as a factor of each wave that the mesh
-//! carries. α is such that waves beyond, and nodes more than 19 steps away, have less than 1e-13 of
-//! it: at nodes the sum is exact. What a force does to itself is Hertz' contact, so that 1/r is
-//! left out at r = 0; what remains there are the force's own images.
+//! The first sum is over the nodes around the force, the second over the waves that the grid
+//! resolves. With the chosen α, omitted waves, and nodes more than 19 steps away, contribute less
+//! than 1e-13. Hertz contact includes the displacement at the force itself. The term 1/r is
+//! therefore omitted at r = 0, where only the periodic images of the force remain.
 
 use std::f64::consts::PI;
 
@@ -30,38 +29,38 @@ use crate::fft::{Kernel, Scratch, Transform};
 use crate::grid::Grid;
 use crate::solver::{Settings, Stop};
 
-/// Iterates that are mixed.
+/// Largest number of differences in the Anderson mixing.
 const DEPTH: usize = 6;
 
-/// Iterations within which the residual must fall by a tenth; else iterates are forgotten, and from
-/// there on the mixing goes half as far. Contacts that open and close by turns would keep it busy
-/// for ever.
+/// Number of iterations within which the residual must decrease by 10 %.
+///
+/// Otherwise the mixing restarts with half the damping factor. Without this, contacts that
+/// alternately open and close would prevent convergence.
 const PATIENCE: u32 = 25;
 
-/// Newton's steps for the reference plane; a dozen do.
-const MOST_STEPS: usize = 100;
+/// Largest number of Newton steps for the reference plane; about twelve are usual.
+const MAX_STEPS: usize = 100;
 
-/// Of the load, what the forces may miss.
+/// Relative tolerance of the sum of the forces.
 const BALANCE: f64 = 1e-14;
 
-/// Forces in balance with a load.
+/// Equilibrium of the asperities under a load.
 pub struct Equilibrium {
-    /// z_ref.
+    /// Height z_ref of the reference plane.
     pub reference: f64,
-    /// The overlap of every summit, not positive where it does not touch.
+    /// Approach d of every summit; not positive outside contact.
     pub overlaps: Vec<f64>,
-    /// Elastic energy, Σ (2/5) F d + ½ Σ F u.
+    /// Elastic energy Σ (2/5) F d + ½ Σ F u.
     pub energy: f64,
-    /// Largest change of a displacement that another iteration would make, in units of rms slope ×
-    /// mesh step.
+    /// Largest change of a displacement in another iteration, in units of h′ × grid step.
     pub residual: f64,
-    /// Pairs of transforms.
+    /// Number of pairs of transforms.
     pub pairs: u32,
-    /// How it ended.
+    /// Reason why the iteration stopped.
     pub stop: Stop,
 }
 
-/// Forces at given displacements.
+/// Reference plane, approaches and forces for given displacements.
 struct Balance {
     reference: f64,
     overlaps: Vec<f64>,
@@ -69,17 +68,17 @@ struct Balance {
 }
 
 impl Asperities {
-    /// The forces under a load.
+    /// Solves for the forces under a load.
     pub(super) fn equilibrium(&mut self, load: f64, settings: &Settings) -> Equilibrium {
         let total = load * nominal_area(self.grid);
         let Some(body) = &mut self.body else {
-            let still = vec![0.0; self.summits.len()];
-            let balance = balance(&self.summits, &still, total);
-            return settled(balance, &still, 0.0, 0, Stop::Converged);
+            let zero = vec![0.0; self.summits.len()];
+            let balance = balance(&self.summits, &zero, total);
+            return equilibrium(balance, &zero, 0.0, 0, Stop::Converged);
         };
         let [step_x, step_y] = steps(self.grid);
         let step = step_x.min(step_y);
-        let mut displacements = expected(&self.known, load, self.summits.len());
+        let mut displacements = extrapolate(&self.known, load, self.summits.len());
         let mut mixing = Mixing::default();
         let mut pairs = 0;
         loop {
@@ -88,10 +87,10 @@ impl Asperities {
             let answer = body.displace(nodes, &balance.forces);
             pairs += 1;
             let changes: Vec<f64> = answer.iter().zip(&displacements).map(|(a, u)| a - u).collect();
-            // A summit far below the plane may be displaced as it likes.
-            let counting = changes.iter().zip(&balance.overlaps);
-            let counting = counting.filter(|(change, overlap)| **overlap > -2.0 * change.abs());
-            let largest = counting.map(|(change, _)| change.abs()).fold(0.0, f64::max);
+            // Displacements of summits far below the plane do not matter.
+            let relevant = changes.iter().zip(&balance.overlaps);
+            let relevant = relevant.filter(|(change, overlap)| **overlap > -2.0 * change.abs());
+            let largest = relevant.map(|(change, _)| change.abs()).fold(0.0, f64::max);
             let residual = largest / step;
             let stop = if residual <= settings.tolerance {
                 Some(Stop::Converged)
@@ -101,15 +100,15 @@ impl Asperities {
             if let Some(stop) = stop {
                 self.known.insert(0, (load, displacements.clone()));
                 self.known.truncate(2);
-                return settled(balance, &displacements, residual, pairs, stop);
+                return equilibrium(balance, &displacements, residual, pairs, stop);
             }
-            mixing.watch(residual);
+            mixing.monitor(residual);
             displacements = mixing.next(displacements, changes);
         }
     }
 }
 
-fn settled(
+fn equilibrium(
     balance: Balance,
     displacements: &[f64],
     residual: f64,
@@ -128,8 +127,8 @@ fn settled(
     }
 }
 
-/// Displacements to start from: on the line through those under the last two loads.
-fn expected(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
+/// Extrapolates the displacements linearly in the load from the last two loads.
+fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
     match known {
         [] => vec![0.0; count],
         [(before, last)] => last.iter().map(|u| u * load / before).collect(),
@@ -141,18 +140,18 @@ fn expected(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
     }
 }
 
-/// The plane at which forces add up to a total, above zero.
+/// Finds the reference plane at which the forces sum to `total`, which is positive.
 fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
     let levels = summits.iter().zip(displacements).map(|(summit, u)| summit.height - u);
     let levels: Vec<f64> = levels.collect();
-    // At the highest plane where one summit alone bears it all, the forces are at least as large.
+    // The highest plane at which one summit alone carries the load; the sum is at least the load.
     let alone = summits.iter().zip(&levels);
     let alone = alone.map(|(summit, level)| {
         let overlap = libm::cbrt(total / summit.stiffness);
         level - overlap * overlap
     });
     let mut reference = alone.fold(f64::NEG_INFINITY, f64::max);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let (mut sum, mut slope) = (0.0, 0.0);
         for (summit, level) in summits.iter().zip(&levels) {
             let overlap = level - reference;
@@ -163,7 +162,7 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
             }
         }
         let step = (sum - total) / slope;
-        // Rounding alone is left once a step does not rise.
+        // Steps are positive up to rounding errors.
         if step.is_nan() || step <= 0.0 || sum - total <= BALANCE * total {
             break;
         }
@@ -177,14 +176,14 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
     Balance { reference, forces: forces.collect(), overlaps }
 }
 
-/// Anderson's mixing of the last iterates.
+/// Anderson mixing of the last iterates.
 struct Mixing {
-    /// How far the mixing goes along the changes.
+    /// Factor of the change in the next iterate.
     damping: f64,
-    /// The least residual, and how long ago it was reached.
+    /// Smallest residual, and the number of iterations since.
     least: (f64, u32),
     last: Option<(Vec<f64>, Vec<f64>)>,
-    /// Differences of iterates and of their changes, the last one first.
+    /// Differences of consecutive iterates and of their changes, the last first.
     differences: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -195,8 +194,8 @@ impl Default for Mixing {
 }
 
 impl Mixing {
-    /// Hears of the residual of the last iterate.
-    fn watch(&mut self, residual: f64) {
+    /// Records the residual of the last iterate; restarts the mixing if it stagnates.
+    fn monitor(&mut self, residual: f64) {
         let (least, age) = self.least;
         if residual < 0.9 * least {
             self.least = (residual, 0);
@@ -210,7 +209,7 @@ impl Mixing {
         }
     }
 
-    /// The next iterate after one and the change that the iteration would make of it.
+    /// Returns the next iterate from the last one and its change in the plain iteration.
     fn next(&mut self, iterate: Vec<f64>, change: Vec<f64>) -> Vec<f64> {
         if let Some((iterate_before, change_before)) = &self.last {
             let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
@@ -233,7 +232,7 @@ impl Mixing {
         next
     }
 
-    /// The combination of earlier changes that comes closest to the last one.
+    /// Returns the least-squares weights of the earlier changes that approximate the last one.
     fn weights(&self, change: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
         let dot = |one: &[f64], other: &[f64]| -> f64 {
@@ -243,7 +242,7 @@ impl Mixing {
         let mut gram = DMatrix::from_fn(count, count, |i, j| dot(answered(i), answered(j)));
         let right = DVector::from_fn(count, |i, _| dot(answered(i), change));
         for i in 0..count {
-            // Differences that say the same twice.
+            // Regularises the matrix if differences are linearly dependent.
             gram[(i, i)] *= 1.0 + 1e-12;
         }
         match gram.cholesky() {
@@ -253,10 +252,10 @@ impl Mixing {
     }
 }
 
-/// erfc of this is 2e-14.
+/// Argument at which erfc is 2e-14.
 const NEGLIGIBLE: f64 = 5.4;
 
-/// An elastic half-space under forces at nodes.
+/// Periodic elastic half-space under point forces at nodes.
 pub struct Body {
     transform: Transform<f64>,
     kernel: Kernel<f64>,
@@ -266,13 +265,12 @@ pub struct Body {
 }
 
 impl Body {
-    /// Below the nodes of a grid.
     pub fn new(grid: Grid) -> Body {
         let nodes = grid.nodes();
         let [step_x, step_y] = super::steps(grid);
         let transform = Transform::new(nodes);
         let mut scratch = transform.scratch();
-        // The larger step carries the fewest waves.
+        // The larger step resolves the fewest waves.
         let alpha = PI / step_x.max(step_y) / (2.0 * NEGLIGIBLE);
         let near = near(grid, alpha);
         let columns = transform.spectrum_columns();
@@ -286,7 +284,7 @@ impl Body {
             } else {
                 -2.0 / (PI.sqrt() * alpha)
             };
-            // The near part is even along both axes: its transform is real.
+            // The near part is even along both axes, so its transform is real.
             spectrum[k_x * columns + k_y].re + per_area * far
         });
         Body {
@@ -298,7 +296,7 @@ impl Body {
         }
     }
 
-    /// The displacements at some nodes by the other forces at them.
+    /// Returns the displacements of nodes by the forces at the other nodes and by periodic images.
     pub fn displace(
         &mut self,
         nodes: impl Iterator<Item = usize> + Clone,
@@ -314,7 +312,7 @@ impl Body {
     }
 }
 
-/// erfc(α r)/(π r) around a force at node 0, without 1/(π r) at the force itself.
+/// Returns erfc(α r)/(π r) around a force at node 0, without the term 1/(π r) at r = 0.
 fn near(grid: Grid, alpha: f64) -> Vec<f64> {
     let [nodes_x, nodes_y] = grid.nodes();
     let steps = super::steps(grid);
@@ -341,20 +339,20 @@ mod tests {
     use super::*;
     use crate::grid::samples::{rectangle, square};
 
-    /// The same sum with another α, directly.
-    fn ewald(size: [f64; 2], place: [f64; 2]) -> f64 {
+    /// Computes the Ewald sum directly, with another α.
+    fn ewald(size: [f64; 2], position: [f64; 2]) -> f64 {
         let alpha = 1.7 / size[0].min(size[1]);
         let area = size[0] * size[1];
         let mut sum = -2.0 * PI.sqrt() / (alpha * area);
         for m in -12..=12 {
             for n in -12..=12 {
                 let (m, n) = (f64::from(m), f64::from(n));
-                let r = (place[0] + m * size[0]).hypot(place[1] + n * size[1]);
+                let r = (position[0] + m * size[0]).hypot(position[1] + n * size[1]);
                 sum += if r > 0.0 { libm::erfc(alpha * r) / r } else { -2.0 * alpha / PI.sqrt() };
                 let (q_x, q_y) = (2.0 * PI * m / size[0], 2.0 * PI * n / size[1]);
                 let q = q_x.hypot(q_y);
                 if q > 0.0 {
-                    let wave = (q_x * place[0] + q_y * place[1]).cos();
+                    let wave = (q_x * position[0] + q_y * position[1]).cos();
                     sum += 2.0 * PI / area * libm::erfc(q / (2.0 * alpha)) / q * wave;
                 }
             }
@@ -385,14 +383,14 @@ mod tests {
 
     #[test]
     fn images_of_a_force_in_a_square_cell_raise_it_by_madelungs_constant() {
-        // Of the square lattice in a neutralizing background: −3.900264920… over the side.
+        // Square lattice in a neutralizing background: −3.900264920… divided by the side.
         let own = Body::new(square(32, 1.0)).displace([5].into_iter(), &[1.0])[0];
         assert!((own + 3.900_264_920_001_956 / PI).abs() < 1e-11, "{own}");
     }
 
     #[test]
     fn near_a_force_the_body_is_boussinesqs() {
-        // What images add is even and starts with r².
+        // The contribution of images is even and starts with r².
         let found = Body::new(square(512, 1.0)).displace([0, 3].into_iter(), &[1.0, 0.0]);
         let (own, near, r) = (found[0], found[1], 3.0 / 512.0);
         assert!(((near - own) * PI * r - 1.0).abs() < 5.0 * r * r * r);

@@ -1,39 +1,40 @@
-//! The summits of a surface: nodes above their eight neighbours, with place, height and principal
-//! curvatures of the paraboloid there; the ellipses on which they touch, which of these overlap,
-//! and their pressures on a mesh.
+//! Summits of a surface, and their contact ellipses.
 //!
-//! Derivatives are central differences of fourth order, exact on a paraboloid; of a wave of n nodes
-//! the curvature is too small by the share (2π/n)⁴/90, 0.4 % at eight nodes and 7 % at four.
+//! A summit is a node above its eight neighbours. Its position, height and principal curvatures are
+//! those of the osculating paraboloid. Derivatives are central differences of fourth order, exact
+//! on a paraboloid. For a wave of n nodes, the curvature is too small by the fraction (2π/n)⁴/90:
+//! 0.4 % for eight nodes and 7 % for four.
 
 use std::f64::consts::PI;
 
 use crate::grid::Grid;
 use crate::theory::models::hertz::Ellipse;
 
-/// The least ratio of the principal curvatures. On a coarse mesh a node above its neighbours may
-/// have a paraboloid that is a saddle; its contact is taken for one that is a hundred times as bent
-/// across.
+/// Lower limit of the ratio of the principal curvatures.
+///
+/// On a coarse grid, the paraboloid of a summit can be a saddle. The limit replaces its smaller
+/// curvature.
 const LEAST_RATIO: f64 = 0.01;
 
-/// A summit, in the units of [`Asperities`](super::Asperities).
+/// A summit in the units of [`Asperities`](super::Asperities).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summit {
     pub node: usize,
-    /// Where it is, in longer sides along x and y.
-    pub place: [f64; 2],
+    /// Position along x and y, in units of L.
+    pub position: [f64; 2],
     pub height: f64,
-    /// C in F = C d^(3/2).
+    /// Factor C in F = C d^(3/2).
     pub stiffness: f64,
-    /// B in area = B d.
-    pub spread: f64,
-    /// Minor over major axis of the ellipse.
+    /// Factor B in area = B d.
+    pub area_factor: f64,
+    /// Ratio of the minor to the major axis of the ellipse.
     pub axis_ratio: f64,
-    /// Direction of the major axis, that of the smaller curvature, as an angle from x.
+    /// Angle of the major axis (the direction of the smaller curvature) to the x axis.
     pub angle: f64,
 }
 
-/// The summits, in the order of their nodes.
-pub fn of(grid: Grid, heights: &[f64]) -> Vec<Summit> {
+/// Finds the summits, in the order of their nodes.
+pub fn find(grid: Grid, heights: &[f64]) -> Vec<Summit> {
     let map = Map { grid, heights };
     let nodes = 0..grid.count();
     nodes.filter(|&node| map.is_summit(node)).map(|node| map.summit(node)).collect()
@@ -44,14 +45,14 @@ struct Map<'a> {
     heights: &'a [f64],
 }
 
-/// First derivative, times 12.
+/// Stencil of the first derivative, times 12.
 const FIRST: [(isize, f64); 4] = [(-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)];
 
-/// Second derivative, times 12.
+/// Stencil of the second derivative, times 12.
 const SECOND: [(isize, f64); 5] = [(-2, -1.0), (-1, 16.0), (0, -30.0), (1, 16.0), (2, -1.0)];
 
 impl Map<'_> {
-    /// The height of a neighbour, around the cell.
+    /// Returns the height at a periodic offset from a node.
     fn at(&self, node: usize, [right, up]: [isize; 2]) -> f64 {
         let [nodes_x, nodes_y] = self.grid.nodes();
         let [i, j] = self.grid.indices(node);
@@ -84,25 +85,26 @@ impl Map<'_> {
         let bends =
             [-along(&SECOND, 0) / (step_x * step_x), -along(&SECOND, 1) / (step_y * step_y)];
         let twist = -twist.sum::<f64>() / (144.0 * step_x * step_y);
-        let curvatures = Curvatures::of(bends, twist);
-        let top = top(slopes, bends, twist, [step_x, step_y]);
+        let curvatures = Curvatures::new(bends, twist);
+        let top = paraboloid_top(slopes, bends, twist, [step_x, step_y]);
         let [i, j] = self.grid.indices(node);
-        let ellipse = Ellipse::of_curvature_ratio(curvatures.ratio);
+        let ellipse = Ellipse::from_curvature_ratio(curvatures.ratio);
         Summit {
             node,
-            place: [i as f64 * step_x + top[0], j as f64 * step_y + top[1]],
+            position: [i as f64 * step_x + top[0], j as f64 * step_y + top[1]],
             height: self.heights[node] + 0.5 * (slopes[0] * top[0] + slopes[1] * top[1]),
             stiffness: 4.0 / 3.0 * ellipse.load_factor / curvatures.mean.sqrt(),
-            spread: PI * ellipse.area_factor / curvatures.mean,
+            area_factor: PI * ellipse.area_factor / curvatures.mean,
             axis_ratio: ellipse.axis_ratio,
             angle: curvatures.angle,
         }
     }
 }
 
-/// Where the paraboloid is highest, from its node; the node itself where that is a mesh step away
-/// or more, or nowhere.
-fn top(slopes: [f64; 2], bends: [f64; 2], twist: f64, steps: [f64; 2]) -> [f64; 2] {
+/// Returns the offset of the top of the paraboloid from its node.
+///
+/// The offset is zero if the paraboloid has no maximum within one step of the grid.
+fn paraboloid_top(slopes: [f64; 2], bends: [f64; 2], twist: f64, steps: [f64; 2]) -> [f64; 2] {
     let determinant = bends[0] * bends[1] - twist * twist;
     let top = [
         (bends[1] * slopes[0] - twist * slopes[1]) / determinant,
@@ -112,17 +114,17 @@ fn top(slopes: [f64; 2], bends: [f64; 2], twist: f64, steps: [f64; 2]) -> [f64; 
     if determinant > 0.0 && is_near { top } else { [0.0; 2] }
 }
 
-/// Principal curvatures, positive where the surface bends down.
+/// Principal curvatures of a summit, positive for a convex surface.
 struct Curvatures {
     mean: f64,
-    /// The smaller over the larger.
+    /// Ratio of the smaller to the larger curvature.
     ratio: f64,
-    /// Direction of the smaller.
+    /// Angle of the direction of the smaller curvature to the x axis.
     angle: f64,
 }
 
 impl Curvatures {
-    fn of([along_x, along_y]: [f64; 2], twist: f64) -> Curvatures {
+    fn new([along_x, along_y]: [f64; 2], twist: f64) -> Curvatures {
         let middle = 0.5 * (along_x + along_y);
         let half = 0.5 * (along_x - along_y);
         let difference = (half * half + twist * twist).sqrt();
@@ -131,39 +133,39 @@ impl Curvatures {
         Curvatures {
             mean: 0.5 * larger * (1.0 + ratio),
             ratio,
-            // The larger one is along half the angle of (half, twist).
+            // The direction of the larger curvature is half the angle of (half, twist).
             angle: 0.5 * libm::atan2(twist, half) + 0.5 * PI,
         }
     }
 }
 
-/// Golden sections: 0.618²⁴ is 1e-5.
+/// Number of golden-section steps; 0.618²⁴ is 1e-5.
 const SECTIONS: usize = 24;
 
-/// The ellipse on which a summit touches.
+/// Contact ellipse of a summit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Its centre, in longer sides.
-    pub place: [f64; 2],
-    /// Major and minor semi-axis.
+    /// Position of the centre, in units of L.
+    pub position: [f64; 2],
+    /// Major and minor semi-axes.
     pub axes: [f64; 2],
-    /// Direction of the major axis, as cosine and sine.
+    /// Cosine and sine of the angle of the major axis.
     pub direction: [f64; 2],
     pub area: f64,
-    /// Pressure in the middle: 3/2 of the mean.
+    /// Pressure in the centre, 3/2 of the mean.
     pub peak_pressure: f64,
 }
 
-/// The ellipses of summits with a positive overlap.
+/// Returns the contact ellipses of the summits with a positive approach.
 pub fn contacts(summits: &[Summit], overlaps: &[f64]) -> Vec<Contact> {
     let touching = summits.iter().zip(overlaps);
     let touching = touching.filter(|(_, overlap)| **overlap > 0.0);
     let contact = |(summit, &overlap): (&Summit, &f64)| {
-        let area = summit.spread * overlap;
+        let area = summit.area_factor * overlap;
         let major = (area / (PI * summit.axis_ratio)).sqrt();
         let force = summit.stiffness * overlap * overlap.sqrt();
         Contact {
-            place: summit.place,
+            position: summit.position,
             axes: [major, summit.axis_ratio * major],
             direction: [libm::cos(summit.angle), libm::sin(summit.angle)],
             area,
@@ -174,7 +176,7 @@ pub fn contacts(summits: &[Summit], overlaps: &[f64]) -> Vec<Contact> {
 }
 
 impl Contact {
-    /// The symmetric matrix with the squares of the semi-axes as eigenvalues: xx, xy, yy.
+    /// Returns xx, xy and yy of the matrix whose eigenvalues are the squares of the semi-axes.
     fn squares(&self) -> [f64; 3] {
         let [cosine, sine] = self.direction;
         let [major, minor] = self.axes.map(|axis| axis * axis);
@@ -185,11 +187,11 @@ impl Contact {
         ]
     }
 
-    /// Whether two ellipses have a point in common, the other one's centre lying `apart` from this
-    /// one's: they have none if and only if the contact function of Perram & Wertheim (1985)
-    /// exceeds one.
-    fn overlaps(&self, other: &Contact, apart: [f64; 2]) -> bool {
-        let distance = apart[0].hypot(apart[1]);
+    /// Returns `true` if two ellipses overlap; `offset` is from the centre of this to the other.
+    ///
+    /// They overlap if the contact function of Perram & Wertheim (1985) is at most one.
+    fn overlaps(&self, other: &Contact, offset: [f64; 2]) -> bool {
+        let distance = offset[0].hypot(offset[1]);
         if distance > self.axes[0] + other.axes[0] {
             return false;
         }
@@ -200,16 +202,16 @@ impl Contact {
         let separation = |share: f64| {
             let mixed: [f64; 3] = std::array::from_fn(|i| (1.0 - share) * one[i] + share * two[i]);
             let [xx, xy, yy] = mixed;
-            let [x, y] = apart;
+            let [x, y] = offset;
             let form = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy);
             share * (1.0 - share) * form
         };
-        greatest(separation) <= 1.0
+        maximum(separation) <= 1.0
     }
 }
 
-/// The greatest value of a concave function on [0, 1].
-fn greatest(function: impl Fn(f64) -> f64) -> f64 {
+/// Returns the maximum of a concave function on [0, 1], by golden-section search.
+fn maximum(function: impl Fn(f64) -> f64) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut low, mut high) = (0.0, 1.0);
     let inner = |low: f64, high: f64| (high - golden * (high - low), low + golden * (high - low));
@@ -231,23 +233,23 @@ fn greatest(function: impl Fn(f64) -> f64) -> f64 {
     at_left.max(at_right)
 }
 
-/// For each contact, whether its ellipse overlaps another, around the cell.
+/// Returns for each contact whether its ellipse overlaps another in the periodic cell.
 pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     let size = grid.cell().aspect().map(|aspect| 1.0 / aspect);
     let largest = contacts.iter().map(|contact| contact.axes[0]).fold(0.0, f64::max);
     let boxes = Boxes::new(size, 2.0 * largest, contacts);
     let mut overlaps = vec![false; contacts.len()];
     for (one, contact) in contacts.iter().enumerate() {
-        for other in boxes.around(contact.place) {
-            // Each pair once, and none with itself; what is known of both needs no second look.
+        for other in boxes.around(contact.position) {
+            // Visits each pair once; skips pairs of contacts that are both known to overlap.
             if other <= one || (overlaps[one] && overlaps[other]) {
                 continue;
             }
-            let apart = [0, 1].map(|axis| {
-                let by = contacts[other].place[axis] - contact.place[axis];
+            let offset = [0, 1].map(|axis| {
+                let by = contacts[other].position[axis] - contact.position[axis];
                 by - size[axis] * (by / size[axis]).round()
             });
-            if contact.overlaps(&contacts[other], apart) {
+            if contact.overlaps(&contacts[other], offset) {
                 overlaps[one] = true;
                 overlaps[other] = true;
             }
@@ -256,37 +258,37 @@ pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     overlaps
 }
 
-/// Contacts by the box in which they lie; whoever may overlap lies in the same box or a neighbour.
+/// Cell list of the contacts; overlapping contacts are in the same or in neighbouring boxes.
 struct Boxes {
     size: [f64; 2],
     counts: [usize; 2],
     members: Vec<Vec<usize>>,
 }
 
-/// More boxes than this along a side would take longer to look at than contacts do.
-const MOST_BOXES: f64 = 256.0;
+/// Largest number of boxes along a side; with more, visiting boxes dominates the time.
+const MAX_BOXES: f64 = 256.0;
 
 impl Boxes {
     fn new(size: [f64; 2], least: f64, contacts: &[Contact]) -> Boxes {
-        let counts = size.map(|side| (side / least).clamp(1.0, MOST_BOXES) as usize);
+        let counts = size.map(|side| (side / least).clamp(1.0, MAX_BOXES) as usize);
         let mut boxes = Boxes { size, counts, members: vec![Vec::new(); counts[0] * counts[1]] };
         for (index, contact) in contacts.iter().enumerate() {
-            let [i, j] = boxes.of(contact.place);
+            let [i, j] = boxes.indices(contact.position);
             boxes.members[i * counts[1] + j].push(index);
         }
         boxes
     }
 
-    fn of(&self, place: [f64; 2]) -> [usize; 2] {
+    fn indices(&self, position: [f64; 2]) -> [usize; 2] {
         [0, 1].map(|axis| {
-            let turns = (place[axis] / self.size[axis]).rem_euclid(1.0);
+            let turns = (position[axis] / self.size[axis]).rem_euclid(1.0);
             ((turns * self.counts[axis] as f64) as usize).min(self.counts[axis] - 1)
         })
     }
 
-    /// The contacts in the box of a place and those around it, each once.
-    fn around(&self, place: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
-        let [i, j] = self.of(place);
+    /// Iterates over the contacts in the box of a position and in its neighbours, each once.
+    fn around(&self, position: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
+        let [i, j] = self.indices(position);
         let near = |index: usize, count: usize| {
             let mut near: Vec<usize> = [count - 1, 0, 1].map(|by| (index + by) % count).to_vec();
             near.sort_unstable();
@@ -300,8 +302,10 @@ impl Boxes {
     }
 }
 
-/// Writes the pressure of every node: p √(1 − s²) within an ellipse, the sum where several overlap.
-/// A contact smaller than a mesh step may have no node.
+/// Writes the Hertz pressure p √(1 − s²) of each ellipse at the nodes; overlapping pressures add
+/// up.
+///
+/// A contact smaller than a step of the grid may contain no node.
 pub fn draw(grid: Grid, contacts: &[Contact], pressure: &mut [f64]) {
     pressure.fill(0.0);
     let [nodes_x, nodes_y] = grid.nodes();
@@ -311,14 +315,14 @@ pub fn draw(grid: Grid, contacts: &[Contact], pressure: &mut [f64]) {
         let [cosine, sine] = contact.direction;
         let half = [(major * cosine).hypot(minor * sine), (major * sine).hypot(minor * cosine)];
         let range = |axis: usize| {
-            let low = ((contact.place[axis] - half[axis]) / steps[axis]).ceil() as isize;
-            let high = ((contact.place[axis] + half[axis]) / steps[axis]).floor() as isize;
+            let low = ((contact.position[axis] - half[axis]) / steps[axis]).ceil() as isize;
+            let high = ((contact.position[axis] + half[axis]) / steps[axis]).floor() as isize;
             low..=high
         };
         for i in range(0) {
             for j in range(1) {
-                let x = i as f64 * steps[0] - contact.place[0];
-                let y = j as f64 * steps[1] - contact.place[1];
+                let x = i as f64 * steps[0] - contact.position[0];
+                let y = j as f64 * steps[1] - contact.position[1];
                 let along = (cosine * x + sine * y) / major;
                 let across = (cosine * y - sine * x) / minor;
                 let inside = 1.0 - along * along - across * across;
@@ -337,7 +341,7 @@ mod tests {
     use super::*;
     use crate::grid::samples::square;
 
-    /// −(a x² + b y²)/2 turned by an angle, its top between nodes.
+    /// Returns −(a x² + b y²)/2, rotated by an angle about its top.
     fn paraboloid(grid: Grid, [a, b]: [f64; 2], angle: f64, top: [f64; 2]) -> Vec<f64> {
         let (sine, cosine) = angle.sin_cos();
         let height = |node: usize| {
@@ -355,17 +359,17 @@ mod tests {
         let grid = square(32, 1.0);
         let top = [0.5 + 0.3 / 32.0, 0.5 - 0.4 / 32.0];
         let heights = paraboloid(grid, [2.0, 5.0], 0.4, top);
-        let summits = of(grid, &heights);
+        let summits = find(grid, &heights);
         assert_eq!(summits.len(), 1);
         let summit = summits[0];
-        for (place, top) in summit.place.iter().zip(top) {
-            assert!((place - top).abs() < 1e-13);
+        for (position, top) in summit.position.iter().zip(top) {
+            assert!((position - top).abs() < 1e-13);
         }
         assert!(summit.height.abs() < 1e-14);
-        let ellipse = Ellipse::of_curvature_ratio(0.4);
+        let ellipse = Ellipse::from_curvature_ratio(0.4);
         assert!((summit.axis_ratio - ellipse.axis_ratio).abs() < 1e-10);
-        assert!((summit.spread - PI * ellipse.area_factor / 3.5).abs() < 1e-10);
-        // The smaller curvature lies along the turned x.
+        assert!((summit.area_factor - PI * ellipse.area_factor / 3.5).abs() < 1e-10);
+        // The direction of the smaller curvature is that of the rotated x axis.
         assert!(((summit.angle - 0.4) / PI).fract().abs() < 1e-10);
     }
 
@@ -377,13 +381,13 @@ mod tests {
             .map(|node| grid.indices(node))
             .map(|[i, j]| wave(i) + wave(j))
             .collect();
-        assert_eq!(of(grid, &heights).len(), 9);
-        assert!(of(grid, &vec![1.0; grid.count()]).is_empty());
+        assert_eq!(find(grid, &heights).len(), 9);
+        assert!(find(grid, &vec![1.0; grid.count()]).is_empty());
     }
 
-    fn contact(place: [f64; 2], axes: [f64; 2], angle: f64) -> Contact {
+    fn contact(position: [f64; 2], axes: [f64; 2], angle: f64) -> Contact {
         Contact {
-            place,
+            position,
             axes,
             direction: [angle.cos(), angle.sin()],
             area: PI * axes[0] * axes[1],
@@ -402,7 +406,7 @@ mod tests {
         let circle = |x| contact([x, 0.5], [0.1, 0.1], 0.3);
         assert!(both_overlap(circle(0.2), circle(0.399)));
         assert!(!both_overlap(circle(0.2), circle(0.401)));
-        // Around the cell.
+        // Across the boundary of the cell.
         assert!(both_overlap(circle(0.05), circle(0.86)));
     }
 
@@ -411,7 +415,7 @@ mod tests {
         let ellipse = |x, angle| contact([x, 0.5], [0.2, 0.05], angle);
         assert!(both_overlap(ellipse(0.3, 0.0), ellipse(0.69, 0.0)));
         assert!(!both_overlap(ellipse(0.3, 0.0), ellipse(0.71, 0.0)));
-        // Side by side their minor axes count, across each other one of each.
+        // Both minor axes, then one major and one minor axis.
         let across = 0.5 * PI;
         assert!(both_overlap(ellipse(0.3, across), ellipse(0.399, across)));
         assert!(!both_overlap(ellipse(0.3, across), ellipse(0.401, across)));

@@ -1,4 +1,4 @@
-//! Asperities against closed forms, against each other, and against the solver.
+//! Tests of asperities against closed forms, against each other and against the solver.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use crate::topography::random::samples;
 
 const SETTINGS: Settings = Settings { tolerance: 1e-12, pair_limit: 500 };
 
-/// Spheres of curvature `bend` at some nodes, each as wide as it is the highest.
+/// Returns the upper envelope of spheres of curvature `bend` with given tops.
 fn spheres(grid: Grid, bend: f64, tops: &[[f64; 2]]) -> Vec<f64> {
     let around = |by: f64| by - by.round();
     let height = |node: usize| {
@@ -32,7 +32,7 @@ fn press(grid: Grid, heights: &[f64], interaction: Interaction, load: f64) -> As
     outcome
 }
 
-/// Height of the plane over that of the tops, which are at zero.
+/// Returns the height of the reference plane relative to the tops, which are at zero.
 fn plane(outcome: &AsperityOutcome, heights: &[f64]) -> f64 {
     outcome.outcome.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64
 }
@@ -67,11 +67,10 @@ fn two_asperities_displace_each_other_as_two_forces_do() {
     let found = press(grid, &heights, Interaction::Explicit, load);
     assert_eq!(found.contacts, 2);
     let depth = (0.375 * load * bend.sqrt()).powf(2.0 / 3.0);
-    // Each is displaced by the other's F/(π r), and by the images of both, a distance of a cell
-    // away.
+    // Each is displaced by F/(π r) of the other, and by the periodic images of both.
     let images = 2.0 * 3.900_264_920_001_956 / PI;
     let displaced = 0.5 * load * (1.0 / (PI * apart) - images);
-    // What images add to that is even in r.
+    // The contribution of images is even in r.
     let tolerance = 0.5 * load * 3.0 * apart * apart;
     assert!((plane(&found, &heights) + depth + displaced).abs() < tolerance);
     let alone = press(grid, &heights, Interaction::None, load);
@@ -88,12 +87,12 @@ fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
     let solved = solver.press(load, &Settings::default(), &|| false);
     let solved_plane = solved.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64;
     let plane = plane(&model, &heights);
-    // The contact is 21 nodes wide. The mesh displaces by a share of a step's slope: second order.
+    // The contact is 21 nodes wide. The error of the mesh is of second order.
     assert!((plane / solved_plane - 1.0).abs() < 4e-3, "{plane} {solved_plane}");
-    // Without its images the sphere would be this much deeper: ten times as far off.
+    // Without periodic images, the difference would be ten times as large.
     let images = 3.900_264_920_001_956 / PI * load;
     assert!(images > 0.02 * plane.abs(), "{images} {plane}");
-    // Nodes are counted: first order in the mesh, a tenth of the edge's nodes.
+    // The area is counted in nodes, with an error of first order: a tenth of the edge nodes.
     let area = solved.contact_nodes as f64 / grid.count() as f64;
     assert!((model.area_fraction / area - 1.0).abs() < 0.05, "{} {area}", model.area_fraction);
     let traced = model.outcome.contact_nodes as f64 / grid.count() as f64;

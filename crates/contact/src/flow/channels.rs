@@ -1,8 +1,8 @@
 //! Links between neighbouring nodes of a periodic map of gaps, and the channels that percolate.
 //!
-//! A maximum spanning forest of the links (Kruskal) carries the residuals of a solution to the roots
-//! with little dissipation. It also assigns a periodic image of the cell to each node. A channel
-//! percolates if a link outside the forest joins nodes of inconsistent images.
+//! A maximum spanning forest of the links (Kruskal) carries the residuals of a solution to the
+//! roots with little dissipation. It also assigns a periodic image of the cell to each node. A
+//! channel percolates if a link outside the forest joins nodes of inconsistent images.
 
 use super::graph::Graph;
 use crate::grid::Grid;

@@ -1,8 +1,8 @@
 //! Graph of resistors, and its matrix from potentials to currents.
 //!
-//! One node of each channel is linked to the ground (potential zero), so that the matrix is regular.
-//! No current flows to the ground if the given currents sum to zero. Potentials and currents are
-//! pairs for the flows along x and y, because access to the matrix dominates the time.
+//! One node of each channel is linked to the ground (potential zero), so that the matrix is
+//! regular. No current flows to the ground if the given currents sum to zero. Potentials and
+//! currents are pairs for the flows along x and y, because access to the matrix dominates the time.
 //!
 //! [`Factors`] solves a small graph directly. [`Search`] holds the conjugate direction for a large
 //! graph.

@@ -7,11 +7,11 @@
 //! currents of a weakly linked part of the map are small but determine the flow. The coarsest level
 //! is solved directly.
 //!
-//! Nodes of the coarser graph are aggregates of strongly linked nodes. Each node joins the neighbour
-//! without aggregate to which it has the best link. If another of its links is much better, it joins
-//! the aggregate of that neighbour. This is the pairwise aggregation of Notay (*Electron. Trans.
-//! Numer. Anal.* 37, 2010, 123) for matrices with zero row sums. Two passes give about four nodes per
-//! aggregate.
+//! Nodes of the coarser graph are aggregates of strongly linked nodes. Each node joins the
+//! neighbour without aggregate to which it has the best link. If another of its links is much
+//! better, it joins the aggregate of that neighbour. This is the pairwise aggregation of Notay
+//! (*Electron. Trans. Numer. Anal.* 37, 2010, 123) for matrices with zero row sums. Two passes give
+//! about four nodes per aggregate.
 
 use super::channels::NONE;
 use super::graph::{Factors, Graph, Pair, Search, add};

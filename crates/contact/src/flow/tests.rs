@@ -153,8 +153,8 @@ fn conductivity_is_positive_exactly_where_the_gap_percolates() {
 
 #[test]
 fn a_single_constriction_determines_the_conductivity() {
-    // A wall with one open node of gap 1e-5 in a film of gap 1: two links in series, each with twice
-    // the conductance of that node.
+    // A wall with one open node of gap 1e-5 in a film of gap 1: two links in series, each with
+    // twice the conductance of that node.
     let nodes = 40;
     let gap = |i: usize, j: usize| match (i, j) {
         (7, 13) => 1e-5,

@@ -7,9 +7,9 @@ use crate::grid::{Boundary, Grid};
 
 /// Numbers of contact nodes, switches and edge nodes of a contact map.
 ///
-/// A switch is a change between contact and gap from a node to its neighbour. On a periodic map, all
-/// nodes have neighbours on all sides. On an isolated map, nodes at an edge have no neighbour beyond
-/// it, and this does not make them edge nodes of the contact.
+/// A switch is a change between contact and gap from a node to its neighbour. On a periodic map,
+/// all nodes have neighbours on all sides. On an isolated map, nodes at an edge have no neighbour
+/// beyond it, and this does not make them edge nodes of the contact.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -169,8 +169,8 @@ impl Row {
 
 /// Coefficient π/8 of eq. (corrected_area) of Yastrebov, Anciaux & Molinari 2015.
 ///
-/// The corrected area is the mean of the areas with and without edge nodes. For solved contacts, the
-/// correction is three to four times as large as the error.
+/// The corrected area is the mean of the areas with and without edge nodes. For solved contacts,
+/// the correction is three to four times as large as the error.
 pub const PI_OVER_EIGHT: f64 = PI / 8.0;
 
 /// Coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161.
@@ -185,12 +185,12 @@ pub fn edge_fraction(switches: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
 
 /// Numbers of nodes and switches from which the contact area is corrected for the mesh.
 ///
-/// A contact node counts with its whole cell, although the edge of the contact crosses the cell. The
-/// corrected fraction is a − c S_d Δx/(L_x L_y) with the Manhattan perimeter S_d and a coefficient
-/// c. The coefficients are valid for square cells.
+/// A contact node counts with its whole cell, although the edge of the contact crosses the cell.
+/// The corrected fraction is a − c S_d Δx/(L_x L_y) with the Manhattan perimeter S_d and a
+/// coefficient c. The coefficients are valid for square cells.
 ///
-/// The error of the area is mechanical: the mesh changes the solved contact. Counting nodes inside a
-/// given curve has no bias, on cells of any aspect ratio. The error depends on the direction of
+/// The error of the area is mechanical: the mesh changes the solved contact. Counting nodes inside
+/// a given curve has no bias, on cells of any aspect ratio. The error depends on the direction of
 /// edges and therefore on the aspect ratio of cells. For Hertz contacts on a free half-space, with
 /// radii of 4 to 20 nodes, the measured errors are:
 ///
@@ -225,8 +225,8 @@ impl CountedArea {
 
     /// Returns the lower and the upper bound of the fraction: without and with the edge nodes.
     ///
-    /// The area of the edge nodes is π/4 S_d Δx. The lower bound is at least zero. If it is positive,
-    /// the fraction corrected with π/8 is the mean of both bounds.
+    /// The area of the edge nodes is π/4 S_d Δx. The lower bound is at least zero. If it is
+    /// positive, the fraction corrected with π/8 is the mean of both bounds.
     pub fn bounds(&self) -> [f64; 2] {
         let edge = self.absolute_error(PI / 4.0);
         [(self.fraction() - edge).max(0.0), self.fraction()]
@@ -355,8 +355,8 @@ mod tests {
         assert!(
             (area.euclidean_perimeter(grids::square(64, 1.0)) / circumference - 1.0).abs() < 1e-14
         );
-        // The correction of 2015, relative to the area, is one step divided by the radius. The number
-        // of nodes in the disc is accurate to a few of 1320.
+        // The correction of 2015, relative to the area, is one step divided by the radius. The
+        // number of nodes in the disc is accurate to a few of 1320.
         let error = area.counted().relative_error(PI_OVER_EIGHT).unwrap();
         assert!((error * radius - 1.0).abs() < 0.01);
         // Edge nodes by 4 neighbours miss diagonal steps: √2/2 per switch.

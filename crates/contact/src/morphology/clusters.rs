@@ -2,9 +2,9 @@
 //!
 //! A cluster is a set of nodes that are connected through their 4 nearest neighbours. Rows are cut
 //! into runs of adjacent nodes, and a union-find joins the runs. Each link stores how often it
-//! crosses the boundary of the periodic cell. A cluster percolates (wraps around the cell) if it has
-//! a closed chain of links whose crossings do not cancel. On an isolated map, a cluster percolates if
-//! it touches two opposite edges.
+//! crosses the boundary of the periodic cell. A cluster percolates (wraps around the cell) if it
+//! has a closed chain of links whose crossings do not cancel. On an isolated map, a cluster
+//! percolates if it touches two opposite edges.
 
 mod each;
 
@@ -56,7 +56,8 @@ impl Clusters {
         Self::of_rows(map, |_| ())
     }
 
-    /// Finds the clusters of nodes not in contact; a fluid leaks along the axes that one percolates.
+    /// Finds the clusters of nodes not in contact; a fluid leaks along the axes that one
+    /// percolates.
     pub fn of_gap(map: &ContactMap) -> Self {
         Self::of_rows(map, |row| {
             row.iter_mut().for_each(|word| *word = !*word);

@@ -74,8 +74,8 @@ impl ContactMap {
     /// Decodes the ⌈N_x N_y/8⌉ bytes of [`ContactMap::to_bytes`].
     ///
     /// # Errors
-    /// Fails if the number of bytes does not match, if a side has no node or 2³² nodes or more, or if
-    /// a bit after the last node is set.
+    /// Fails if the number of bytes does not match, if a side has no node or 2³² nodes or more, or
+    /// if a bit after the last node is set.
     pub fn from_bytes(nodes: [usize; 2], bytes: &[u8]) -> Result<Self, MapError> {
         let counts = |side: usize| side > 0 && u32::try_from(side).is_ok();
         if let Some(side) = nodes.into_iter().find(|side| !counts(*side)) {
@@ -99,8 +99,8 @@ impl ContactMap {
 
     /// Sets the boundary condition.
     ///
-    /// With [`Boundary::Free`], nodes at an edge have no neighbour beyond it, and the edge of the map
-    /// is not an edge of the contact.
+    /// With [`Boundary::Free`], nodes at an edge have no neighbour beyond it, and the edge of the
+    /// map is not an edge of the contact.
     pub fn with_boundary(self, boundary: Boundary) -> Self {
         Self { boundary, ..self }
     }

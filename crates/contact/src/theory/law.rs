@@ -1,28 +1,27 @@
-//! The contact evolution law: area against load with a proportionality at vanishing load and one
-//! power-law ageing of it.
+//! Contact evolution law: contact area against load with three parameters.
 //!
-//! App. C of Yastrebov, Anciaux & Molinari 2015 assumes that the mean contact pressure p̄ = p₀/A
-//! grows with the load as dp̄/dp₀ = β a^(μ−1), which integrates to
+//! The law is proportional at vanishing load. App. C of Yastrebov, Anciaux & Molinari 2015 assumes
+//! that the mean contact pressure p̄ = p₀/a, where a is the area fraction, grows with the load as
+//! dp̄/dp₀ = β a^(μ−1). This integrates to
 //!
 //! ```text
 //! a = [β + (κy)^(−μ)]^(−1/μ)
 //! ```
 //!
-//! Here a is the area fraction and y = p₀/(E*·rms slope) the load. All is computed in Y = κy and
-//! t = βY^μ, as a = Y(1 + t)^(−1/μ): the printed form overflows as y → 0.
+//! with the load y = p₀/(E* h′). The computation uses Y = κy and t = βY^μ in the form
+//! a = Y(1 + t)^(−1/μ), because the printed form overflows for y → 0.
 
-/// Proportionality of area and load at light load in the asperity model of Bush, Gibson & Thomas
-/// 1975: √(2π).
+/// Ratio a/y at vanishing load of the asperity model of Bush, Gibson & Thomas 1975: √(2π).
 pub const KAPPA_BGT: f64 = 2.506_628_274_631_000_5;
 
-/// Proportionality of area and load at light load in the theory of Persson 2001: √(8/π).
+/// Ratio a/y at vanishing load of the theory of Persson 2001: √(8/π).
 pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
 
-/// One contact evolution law, eq. (cel) of Yastrebov, Anciaux & Molinari 2015.
+/// Contact evolution law, eq. (cel) of Yastrebov, Anciaux & Molinari 2015.
 ///
-/// Loads are in units of E* × rms slope, areas are fractions of the apparent area, mean pressures
-/// are in units of E* × rms slope. All three parameters are positive. With β < 1 the area exceeds
-/// one at heavy load, so a law is trusted only where it was fitted.
+/// Loads and mean pressures are in units of E* h′, areas are fractions of the nominal area. All
+/// parameters are positive. With β < 1, the area exceeds one at heavy load. A law is therefore
+/// valid only in the range of its fit.
 ///
 /// ```
 /// use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
@@ -37,30 +36,32 @@ pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEvolution {
-    /// Slope of the area at zero load.
+    /// Slope κ of the area at zero load.
     pub kappa: f64,
-    /// Factor of the growth of the mean pressure; the area tends to β^(−1/μ).
+    /// Factor β of the growth of the mean pressure; the area tends to β^(−1/μ).
     pub beta: f64,
-    /// Exponent: the mean pressure grows as a^(μ−1).
+    /// Exponent μ: dp̄/dp₀ is proportional to a^(μ−1).
     pub mu: f64,
 }
 
 impl ContactEvolution {
-    /// Area fraction under a load ≥ 0.
+    /// Returns the area fraction under a load ≥ 0.
     #[inline]
     pub fn area(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         proportional * (-bend.ln_1p() / self.mu).exp()
     }
 
-    /// da/dy, eq. (cel_derivative): κ at zero load.
+    /// Returns the slope da/dy, eq. (cel_derivative); κ at zero load.
     #[inline]
     pub fn slope(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
         self.kappa * (-(1.0 + 1.0 / self.mu) * bend.ln_1p()).exp()
     }
 
-    /// d²a/dy², never positive; it diverges at zero load where μ < 1.
+    /// Returns the second derivative d²a/dy².
+    ///
+    /// It is not positive, and diverges at zero load if μ < 1.
     pub fn curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         let decay = (-(2.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
@@ -68,7 +69,7 @@ impl ContactEvolution {
         -self.kappa.powi(2) * (1.0 + self.mu) * bend_per_load * decay
     }
 
-    /// d³a/dy³, the convexity of the slope: positive where the slope is convex.
+    /// Returns the third derivative d³a/dy³, which is positive where the slope is convex.
     pub fn slope_curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         let decay = (-(3.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
@@ -76,20 +77,21 @@ impl ContactEvolution {
         scale * self.kappa.powi(3) * decay * ((1.0 - self.mu) + (2.0 + self.mu) * bend)
     }
 
-    /// The load under which the area fraction is `area`; `None` where the law never reaches it.
+    /// Returns the load at which the area fraction is `area`, or `None` if the law never reaches
+    /// it.
     pub fn load(&self, area: f64) -> Option<f64> {
         let remaining = -self.beta * area.powf(self.mu);
         (area >= 0.0 && remaining > -1.0)
             .then(|| area / self.kappa * (-remaining.ln_1p() / self.mu).exp())
     }
 
-    /// Mean contact pressure p̄ = y/a: 1/κ at zero load.
+    /// Returns the mean contact pressure p̄ = y/a in units of E* h′; 1/κ at zero load.
     pub fn mean_pressure(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
         (bend.ln_1p() / self.mu).exp() / self.kappa
     }
 
-    /// Derivatives of the area by (ln β, ln μ, ln κ), for least squares.
+    /// Returns the derivatives of the area with respect to ln β, ln μ and ln κ.
     #[inline]
     pub fn area_gradient(&self, load: f64) -> [f64; 3] {
         let Some(terms) = self.gradient_terms(load) else {
@@ -97,20 +99,20 @@ impl ContactEvolution {
         };
         let area = self.area(load);
         [
-            -area * terms.share / self.mu,
-            area * (terms.log_bend / self.mu - terms.share * terms.log_proportional),
-            area * (1.0 - terms.share),
+            -area * terms.deviation / self.mu,
+            area * (terms.log_bend / self.mu - terms.deviation * terms.log_proportional),
+            area * (1.0 - terms.deviation),
         ]
     }
 
-    /// Derivatives of the slope by (ln β, ln μ, ln κ), for least squares.
+    /// Returns the derivatives of the slope with respect to ln β, ln μ and ln κ.
     #[inline]
     pub fn slope_gradient(&self, load: f64) -> [f64; 3] {
         let Some(terms) = self.gradient_terms(load) else {
             return [0.0, 0.0, self.kappa];
         };
         let slope = self.slope(load);
-        let factor = (1.0 + self.mu) * terms.share;
+        let factor = (1.0 + self.mu) * terms.deviation;
         [
             -slope * factor / self.mu,
             slope * (terms.log_bend / self.mu - factor * terms.log_proportional),
@@ -118,21 +120,21 @@ impl ContactEvolution {
         ]
     }
 
-    /// Y = κy and t = βY^μ.
+    /// Returns Y = κy and t = βY^μ.
     #[inline]
     fn reduced(&self, load: f64) -> (f64, f64) {
         let proportional = self.kappa * load;
         (proportional, self.beta * proportional.powf(self.mu))
     }
 
-    /// `None` at zero load, where ln Y is infinite but comes with a vanishing factor.
+    /// Returns `None` at zero load, where ln Y is infinite but has a vanishing factor.
     #[inline]
     fn gradient_terms(&self, load: f64) -> Option<GradientTerms> {
         let (proportional, bend) = self.reduced(load);
         (proportional > 0.0).then(|| GradientTerms {
             log_proportional: proportional.ln(),
             log_bend: bend.ln_1p(),
-            share: bend / (1.0 + bend),
+            deviation: bend / (1.0 + bend),
         })
     }
 }
@@ -142,8 +144,8 @@ struct GradientTerms {
     log_proportional: f64,
     /// ln(1 + t).
     log_bend: f64,
-    /// t/(1 + t) = βa^μ, the share of the load that the proportionality no longer turns into area.
-    share: f64,
+    /// t/(1 + t) = βa^μ, the relative deviation of y da/dy from a.
+    deviation: f64,
 }
 
 #[cfg(test)]
@@ -167,8 +169,10 @@ mod tests {
         Ok(())
     }
 
-    /// Fourth-order central difference; with steps of 1e-3 of the load the truncation is of 1e-11
-    /// and the rounding of 1e-13 relative to f/f'y.
+    /// Returns the central difference of fourth order.
+    ///
+    /// With steps of 1e-3 of the load, the truncation error is 1e-11, and the rounding error is
+    /// 1e-13 relative to f/(f' y).
     fn derivative(function: impl Fn(f64) -> f64, at: f64, step: f64) -> f64 {
         let odd = |s: f64| function(at + s) - function(at - s);
         (8.0 * odd(step) - odd(2.0 * step)) / (12.0 * step)
@@ -184,7 +188,7 @@ mod tests {
         #[test]
         fn slope_satisfies_the_differential_equation(law in law(), load in 1e-6..3.0f64) {
             let area = law.area(load);
-            // The right side subtracts nearly equal terms at heavy load, hence relative to a.
+            // The tolerance is relative to a, because the right side cancels at heavy load.
             let left = load * law.slope(load);
             let right = area - law.beta * area.powf(1.0 + law.mu);
             prop_assert!((left - right).abs() < 1e-12 * area);
@@ -199,7 +203,7 @@ mod tests {
         #[test]
         fn load_inverts_the_area(law in law(), load in 1e-9..1.0f64) {
             let found = law.load(law.area(load)).expect("an area of the law is reached");
-            // The inverse is ill conditioned by 1 + βY^μ, and by 1/μ through the power.
+            // The condition number is (1 + βY^μ)/μ.
             let (_, bend) = law.reduced(load);
             close(found, load, 1e-14 * (1.0 + bend) / law.mu.min(1.0) * 10.0)?;
         }
@@ -263,7 +267,7 @@ mod tests {
     fn area_is_proportional_to_a_vanishing_load() {
         let law = ContactEvolution { kappa: 2.7, beta: 1.3, mu: 0.55 };
         for load in [1e-300, 1e-100, 1e-30] {
-            // What the law takes away is βY^μ/μ of the area: 1e-16 at the heaviest of these.
+            // The relative deviation βY^μ/μ is 1e-16 at the largest of these loads.
             assert!((law.area(load) / (law.kappa * load) - 1.0).abs() < 1e-14);
         }
         assert_eq!((law.area(0.0), law.slope(0.0)), (0.0, 2.7));
@@ -272,7 +276,7 @@ mod tests {
     #[test]
     fn area_saturates_at_one_only_with_a_prefactor_of_one() {
         let law = |beta| ContactEvolution { kappa: 2.5, beta, mu: 0.6 };
-        // ln Y = 70 cancels against ln(1 + t)/μ, each rounded.
+        // ln Y = 70 and ln(1 + t)/μ cancel.
         assert!((law(1.0).area(1e30) - 1.0).abs() < 1e-13);
         assert!((law(0.5).area(1e30) - 0.5f64.powf(-1.0 / 0.6)).abs() < 1e-13);
         assert_eq!(law(1.0).load(1.0), None);

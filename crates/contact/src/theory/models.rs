@@ -1,12 +1,10 @@
-//! Asperity models: rough contact as the sum of the Hertz contacts of summits that ignore each
-//! other.
+//! Asperity models: the contact of a rough surface as the sum of independent Hertz contacts.
 //!
-//! All of them see the roughness through Nayak's parameter α alone, once separations s are in units
-//! of the rms height √m0 and loads y = p₀/(E* h′) in those of the rms slope h′ = √(2 m2). Summits
-//! of one mean curvature have Gaussian heights; a model is a set of such classes, each a
-//! Greenwood-Williamson contact of its own, and what it takes for the shape of a summit.
-//! [`Asperities`] is the sum over these classes, at the separation at which it meets a load or an
-//! area.
+//! With separations s in units of the rms height √m0 and loads y = p₀/(E* h′) with the rms slope h′
+//! = √(2 m2), the contact depends on Nayak's parameter α alone. Summits of one mean curvature have
+//! Gaussian heights and form a class, a Greenwood-Williamson contact. The models differ in the
+//! shape of the summits. [`Asperities`] sums over the classes and finds the separation for a load
+//! or an area.
 
 use std::f64::consts::{PI, SQRT_2};
 use std::sync::LazyLock;
@@ -22,14 +20,14 @@ use hertz::{Ellipse, EllipticityMeans};
 use quadrature::GaussLegendre;
 use summits::{GaussianHeights, Summits};
 
-/// What a model takes for the summits.
+/// Asperity model: the assumption about the shape of the summits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AsperityModel {
-    /// Elliptic Hertz contacts of all summits (Bush, Gibson & Thomas 1975).
+    /// Elliptic Hertz contacts (Bush, Gibson & Thomas 1975).
     BushGibsonThomas,
-    /// Spheres of the geometric mean of the principal curvatures (Greenwood 2006).
+    /// Spheres with the geometric mean of the principal curvatures (Greenwood 2006).
     SimplifiedElliptic,
-    /// Spheres of the arithmetic mean of the principal curvatures, the Nayak-Thomas model.
+    /// Spheres with the arithmetic mean of the principal curvatures (Nayak-Thomas model).
     MeanCurvature,
     /// Spheres of one radius, R = (3/8)√(π/m4) (Greenwood & Williamson 1966), with the parameters
     /// of McCool 1986.
@@ -37,9 +35,9 @@ pub enum AsperityModel {
 }
 
 impl AsperityModel {
-    /// The c of κ = √(2π) (1 − c α/s² + O(s⁻⁴)), the secant at large separation.
+    /// Returns c in the secant κ = √(2π) (1 − c α/s² + O(s⁻⁴)) at large separation.
     ///
-    /// `None` for spheres of one radius, whose area is never proportional to the load.
+    /// Returns `None` for spheres of one radius, whose area is never proportional to the load.
     pub fn curvature_coefficient(self) -> Option<f64> {
         match self {
             Self::BushGibsonThomas => Some(19.0 / 108.0),
@@ -52,7 +50,7 @@ impl AsperityModel {
     fn ellipticity(self) -> Option<&'static EllipticityMeans> {
         static ELLIPSES: LazyLock<EllipticityMeans> = LazyLock::new(|| {
             EllipticityMeans::new(|ratio| {
-                let ellipse = Ellipse::of_curvature_ratio(ratio);
+                let ellipse = Ellipse::from_curvature_ratio(ratio);
                 (ellipse.area_factor, ellipse.load_factor)
             })
         });
@@ -73,24 +71,24 @@ impl AsperityModel {
     }
 }
 
-/// Largest separation: areas and loads are numbers up to there, of 1e-300.
+/// Largest separation; areas and loads of 1e-300 do not underflow there.
 const FARTHEST: f64 = 37.0;
 
-/// Standard deviations beyond which a normal density is below the rounding of what is within.
+/// Range of a normal density in standard deviations; the rest is below rounding.
 const REACH: f64 = 9.5;
 
-/// Nodes of each panel of mean curvatures: twice as many change areas and loads by 2e-12 at most.
+/// Number of nodes of each panel of mean curvatures; doubling it changes results by at most 2e-12.
 const NODES: u32 = 64;
 
-/// Far more than Newton's method takes, enough for bisection alone.
+/// Largest number of Newton steps; sufficient for bisection alone.
 const NEWTON_STEPS: usize = 200;
 
-/// Newton's steps are quadratic: after one of this size nothing but rounding is left.
-const SETTLED: f64 = 1e-9;
+/// Size of the last Newton step; quadratic convergence leaves only rounding errors.
+const LAST_STEP: f64 = 1e-9;
 
 static PANEL: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
 
-/// A model of the contact of one roughness.
+/// Asperity model for isotropic Gaussian roughness of one Nayak parameter.
 ///
 /// ```
 /// use std::f64::consts::TAU;
@@ -99,13 +97,13 @@ static PANEL: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODE
 /// use asperity_contact::theory::models::{Asperities, NotIsotropic};
 ///
 /// let model = Asperities::new(AsperityModel::BushGibsonThomas, 5.0)?;
-/// // κ = a/y is √(2π) at vanishing load, less the more summits touch.
+/// // The secant κ = a/y is √(2π) at vanishing load and decreases with the load.
 /// let [far, near] = [30.0, 2.0].map(|separation| model.at_separation(separation).secant());
 /// assert!((far / TAU.sqrt() - 1.0).abs() < 2e-3);
 /// assert!(near < far);
 /// let light = model.at_load(0.01).unwrap();
 /// assert!((light.load / 0.01 - 1.0).abs() < 1e-9);
-/// // No isotropic surface has a Nayak parameter below 3/2.
+/// // Nayak's parameter of an isotropic surface is at least 3/2.
 /// assert!(Asperities::new(AsperityModel::BushGibsonThomas, 1.4).is_err());
 /// # Ok::<(), NotIsotropic>(())
 /// ```
@@ -115,43 +113,48 @@ pub struct Asperities {
     summits: Summits,
 }
 
-/// A state of contact.
+/// State of contact at one separation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Height of the flat above the mean plane of the roughness, in units of its rms height.
+    /// Separation of the flat and the mean plane of the roughness, in units of the rms height.
     pub separation: f64,
-    /// Load y, in units of E* × rms slope.
+    /// Load y, in units of E* h′.
     pub load: f64,
-    /// Contact area over the apparent area; asperity models let it exceed one at heavy load.
+    /// Contact area divided by the nominal area; it can exceed one at heavy load.
     pub area: f64,
-    /// da/dy.
+    /// Slope da/dy.
     pub slope: f64,
-    /// −dy/ds, the normal stiffness in units of E* × rms slope / rms height.
+    /// Normal stiffness −dy/ds, in units of E* h′/rms height.
     pub stiffness: f64,
 }
 
 impl Contact {
-    /// κ = a/y, the secant of the area.
+    /// Returns the secant κ = a/y.
     pub fn secant(&self) -> f64 {
         self.area / self.load
     }
 
-    /// p̄ = y/a, in units of E* × rms slope.
+    /// Returns the mean contact pressure p̄ = y/a, in units of E* h′.
     pub fn mean_pressure(&self) -> f64 {
         self.load / self.area
     }
 }
 
-/// The surface is not one that an asperity model can describe.
+/// Error of a Nayak parameter that no isotropic surface has.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("Nayak's parameter is {nayak}, of an isotropic surface it is at least 3/2 and finite")]
+#[error(
+    "Nayak's parameter is {nayak}; for an isotropic surface it must be finite and at least 3/2"
+)]
 pub struct NotIsotropic {
-    /// What was given for it.
+    /// Rejected value of Nayak's parameter.
     pub nayak: f64,
 }
 
 impl Asperities {
-    /// The model for isotropic Gaussian roughness of Nayak's parameter α.
+    /// Creates the model for Nayak's parameter α.
+    ///
+    /// # Errors
+    /// Fails if α is below 3/2 or not finite.
     pub fn new(model: AsperityModel, nayak: f64) -> Result<Self, NotIsotropic> {
         if !(nayak >= 1.5 && nayak.is_finite()) {
             return Err(NotIsotropic { nayak });
@@ -160,9 +163,9 @@ impl Asperities {
         Ok(Self { model, summits })
     }
 
-    /// The contact with a flat at this separation from the mean plane, in units of the rms height.
+    /// Returns the contact at a separation, in units of the rms height.
     ///
-    /// From 37 on there is none but for underflow.
+    /// For separations of 37 and more, area and load underflow.
     pub fn at_separation(&self, separation: f64) -> Contact {
         let (mut area, mut area_rate, mut load, mut load_rate) = (0.0, 0.0, 0.0, 0.0);
         self.for_each_class(separation, |class| {
@@ -175,12 +178,12 @@ impl Asperities {
         Contact { separation, load, area, slope: area_rate / load_rate, stiffness: load_rate }
     }
 
-    /// The contact under a load > 0; `None` where numbers do not reach.
+    /// Returns the contact under a load, or `None` if the load is not positive or out of range.
     pub fn at_load(&self, load: f64) -> Option<Contact> {
         self.find(load, |contact| (contact.load, contact.stiffness / contact.load))
     }
 
-    /// The contact of an area fraction > 0; `None` where numbers do not reach.
+    /// Returns the contact with an area fraction, or `None` if it is not positive or out of range.
     pub fn at_area(&self, area: f64) -> Option<Contact> {
         self.find(area, |contact| {
             let decay = contact.slope * contact.stiffness;
@@ -188,16 +191,18 @@ impl Asperities {
         })
     }
 
-    /// The secant κ by its expansion at large separation, up to the square of its inverse.
+    /// Returns the secant κ expanded at large separation s, up to the order s⁻².
+    ///
+    /// Returns `None` for [`AsperityModel::GreenwoodWilliamson`].
     pub fn secant_at_large_separation(&self, separation: f64) -> Option<f64> {
         let coefficient = self.model.curvature_coefficient()?;
         Some(KAPPA_BGT * (1.0 - coefficient * self.summits.nayak() / separation.powi(2)))
     }
 
-    /// Solves for the separation at which a quantity meets the target.
+    /// Solves for the separation at which a quantity has the target value.
     ///
-    /// The closure gives the quantity and −d ln quantity/ds. The logarithm falls ever faster with
-    /// s, so that Newton's steps close in from one side; bisection catches what leaves the bracket.
+    /// The closure returns the quantity and −d ln quantity/ds. The logarithm is concave in s, so
+    /// that Newton's method converges from one side. Bisection replaces steps out of the bracket.
     fn find(&self, target: f64, quantity: impl Fn(&Contact) -> (f64, f64)) -> Option<Contact> {
         let newton_step = |contact: &Contact| {
             let (value, decay) = quantity(contact);
@@ -211,7 +216,7 @@ impl Asperities {
         while is_beyond(low) {
             (low, high) = (2.0 * low, low);
         }
-        // A start beyond the solution: the area is about half of the tail of the Gaussian.
+        // Starts beyond the solution; the area is about half of the tail of the Gaussian.
         let start = (-2.0 * (4.0 * target).ln()).max(0.0).sqrt();
         let mut contact = self.at_separation(start.clamp(low, high));
         for _ in 0..NEWTON_STEPS {
@@ -225,14 +230,14 @@ impl Asperities {
             let next = here + step;
             let is_inside = low <= next && next <= high;
             contact = self.at_separation(if is_inside { next } else { 0.5 * (low + high) });
-            if (contact.separation - here).abs() <= SETTLED * here.abs().max(1.0) {
+            if (contact.separation - here).abs() <= LAST_STEP * here.abs().max(1.0) {
                 break;
             }
         }
         Some(contact)
     }
 
-    /// Visits the classes of summits that touch at this separation, to rounding.
+    /// Calls `visit` for the classes of summits in contact at a separation, up to rounding.
     fn for_each_class(&self, separation: f64, mut visit: impl FnMut(Class)) {
         let Some(ellipticity) = self.model.ellipticity() else {
             visit(self.only_class());
@@ -243,13 +248,13 @@ impl Asperities {
         });
     }
 
-    /// Nodes and weights in the mean curvature, on panels in which the classes change smoothly.
+    /// Calls `visit` for nodes and weights of the mean curvature, on panels of smooth integrands.
     fn for_each_curvature(&self, separation: f64, mut visit: impl FnMut(f64, f64)) {
         let spread = self.summits.curvature_variance_at_a_height().sqrt();
         let lowest = separation.max(0.0);
         let start = (lowest - REACH * spread).max(0.0);
         let end = lowest.hypot(REACH) + REACH * spread;
-        // Here the mean height of a class passes the plane, abruptly if the heights spread little.
+        // The mean height of a class passes the plane here, abruptly if the deviation is small.
         let heights = self.summits.heights(1.0);
         let passing = separation / heights.mean;
         let transition = REACH * heights.deviation / heights.mean;
@@ -262,8 +267,8 @@ impl Asperities {
             }
         }
         if passed < end {
-            // The excess grows as powers 1/2 and 3/2 of the distance from `passing`: integrate in
-            // the root of the distance, counted from its first value.
+            // The excess grows as powers 1/2 and 3/2 of the distance from `passing`. The
+            // integration variable is the square root of the distance, less its first value.
             let first = (passed - passing).sqrt();
             let length = (end - passed) / ((end - passing).sqrt() + first);
             for (step, width) in PANEL.over(0.0, length) {
@@ -273,7 +278,7 @@ impl Asperities {
         }
     }
 
-    /// All summits whose mean curvature is within an interval.
+    /// Returns the class of summits whose mean curvature is in an interval of the given width.
     fn class(&self, ellipticity: &EllipticityMeans, mean_curvature: f64, width: f64) -> Class {
         let x = 1.5 * mean_curvature * mean_curvature / self.summits.m4;
         let (area, load) = ellipticity.at(x);
@@ -288,9 +293,9 @@ impl Asperities {
         }
     }
 
-    /// Spheres of one radius whose heights do not depend on the curvature (McCool 1986).
+    /// Returns spheres of one radius, whose heights do not depend on the curvature (McCool 1986).
     fn only_class(&self) -> Class {
-        /// As published; [`Summits::height_variance`] has more digits.
+        /// Published value; [`Summits::height_variance`] has more digits.
         const VARIANCE: f64 = 0.8968;
         let curvature = self.summits.mean_curvature();
         let summits = self.summits.per_area();
@@ -305,21 +310,21 @@ impl Asperities {
     }
 }
 
-/// Summits of one curvature.
+/// Class of summits of one mean curvature.
 struct Class {
-    /// Area fraction per mean excess of the heights.
+    /// Area fraction divided by the mean excess of the heights.
     area: f64,
-    /// Load per mean excess of the heights to the power 3/2.
+    /// Load divided by the mean of the excess of the heights to the power 3/2.
     load: f64,
     heights: GaussianHeights,
 }
 
-/// Contact area of a sphere per indentation.
+/// Returns the contact area of a sphere divided by the indentation.
 fn sphere_area(curvature: f64) -> f64 {
     PI / curvature
 }
 
-/// Load of a sphere per indentation to the power 3/2, in units of E* × rms slope with m2 = 1.
+/// Returns the load of a sphere divided by indentation^(3/2), in units of E* h′ with m2 = 1.
 fn sphere_load(curvature: f64) -> f64 {
     4.0 / (3.0 * curvature.sqrt() * SQRT_2)
 }

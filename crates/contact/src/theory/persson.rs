@@ -1,22 +1,23 @@
-//! Persson's theory: the contact pressure diffuses, and what reaches zero leaves the contact.
+//! Persson's theory of contact.
 //!
-//! Persson 2001 gives for any spectrum a = erf(√2 y), with y = p₀/(E*·rms slope) the load and a
-//! the area fraction. Loads and pressures are in units of E* × rms slope throughout; in them the
-//! variance of the pressure at full contact is 1/4.
+//! The distribution of the contact pressure follows a diffusion equation in the magnification, with
+//! an absorbing boundary at zero pressure. Persson 2001 obtains a = erf(√2 y) for any spectrum,
+//! with the load y = p₀/(E* h′), the rms slope h′ and the area fraction a. Loads and pressures are
+//! in units of E* h′. In these units, the variance of the pressure at full contact is 1/4.
 //!
-//! The error functions at the end keep their digits where the standard ones lose them: the scaled
-//! complement, logarithms, and inverses.
+//! The module also has error functions that remain accurate in their tails: the scaled
+//! complementary error function, its logarithm, and inverses.
 
 use std::f64::consts::{PI, SQRT_2};
 
 use super::law::KAPPA_PERSSON;
 
-/// Area fraction under a load ≥ 0.
+/// Returns the area fraction a = erf(√2 y) under a load y ≥ 0.
 ///
 /// ```
 /// use asperity_contact::theory::persson;
 ///
-/// // Half of the surface touches where √2 y is the median of the error function.
+/// // Half of the surface is in contact if erf(√2 y) = 1/2.
 /// assert!((persson::area(0.4769362762044699 / 2_f64.sqrt()) - 0.5).abs() < 1e-15);
 /// // Light loads: a = √(8/π) y.
 /// assert!((persson::area(1e-6) / 1e-6 - 1.5957691216057308).abs() < 1e-9);
@@ -25,69 +26,72 @@ pub fn area(load: f64) -> f64 {
     libm::erf(SQRT_2 * load)
 }
 
-/// The fraction out of contact, 1 − a, to full relative precision up to y ≈ 18.
+/// Returns the non-contact fraction 1 − a = erfc(√2 y), to full relative precision up to y ≈ 18.
 pub fn noncontact(load: f64) -> f64 {
     libm::erfc(SQRT_2 * load)
 }
 
-/// da/dy: √(8/π) at zero load, concave up to y = 1/2 and convex from there.
+/// Returns the slope da/dy: √(8/π) at zero load, concave up to y = 1/2 and convex beyond.
 pub fn slope(load: f64) -> f64 {
     KAPPA_PERSSON * (-2.0 * load * load).exp()
 }
 
-/// d²a/dy².
+/// Returns the second derivative d²a/dy².
 pub fn curvature(load: f64) -> f64 {
     -4.0 * load * slope(load)
 }
 
-/// d³a/dy³, the convexity of the slope.
+/// Returns the third derivative d³a/dy³, the convexity of the slope.
 pub fn slope_curvature(load: f64) -> f64 {
     (16.0 * load * load - 4.0) * slope(load)
 }
 
-/// The load under which the area fraction is `area`; `None` outside [0, 1).
+/// Returns the load at which the area fraction is `area`, or `None` outside [0, 1).
 pub fn load(area: f64) -> Option<f64> {
     erf_inverse(area).map(|x| x / SQRT_2)
 }
 
-/// The load which leaves the fraction `noncontact` out of contact; `None` outside (0, 1].
+/// Returns the load at which the non-contact fraction is `noncontact`, or `None` outside (0, 1].
 ///
-/// Near full contact this keeps the digits that [`load`] loses in 1 − a.
-pub fn load_leaving(noncontact: f64) -> Option<f64> {
+/// Near full contact it is more accurate than [`load`], which loses digits in 1 − a.
+pub fn load_at_noncontact(noncontact: f64) -> Option<f64> {
     erfc_inverse(noncontact).map(|x| x / SQRT_2)
 }
 
-/// F(y) = −ln[(1 − a) y √(2π)] for a > 0 load of any curve, `None` at full contact.
+/// Returns F(y) = −ln[(1 − a) y √(2π)] from a load and a non-contact fraction 1 − a.
 ///
-/// By eq. (full_area_approx) of Yastrebov, Anciaux & Molinari 2015 it tends to 2y^η with η = 2 in
-/// Persson's theory.
+/// By eq. (full_area_approx) of Yastrebov, Anciaux & Molinari 2015, F tends to 2y^η near full
+/// contact, with η = 2 in Persson's theory. The result is `None` at zero load and at full contact.
 pub fn approach_to_full_contact(load: f64, noncontact: f64) -> Option<f64> {
     (noncontact > 0.0 && load > 0.0).then(|| -noncontact.ln() - (load * (2.0 * PI).sqrt()).ln())
 }
 
-/// F(y) of Persson's theory itself: 2y² + 1/(4y²) − … at heavy load.
+/// Returns F(y) = −ln[(1 − a) y √(2π)] of Persson's theory: 2y² + 1/(4y²) − … at heavy load.
 pub fn approach(load: f64) -> f64 {
     let x = SQRT_2 * load;
     x * x - (x * PI.sqrt() * erfcx(x)).ln()
 }
 
-/// Density of the contact pressure over the apparent area, for pressures > 0; its integral is the
-/// area fraction and its first moment the load (Persson 2001).
+/// Returns the probability density of the contact pressure over the nominal area (Persson 2001).
+///
+/// The density is that of positive pressures. Its integral is the area fraction, and its first
+/// moment is the load.
 pub fn pressure_density(load: f64, pressure: f64) -> f64 {
     if pressure <= 0.0 {
         return 0.0;
     }
-    // The image at −y as a factor of the source at +y: no cancellation at light load.
+    // The image source at −y is a factor of the source at +y, which avoids cancellation.
     let image = -(-8.0 * pressure * load).exp_m1();
     (2.0 / PI).sqrt() * (-2.0 * (pressure - load).powi(2)).exp() * image
 }
 
-/// Share of the apparent area whose pressure lies between `low` and `high`, 0 ≤ low ≤ high: the
-/// integral of [`pressure_density`].
-pub fn share_between(load: f64, low: f64, high: f64) -> f64 {
+/// Returns the fraction of the nominal area with pressures between `low` and `high`.
+///
+/// This is the integral of [`pressure_density`], for 0 ≤ `low` ≤ `high`.
+pub fn fraction_between(load: f64, low: f64, high: f64) -> f64 {
     let around = |centre: f64| {
         let [low, high] = [low, high].map(|pressure| SQRT_2 * (pressure - centre));
-        // On one side of the centre by the tails, so that nothing cancels far from it.
+        // If both ends are on one side of the centre, erfc avoids cancellation.
         if low >= 0.0 {
             libm::erfc(low) - libm::erfc(high)
         } else if high <= 0.0 {
@@ -99,16 +103,16 @@ pub fn share_between(load: f64, low: f64, high: f64) -> f64 {
     0.5 * (around(load) - around(-load))
 }
 
-/// From here the continued fraction converges in few terms and exp(x²) starts to lose digits.
+/// Argument from which the continued fraction replaces exp(x²) erfc(x), which loses digits.
 const CONTINUED_FRACTION_FROM: f64 = 4.0;
 
-/// Terms after which the fraction has converged to rounding at [`CONTINUED_FRACTION_FROM`].
+/// Number of terms for convergence to rounding at [`CONTINUED_FRACTION_FROM`].
 const CONTINUED_FRACTION_TERMS: u32 = 40;
 
-/// Newton's iterations are quadratic and monotone: ten are plenty from the bounds they start at.
+/// Largest number of Newton iterations; about ten are sufficient from the initial bounds.
 const NEWTON_ITERATIONS: usize = 20;
 
-/// exp(x²) erfc(x) for x ≥ 0, which neither overflows nor vanishes.
+/// Returns the scaled complementary error function exp(x²) erfc(x) for x ≥ 0.
 pub(crate) fn erfcx(x: f64) -> f64 {
     if x < CONTINUED_FRACTION_FROM {
         return (x * x).exp() * libm::erfc(x);
@@ -118,17 +122,17 @@ pub(crate) fn erfcx(x: f64) -> f64 {
     1.0 / (fraction * PI.sqrt())
 }
 
-/// ln erfc(x) for x ≥ 0, also where erfc(x) underflows.
+/// Returns ln erfc(x) for x ≥ 0, also if erfc(x) underflows.
 pub fn ln_erfc(x: f64) -> f64 {
     if x < 0.5 { (-libm::erf(x)).ln_1p() } else { erfcx(x).ln() - x * x }
 }
 
-/// d ln erfc(x)/dx for x ≥ 0.
+/// Returns the derivative d ln erfc(x)/dx for x ≥ 0.
 pub fn ln_erfc_slope(x: f64) -> f64 {
     -2.0 / (PI.sqrt() * erfcx(x))
 }
 
-/// The x ≥ 0 at which erf(x) is `value`; `None` outside [0, 1).
+/// Returns the x ≥ 0 with erf(x) = `value`, or `None` outside [0, 1).
 fn erf_inverse(value: f64) -> Option<f64> {
     if !(0.0..1.0).contains(&value) {
         return None;
@@ -136,7 +140,7 @@ fn erf_inverse(value: f64) -> Option<f64> {
     if value > 0.5 {
         return erfc_inverse(1.0 - value);
     }
-    // erf is concave and below its tangent at zero: the iterates grow towards the root.
+    // erf is concave and below its tangent at zero, so the iterates increase to the root.
     let mut x = value * PI.sqrt() / 2.0;
     for _ in 0..NEWTON_ITERATIONS {
         let step = (value - libm::erf(x)) * PI.sqrt() / 2.0 * (x * x).exp();
@@ -148,7 +152,7 @@ fn erf_inverse(value: f64) -> Option<f64> {
     Some(x)
 }
 
-/// The x ≥ 0 at which erfc(x) is `value`; `None` outside (0, 1].
+/// Returns the x ≥ 0 with erfc(x) = `value`, or `None` outside (0, 1].
 pub fn erfc_inverse(value: f64) -> Option<f64> {
     if !(value > 0.0 && value <= 1.0) {
         return None;
@@ -156,7 +160,7 @@ pub fn erfc_inverse(value: f64) -> Option<f64> {
     if value >= 0.5 {
         return erf_inverse(1.0 - value);
     }
-    // ln erfc is concave and below −x²: the iterates shrink towards the root.
+    // ln erfc is concave and below −x², so the iterates decrease to the root.
     let target = value.ln();
     let mut x = (-target).sqrt();
     for _ in 0..NEWTON_ITERATIONS {
@@ -175,7 +179,7 @@ mod tests {
 
     use super::*;
 
-    /// Composite Simpson over pressures up to 8, where the density is below 1e-30.
+    /// Integrates by Simpson's rule over pressures up to 8, where the density is below 1e-30.
     fn moment(load: f64, power: i32) -> f64 {
         let (steps, width) = (4000, 8.0 / 4000.0);
         let value = |i: u32| {
@@ -187,30 +191,29 @@ mod tests {
     }
 
     #[test]
-    fn shares_between_pressures_add_up_to_area_and_load() {
+    fn fractions_between_pressures_add_up_to_area_and_load() {
         for load in [1e-3, 0.03, 0.3, 1.0, 1.7] {
-            // To where nothing is left; narrow enough for the mean pressure of a bin to be its
-            // middle.
+            // The range includes the tail; bins are so narrow that their mean is their middle.
             let (bins, width) = (14_000_u32, 5e-4);
-            let share = |bin: u32| {
+            let fraction = |bin: u32| {
                 let low = f64::from(bin) * width;
-                share_between(load, low, low + width)
+                fraction_between(load, low, low + width)
             };
-            let total: f64 = (0..bins).map(share).sum();
+            let total: f64 = (0..bins).map(fraction).sum();
             let moment: f64 =
-                (0..bins).map(|bin| (f64::from(bin) + 0.5) * width * share(bin)).sum();
+                (0..bins).map(|bin| (f64::from(bin) + 0.5) * width * fraction(bin)).sum();
             assert!((total - area(load)).abs() < 1e-12, "{load}");
             assert!((moment - load).abs() < 1e-6, "{load}: {moment}");
         }
     }
 
     #[test]
-    fn a_narrow_share_is_the_density() {
+    fn the_fraction_of_a_narrow_interval_is_the_density() {
         for (load, pressure) in [(1e-4, 0.5), (0.2, 0.01), (0.2, 2.5), (1.0, 1.0)] {
-            let share = share_between(load, pressure - 1e-4, pressure + 1e-4) / 2e-4;
+            let fraction = fraction_between(load, pressure - 1e-4, pressure + 1e-4) / 2e-4;
             let density = pressure_density(load, pressure);
-            // Halves that are nearly equal cancel under light loads.
-            assert!((share / density - 1.0).abs() < 1e-6, "{load} {pressure}");
+            // Nearly equal terms cancel under light loads.
+            assert!((fraction / density - 1.0).abs() < 1e-6, "{load} {pressure}");
         }
     }
 
@@ -264,16 +267,16 @@ mod tests {
         fn loads_invert_the_area_and_its_complement(exponent in -9.0..0.0f64, heavy in 0.0..15.0f64) {
             let light = 10f64.powf(exponent);
             let found = load(area(light)).expect("below full contact");
-            // Conditioned by a/(y a') ≤ 5 up to y = 1, on top of an ulp of 1 − a.
+            // The condition number a/(y a') is at most 5 up to y = 1; 1 − a has an error of an ulp.
             prop_assert!((found / light - 1.0).abs() < 1e-14);
-            let found = load_leaving(noncontact(heavy)).expect("below full contact");
+            let found = load_at_noncontact(noncontact(heavy)).expect("below full contact");
             prop_assert!((found - heavy).abs() < 1e-14 * (1.0 + heavy));
         }
 
         #[test]
         fn derivatives_agree_with_differences(load in 0.01..2.0f64) {
             let difference = |f: fn(f64) -> f64| (f(load + 1e-5) - f(load - 1e-5)) / 2e-5;
-            // Truncation of 1e-10 times the third derivative, rounding of 1e-11.
+            // The truncation error is 1e-10 times the third derivative, the rounding error 1e-11.
             prop_assert!((difference(area) - slope(load)).abs() < 1e-9);
             prop_assert!((difference(slope) - curvature(load)).abs() < 1e-8);
             prop_assert!((difference(curvature) - slope_curvature(load)).abs() < 1e-7);
@@ -283,7 +286,7 @@ mod tests {
     #[test]
     fn there_is_no_load_of_full_contact() {
         assert_eq!(
-            (load(1.0), load_leaving(0.0), approach_to_full_contact(1.0, 0.0)),
+            (load(1.0), load_at_noncontact(0.0), approach_to_full_contact(1.0, 0.0)),
             (None, None, None)
         );
     }
@@ -292,7 +295,7 @@ mod tests {
     fn both_branches_of_erfcx_meet() {
         let below = erfcx(CONTINUED_FRACTION_FROM * (1.0 - f64::EPSILON));
         let above = erfcx(CONTINUED_FRACTION_FROM);
-        // exp(x²) carries the rounding of x² = 16.
+        // exp(x²) amplifies the rounding error of x² = 16.
         assert!((below / above - 1.0).abs() < 1e-14);
     }
 
@@ -307,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn ln_erfc_goes_on_where_erfc_vanishes() {
+    fn ln_erfc_is_finite_where_erfc_underflows() {
         assert_eq!(libm::erfc(30.0), 0.0);
         // The first terms of the asymptotic series; the next is 15/(8x⁶) = 3e-9.
         let series = 1.0 - 1.0 / 1800.0 + 3.0 / (4.0 * 30f64.powi(4));
@@ -323,10 +326,10 @@ mod tests {
     }
 
     #[test]
-    fn inverses_return_what_went_in() {
+    fn inverses_return_the_argument() {
         for x in [0.0, 1e-12, 0.3, 0.4769, 0.48, 1.0, 5.0, 26.0] {
             let found = erfc_inverse(libm::erfc(x)).expect("erfc is within (0, 1]");
-            // Below one half erfc itself is rounded to an ulp of one.
+            // For small x, erfc is rounded to an ulp of one.
             assert!((found - x).abs() < 4.0 * f64::EPSILON * (1.0 + x));
         }
         for x in [0.0, 1e-300, 1e-12, 0.3, 0.4769, 0.48, 1.0] {

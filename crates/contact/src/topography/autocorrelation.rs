@@ -9,8 +9,8 @@ use crate::grid::{Boundary, Grid};
 
 /// Autocorrelation function A(r) = ⟨h(x) h(x + r)⟩ of heights about their mean, in length².
 ///
-/// Lags r go up to half of each side. Means are over all pairs of nodes with the lag r. On a periodic
-/// map, pairs continue across the edges; on other maps, large lags have few pairs.
+/// Lags r go up to half of each side. Means are over all pairs of nodes with the lag r. On a
+/// periodic map, pairs continue across the edges; on other maps, large lags have few pairs.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};

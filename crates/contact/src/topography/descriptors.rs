@@ -45,8 +45,8 @@ pub struct Descriptors {
     pub effective_modes: f64,
     /// Smallest load p₀/(E* h′) at which all nodes are in contact.
     ///
-    /// The pressure of full contact is p₀ + (E*/2) F⁻¹(|q| ĥ). Contact is full if its minimum is not
-    /// negative. The load is exact for these nodes; a coarser grid does not resolve the deepest
+    /// The pressure of full contact is p₀ + (E*/2) F⁻¹(|q| ĥ). Contact is full if its minimum is
+    /// not negative. The load is exact for these nodes; a coarser grid does not resolve the deepest
     /// valleys.
     pub full_contact_load: f64,
 }

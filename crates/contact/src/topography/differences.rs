@@ -2,10 +2,10 @@
 //!
 //! Opposite edges of a measured map do not match. The steps between them do not belong to the
 //! surface, but would dominate the slopes of a trigonometric interpolant. Finite differences inside
-//! the map do not depend on them. They have the definition of the package SurfaceTopography: forward
-//! differences at nodes with a next node along both axes, and second differences at inner nodes. On
-//! steps Δ, they multiply the slope of waves of length λ by sinc(Δ/λ); the loss is half a per cent
-//! at 18 nodes per wave.
+//! the map do not depend on them. They have the definition of the package SurfaceTopography:
+//! forward differences at nodes with a next node along both axes, and second differences at inner
+//! nodes. On steps Δ, they multiply the slope of waves of length λ by sinc(Δ/λ); the loss is half a
+//! per cent at 18 nodes per wave.
 //!
 //! [`along`] computes differences over larger distances: scale-dependent roughness parameters,
 //! Sanner et al. 2022, doi:10.1016/j.apsadv.2021.100190.

@@ -71,7 +71,8 @@ impl ModeDraw {
         -libm::log(self.magnitude)
     }
 
-    /// Returns a complex number of modulus one, uniform over the circle and independent of the power.
+    /// Returns a complex number of modulus one, uniform over the circle and independent of the
+    /// power.
     ///
     /// √power × phase is (n₁ + i n₂)/√2 with two standard normal numbers (Box & Muller).
     pub fn phase(self) -> Complex<f64> {
@@ -116,8 +117,8 @@ impl Waves {
         let columns = self.transform.spectrum_columns();
         let k_y = k_y as usize;
         self.half[row_of(k_x, nodes_x) * columns + k_y] += coefficient;
-        // The half spectrum stores the opposite mode −k only in these columns. Where k and −k are the
-        // same entry, it holds 2 Re(c), the sample of the wave on any finer mesh.
+        // The half spectrum stores the opposite mode −k only in these columns. Where k and −k are
+        // the same entry, it holds 2 Re(c), the sample of the wave on any finer mesh.
         if k_y == 0 || 2 * k_y == nodes_y {
             self.half[row_of(-k_x, nodes_x) * columns + k_y] += coefficient.conj();
         }

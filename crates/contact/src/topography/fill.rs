@@ -1,8 +1,9 @@
 //! Filling of missing points.
 //!
 //! A contact problem needs a height at every node. A filled height is not a measurement: it is
-//! smooth where the instrument lost its signal on a steep flank, and it is never a peak. The default
-//! is therefore an error, and [`Prepared`](super::preparation::Prepared) counts the filled nodes.
+//! smooth where the instrument lost its signal on a steep flank, and it is never a peak. The
+//! default is therefore an error, and [`Prepared`](super::preparation::Prepared) counts the filled
+//! nodes.
 //!
 //! The nearest point is nearest in length, not in nodes. It is found first within each line along
 //! y, then among the lines, from the line of the node outwards. Of equally near points, the one on

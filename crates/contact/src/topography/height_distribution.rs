@@ -1,8 +1,8 @@
 //! Distribution of heights: histograms of one or several surfaces, and the bearing area curve.
 //!
-//! [`Histogram`] counts the heights of a surface in units of its rms height. [`HistogramPool`] gives
-//! mean and standard deviation over several surfaces. [`bearing_curve`] is the bearing area curve
-//! (Abbott–Firestone curve): the fraction of the surface at or above each height.
+//! [`Histogram`] counts the heights of a surface in units of its rms height. [`HistogramPool`]
+//! gives mean and standard deviation over several surfaces. [`bearing_curve`] is the bearing area
+//! curve (Abbott–Firestone curve): the fraction of the surface at or above each height.
 
 use std::f64::consts::SQRT_2;
 
@@ -86,7 +86,7 @@ struct Sums {
     square: u128,
 }
 
-/// Bin of a [`HistogramPool`]; the heights of each surface are in units of its own rms height.
+/// Bin of a [`HistogramPool`]; heights are in units of the rms height of each surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PooledBin {
     /// Centre of the bin, in units of the rms height.
@@ -183,8 +183,8 @@ pub struct BearingPoint {
 
 /// Computes the bearing area curve at `steps` + 1 equidistant heights, in descending order.
 ///
-/// The heights are from +`range` to −`range` rms heights about the mean. All nodes of a flat surface
-/// are at its mean.
+/// The heights are from +`range` to −`range` rms heights about the mean. All nodes of a flat
+/// surface are at its mean.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -193,9 +193,10 @@ pub struct BearingPoint {
 ///
 /// // Half of a wave lies above its mean, and nothing above √2 rms heights.
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 3 }.draw(Grid::square(32, 1.0)?);
-/// let shares: Vec<f64> = bearing_curve(&wave, 2, 1.5).iter().map(|point| point.material_ratio).collect();
-/// assert_eq!((shares[0], shares[2]), (0.0, 1.0));
-/// assert!((shares[1] - 0.5).abs() < 0.1);
+/// let curve = bearing_curve(&wave, 2, 1.5);
+/// let [top, mean, bottom] = [0, 1, 2].map(|index| curve[index].material_ratio);
+/// assert_eq!((top, bottom), (0.0, 1.0));
+/// assert!((mean - 0.5).abs() < 0.1);
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
 pub fn bearing_curve(surface: &Surface, steps: usize, range: f64) -> Vec<BearingPoint> {

@@ -13,9 +13,10 @@ use crate::grid::{Cell, Grid};
 
 /// Spectral moments m_pq = Σ q_x^p q_y^q |ĥ(q)|², in units of length^(2 − p − q).
 ///
-/// The sum is over all modes q = 2π (k_x/L_x, k_y/L_y) except the mean. Derivatives are those of the
-/// trigonometric interpolant, so m20 + m02 is the mean square gradient without the bias of finite
-/// differences. All moments here are even; the sign of the Nyquist wavenumber does not matter.
+/// The sum is over all modes q = 2π (k_x/L_x, k_y/L_y) except the mean. Derivatives are those of
+/// the trigonometric interpolant, so m20 + m02 is the mean square gradient without the bias of
+/// finite differences. All moments here are even; the sign of the Nyquist wavenumber does not
+/// matter.
 ///
 /// ```
 /// use std::f64::consts::PI;
@@ -103,7 +104,8 @@ impl Moments {
         (second > 0.0).then(|| self.m00 * (self.fourth() / second) / second)
     }
 
-    /// Returns the density of summits of an isotropic Gaussian surface, √3/(18π) m4/m2 (Nayak 1971).
+    /// Returns the density of summits of an isotropic Gaussian surface, √3/(18π) m4/m2 (Nayak
+    /// 1971).
     ///
     /// The unit is 1/length². The density of a flat surface is zero.
     pub fn summit_density(&self) -> f64 {
@@ -113,15 +115,16 @@ impl Moments {
 
     /// Returns the number of summits per (L/2π)², where L is the longer side of the cell.
     ///
-    /// This is the density for integer wavenumbers, which Yastrebov, Anciaux & Molinari 2015 tabulate.
+    /// This is the density for integer wavenumbers, which Yastrebov, Anciaux & Molinari 2015
+    /// tabulate.
     pub fn summit_density_integer(&self, cell: Cell) -> f64 {
         self.summit_density() * (cell.longer_side() / TAU).powi(2)
     }
 
     /// Returns the effective number of independent modes, (Σ P_j)²/Σ P_j² over pairs ±k.
     ///
-    /// A sum of n waves of equal amplitude has n; a flat surface has zero. The larger the number, the
-    /// better one surface represents its ensemble.
+    /// A sum of n waves of equal amplitude has n; a flat surface has zero. The larger the number,
+    /// the better one surface represents its ensemble.
     pub fn effective_modes(&self) -> f64 {
         if self.squared_pair_power > 0.0 {
             self.m00 * (self.m00 / self.squared_pair_power)
@@ -187,10 +190,11 @@ pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
     if 2 * i <= nodes { i as f64 } else { i as f64 - nodes as f64 }
 }
 
-/// Returns the number of modes of the full spectrum that entry (i, k_y) of a half spectrum represents.
+/// Returns the number of modes of the full spectrum that entry (i, k_y) of a half spectrum
+/// represents.
 ///
-/// This is two in general, and one if k and −k coincide on the mesh. It is zero for the mean, and if
-/// the entry of −k already represents both.
+/// This is two in general, and one if k and −k coincide on the mesh. It is zero for the mean, and
+/// if the entry of −k already represents both.
 pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     let alone = |index: usize, nodes: usize| index == 0 || 2 * index == nodes;
     match (alone(k_y, nodes_y), alone(i, nodes_x)) {
@@ -203,10 +207,10 @@ pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2])
 
 /// An isotropic self-affine spectrum over continuous wavenumbers.
 ///
-/// The density has a plateau from k_lower to k_rolloff and a power law from there to k_upper. Nayak's
-/// parameter and the density of summits depend on the ratios of the cutoffs and on the Hurst
-/// exponent: appendix A of Yastrebov, Anciaux & Molinari 2015. Sums over the discrete modes of a
-/// periodic cell differ from them, the more the smaller k_lower is.
+/// The density has a plateau from k_lower to k_rolloff and a power law from there to k_upper.
+/// Nayak's parameter and the density of summits depend on the ratios of the cutoffs and on the
+/// Hurst exponent: appendix A of Yastrebov, Anciaux & Molinari 2015. Sums over the discrete modes
+/// of a periodic cell differ from them, the more the smaller k_lower is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Continuum {
     /// Hurst exponent, from 0 to 1 inclusive.
@@ -228,9 +232,9 @@ impl Continuum {
 
     /// Returns the density of summits D = √3/(18π) m4/m2.
     ///
-    /// With the angular wavenumber as `k_rolloff`, D is the number of summits per unit area. With the
-    /// integer wavenumber, it is the value tabulated in the paper, the number of summits in the cell
-    /// divided by (2π)².
+    /// With the angular wavenumber as `k_rolloff`, D is the number of summits per unit area. With
+    /// the integer wavenumber, it is the value tabulated in the paper, the number of summits in the
+    /// cell divided by (2π)².
     pub fn summit_density(&self, k_rolloff: f64) -> f64 {
         let ratio = if self.is_ring() { 1.0 } else { self.moment(4.0) / self.moment(2.0) };
         3_f64.sqrt() / (24.0 * PI) * k_rolloff * k_rolloff * ratio

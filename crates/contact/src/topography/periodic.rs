@@ -5,10 +5,10 @@
 //! spectrum, which dominates slope and curvature. [`detrend`], [`mirror`] and [`taper`] reduce the
 //! steps; each affects the statistics of the map.
 //!
-//! [`resampled`] samples the trigonometric interpolant of a periodic map on another grid. Modes that
-//! both grids resolve do not change; all other modes are zero. On an even number of nodes, the entry
-//! at the Nyquist wavenumber is the sum of both directions ±k. A finer grid assigns half of it to
-//! each; a coarser grid adds both.
+//! [`resampled`] samples the trigonometric interpolant of a periodic map on another grid. Modes
+//! that both grids resolve do not change; all other modes are zero. On an even number of nodes, the
+//! entry at the Nyquist wavenumber is the sum of both directions ±k. A finer grid assigns half of
+//! it to each; a coarser grid adds both.
 
 use std::cmp::Ordering;
 use std::f64::consts::PI;
@@ -96,9 +96,9 @@ fn square_offsets(nodes: usize) -> f64 {
 /// Continues a map by its three mirror images, on a cell of twice the sides.
 ///
 /// The heights match at all edges and their distribution does not change. Slopes are discontinuous
-/// where the map has a slope across its edge. The four images are correlated: the larger cell has no
-/// more independent asperities than the map. The directions +45° and −45° of an anisotropic map are
-/// mixed.
+/// where the map has a slope across its edge. The four images are correlated: the larger cell has
+/// no more independent asperities than the map. The directions +45° and −45° of an anisotropic map
+/// are mixed.
 pub fn mirror(surface: &Surface) -> Surface {
     let grid = surface.grid();
     let nodes = grid.nodes();
@@ -117,11 +117,11 @@ pub fn mirror(surface: &Surface) -> Surface {
 
 /// Fades a map to its mean height near its edges with a Tukey window.
 ///
-/// `edge` is the fraction of each side over which the map fades at each edge, at most one half; with
-/// one half it is the Hann window. Heights and slopes match at the edges, and the interior does not
-/// change. The faded rim has lower peaks, which reduces rms height and slope. The Hann window
-/// reduces the variance to (3/8)² on average. The fade adds slopes of order
-/// rms height / (`edge` × side).
+/// `edge` is the fraction of each side over which the map fades at each edge, at most one half;
+/// with one half it is the Hann window. Heights and slopes match at the edges, and the interior
+/// does not change. The faded rim has lower peaks, which reduces rms height and slope. The Hann
+/// window reduces the variance to (3/8)² on average. The fade adds slopes of order rms height /
+/// (`edge` × side).
 pub fn taper(surface: &Surface, edge: f64) -> Surface {
     let grid = surface.grid();
     let [window_x, window_y] = grid.nodes().map(|nodes| window(nodes, edge));

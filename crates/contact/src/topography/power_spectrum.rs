@@ -94,7 +94,8 @@ pub fn rings(surface: &Surface, boundary: Boundary) -> Vec<Ring> {
     sums.into_iter().enumerate().filter_map(ring).collect()
 }
 
-/// Computes the power spectral density C₁(q) of profiles at q = 2πn/L for n = 1, …, N/2, in length³.
+/// Computes the power spectral density C₁(q) of profiles at q = 2πn/L for n = 1, …, N/2, in
+/// length³.
 ///
 /// This is the mean of |ĥ|² L over all lines along the axis, each relative to its own mean. For a
 /// periodic map, (2 Σ C₁ − C₁(πN/L) [N even])/L is the mean square height of the profiles about
@@ -236,8 +237,8 @@ mod tests {
             let own = rings.iter().filter(|ring| waves.contains(&ring.waves));
             own.map(|ring| ring.density * f64::from(ring.modes)).sum()
         };
-        // Of about 3200 modes, 4/9 are independent under the window: an error of 3.7 %. The tolerance
-        // is two such errors.
+        // Of about 3200 modes, 4/9 are independent under the window: an error of 3.7 %. The
+        // tolerance is two such errors.
         let ratio = power(&windowed, 20..=50) / power(&whole, 20..=50);
         assert!((ratio - 1.0).abs() < 0.075, "{ratio}");
     }

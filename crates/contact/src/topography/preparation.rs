@@ -5,10 +5,10 @@
 //! 1. [`Crop`] selects a rectangle of the measured nodes.
 //! 2. [`Level`] fits the form to the measured points and subtracts it. It precedes [`Fill`] because
 //!    filled heights must not enter the fit.
-//! 3. [`Fill`] gives heights to missing points. It follows [`Level`] so that the lowest point belongs
-//!    to the roughness and not to a tilt.
-//! 4. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes, and
-//!    without form, which distorts the results near the edges.
+//! 3. [`Fill`] gives heights to missing points. It follows [`Level`] so that the lowest point
+//!    belongs to the roughness and not to a tilt.
+//! 4. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes,
+//!    and without form, which distorts the results near the edges.
 //! 5. [`resampled`] interpolates on another grid. It follows [`low_pass`], which determines the
 //!    shortest waves that the grid must resolve.
 //! 6. [`Edges`] makes the map periodic, or leaves it as it is.

@@ -28,16 +28,16 @@ const Y: usize = 1;
 #[serde(tag = "method", rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "the formula of each names them")]
 pub enum Shape {
-    /// h = −r²/(2R) around the centre of the cell: Hertz contact, if the contact is much smaller than
-    /// the cell.
+    /// h = −r²/(2R) around the centre of the cell: Hertz contact, if the contact is much smaller
+    /// than the cell.
     Paraboloid { radius: f64 },
     /// h = Δ cos(2π n x/L_x), with n = `waves`: the contact of Westergaard 1939.
     Wave { amplitude: f64, waves: u32 },
     /// h = Δ cos(2π n x/L_x) cos(2π n y/L_y): on a square, the contact of Johnson, Greenwood &
     /// Higginson 1985.
     WaveProduct { amplitude: f64, waves: u32 },
-    /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: on a square, `WaveProduct` of twice the amplitude,
-    /// rotated by 45°, with wavelengths longer by √2.
+    /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: on a square, `WaveProduct` of twice the
+    /// amplitude, rotated by 45°, with wavelengths longer by √2.
     WaveSum { amplitude: f64, waves: u32 },
     /// Flat punch: h = 0 within `radius` of the centre of the cell, −`depth` outside.
     #[serde(rename = "flat-punch")]

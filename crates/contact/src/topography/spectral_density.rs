@@ -53,8 +53,8 @@ impl SpectralDensity {
     /// Creates a density from points (q, C), with a power law between neighbouring points.
     ///
     /// # Errors
-    /// Fails if there are fewer than two points, if wavenumbers are not positive and ascending, if a
-    /// density is negative or not finite, or if all densities are zero.
+    /// Fails if there are fewer than two points, if wavenumbers are not positive and ascending, if
+    /// a density is negative or not finite, or if all densities are zero.
     pub fn from_points(points: Vec<[f64; 2]>) -> Result<Self, SpectralDensityError> {
         if points.len() < 2 {
             let found = points.len();
@@ -73,7 +73,8 @@ impl SpectralDensity {
 
     /// Creates a piecewise constant density from pairs (n, C) of rings of wavenumbers.
     ///
-    /// Ring n contains the wavenumbers that round to n × `step`. Omitted rings have a density of zero.
+    /// Ring n contains the wavenumbers that round to n × `step`. Omitted rings have a density of
+    /// zero.
     ///
     /// On a cell of side L = 2π/`step`, the mean density of every ring of the surfaces is then C.
     /// Interpolation between the rings would not give this, because the density falls by more than

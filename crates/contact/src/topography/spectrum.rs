@@ -13,8 +13,9 @@ use crate::grid::Cell;
 ///
 /// The density is constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))`
 /// for `k_rolloff ≤ |k| ≤ k_upper`, and zero elsewhere. The modes at both cutoffs belong to the
-/// spectrum; with them it reproduces the Nayak parameters tabulated in the paper. Wavenumbers are in
-/// units of 2π/L, where L is the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
+/// spectrum; with them it reproduces the Nayak parameters tabulated in the paper. Wavenumbers are
+/// in units of 2π/L, where L is the longer side of the cell, and
+/// `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// Hurst exponent, between 0 and 1.
@@ -141,7 +142,8 @@ impl Spectrum {
     /// use asperity_contact::grid::Cell;
     /// use asperity_contact::topography::spectrum::Spectrum;
     ///
-    /// let spectrum = Spectrum { hurst: 0.8, k_lower: 1, k_rolloff: 1, k_upper: 32, anisotropy: None };
+    /// let (hurst, k_lower, k_upper) = (0.8, 1, 32);
+    /// let spectrum = Spectrum { hurst, k_lower, k_rolloff: 1, k_upper, anisotropy: None };
     /// let nayak = spectrum.moments(Cell::square(1.0)?).nayak().unwrap();
     /// assert!((nayak - 43.91).abs() < 0.005);
     /// assert!((spectrum.continuum().nayak() - 28.33).abs() < 0.005);
@@ -161,7 +163,8 @@ impl Spectrum {
         sum.finish(1.0)
     }
 
-    /// Returns Nayak's parameter over the modes of a square cell; `None` for a spectrum without modes.
+    /// Returns Nayak's parameter over the modes of a square cell; `None` for a spectrum without
+    /// modes.
     pub fn nayak_on_a_square(&self) -> Option<f64> {
         let cell = Cell::square(1.0).expect("1 is the side of a cell");
         self.moments(cell).nayak()

@@ -49,13 +49,15 @@ impl Cluster {
         step_y * self.switches_x as f64 + step_x * self.switches_y as f64
     }
 
-    /// Returns π/4 of the Manhattan perimeter: the length of an edge whose directions are isotropic.
+    /// Returns π/4 of the Manhattan perimeter: the length of an edge whose directions are
+    /// isotropic.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
     }
 }
 
-/// Counts the changes along x of each run: its nodes without a neighbour in the row before or after.
+/// Counts the changes along x of each run: its nodes without a neighbour in the row before or
+/// after.
 fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let rows = map.nodes()[0];
     for upper in 0..rows {

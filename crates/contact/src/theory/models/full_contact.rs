@@ -1,28 +1,27 @@
-//! Near full contact what is left open are isolated penny-shaped cracks.
+//! Model of the non-contact area near full contact: isolated penny-shaped cracks.
 //!
-//! The pressure of full contact is Gaussian of mean y and variance 1/4, and where it is most
-//! negative it is a paraboloid, T − Cr². A crack there opens up to the radius at which its stress
-//! intensity vanishes, b² = 3T/(2C): its area is 3/2 times that under tension.
+//! The pressure of full contact is Gaussian with mean y and variance 1/4. Around a minimum it is a
+//! paraboloid with the tension T − Cr². A crack opens there up to the radius at which its stress
+//! intensity vanishes, b² = 3T/(2C). The area of the crack is 3/2 of the area under tension.
 
 use crate::theory::persson;
 
-/// Area of an isolated crack over the area under tension of the paraboloid of pressure that opens
-/// it.
+/// Area of an isolated crack divided by the area under tension in full contact.
 pub const CRACK_OVER_TENSION: f64 = 1.5;
 
-/// The fraction out of contact under a load near full contact, (3/4) erfc(√2 y).
+/// Returns the non-contact fraction (3/4) erfc(√2 y) under a load near full contact.
 ///
-/// Persson's theory takes 2 for the [`CRACK_OVER_TENSION`] and hence erfc(√2 y).
+/// Persson's theory corresponds to [`CRACK_OVER_TENSION`] = 2 and gives erfc(√2 y).
 pub fn noncontact(load: f64) -> f64 {
     CRACK_OVER_TENSION * tension(load)
 }
 
-/// The fraction under tension if the surfaces were bonded into full contact, erfc(√2 y)/2.
+/// Returns the fraction erfc(√2 y)/2 under tension if the surfaces were bonded in full contact.
 pub fn tension(load: f64) -> f64 {
     0.5 * persson::noncontact(load)
 }
 
-/// F(y) = −ln[(1 − a) y √(2π)]: that of Persson's theory and ln(4/3) more.
+/// Returns F(y) = −ln[(1 − a) y √(2π)], which is that of Persson's theory plus ln(4/3).
 pub fn approach(load: f64) -> f64 {
     persson::approach(load) - (0.5 * CRACK_OVER_TENSION).ln()
 }
@@ -32,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cracks_leave_three_quarters_of_what_persson_leaves() {
+    fn the_noncontact_fraction_is_three_quarters_of_perssons() {
         for load in [0.5, 1.0, 3.0] {
             assert_eq!(noncontact(load), 0.75 * persson::noncontact(load));
             let found = persson::approach_to_full_contact(load, noncontact(load));

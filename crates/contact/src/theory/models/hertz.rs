@@ -1,46 +1,46 @@
-//! Hertz's contact of two curvatures: how much an ellipse differs from a circle.
+//! Hertz contact of a summit with two principal curvatures.
 //!
-//! A summit of principal curvatures κ₁ ≥ κ₂ pressed in by w against E* has an elliptic contact of
-//! area π w/H · f_A and carries (4/3) E* w^(3/2) H^(−1/2) · f_P, where H = (κ₁ + κ₂)/2 and both
-//! factors depend on κ₂/κ₁ alone (Johnson 1985, section 4.2). They are one for a sphere.
+//! A summit of principal curvatures κ₁ ≥ κ₂ with the approach w has an elliptic contact of area
+//! π w/H · f_A and carries the force (4/3) E* w^(3/2) H^(−1/2) · f_P, where H = (κ₁ + κ₂)/2. Both
+//! factors depend on κ₂/κ₁ alone (Johnson 1985, section 4.2) and are one for a sphere.
 //!
-//! `EllipticityMeans` are means over the ellipticity of summits of one mean curvature, tabulated
-//! once for all roughness. Among the stationary points of mean curvature H the difference d = tH
-//! has the density (3d/m4) exp(−3d²/(2m4)), and of these H² − d² = H²(1 − t²) counts (Nayak 1971).
-//! With u = t² and x = 3H²/(2m4) the mean of a function f of the ellipticity is H² x W(x),
+//! `EllipticityMeans` tabulates means over the ellipticity of summits of one mean curvature. The
+//! difference d = tH of stationary points of mean curvature H has the density
+//! (3d/m4) exp(−3d²/(2m4)), with the weight H² − d² = H²(1 − t²) (Nayak 1971). With u = t² and
+//! x = 3H²/(2m4), the mean of a function f of the ellipticity is H² x W(x), where
 //!
 //! ```text
 //! W(x) = ∫₀¹ (1 − u) f(√u) e^(−xu) du
 //! ```
 //!
-//! which knows nothing of the spectrum.
+//! does not depend on the spectrum.
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::quadrature::Chebyshev;
 
-/// The iteration for the axis ratio gains a digit or more each time.
+/// Largest number of iterations for the axis ratio; each gains at least one digit.
 const ITERATIONS: usize = 60;
 
-/// The contact ellipse of a summit.
+/// Contact ellipse of a summit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ellipse {
-    /// Minor over major axis, in (0, 1].
+    /// Ratio of the minor to the major axis, in (0, 1].
     pub axis_ratio: f64,
-    /// f_A: area over that of a sphere of the same mean curvature, at the same indentation.
+    /// Factor f_A: area relative to a sphere of the same mean curvature at the same approach.
     pub area_factor: f64,
-    /// f_P: load over that of a sphere of the same mean curvature, at the same indentation.
+    /// Factor f_P: force relative to a sphere of the same mean curvature at the same approach.
     pub load_factor: f64,
 }
 
 impl Ellipse {
-    /// The ellipse of a summit whose smaller curvature is κ₂ = `ratio` κ₁, with `ratio` in (0, 1].
+    /// Computes the ellipse from the ratio κ₂/κ₁ of the curvatures, in (0, 1].
     ///
-    /// With t = (κ₁ − κ₂)/(κ₁ + κ₂), f_A = 1 + 4t²/9 + … and f_P = 1 + t²/3 + … near the sphere;
-    /// towards the cylinder both diverge as the inverse of the axis ratio, but for logarithms.
-    pub fn of_curvature_ratio(ratio: f64) -> Self {
+    /// With t = (κ₁ − κ₂)/(κ₁ + κ₂), f_A = 1 + 4t²/9 + … and f_P = 1 + t²/3 + … near the sphere.
+    /// Towards the cylinder, both diverge as the inverse of the axis ratio, up to logarithms.
+    pub fn from_curvature_ratio(ratio: f64) -> Self {
         let axis_ratio = axis_ratio(ratio);
-        let Integrals { first, second, .. } = Integrals::of_axis_ratio(axis_ratio);
+        let Integrals { first, second, .. } = Integrals::from_axis_ratio(axis_ratio);
         Self {
             axis_ratio,
             area_factor: second / (axis_ratio * first),
@@ -48,13 +48,13 @@ impl Ellipse {
         }
     }
 
-    /// The same with t = (κ₁ − κ₂)/(κ₁ + κ₂), in [0, 1).
-    pub fn of_curvature_difference(t: f64) -> Self {
-        Self::of_curvature_ratio((1.0 - t) / (1.0 + t))
+    /// Computes the ellipse from t = (κ₁ − κ₂)/(κ₁ + κ₂), in [0, 1).
+    pub fn from_curvature_difference(t: f64) -> Self {
+        Self::from_curvature_ratio((1.0 - t) / (1.0 + t))
     }
 }
 
-/// Solves κ₂/κ₁ = k² D/B, which is between k^(3/2) and k² but for a logarithm.
+/// Solves κ₂/κ₁ = k² D/B for the axis ratio k; up to a logarithm, κ₂/κ₁ is between k^(3/2) and k².
 fn axis_ratio(curvature_ratio: f64) -> f64 {
     let target = curvature_ratio.ln();
     if target == 0.0 {
@@ -62,7 +62,7 @@ fn axis_ratio(curvature_ratio: f64) -> f64 {
     }
     let mut log = target / 1.5;
     for _ in 0..ITERATIONS {
-        // In logarithms the equation is nearly a proportionality: scale to meet the target.
+        // ln(κ₂/κ₁) is nearly proportional to ln k, which is scaled to the target.
         let next = log * target / Integrals::log_curvature_ratio(log);
         let step = next - log;
         log = next;
@@ -73,22 +73,22 @@ fn axis_ratio(curvature_ratio: f64) -> f64 {
     log.exp()
 }
 
-/// Complete elliptic integrals of the parameter m = 1 − k².
+/// Complete elliptic integrals with the parameter m = 1 − k².
 struct Integrals {
-    /// K, of the first kind.
+    /// Integral K of the first kind.
     first: f64,
-    /// E, of the second kind.
+    /// Integral E of the second kind.
     second: f64,
-    /// (D − B)/K, where D = (K − E)/m and B = K − D = (E − k² K)/m.
+    /// Ratio (D − B)/K, where D = (K − E)/m and B = K − D = (E − k² K)/m.
     skew: f64,
 }
 
 impl Integrals {
-    /// By the arithmetic-geometric mean of 1 and the complementary modulus k, DLMF 19.8(i).
+    /// Computes the integrals by the arithmetic-geometric mean of 1 and k, DLMF 19.8(i).
     ///
-    /// Starting from k rather than from m keeps all digits as k → 0, and summing c²/m rather than
-    /// c² keeps those of the skew as k → 1.
-    fn of_axis_ratio(k: f64) -> Self {
+    /// Starting from k instead of m is accurate for k → 0. Summing c²/m instead of c² keeps the
+    /// skew accurate for k → 1.
+    fn from_axis_ratio(k: f64) -> Self {
         let (mut mean, mut geometric) = (0.5 * (1.0 + k), k.sqrt());
         let mut half_difference = 0.5 * (1.0 - k);
         let mut share = 0.25 * (1.0 - k) / (1.0 + k);
@@ -108,26 +108,27 @@ impl Integrals {
         Self { first, second: first * (0.5 - sum + k * k * (0.5 + sum)), skew: 2.0 * sum }
     }
 
-    /// ln(k² D/B) against ln k < 0.
+    /// Returns ln(k² D/B) as a function of ln k < 0.
     fn log_curvature_ratio(log_k: f64) -> f64 {
-        let Self { skew, .. } = Self::of_axis_ratio(log_k.exp());
+        let Self { skew, .. } = Self::from_axis_ratio(log_k.exp());
         2.0 * log_k + 2.0 * skew.atanh()
     }
 }
 
-/// Terms of the expansions, which converge like exp(−c √terms); see the tests.
+/// Number of terms of the expansions, which converge as exp(−c √terms); see the tests.
 const TERMS: usize = 54;
 
-/// Places the nodes where W changes: half of them at smaller x.
+/// Value of x below which half of the nodes lie, in the range where W changes.
 const HALF_WAY: f64 = 4.0;
 
-/// Step in the logarithm of u/(1 − u); the trapezoidal rule converges exponentially in it.
+/// Step in ln(u/(1 − u)) of the trapezoidal rule, which converges exponentially.
 const STEP: f64 = 0.25;
 
-/// The integrand decays as e^τ to the left and at least as e^(−3|τ|/2) to the right.
+/// Range of steps; the integrand decays as e^τ to the left and at least as e^(−3|τ|/2) to the
+/// right.
 const STEPS: std::ops::RangeInclusive<i32> = -190..=110;
 
-/// Of the factors of area and of load, as fractions of their large-x limit f(0) H².
+/// Means of the factors of area and load, relative to their limit f(0) H² at large x.
 #[derive(Debug, Clone)]
 pub(super) struct EllipticityMeans {
     area: Chebyshev,
@@ -135,16 +136,17 @@ pub(super) struct EllipticityMeans {
 }
 
 impl EllipticityMeans {
-    /// From a function of κ₂/κ₁ that returns the factors of area and of load, both of them one at
-    /// κ₂ = κ₁ and of weaker growth than κ₁/κ₂ towards the cylinder.
+    /// Tabulates the means of a function of κ₂/κ₁ that returns the factors of area and load.
+    ///
+    /// Both factors must be one at κ₂ = κ₁ and grow more slowly than κ₁/κ₂ towards the cylinder.
     pub fn new(factors: impl Fn(f64) -> (f64, f64)) -> Self {
         let nodes: Vec<Node> = STEPS.map(|step| Node::new(step, &factors)).collect();
         let x = Chebyshev::nodes(TERMS).map(|unit| HALF_WAY * unit / (1.0 - unit));
         let (area, load): (Vec<f64>, Vec<f64>) = x.map(|x| transform(&nodes, x)).unzip();
-        Self { area: Chebyshev::through(&area), load: Chebyshev::through(&load) }
+        Self { area: Chebyshev::from_values(&area), load: Chebyshev::from_values(&load) }
     }
 
-    /// x W(x) for the factors of area and of load.
+    /// Returns x W(x) for the factors of area and of load.
     pub fn at(&self, x: f64) -> (f64, f64) {
         let unit = x / (HALF_WAY + x);
         let weight = x / (1.0 + x);
@@ -153,9 +155,9 @@ impl EllipticityMeans {
 }
 
 struct Node {
-    /// u = t².
+    /// Value u = t² of the node.
     square: f64,
-    /// Of the trapezoidal rule, with the Jacobian and with 1 − u.
+    /// Weight of the trapezoidal rule, with the Jacobian and the factor 1 − u.
     weight: f64,
     factors: (f64, f64),
 }
@@ -173,7 +175,7 @@ impl Node {
     }
 }
 
-/// (1 + x) W(x), which stays between bounds that are neither zero nor infinite.
+/// Returns (1 + x) W(x) of both factors, which has positive finite bounds.
 fn transform(nodes: &[Node], x: f64) -> (f64, f64) {
     let (area, load) = nodes.iter().fold((0.0, 0.0), |(area, load), node| {
         let weight = node.weight * (-x * node.square).exp();
@@ -191,23 +193,23 @@ mod tests {
     #[test]
     fn elliptic_integrals_agree_with_their_closed_forms() {
         // K(1/2) = Γ(1/4)²/(4√π), and E follows from it by Legendre's relation.
-        let half = Integrals::of_axis_ratio(0.5_f64.sqrt());
+        let half = Integrals::from_axis_ratio(0.5_f64.sqrt());
         let first = libm::tgamma(0.25).powi(2) / (4.0 * PI.sqrt());
         assert!((half.first - first).abs() < 1e-15);
         assert!((half.second - 0.5 * (first + FRAC_PI_2 / first)).abs() < 1e-15);
         // K = ln(4/k) and E = 1 up to k² ln k.
-        let thin = Integrals::of_axis_ratio(1e-9);
+        let thin = Integrals::from_axis_ratio(1e-9);
         assert!((thin.first - (2.0 * LN_2 + 9.0 * LN_10)).abs() < 1e-14);
         assert!((thin.second - 1.0).abs() < 1e-14);
-        let circle = Integrals::of_axis_ratio(1.0);
+        let circle = Integrals::from_axis_ratio(1.0);
         assert_eq!((circle.first, circle.second), (FRAC_PI_2, FRAC_PI_2));
     }
 
     #[test]
     fn legendre_relation_holds_between_complementary_axis_ratios() {
         for k in [1e-3_f64, 0.1, 0.4, 0.7] {
-            let these = Integrals::of_axis_ratio(k);
-            let others = Integrals::of_axis_ratio((1.0 - k * k).sqrt());
+            let these = Integrals::from_axis_ratio(k);
+            let others = Integrals::from_axis_ratio((1.0 - k * k).sqrt());
             let left = these.second * others.first + others.second * these.first
                 - these.first * others.first;
             assert!((left - FRAC_PI_2).abs() < 1e-14);
@@ -217,10 +219,10 @@ mod tests {
     #[test]
     fn axis_ratio_solves_the_equation_of_the_curvatures() {
         for ratio in [1e-20_f64, 1e-8, 0.01, 0.3, 0.9, 1.0 - 1e-7, 1.0] {
-            let k = Ellipse::of_curvature_ratio(ratio).axis_ratio;
-            let Integrals { skew, .. } = Integrals::of_axis_ratio(k);
+            let k = Ellipse::from_curvature_ratio(ratio).axis_ratio;
+            let Integrals { skew, .. } = Integrals::from_axis_ratio(k);
             let found = k * k * (1.0 + skew) / (1.0 - skew);
-            // At 1e-20, (1 − skew) K = 1 is what is left of K = 24.
+            // At 1e-20, (1 − skew) K = 1 while K = 24, which cancels digits.
             assert!((found / ratio - 1.0).abs() < 1e-13, "{ratio}: {found}");
         }
     }
@@ -228,14 +230,14 @@ mod tests {
     #[test]
     fn a_nearly_spherical_summit_has_quadratic_factors() {
         for t in [1e-3, 1e-2] {
-            let ellipse = Ellipse::of_curvature_difference(t);
-            // What is left out is of fourth order, with prefactors below one half.
+            let ellipse = Ellipse::from_curvature_difference(t);
+            // The remainder is of fourth order, with coefficients below one half.
             let fourth = 0.5 * t.powi(4) + 1e-15;
             assert!((ellipse.area_factor - 1.0 - 4.0 / 9.0 * t * t).abs() < fourth);
             assert!((ellipse.load_factor - 1.0 - t * t / 3.0).abs() < fourth);
             assert!((ellipse.axis_ratio - 1.0 + 4.0 / 3.0 * t).abs() < t * t);
         }
-        let sphere = Ellipse::of_curvature_difference(0.0);
+        let sphere = Ellipse::from_curvature_difference(0.0);
         assert_eq!((sphere.area_factor, sphere.load_factor), (1.0, 1.0));
     }
 
@@ -244,7 +246,7 @@ mod tests {
         // κ₂/κ₁ = k² (ln(4/k) − 1), f_A = 1/(k ln(4/k)), f_P = (π/2)/(k ln(4/k)^(3/2)).
         let k = 1e-6_f64;
         let logarithm = (4.0 / k).ln();
-        let ellipse = Ellipse::of_curvature_ratio(k * k * (logarithm - 1.0));
+        let ellipse = Ellipse::from_curvature_ratio(k * k * (logarithm - 1.0));
         let load_factor = FRAC_PI_2 / (k * logarithm.powf(1.5));
         assert!((ellipse.axis_ratio / k - 1.0).abs() < 1e-10);
         assert!((ellipse.area_factor * k * logarithm - 1.0).abs() < 1e-10);
@@ -254,7 +256,7 @@ mod tests {
     #[test]
     fn a_sphere_of_the_geometric_mean_curvature_has_more_area_and_less_load_than_the_ellipse() {
         for t in [0.1, 0.3, 0.5, 0.8, 0.99] {
-            let ellipse = Ellipse::of_curvature_difference(t);
+            let ellipse = Ellipse::from_curvature_difference(t);
             let square = 1.0_f64 - t * t;
             assert!(ellipse.area_factor < square.powf(-0.5));
             assert!(ellipse.load_factor > square.powf(-0.25));
@@ -262,7 +264,7 @@ mod tests {
     }
 
     fn ellipses(ratio: f64) -> (f64, f64) {
-        let ellipse = Ellipse::of_curvature_ratio(ratio);
+        let ellipse = Ellipse::from_curvature_ratio(ratio);
         (ellipse.area_factor, ellipse.load_factor)
     }
 
@@ -272,7 +274,7 @@ mod tests {
         for x in [0.01_f64, 0.5, 3.0, 40.0, 1e3, 1e6] {
             let exact = (x + (-x).exp_m1()) / x;
             let (area, load) = means.at(x);
-            // The closed form cancels to x/2.
+            // The closed form cancels to x/2 for small x.
             assert!((area / exact - 1.0).abs() < 1e-14 * (1.0 + 1.0 / x));
             assert_eq!(area, load);
         }
@@ -318,7 +320,7 @@ mod tests {
         let nodes: Vec<Node> = STEPS.map(|step| Node::new(step, ellipses)).collect();
         let rule = crate::theory::models::quadrature::GaussLegendre::new(400);
         for x in [0.0_f64, 1.0, 30.0, 1000.0] {
-            // t = sin θ softens the root with which the integrand ends at t = 1.
+            // The substitution t = sin θ removes the square-root singularity at t = 1.
             let (mut area, mut load) = (0.0, 0.0);
             for (angle, width) in rule.over(0.0, std::f64::consts::FRAC_PI_2) {
                 let (t, cosine) = angle.sin_cos();
@@ -328,7 +330,7 @@ mod tests {
                 load += weight * of_load;
             }
             let found = transform(&nodes, x);
-            // The logarithms in the factors leave the Gauss rule algebraic.
+            // Logarithms in the factors limit the Gauss rule to algebraic convergence.
             assert!((found.0 / area - 1.0).abs() < 1e-9, "{x} {} {area}", found.0);
             assert!((found.1 / load - 1.0).abs() < 1e-9, "{x} {} {load}", found.1);
         }

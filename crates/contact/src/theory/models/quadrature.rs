@@ -1,19 +1,18 @@
-//! Gauss-Legendre quadrature over panels, whose ends are where the integrand changes, and smooth
-//! functions on the unit interval as sums of Chebyshev polynomials.
+//! Gauss-Legendre quadrature, and Chebyshev interpolation on the unit interval.
 
 use std::f64::consts::PI;
 
-/// Nodes and weights for the interval [−1, 1].
+/// Nodes and weights of Gauss-Legendre quadrature on [−1, 1].
 #[derive(Debug, Clone)]
 pub struct GaussLegendre {
     nodes: Vec<(f64, f64)>,
 }
 
 impl GaussLegendre {
-    /// The rule of `order` nodes, by Newton's iteration on the Legendre polynomial.
+    /// Computes the rule of `order` nodes by Newton's method for the Legendre polynomial.
     pub fn new(order: u32) -> Self {
         let node = |index: u32| {
-            // Between the neighbouring bounds of the zeros, close enough for quadratic convergence.
+            // An approximation of the zero, close enough for quadratic convergence.
             let mut x = (PI * (f64::from(index) + 0.75) / (f64::from(order) + 0.5)).cos();
             let mut slope = 0.0;
             for _ in 0..8 {
@@ -26,14 +25,14 @@ impl GaussLegendre {
         Self { nodes: (0..order).map(node).collect() }
     }
 
-    /// Nodes and weights for the interval from `start` to `end`.
+    /// Iterates over the nodes and weights for the interval from `start` to `end`.
     pub fn over(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> {
         let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
         self.nodes.iter().map(move |(node, weight)| (middle + half * node, half * weight))
     }
 }
 
-/// The Legendre polynomial of this order and its derivative, within (−1, 1).
+/// Returns the Legendre polynomial of an order and its derivative at x in (−1, 1).
 fn legendre(order: u32, x: f64) -> (f64, f64) {
     let (mut before, mut value) = (1.0, x);
     for degree in 2..=order {
@@ -45,20 +44,20 @@ fn legendre(order: u32, x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// The interpolant through the zeros of the next Chebyshev polynomial.
+/// Chebyshev interpolant on [0, 1].
 #[derive(Debug, Clone)]
 pub struct Chebyshev {
     coefficients: Vec<f64>,
 }
 
 impl Chebyshev {
-    /// Where the function is to be known for an expansion of `terms` terms: within (0, 1).
+    /// Iterates over the interpolation nodes in (0, 1) for an expansion of `terms` terms.
     pub fn nodes(terms: usize) -> impl Iterator<Item = f64> {
         (0..terms).map(move |node| 0.5 + 0.5 * Self::angle(node, terms).cos())
     }
 
-    /// The expansion of the function which has these values at the [`Self::nodes`].
-    pub fn through(values: &[f64]) -> Self {
+    /// Expands the function that has the given values at [`Self::nodes`].
+    pub fn from_values(values: &[f64]) -> Self {
         let terms = values.len();
         let coefficient = |order: usize| {
             let sum: f64 = (0..terms)
@@ -69,7 +68,7 @@ impl Chebyshev {
         Self { coefficients: (0..terms).map(coefficient).collect() }
     }
 
-    /// The value at a point of [0, 1], by Clenshaw's recurrence.
+    /// Evaluates the interpolant at a point of [0, 1] by Clenshaw's recurrence.
     pub fn at(&self, point: f64) -> f64 {
         let double = 4.0 * point - 2.0;
         let (next, after) =
@@ -109,7 +108,7 @@ mod tests {
     fn a_polynomial_of_lower_degree_is_reproduced() {
         let cubic = |x: f64| 1.0 - 3.0 * x + 0.5 * x * x * x;
         let values: Vec<f64> = Chebyshev::nodes(4).map(cubic).collect();
-        let expansion = Chebyshev::through(&values);
+        let expansion = Chebyshev::from_values(&values);
         for point in [0.0, 0.1, 0.5, 0.77, 1.0] {
             assert!((expansion.at(point) - cubic(point)).abs() < 1e-14);
         }
@@ -118,7 +117,7 @@ mod tests {
     #[test]
     fn an_analytic_function_is_reproduced_to_rounding() {
         let values: Vec<f64> = Chebyshev::nodes(16).map(f64::exp).collect();
-        let expansion = Chebyshev::through(&values);
+        let expansion = Chebyshev::from_values(&values);
         for step in 0..=100 {
             let point = f64::from(step) / 100.0;
             assert!((expansion.at(point) / point.exp() - 1.0).abs() < 1e-14);

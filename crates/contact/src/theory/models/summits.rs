@@ -1,82 +1,87 @@
 //! Nayak's statistics of the summits of an isotropic Gaussian surface.
 //!
-//! Height z, mean curvature H = (κ₁ + κ₂)/2 and half the difference d = (κ₁ − κ₂)/2 of the
-//! principal curvatures of summits, both positive where the surface bends down, follow from three
-//! moments of the spectrum: m0 = ⟨h²⟩, m2 = ⟨h_x²⟩ and m4 = ⟨h_xx²⟩ (Longuet-Higgins 1957,
-//! Nayak 1971). A surface of Nayak's parameter α = m0 m4/m2² is that of m0 = m2 = 1, m4 = α with
-//! heights in units of √m0, curvatures in units of m2/√m0 and areas in units of m0/m2.
+//! The joint distribution of the summits depends on three moments of the spectrum: m0 = ⟨h²⟩,
+//! m2 = ⟨h_x²⟩ and m4 = ⟨h_xx²⟩ (Longuet-Higgins 1957, Nayak 1971). Its variables are the height z,
+//! the mean curvature H = (κ₁ + κ₂)/2, and half the difference of the principal curvatures,
+//! d = (κ₁ − κ₂)/2. Curvatures are positive for a convex surface.
 //!
-//! `GaussianHeights` has summits of equal curvature: how much of them stands above a plane.
+//! With heights in units of √m0, curvatures in units of m2/√m0 and areas in units of m0/m2, a
+//! surface of Nayak's parameter α = m0 m4/m2² has m0 = m2 = 1 and m4 = α.
+//!
+//! `GaussianHeights` describes the heights of summits of one mean curvature.
 
 use std::f64::consts::{PI, SQRT_2};
 
 use crate::theory::persson::erfcx;
 
-/// Moments of a spectrum in one direction; their α = m0 m4/m2² is at least 3/2.
+/// Moments of the spectrum of an isotropic surface along one direction, with α = m0 m4/m2² ≥ 3/2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summits {
-    /// Variance of the heights.
+    /// Variance m0 of the heights.
     pub m0: f64,
-    /// Variance of the slope in one direction, half the mean square gradient.
+    /// Variance m2 of the slope along one direction, half the mean square gradient.
     pub m2: f64,
-    /// Variance of the second derivative in one direction.
+    /// Variance m4 of the second derivative along one direction.
     pub m4: f64,
 }
 
 impl Summits {
-    /// In the units in which m0 = m2 = 1.
+    /// Creates the moments for Nayak's parameter α, in units with m0 = m2 = 1.
     pub fn reduced(nayak: f64) -> Self {
         Self { m0: 1.0, m2: 1.0, m4: nayak }
     }
 
-    /// Nayak's parameter α.
+    /// Returns Nayak's parameter α.
     pub fn nayak(&self) -> f64 {
         self.m0 * self.m4 / (self.m2 * self.m2)
     }
 
-    /// Summits per unit area.
+    /// Returns the number of summits per unit area.
     pub fn per_area(&self) -> f64 {
         self.m4 / (6.0 * PI * 3_f64.sqrt() * self.m2)
     }
 
-    /// Mean height of the summits, 4√(m0/(πα)), above the mean height of the surface.
+    /// Returns the mean height 4√(m0/(πα)) of the summits above the mean plane.
     pub fn mean_height(&self) -> f64 {
         4.0 * (self.m0 / (PI * self.nayak())).sqrt()
     }
 
-    /// Variance of the heights of the summits, m0 (1 − (1 − 3√3 + 16/π)/α); the literature rounds
-    /// the constant to 0.8968 (McCool 1986).
+    /// Returns the variance of the heights of the summits, m0 (1 − (1 − 3√3 + 16/π)/α).
+    ///
+    /// The literature rounds the constant to 0.8968 (McCool 1986).
     pub fn height_variance(&self) -> f64 {
         let constant = 1.0 - 3.0 * 3_f64.sqrt() + 16.0 / PI;
         self.m0 * (1.0 - constant / self.nayak())
     }
 
-    /// Mean of the mean curvature of the summits, (8/3)√(m4/π).
+    /// Returns the mean (8/3)√(m4/π) of the mean curvature of the summits.
     pub fn mean_curvature(&self) -> f64 {
         8.0 / 3.0 * (self.m4 / PI).sqrt()
     }
 
-    /// Variance of the mean curvature over all points of the surface, about zero.
+    /// Returns the variance of the mean curvature over all points of the surface, about zero.
     pub fn curvature_variance(&self) -> f64 {
         2.0 / 3.0 * self.m4
     }
 
-    /// Variance of the mean curvature over all points of one height, about z m2/m0.
+    /// Returns the variance of the mean curvature over points of one height z, about z m2/m0.
     pub fn curvature_variance_at_a_height(&self) -> f64 {
         (self.curvature_variance() - self.m2 * self.m2 / self.m0).max(0.0)
     }
 
-    /// Heights of the points, and of the summits, of one mean curvature H.
+    /// Returns the distribution of the heights of points (and of summits) of one mean curvature H.
     pub(crate) fn heights(&self, mean_curvature: f64) -> GaussianHeights {
-        let share = self.m2 / self.curvature_variance();
+        let regression = self.m2 / self.curvature_variance();
         GaussianHeights {
-            mean: share * mean_curvature,
-            deviation: (self.m0 - share * self.m2).max(0.0).sqrt(),
+            mean: regression * mean_curvature,
+            deviation: (self.m0 - regression * self.m2).max(0.0).sqrt(),
         }
     }
 
-    /// Of all summits per unit area, those per unit of height, of H and of d; zero unless
-    /// 0 ≤ d < H. It is singular at α = 3/2, where the height decides H.
+    /// Returns the number of summits per unit area and per units of height, H and d.
+    ///
+    /// The density is zero unless 0 ≤ d < H. It is singular at α = 3/2, where the height determines
+    /// H.
     pub fn density(&self, height: f64, mean_curvature: f64, curvature_difference: f64) -> f64 {
         let (h, d) = (mean_curvature, curvature_difference);
         if !(0.0..h).contains(&d) {
@@ -93,45 +98,45 @@ impl Summits {
     }
 }
 
-/// Standard deviations beyond which the density is below rounding.
+/// Range of the normal density in standard deviations; the rest is below rounding.
 const REACH: f64 = 9.0;
 
-/// Normally distributed heights z.
+/// Normal distribution of heights z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussianHeights {
     /// Mean height.
     pub mean: f64,
-    /// Standard deviation, 0 where all heights are equal.
+    /// Standard deviation; zero if all heights are equal.
     pub deviation: f64,
 }
 
-/// Means of the powers of the height above a plane, taken as zero below it: ⟨(z − s)₊ⁿ⟩.
+/// Partial moments ⟨(z − s)₊ⁿ⟩ of the heights above a plane at s.
 ///
-/// Hertz's contact has an area in n = 1 and a load in n = 3/2; n = 0 and n = 1/2 are their
-/// derivatives with the separation.
+/// The area of Hertz contacts is proportional to n = 1 and their load to n = 3/2. The derivatives
+/// with respect to the separation are proportional to n = 0 and n = 1/2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Excess {
-    /// n = 0: the fraction of summits above the plane.
+    /// Moment of n = 0: fraction of summits above the plane.
     pub fraction: f64,
-    /// n = 1/2.
+    /// Moment of n = 1/2.
     pub half: f64,
-    /// n = 1.
+    /// Moment of n = 1.
     pub first: f64,
-    /// n = 3/2.
+    /// Moment of n = 3/2.
     pub three_halves: f64,
 }
 
 impl GaussianHeights {
-    /// The excess over a plane at height s = `separation`.
+    /// Returns the partial moments above a plane at height s = `separation`.
     ///
-    /// Relative errors are below 1e-13, and u² roundings of the first moment at u standard
-    /// deviations above the mean.
+    /// Relative errors are below 1e-13. The error of the first moment at u standard deviations
+    /// above the mean is u² rounding errors.
     pub fn excess(&self, separation: f64) -> Excess {
         if self.deviation == 0.0 {
             let excess = self.mean - separation;
-            return Excess::of_height(excess);
+            return Excess::from_height(excess);
         }
-        let standard = Excess::of_standard_heights((separation - self.mean) / self.deviation);
+        let standard = Excess::from_standard_normal((separation - self.mean) / self.deviation);
         let root = self.deviation.sqrt();
         Excess {
             fraction: standard.fraction,
@@ -143,15 +148,15 @@ impl GaussianHeights {
 }
 
 impl Excess {
-    /// Of a single height.
-    fn of_height(excess: f64) -> Self {
+    /// Returns the moments of a single height.
+    fn from_height(excess: f64) -> Self {
         let fraction = if excess > 0.0 { 1.0 } else { 0.0 };
         let excess = excess.max(0.0);
         Self { fraction, half: excess.sqrt(), first: excess, three_halves: excess * excess.sqrt() }
     }
 
-    /// Of mean 0 and deviation 1, above u.
-    fn of_standard_heights(u: f64) -> Self {
+    /// Returns the moments of the standard normal distribution above u.
+    fn from_standard_normal(u: f64) -> Self {
         let (fraction, first) = whole_powers(u);
         let (half, three_halves) =
             if u < -REACH { half_powers_far_below(u) } else { half_powers(u) };
@@ -159,23 +164,24 @@ impl Excess {
     }
 }
 
-/// ⟨1⟩ = Q(u) and ⟨w − u⟩ = φ(u) − u Q(u).
+/// Returns ⟨1⟩ = Q(u) and ⟨w − u⟩ = φ(u) − u Q(u).
 fn whole_powers(u: f64) -> (f64, f64) {
     if u < 0.0 {
         let above = 0.5 * libm::erfc(u / SQRT_2);
         return (above, density(u) - u * above);
     }
-    // Mills' ratio Q/φ, for the difference in units of the density.
+    // Mills' ratio Q/φ avoids cancellation.
     let mills = (0.5 * PI).sqrt() * erfcx(u / SQRT_2);
     (density(u) * mills, density(u) * (1.0 - u * mills))
 }
 
-/// ⟨(w − u)^n⟩ for n = 1/2 and 3/2, with w − u = v².
+/// Returns ⟨(w − u)^n⟩ for n = 1/2 and 3/2, integrated over v with w − u = v².
 ///
-/// The integrand is even and entire in v, so that the trapezoidal rule converges exponentially.
+/// The integrand is even and entire in v, so the trapezoidal rule converges exponentially.
 fn half_powers(u: f64) -> (f64, f64) {
     let end = (u.max(0.0).powi(2) + REACH * REACH).sqrt() - u;
-    // The integrand is a Gaussian of variance 1/(2u) far above, two of 1/(4|u|) far below.
+    // For large u, the integrand is a Gaussian of variance 1/(2u); for large −u, two Gaussians of
+    // variance 1/(4|u|).
     let step = 0.5 / (4.0 * u.abs() + 10.0).sqrt();
     let (mut half, mut three_halves) = (0.0, 0.0);
     for node in 1.. {
@@ -183,28 +189,30 @@ fn half_powers(u: f64) -> (f64, f64) {
         if square > end {
             break;
         }
-        let share = square * density(u + square);
-        half += share;
-        three_halves += square * share;
+        let term = square * density(u + square);
+        half += term;
+        three_halves += square * term;
     }
     (2.0 * step * half, 2.0 * step * three_halves)
 }
 
-/// The same where the singularity at w = u is out of reach: the trapezoidal rule in w.
+/// Returns the moments of `half_powers` for u < −REACH by the trapezoidal rule in w.
+///
+/// The singularity at w = u is outside the range of integration.
 fn half_powers_far_below(u: f64) -> (f64, f64) {
     const STEPS: i32 = 15;
     let step = REACH / f64::from(STEPS);
     let (mut half, mut three_halves) = (0.0, 0.0);
     for node in -STEPS..=STEPS {
         let w = f64::from(node) * step;
-        let share = step * density(w) * (w - u).sqrt();
-        half += share;
-        three_halves += (w - u) * share;
+        let term = step * density(w) * (w - u).sqrt();
+        half += term;
+        three_halves += (w - u) * term;
     }
     (half, three_halves)
 }
 
-/// φ, the standard normal density.
+/// Returns the standard normal density φ.
 fn density(w: f64) -> f64 {
     (-0.5 * w * w).exp() / (2.0 * PI).sqrt()
 }
@@ -214,7 +222,7 @@ mod tests {
     use super::*;
     use crate::theory::models::quadrature::GaussLegendre;
 
-    /// ∫ weight(z, H) D dz dH dd.
+    /// Returns ∫ weight(z, H) D dz dH dd.
     fn mean(summits: Summits, weight: impl Fn(f64, f64) -> f64) -> f64 {
         let rule = GaussLegendre::new(48);
         let (rms, bend) = (summits.m0.sqrt(), summits.curvature_variance().sqrt());
@@ -298,7 +306,7 @@ mod tests {
             let excess = STANDARD.excess(u);
             let found = [excess.fraction, excess.half, excess.first, excess.three_halves];
             for (power, found) in (0..).zip(found) {
-                // φ(36) carries the rounding of an exponent of 650, the first moment u².
+                // Errors: φ(36) amplifies the rounding of an exponent of 650, the first moment u².
                 let error = found / moment(power) - 1.0;
                 assert!(error.abs() < 1e-13 * (1.0 + u * u / 100.0), "{u}, {power}: {error:e}");
             }
@@ -312,7 +320,7 @@ mod tests {
             let excess = heights.excess(separation);
             let above = heights.excess(separation + 1e-4);
             let below = heights.excess(separation - 1e-4);
-            // Of second order in the step over the deviation.
+            // The error is of second order in the step divided by the deviation.
             let first = (below.first - above.first) / 2e-4;
             let three_halves = (below.three_halves - above.three_halves) / 2e-4;
             assert!((first / excess.fraction - 1.0).abs() < 1e-5);

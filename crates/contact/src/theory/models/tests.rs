@@ -23,7 +23,7 @@ fn at_load(model: AsperityModel, nayak: f64, load: f64) -> Contact {
     contact.expect("a load within range")
 }
 
-/// 1 − κ/√(2π) at an area fraction.
+/// Returns 1 − κ/√(2π) at an area fraction.
 fn deficit(model: AsperityModel, nayak: f64, area: f64) -> f64 {
     let contact = asperities(model, nayak).at_area(area);
     1.0 - contact.expect("an area within range").secant() / KAPPA_BGT
@@ -54,7 +54,7 @@ fn curves_agree_with_an_independent_quadrature() {
             Some(model) => asperities(model, number(cells[1])).at_separation(number(cells[2])),
             None => Contact { load, area: persson::area(load), ..at_load(MeanCurvature, 2.0, 1.0) },
         };
-        // The table has eleven digits.
+        // The tolerance is that of eleven digits in the table.
         assert!((found.load / load - 1.0).abs() < 1e-10, "{line}");
         assert!((found.area / area - 1.0).abs() < 1e-10, "{line}");
         rows += 1;
@@ -75,7 +75,7 @@ fn areas_at_given_loads_agree_with_an_independent_quadrature() {
             let (name, nayak) = name.split_once("_a").expect("a model and α");
             let model = model(name).expect("a model");
             let found = at_load(model, number(nayak), cells[0]).area;
-            // The table's separations s are solved to 2e-9, and ln a changes by s times that.
+            // Separations s in the table have errors of 2e-9, and ln a has s times that.
             assert!((found / area - 1.0).abs() < 2e-8, "{name} {line}");
         }
     }
@@ -131,7 +131,7 @@ fn expansion_at_large_separation_has_the_stated_coefficient() {
                 let secant = asperities(model, nayak).at_separation(separation).secant();
                 (1.0 - secant / KAPPA_BGT) * separation * separation / nayak
             };
-            // Richardson: what is left is of the order of (α/s²)².
+            // Richardson extrapolation; the remainder is of order (α/s²)².
             let found = (apparent(32.0) * 4.0 - apparent(16.0)) / 3.0;
             assert!((found - coefficient).abs() < 1e-5 * nayak * nayak, "{found}");
             let expansion = asperities(model, nayak).secant_at_large_separation(32.0);
@@ -147,7 +147,7 @@ fn half_of_the_bearing_area_is_in_contact_at_large_separation() {
     let bearing = |separation: f64| 0.5 * libm::erfc(separation / SQRT_2);
     for model in [BushGibsonThomas, SimplifiedElliptic, MeanCurvature] {
         let area = asperities(model, 2.0).at_separation(30.0).area;
-        // Corrections are of the order of α/s².
+        // Corrections are of order α/s².
         assert!((area / bearing(30.0) - 0.5).abs() < 2.0 / 900.0);
     }
 }
@@ -161,7 +161,8 @@ fn spheres_of_one_radius_have_no_linear_limit() {
     assert_eq!(GreenwoodWilliamson.curvature_coefficient(), None);
 }
 
-/// Greenwood 2006: summits per unit area, height and geometric mean curvature, for m0 = m2 = 1.
+/// Returns the number of summits per units of area, height and geometric mean curvature, for
+/// m0 = m2 = 1 (Greenwood 2006).
 fn greenwood_density(height: f64, curvature: f64, nayak: f64) -> f64 {
     let variance = 2.0 / 3.0 * nayak - 1.0;
     let shrink = 3.0 - 3.0 / nayak;
@@ -186,7 +187,7 @@ fn simplified_elliptic_model_is_that_of_greenwood_s_closed_density() {
         {
             let (excess, of_height) = (root * root, 2.0 * root * of_root);
             let height = separation + excess;
-            // The square keeps the half powers of the curvature smooth at zero.
+            // The substitution by a square makes half powers of the curvature smooth at zero.
             for (root, of_root) in rule.over(0.0, (height.max(0.0) + 9.0 * spread).sqrt()) {
                 let (curvature, of_curvature) = (root * root, 2.0 * root * of_root);
                 let summits =
@@ -207,7 +208,7 @@ fn a_single_wavelength_is_the_continuous_limit_of_narrow_spectra() {
         for separation in [-2.0, 0.0, 1.0, 3.0, 20.0] {
             let ring = asperities(model, 1.5).at_separation(separation);
             let nearly = asperities(model, 1.5 + 1e-9).at_separation(separation);
-            // The decay with s is exp(−z²/(2⟨z²⟩)) for spheres of one radius: u² δα at most.
+            // For spheres of one radius the decay is exp(−z²/(2⟨z²⟩)): a change of at most u² δα.
             assert!((ring.area / nearly.area - 1.0).abs() < 1e-6);
             assert!((ring.load / nearly.load - 1.0).abs() < 1e-6);
             assert!((ring.slope / nearly.slope - 1.0).abs() < 1e-6);
@@ -216,7 +217,7 @@ fn a_single_wavelength_is_the_continuous_limit_of_narrow_spectra() {
 }
 
 #[test]
-fn what_numbers_cannot_express_has_no_contact() {
+fn loads_and_areas_out_of_range_have_no_contact() {
     let asperities = asperities(BushGibsonThomas, 2.0);
     for value in [0.0, -1.0, 1e-305, f64::NAN, f64::INFINITY] {
         assert_eq!(asperities.at_load(value), None);
@@ -242,7 +243,7 @@ proptest! {
         let asperities = asperities(MODELS[which], nayak);
         let target = 10f64.powf(exponent);
         let of_load = asperities.at_load(target).expect("a load within range");
-        // An ulp of s changes ln y by its derivative, s, times an ulp of s.
+        // An ulp of s changes ln y by s ulps of s.
         prop_assert!((of_load.load / target - 1.0).abs() < 1e-12);
         let of_area = asperities.at_area(target).expect("an area within range");
         prop_assert!((of_area.area / target - 1.0).abs() < 1e-12);
@@ -258,7 +259,7 @@ proptest! {
         let below = asperities.at_separation(separation - 1e-4);
         let slope = (above.area - below.area) / (above.load - below.load);
         let stiffness = (below.load - above.load) / 2e-4;
-        // Of second order in the step, of the order of s² and, in narrow spectra, of 1/(2α − 3).
+        // The error is of second order in the step, times s² and, in narrow spectra, 1/(2α − 3).
         prop_assert!((contact.slope / slope - 1.0).abs() < 1e-5);
         prop_assert!((contact.stiffness / stiffness - 1.0).abs() < 1e-5);
     }

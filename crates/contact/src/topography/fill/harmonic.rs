@@ -75,7 +75,8 @@ impl Lattice {
         ]
     }
 
-    /// Returns the nodes of the hole that contains `node`, ascending, and sets their `index_in_hole`.
+    /// Returns the nodes of the hole that contains
+    /// `node`, ascending, and sets their `index_in_hole`.
     fn hole(&self, node: usize, scan: &Scan, index_in_hole: &mut [u32]) -> Vec<usize> {
         let mut nodes = vec![node];
         index_in_hole[node] = 0;
@@ -160,7 +161,8 @@ impl Hole {
         solution.iter().map(|height| self.reference + height).collect()
     }
 
-    /// Solves the system by conjugate gradients from zero, until the residual is within `tolerance`.
+    /// Solves the system by conjugate gradients from zero, until the residual is within
+    /// `tolerance`.
     fn conjugate_gradients(&self, mut residual: Vec<f64>, tolerance: f64) -> Vec<f64> {
         let mut solution = vec![0.0; residual.len()];
         let mut direction = self.preconditioned(&residual);
