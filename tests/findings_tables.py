@@ -262,9 +262,9 @@ def sealing_note():
     shift = sealing_limit()["coefficient_3"] / 8
     flows = table("flow-mesh", "over-finest").filter(pl.col("nodes") == pl.col("nodes").min())
     low = [100 * (1 - ratio) for ratio in flows["flow_ratio"]]
-    direction = "lowers" if shift < 0 else "raises"
-    return (f"These meshes have eight nodes to the shortest wavelength. By the fit above this {direction} the area at the "
-            f"threshold by {digits(abs(shift), 1)}, nearly as much as the claim allows. With eight nodes the flow is "
+    direction = "lower" if shift < 0 else "raise"
+    return (f"These meshes have eight nodes to the shortest wavelength. By the fit above, eight nodes {direction} the "
+            f"area at the threshold by {digits(abs(shift), 1)}, nearly as much as the claim allows. With eight nodes the flow is "
             f"{digits(min(low), 1)} to {digits(max(low), 1)} % smaller than with 64 (`flow-mesh.toml`):")
 
 
