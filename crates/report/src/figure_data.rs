@@ -436,7 +436,7 @@ fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportEr
             if point.departures.is_empty() {
                 continue;
             }
-            let label = styles.name(&ensembles::point(&point.place, 0), "these surfaces");
+            let label = styles.name(&ensembles::point(&point.coordinates, 0), "these surfaces");
             let line = format!("{label} ({})", point.departures.join(", "));
             if !told.contains(&line) {
                 told.push(line);

@@ -1,28 +1,28 @@
-//! Which surfaces of a study are not what theories of rough contact assume, by their own numbers.
+//! Surfaces of a study whose statistics violate the assumptions of theories of rough contact.
 
 use crate::StageError;
 use crate::aggregate::{Groups, Statistic, grouped};
 use asperity_contact::topography::descriptors::Statistics;
 use asperity_tables::table::Table;
 
-/// Surfaces of one parameter point.
+/// Departures of the surfaces of one parameter point from isotropic Gaussian roughness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointDepartures {
-    /// Their coordinates, in one row.
-    pub place: Table,
-    /// In which respects they are no isotropic Gaussian roughness; none if they may be.
+    /// Coordinates of the parameter point, in one row.
+    pub coordinates: Table,
+    /// Descriptions of the departures; empty if there are none.
     pub departures: Vec<String>,
 }
 
-/// What the departures are averaged from.
+/// Columns whose means decide about departures.
 const DESCRIBED: [&str; 8] =
     ["m20", "m02", "m40", "m04", "m22", "skewness", "excess_kurtosis", "effective_modes"];
 
-/// The parameter points of a table of surfaces, each with the means over its surfaces: theories
-/// speak of ensembles.
+/// Finds the departures at each parameter point of a table of surfaces, from means over the
+/// surfaces, because theories describe ensembles.
 ///
 /// # Errors
-/// When the table describes no surfaces.
+/// Returns an error if the table lacks the descriptors of surfaces.
 pub fn points(surfaces: &Table) -> Result<Vec<PointDepartures>, StageError> {
     let groups = Groups {
         group_by: None,
@@ -45,7 +45,7 @@ pub fn points(surfaces: &Table) -> Result<Vec<PointDepartures>, StageError> {
             effective_modes: modes.unwrap_or(f64::INFINITY),
         };
         PointDepartures {
-            place: reduced.coordinates().pick(&[row]),
+            coordinates: reduced.coordinates().pick(&[row]),
             departures: statistics.departures(),
         }
     });

@@ -1,11 +1,11 @@
-//! What is one parameter point, one surface, one load: said once, for all that compares rows.
+//! Grouping of rows by parameter point, surface and load.
 //!
-//! The role of a column decides (see [`Role`]). Rows that agree in every **parameter** are of one
-//! ensemble; within it, seed and realization tell **surfaces** apart, and loads tell the states of
-//! a surface apart. A load is what the manifest gives, be it reduced or in pascals; the other unit
-//! is derived from it, surface by surface, and decides nothing. Loads that differ by rounding are
-//! one load. Where two blocks of loads, or two stages, tell the same of a surface, the first of
-//! them stands and the other rows are named as repeated: no surface counts twice.
+//! The [`Role`] of a column decides. Rows that agree in every **parameter** belong to one ensemble.
+//! Within an ensemble, seed and realization identify the **surface**, and the load identifies the
+//! state of a surface. The load is the column that the manifest gives, reduced or in pascals; the
+//! other one is derived for each surface and does not identify rows. Loads that differ only by
+//! rounding are equal. If several rows describe the same surface under the same load, as with two
+//! blocks or two stages, only the first row counts and the others are listed as repeated.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -23,21 +23,20 @@ use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role, Value, reals};
 use asperity_tables::table::{Table, TableError};
 
-/// The parameters that all surfaces of an ensemble share, by name; those that are null have none.
+/// Parameters that all surfaces of an ensemble share, by name. Null parameters are left out.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Point(BTreeMap<Cow<'static, str>, Value>);
 
-/// Which of the surfaces of an ensemble, whatever the mesh.
+/// Identity of a surface within its ensemble, independent of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Member {
-    /// A shape, or a measured surface: there is but one.
+    /// The only surface of its ensemble: a shape or a measured surface.
     Sole,
-    /// A random one.
+    /// Random surface.
     Drawn { seed: i64, realization: i64 },
 }
 
 impl Member {
-    /// The seed of its draws.
     pub fn seed(self) -> Option<i64> {
         match self {
             Member::Sole => None,
@@ -45,7 +44,6 @@ impl Member {
         }
     }
 
-    /// Its number among the draws of one seed.
     pub fn realization(self) -> Option<i64> {
         match self {
             Member::Sole => None,
@@ -54,7 +52,7 @@ impl Member {
     }
 }
 
-/// One load of an ensemble.
+/// Load of an ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// The load in the unit of the manifest, reduced or in pascals. It is the same for all
@@ -69,26 +67,27 @@ pub struct Load {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ensemble {
     pub point: Point,
-    /// Its surfaces, by seed and realization.
+    /// Surfaces, in ascending order of seed and realization.
     pub members: Vec<Member>,
-    /// The loads of any of its surfaces, ascending.
+    /// Loads that at least one surface has, in ascending order.
     pub loads: Vec<Load>,
-    /// Rows that tell of a surface and a load what an earlier one tells.
+    /// Rows with the same surface and load as an earlier row.
     pub repeated: Vec<usize>,
-    /// The first of its rows.
+    /// First row of the ensemble.
     pub first: usize,
+    /// Row of each surface under each load.
     rows: Vec<Vec<Option<usize>>>,
 }
 
 impl Point {
-    /// The parameters among the cells of a row.
+    /// Returns the parameters among the cells of a row.
     pub fn of(cells: impl IntoIterator<Item = (Column, Value)>) -> Point {
         let parameters = cells.into_iter();
         let parameters = parameters.filter(|(column, _)| column.role == Role::Parameter);
         Point(parameters.map(|(column, value)| (Cow::from(column.name), value)).collect())
     }
 
-    /// The parameters of a row of a table.
+    /// Reads the parameters of a row of a table.
     pub fn of_row(table: &Table, row: usize) -> Point {
         let parameters = table.in_role(Role::Parameter);
         let columns = parameters.names().into_iter().zip(parameters.batch().columns());
@@ -98,57 +97,57 @@ impl Point {
         Point(known.collect())
     }
 
-    /// The value of a parameter.
+    /// Returns the value of a parameter.
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.0.get(name)
     }
 
-    /// All parameters, by name.
+    /// Iterates over the parameters in alphabetical order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Value)> {
         self.0.iter().map(|(name, value)| (name.as_ref(), value))
     }
 
-    /// The same point with more parameters.
+    /// Adds the parameters of another point.
     pub fn and(mut self, more: Point) -> Point {
         self.0.extend(more.0);
         self
     }
 
-    /// The same parameters with other values.
+    /// Returns the same parameters with other values.
     pub fn map(&self, value: impl Fn(&str, &Value) -> Value) -> Point {
         let parameters = self.0.iter();
         Point(parameters.map(|(name, own)| (name.clone(), value(name, own))).collect())
     }
 
-    /// Of the same point, some parameters alone.
+    /// Removes all parameters except these.
     pub fn only(mut self, names: &[&str]) -> Point {
         self.0.retain(|name, _| names.contains(&name.as_ref()));
         self
     }
 
-    /// What it has that another point has not, or has otherwise.
+    /// Removes the parameters that have the same value in another point.
     pub fn beyond(mut self, other: &Point) -> Point {
         self.0.retain(|name, value| other.get(name) != Some(value));
         self
     }
 
-    /// The same point but for some parameters.
+    /// Removes these parameters.
     pub fn without(mut self, names: &[&str]) -> Point {
         self.0.retain(|name, _| !names.contains(&name.as_ref()));
         self
     }
 }
 
-/// `hurst 0.8, k_lower 4`.
+/// Formats the point like `hurst 0.8, k_lower 4`.
 impl fmt::Display for Point {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let told = self.iter().map(|(name, value)| format!("{name} {value}"));
-        formatter.write_str(&told.collect::<Vec<_>>().join(", "))
+        let parameters = self.iter().map(|(name, value)| format!("{name} {value}"));
+        formatter.write_str(&parameters.collect::<Vec<_>>().join(", "))
     }
 }
 
-/// Returns the name of the column that holds loads as the manifest gives them: `load`, or
-/// `pressure` where loads are in pascals. It is `load` for stacked tables of both kinds.
+/// Returns the name of the column with the loads of the manifest: `pressure` if they are given in
+/// pascals, and `load` if they are reduced or if both kinds of tables are stacked.
 pub fn load_column(table: &Table) -> &'static str {
     match table.in_role(Role::Load).names()[..] {
         [only] if only == PRESSURE.name => PRESSURE.name,
@@ -156,10 +155,10 @@ pub fn load_column(table: &Table) -> &'static str {
     }
 }
 
-/// The ensembles of a table of loads, in the order of their first rows.
+/// Groups the rows of a table of loads into ensembles, in the order of their first rows.
 ///
 /// # Errors
-/// When the table has no loads.
+/// Returns an error if the table has no loads.
 pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
     let given = load_column(table);
     let reduced = (given != LOAD.name).then(|| table.reals(LOAD.name));
@@ -172,15 +171,15 @@ pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
         .collect())
 }
 
-/// The loads of the rows of a table.
+/// Columns of the loads of a table.
 struct Loads<'a> {
     given: &'a Float64Array,
-    /// `None` where the manifest gives reduced loads.
+    /// Reduced loads; `None` if they are the given loads.
     reduced: Option<&'a Float64Array>,
 }
 
 impl Loads<'_> {
-    /// Returns the load that these rows have in common.
+    /// Returns the common load of these rows; their reduced loads are averaged if they differ.
     fn common(&self, given: f64, rows: impl Iterator<Item = usize> + Clone) -> Load {
         let Some(of_rows) = self.reduced else {
             let reduced = given;
@@ -203,15 +202,15 @@ impl Ensemble {
         for &row in known {
             let states = of_member.entry(members.of_row(row));
             let states = states.or_insert_with(|| vec![None; distinct.len()]);
-            match &mut states[place(&distinct, loads.given.value(row))] {
+            match &mut states[index_of_load(&distinct, loads.given.value(row))] {
                 Some(_) => repeated.push(row),
                 state => *state = Some(row),
             }
         }
         let (members, states): (Vec<_>, Vec<Vec<_>>) = of_member.into_iter().unzip();
-        let own = |place: usize| states.iter().filter_map(move |states| states[place]);
+        let rows_of = |load: usize| states.iter().filter_map(move |states| states[load]);
         let distinct = distinct.into_iter().enumerate();
-        let distinct = distinct.map(|(place, given)| loads.common(given, own(place)));
+        let distinct = distinct.map(|(load, given)| loads.common(given, rows_of(load)));
         Ensemble {
             point,
             members,
@@ -222,19 +221,21 @@ impl Ensemble {
         }
     }
 
-    /// The row of a surface under a load, both by their places; none if the surface has no such
-    /// load.
+    /// Returns the row of a surface under a load, both given by their indices in `members` and
+    /// `loads`; `None` if the surface does not have the load.
     pub fn row(&self, member: usize, load: usize) -> Option<usize> {
         self.rows[member][load]
     }
 
-    /// The rows of all surfaces under a load; none if one of them lacks it. A surface has no rows
-    /// beyond its first load in full contact, and a mean over those that are left would fall.
+    /// Returns the rows of all surfaces under a load, or `None` if a surface does not have the load.
+    ///
+    /// A surface has no rows beyond its first load in full contact, so that a mean over the
+    /// remaining surfaces would fall with the load.
     pub fn complete(&self, load: usize) -> Option<Vec<usize>> {
         self.rows.iter().map(|states| states[load]).collect()
     }
 
-    /// Every surface under every load that it has, and the row that stands for it.
+    /// Iterates over all surfaces and their loads, each with its row.
     pub fn states(&self) -> impl Iterator<Item = (Member, Load, usize)> {
         let members = self.members.iter().zip(&self.rows);
         members.flat_map(|(&member, states)| {
@@ -244,12 +245,14 @@ impl Ensemble {
     }
 }
 
-/// The rows of a table without those that tell of a surface what an earlier one tells: rows that
-/// two stages share, or two blocks that share a load. Loads that differ by rounding are written as
-/// one. A table that is not about single surfaces stays as it is.
+/// Removes rows that repeat the surface and load of an earlier row, as when two stages share rows or
+/// two blocks share a load.
+///
+/// Loads that differ by rounding become equal. A table that is not about single surfaces is returned
+/// unchanged.
 ///
 /// # Errors
-/// When loads are no numbers.
+/// Returns an error if loads are not numbers.
 pub fn each_once(table: &Table) -> Result<Table, TableError> {
     if !table.has(SURFACE.name) {
         return Ok(table.clone());
@@ -262,13 +265,13 @@ pub fn each_once(table: &Table) -> Result<Table, TableError> {
     }
     let ensembles = ensembles(table)?;
     let states = ensembles.iter().flat_map(Ensemble::states);
-    let mut standing: Vec<(usize, f64)> = states.map(|(_, load, row)| (row, load.given)).collect();
-    standing.sort_by_key(|(row, _)| *row);
-    let (rows, loads): (Vec<usize>, Vec<f64>) = standing.into_iter().unzip();
+    let mut kept: Vec<(usize, f64)> = states.map(|(_, load, row)| (row, load.given)).collect();
+    kept.sort_by_key(|(row, _)| *row);
+    let (rows, loads): (Vec<usize>, Vec<f64>) = kept.into_iter().unzip();
     Ok(table.pick(&rows).replacing(load_column(table), reals(loads)))
 }
 
-/// Rows that agree in every column, together; in the order of their first rows.
+/// Groups rows that agree in every column, in the order of their first rows.
 pub fn grouped(table: &Table) -> Vec<Vec<usize>> {
     let columns = table.batch().columns();
     if columns.is_empty() {
@@ -289,36 +292,35 @@ pub fn grouped(table: &Table) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Each load once, ascending; of loads that differ by rounding, the smallest.
+/// Sorts loads and removes repeated ones; of loads that differ by rounding, the smallest is kept.
 fn distinct(mut loads: Vec<f64>) -> Vec<f64> {
     loads.sort_by(f64::total_cmp);
     loads.dedup_by(|next, kept| decimal::is_same(*next, *kept));
     loads
 }
 
-/// The place of a load among distinct ones.
-fn place(distinct: &[f64], load: f64) -> usize {
-    // Those that differ from it by rounding are not above it.
+fn index_of_load(distinct: &[f64], load: f64) -> usize {
+    // `distinct` keeps the smallest of loads that differ by rounding, so it is not above `load`.
     distinct.partition_point(|other| *other <= load) - 1
 }
 
-/// Which surface each row of a table is about.
+/// Surfaces of the rows of a table.
 pub struct Members<'a> {
     seeds: Option<&'a Int64Array>,
     realizations: Option<&'a Int64Array>,
 }
 
 impl<'a> Members<'a> {
-    /// Looks at its columns.
+    /// Finds the columns that identify surfaces.
     ///
     /// # Errors
-    /// When seeds or realizations are no integers.
+    /// Returns an error if seeds or realizations are not integers.
     pub fn of(table: &'a Table) -> Result<Members<'a>, TableError> {
         let column = |name: &str| table.has(name).then(|| table.integers(name)).transpose();
         Ok(Members { seeds: column(SEED.name)?, realizations: column(REALIZATION.name)? })
     }
 
-    /// The surface of a row.
+    /// Returns the surface of a row.
     pub fn of_row(&self, row: usize) -> Member {
         let value = |column: Option<&Int64Array>| {
             column.filter(|column| column.is_valid(row)).map(|column| column.value(row))
@@ -332,7 +334,7 @@ impl<'a> Members<'a> {
     }
 }
 
-/// Columns that tell regions of measured surfaces apart, however these are filtered or scaled.
+/// Columns that identify a region of a measured surface, independent of filters and scales.
 const REGION: [&str; 6] = [
     CONTENT.name,
     CHANNEL.name,
@@ -344,16 +346,16 @@ const REGION: [&str; 6] = [
 
 /// Returns the number of the sampling unit of each row, from 0 in the order of appearance.
 ///
-/// The rows of one unit are not independent of each other. Points of a sweep share random numbers:
-/// the surface of one seed and realization has the same phases at every parameter point, so that
-/// its rows there are correlated. Together they are one sample of a population of surfaces, and not
-/// several. Statistics over rows of several points therefore count sampling units.
+/// Rows of one sampling unit are not independent. The parameter points of a sweep share random
+/// numbers: the surface of one seed and realization has the same phases at every point, so that its
+/// rows are correlated and count as one sample. Statistics over rows of several points therefore
+/// count sampling units.
 ///
-/// A pair of seed and realization is one unit, and so is a region of a file. Every other surface is
-/// a unit of its own, and so is every row that is not about a single surface.
+/// A pair of seed and realization is one unit, and so is a region of a file. Every other surface, and
+/// every row that is not about a single surface, is a separate unit.
 ///
 /// # Errors
-/// When seeds, realizations or names of surfaces have another type.
+/// Returns an error if seeds, realizations or names of surfaces have another type.
 pub fn sampling_units(table: &Table) -> Result<Vec<i64>, TableError> {
     let members = Members::of(table)?;
     let regions = numbered(&table.only(&REGION));

@@ -1,9 +1,8 @@
-//! Where the grid of a surface stands in tables.
+//! Columns that hold the grid of a surface.
 //!
-//! A square has the columns `nodes` and `side`, a rectangle `nodes_x`, `nodes_y`, `side_x` and
-//! `side_y`. One set of columns for both would have been simpler to read and would have renamed
-//! what every table of a square has held so far. Beside each other, either has nulls in the columns
-//! of the other.
+//! A square has the columns `nodes` and `side`, a rectangle has `nodes_x`, `nodes_y`, `side_x` and
+//! `side_y`. A single set of columns would be simpler, but would rename the columns of existing
+//! tables of squares. In a table with both, each has nulls in the columns of the other.
 
 use arrow::array::{Array, Float64Array, Int64Array};
 
@@ -13,7 +12,7 @@ use asperity_contact::grid::{Cell, Grid};
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
 
-/// The cells that say where the nodes of a surface lie.
+/// Returns the columns that hold a grid, with their values.
 pub fn coordinates(nodes: [usize; 2], size: [f64; 2]) -> Vec<(Column, Value)> {
     let is_square = nodes[0] == nodes[1] && size[0] == size[1];
     let [nodes_x, nodes_y] = nodes.map(|nodes| Value::Integer(nodes as i64));
@@ -24,12 +23,12 @@ pub fn coordinates(nodes: [usize; 2], size: [f64; 2]) -> Vec<(Column, Value)> {
     }
 }
 
-/// Whether some row of a table, or of one like it, may be about a rectangle.
+/// Returns whether rows of a table may be about rectangles.
 pub fn has_rectangles(table: &Table) -> bool {
     table.has(NODES_X.name)
 }
 
-/// The nodes of the surfaces in a table.
+/// Numbers of nodes of the surfaces in a table.
 #[derive(Clone, Copy)]
 pub struct Meshes<'a> {
     square: Option<&'a Int64Array>,
@@ -37,10 +36,10 @@ pub struct Meshes<'a> {
 }
 
 impl<'a> Meshes<'a> {
-    /// Of a table whose rows are about surfaces.
+    /// Finds the columns with the numbers of nodes.
     ///
     /// # Errors
-    /// When it has neither the columns of squares nor those of rectangles.
+    /// Returns an error if the table has neither the columns of squares nor those of rectangles.
     pub fn of(table: &'a Table) -> Result<Self, TableError> {
         if !has_rectangles(table) {
             return Ok(Self { square: Some(table.integers(NODES.name)?), rectangle: None });
@@ -51,7 +50,7 @@ impl<'a> Meshes<'a> {
         })
     }
 
-    /// Nodes along x and y.
+    /// Returns the number of nodes along x and y of a row.
     pub fn nodes(&self, row: usize) -> [usize; 2] {
         let square = self.square.filter(|nodes| nodes.is_valid(row));
         let nodes = match (square, self.rectangle) {
@@ -62,14 +61,14 @@ impl<'a> Meshes<'a> {
         nodes.map(|nodes| nodes.unsigned_abs() as usize)
     }
 
-    /// The nodes of a square along either side.
+    /// Returns the number of nodes per side if the mesh of a row is square.
     pub fn of_square(&self, row: usize) -> Option<i64> {
         let square = self.square.filter(|nodes| nodes.is_valid(row))?;
         Some(square.value(row))
     }
 }
 
-/// The grids of the surfaces in a table.
+/// Grids of the surfaces in a table.
 #[derive(Clone, Copy)]
 pub struct Grids<'a> {
     meshes: Meshes<'a>,
@@ -78,10 +77,10 @@ pub struct Grids<'a> {
 }
 
 impl<'a> Grids<'a> {
-    /// Of a table whose rows are about surfaces.
+    /// Finds the columns that hold grids.
     ///
     /// # Errors
-    /// When it has neither the columns of squares nor those of rectangles.
+    /// Returns an error if the table has neither the columns of squares nor those of rectangles.
     pub fn of(table: &'a Table) -> Result<Self, TableError> {
         let meshes = Meshes::of(table)?;
         if !has_rectangles(table) {
@@ -94,10 +93,10 @@ impl<'a> Grids<'a> {
         })
     }
 
-    /// The grid of a row.
+    /// Returns the grid of a row.
     ///
     /// # Errors
-    /// When its numbers make no grid: the table is not one of this program.
+    /// Returns an error if the numbers are not a valid grid; this program writes no such tables.
     pub fn grid(&self, row: usize) -> Result<Grid, StageError> {
         let square = self.square.filter(|side| side.is_valid(row));
         let size = match (square, self.rectangle) {
@@ -109,10 +108,10 @@ impl<'a> Grids<'a> {
     }
 }
 
-/// So many nodes on a cell of these sides.
+/// Creates a grid of `nodes` nodes on a cell with sides `size`.
 ///
 /// # Errors
-/// When there is no node, or no cell.
+/// Returns an error if the number of nodes or the area of the cell is zero.
 pub fn grid(nodes: [usize; 2], size: [f64; 2]) -> Result<Grid, StageError> {
     let grid = Cell::new(size).and_then(|cell| Grid::new(nodes, cell));
     grid.map_err(|error| StageError::Heights(error.into()))
@@ -127,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_has_the_columns_that_it_always_had() {
+    fn squares_and_rectangles_have_their_own_columns() {
         assert_eq!(row([8, 8], [0.5, 0.5]).names(), ["nodes", "side"]);
         let four = ["nodes_x", "nodes_y", "side_x", "side_y"];
         assert_eq!(row([8, 4], [0.5, 0.5]).names(), four);
@@ -135,9 +134,9 @@ mod tests {
     }
 
     #[test]
-    fn grids_are_read_as_they_were_told_beside_each_other_too() {
-        let told = [([8, 8], [0.5, 0.5]), ([8, 4], [2.0, 1.0]), ([16, 16], [1.0, 1.0])];
-        let rows = told.map(|(nodes, size)| row(nodes, size));
+    fn grids_are_read_back_from_tables_with_squares_and_rectangles() {
+        let grids = [([8, 8], [0.5, 0.5]), ([8, 4], [2.0, 1.0]), ([16, 16], [1.0, 1.0])];
+        let rows = grids.map(|(nodes, size)| row(nodes, size));
         for tables in [&rows[..], &rows[..1], &rows[1..2], &rows[1..]] {
             let table = Table::stack(tables).unwrap();
             let grids = Grids::of(&table).unwrap();

@@ -1,26 +1,26 @@
-//! The kinds of stage of a study: which keys each has, how they are checked, and how a task of each
-//! computes its table.
+//! Kinds of stage of a study. Each kind declares and checks its keys in a manifest and computes
+//! tables from tables.
 //!
-//! A table is a function of the stage's `VERSION`, its parameters and its input tables, and of
-//! nothing else: no clock, no environment, no thread number.
+//! A table depends only on the `VERSION` of the stage, its parameters and its input tables. It does
+//! not depend on the clock, the environment or the number of threads.
 //!
-//! | module | holds |
+//! | module | content |
 //! |---|---|
-//! | [`generate`] | draws random surfaces, makes shapes, reads measured surfaces |
-//! | [`solve`] | presses surfaces, load after load |
+//! | [`generate`] | draws random surfaces, creates shapes, reads measured surfaces |
+//! | [`solve`] | presses surfaces through blocks of loads |
 //! | [`measure`] | measures contact maps and surfaces |
 //! | [`correct`] | corrects contact areas for the mesh |
 //! | [`fit`] | fits laws to the surfaces of a parameter point, and limits to all points |
-//! | [`aggregate`] | reduces tables to statistics within groups, and answers queries in SQL |
-//! | `stage` | what every stage answers: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
-//! | [`form`] | which keys a stage has, and what they are checked against |
-//! | [`columns`], [`grids`] | every column; how tables hold the mesh of a surface |
-//! | [`ensemble`] | which rows are about one parameter point, one surface, one load |
+//! | [`aggregate`] | computes statistics of groups of rows, and answers SQL queries |
+//! | `stage` | common interface of the stages: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
+//! | [`form`] | keys of each stage, and the context in which they are checked |
+//! | [`columns`], [`grids`] | all columns; the columns that hold the grid of a surface |
+//! | [`ensemble`] | grouping of rows by parameter point, surface and load |
 //! | [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
-//! | [`caveats`] | surfaces that are not what theories of rough contact assume |
+//! | [`caveats`] | surfaces that violate the assumptions of theories of rough contact |
 //!
-//! Everything about a kind of stage is in its own file and folder. A new kind is added to the
-//! matches in this file and in [`form`].
+//! Each kind of stage has its own file and folder. A new kind is added to the `match` expressions in
+//! this file and in [`form`].
 
 pub mod aggregate;
 pub mod caveats;
@@ -52,7 +52,7 @@ pub use stage::{
     beside_coordinates, stacked,
 };
 
-/// What kind of work a stage does; the word after `kind =` in a manifest.
+/// Kind of a stage, as given by `kind =` in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -65,11 +65,11 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Every kind, in the order of a study.
+    /// All kinds, in the order in which a study uses them.
     pub const ALL: [Kind; 6] =
         [Kind::Generate, Kind::Solve, Kind::Measure, Kind::Correct, Kind::Fit, Kind::Aggregate];
 
-    /// What is known of a kind without its parameters.
+    /// Returns the properties of the kind that do not depend on parameters.
     pub fn definition(self) -> &'static Definition {
         match self {
             Kind::Generate => &generate::STAGE,
@@ -81,12 +81,12 @@ impl Kind {
         }
     }
 
-    /// The word used in manifests, tables and recipes.
+    /// Returns the name of the kind in manifests, tables and recipes.
     pub fn name(self) -> &'static str {
         self.definition().name
     }
 
-    /// The version of the stage's numbers.
+    /// Returns the version of the numbers that the stage computes.
     pub fn version(self) -> u32 {
         self.definition().version
     }
@@ -98,12 +98,12 @@ impl fmt::Display for Kind {
     }
 }
 
-/// Every column that stages of a kind may add to the coordinates that they carry on.
+/// Returns all columns that stages of a kind may add to the coordinates of their inputs.
 pub fn columns_of(kind: Kind) -> Vec<Column> {
     (kind.definition().columns)()
 }
 
-/// What the rows of a stage's table are about.
+/// Content of the rows of a stage's table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rows {
     Surfaces,
@@ -126,7 +126,6 @@ pub enum Rows {
 }
 
 impl Rows {
-    /// All of them.
     pub const ALL: [Rows; 17] = [
         Rows::Surfaces,
         Rows::Spectra,
@@ -147,7 +146,7 @@ impl Rows {
         Rows::Statistics,
     ];
 
-    /// What messages call them.
+    /// Returns the name of such rows in messages.
     pub fn name(self) -> &'static str {
         match self {
             Rows::Surfaces => "surfaces",
@@ -171,25 +170,24 @@ impl Rows {
     }
 }
 
-/// Everything that a task reads of its manifest: enough to compute it again from its inputs.
+/// Parameters of one task. Together with the inputs they determine its table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Recipe {
-    /// Draw or read one surface.
+    /// Draws or reads one surface.
     Generate(generate::Params),
-    /// Press one surface through one block of loads.
+    /// Presses one surface through one block of loads.
     Solve(Arc<solve::Params>),
-    /// Measure one solved block, or one surface.
+    /// Measures one solved block, or one surface.
     Measure(measure::Params),
-    /// Correct one measured block.
+    /// Corrects one measured block.
     Correct(Arc<correct::Params>),
-    /// Fit one parameter point, or all points together.
+    /// Fits one parameter point, or all points together.
     Fit(Arc<fit::Params>),
-    /// Reduce whole tables.
+    /// Computes statistics or answers a query over whole tables.
     Aggregate(Arc<aggregate::Params>),
 }
 
-/// What a stage can do, its recipe can.
 impl Deref for Recipe {
     type Target = dyn Stage;
 
@@ -206,8 +204,10 @@ impl Deref for Recipe {
 }
 
 impl Recipe {
-    /// The recipe that later keys are built on: without what only adds columns that no later stage
-    /// reads, so that keeping more never recomputes them.
+    /// Returns the recipe from which the keys of later stages are computed.
+    ///
+    /// It omits parameters that only add columns that no later stage reads. Storing more columns
+    /// therefore does not recompute later stages.
     pub fn identity(&self) -> Cow<'_, Recipe> {
         match self.identity_recipe() {
             Some(recipe) => Cow::Owned(recipe),
@@ -215,7 +215,7 @@ impl Recipe {
         }
     }
 
-    /// Whether one task draws all surfaces of a parameter point.
+    /// Returns whether one task draws all surfaces of a parameter point.
     pub fn pools_surfaces(&self) -> bool {
         self.reach() == Reach::Point && self.footprint() != Footprint::NONE
     }

@@ -1,5 +1,4 @@
-//! What every kind of stage is asked, what it is given and what it tells: its definition, its
-//! parameters and what follows from them, its work in a study, its errors.
+//! Common interface of all kinds of stage: definition, parameters, work in a study, and errors.
 
 use std::borrow::Cow;
 
@@ -24,130 +23,134 @@ use asperity_tables::store::StoreError;
 use asperity_tables::store::checkpoints::Checkpoints;
 use asperity_tables::table::{Table, TableError};
 
-/// What is known of a kind of stage without its parameters.
+/// Properties of a kind of stage that do not depend on parameters.
 pub struct Definition {
-    /// The word used in manifests, tables and recipes.
+    /// Name of the kind in manifests, tables and recipes.
     pub name: &'static str,
-    /// The version of its numbers: raised whenever they change.
+    /// Version of the numbers; it is raised whenever they change.
     pub version: u32,
     pub reads: Reads,
-    /// What its rows are about, given those that it reads; `None` where that cannot be told.
+    /// Returns the content of the rows for the content of the rows that the stage reads; `None` if
+    /// it depends on parameters.
     pub makes: fn(Option<Rows>) -> Option<Rows>,
-    /// Every column that it may add to the coordinates that it carries on.
+    /// Returns all columns that the stage may add to the coordinates of its inputs.
     pub columns: fn() -> Vec<Column>,
-    /// What its table has found, in a few words each.
+    /// Returns short statements that summarize a table of the stage.
     pub summary: fn(&TableSource) -> Result<Vec<String>, StageError>,
 }
 
-/// What a stage can read; each alone, never one beside the other.
+/// Inputs that a stage accepts. All inputs of one stage must have the same content.
 #[derive(Debug, Clone)]
 pub struct Reads {
-    /// What the rows may be about.
+    /// Accepted contents of the rows.
     pub rows: &'static [Rows],
-    /// Which stages give them, for messages.
+    /// Kinds of stage that have such rows, for messages.
     pub from: Cow<'static, str>,
 }
 
-/// One stage's parameters for one task, defaults filled in, and what follows from them.
+/// Parameters of a stage for one task, with defaults filled in.
 pub trait Stage {
-    /// The kind of stage that has these parameters.
+    /// Returns the kind of stage that has these parameters.
     fn kind(&self) -> Kind;
 
     /// Computes the task's table.
     ///
     /// # Errors
-    /// When an input lacks a column, a file has changed, a query is wrong, or on interruption.
+    /// Returns an error if an input lacks a column, a file has changed, a query is wrong, or the
+    /// task is interrupted.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError>;
 
-    /// The stage's table without rows, given those of the stages that it reads and their names.
+    /// Returns the table of the stage without rows, given the names and the empty tables of its
+    /// inputs.
     ///
     /// # Errors
-    /// When a query cannot be answered, or a column is missing.
+    /// Returns an error if a query cannot be answered or a column is missing.
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError>;
 
-    /// Whether the columns of its table depend on its parameters: those of a stage may differ then
-    /// from point to point of its grid.
+    /// Returns whether the columns of the table depend on the parameters. If so, they may differ
+    /// between the points of the stage's grid.
     fn has_columns_of_its_own(&self) -> bool {
         false
     }
 
-    /// What the task is expected to cost. Nothing but forecasts depends on it.
+    /// Returns the expected cost of the task, which is used only by forecasts.
     fn effort(&self, extent: Extent) -> Effort;
 
-    /// How much one task reads.
+    /// Returns which tables one task reads.
     fn reach(&self) -> Reach {
         Reach::Single
     }
 
-    /// Which columns of its inputs it reads: heights and contact maps are large.
+    /// Returns which columns of its inputs the task reads: heights and contact maps are large.
     fn columns_read(&self) -> Columns {
         Columns::Light
     }
 
-    /// Reduces an input table to the columns that the stage needs, where these are known.
+    /// Reduces an input table to the columns that the stage needs, if these are known.
     fn needed(&self, table: Table) -> Table {
         table
     }
 
-    /// The coordinates that the task adds to those of what it reads, where they are known before
-    /// it has run.
+    /// Returns the coordinates that the task adds to the coordinates of its inputs, if they are
+    /// known before the task has run.
     fn coordinates(&self) -> Vec<(Column, Value)> {
         Vec::new()
     }
 
-    /// What the task needs of memory for each node of its mesh.
+    /// Returns the memory that the task needs per node of its mesh.
     fn footprint(&self) -> Footprint {
         Footprint::NONE
     }
 
-    /// Rows about one surface in the task's table, or in those that it pools; `read` are those in
-    /// the table that it reads.
+    /// Returns the number of rows per surface in the task's table, or in the tables that it pools.
+    /// `read` is the number of rows per surface in the table that the task reads.
     fn rows(&self, read: usize) -> usize {
         read
     }
 
-    /// Nodes along x and y of the mesh, where the task makes one.
+    /// Returns the number of nodes along x and y if the task creates a mesh.
     fn mesh(&self) -> Option<[usize; 2]> {
         None
     }
 
-    /// The query, where it is one: it looks at each of its inputs as a table of its own.
+    /// Returns the SQL query if the task answers one. A query reads each input as a separate table.
     fn query(&self) -> Option<&str> {
         None
     }
 
-    /// The recipe for inputs with these names, each of so many tables, where that is a part of it.
+    /// Returns the recipe for inputs with these names and numbers of tables, if they are part of the
+    /// recipe.
     fn over(&self, _inputs: Vec<(String, usize)>) -> Option<Recipe> {
         None
     }
 
-    /// The recipe that later keys are built on, if it is another one: this one without what only
-    /// adds columns that no later stage reads.
+    /// Returns the recipe from which the keys of later stages are computed, if it differs from this
+    /// recipe (see [`Recipe::identity`]).
     fn identity_recipe(&self) -> Option<Recipe> {
         None
     }
 }
 
-/// What a stage adds to the coordinates of the rows that it reads, without rows.
+/// Returns the coordinates of the inputs and the columns that a stage adds, without rows.
 ///
 /// # Errors
-/// When the inputs have columns of one name and different types.
+/// Returns an error if the inputs have columns of the same name with different types.
 pub fn beside_coordinates(own: &[Column], inputs: &[(String, Table)]) -> Result<Table, TableError> {
     let above = stacked(inputs)?.coordinates();
     let names = above.names();
     Ok(above.beside(&Table::empty(own).without(&names)))
 }
 
-/// The tables one under the other, as a stage reads them that is no query.
+/// Stacks the input tables, as all stages except queries read them.
 ///
 /// # Errors
-/// When they have columns of one name and different types.
+/// Returns an error if the inputs have columns of the same name with different types.
 pub fn stacked(inputs: &[(String, Table)]) -> Result<Table, TableError> {
     let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
     Table::stack(&tables)
 }
 
-/// How much one task reads of the stages before it.
+/// Tables of earlier stages that one task reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
     /// One table.
@@ -158,95 +161,95 @@ pub enum Reach {
     All,
 }
 
-/// One input of a task: its table and the recipe that made it.
+/// One input of a task.
 pub struct Input<'a> {
-    /// How the table was made; a surface whose heights were not kept is drawn again from it.
+    /// Recipe of the table, from which a surface without stored heights is drawn again.
     pub recipe: &'a Recipe,
     pub table: Table,
 }
 
-/// What a running task may reach besides its inputs. Nothing in it decides a number.
+/// Resources of a running task, none of which influences its numbers.
 pub struct Context<'a> {
-    /// Where the files of measured surfaces lie, by the hash of their content.
+    /// Paths of the files of measured surfaces, by the hash of their content.
     pub sources: &'a SurfaceFiles,
-    /// Memory that the task may take where its need is not known beforehand.
+    /// Memory limit of a task whose memory cannot be predicted, such as a query.
     pub memory: ByteSize,
-    /// The threads that it may share its work among.
+    /// Threads that the task may use.
     pub threads: &'a Threads,
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
-    /// Where a long task keeps how far it has come.
+    /// Store of the intermediate states of a long task.
     pub checkpoints: &'a dyn Checkpoints,
-    /// Hears which share of the task is done, from 0 to 1.
+    /// Receives the finished share of the task, from 0 to 1.
     pub advance: &'a (dyn Fn(f64) + Sync),
 }
 
-/// What a task needs of memory, for each node of its mesh.
+/// Memory that a task needs per node of its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// Bytes while it computes.
+    /// Bytes during the computation.
     pub work: f64,
-    /// Bytes of its table, with everything that is a map.
+    /// Bytes of the maps in its table.
     pub table: f64,
 }
 
 impl Footprint {
-    /// No maps.
+    /// Footprint of a task without maps.
     pub const NONE: Footprint = Footprint { work: 0.0, table: 0.0 };
 }
 
-/// How much a task has at hand.
+/// Size of the inputs of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
     /// Nodes of a surface along x and y.
     pub nodes: [usize; 2],
-    /// Rows about it, see [`Stage::rows`].
+    /// Rows per surface, see [`Stage::rows`].
     pub rows: usize,
     pub tables: usize,
 }
 
-/// What a task is expected to cost.
+/// Expected cost of a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Pairs of transforms on the task's mesh.
     pub pairs: f64,
-    /// Seconds of anything else.
+    /// Seconds of all other work.
     pub seconds: f64,
 }
 
-/// Seconds for the handling of any task: key, Parquet, checksum, file. On meshes of 32² there is
-/// hardly anything else.
+/// Seconds that every task takes for its key, Parquet encoding, checksum and file. On meshes of 32²
+/// this is nearly the whole cost.
 const HANDLING: f64 = 2e-3;
 /// Seconds to read a table from the store.
 const READING: f64 = 4e-4;
 
 impl Effort {
-    /// A number of pairs, besides the handling.
+    /// Returns the cost of a number of pairs of transforms and of the handling of the task.
     pub fn pairs(pairs: f64) -> Effort {
         Effort { pairs, seconds: HANDLING }
     }
 
-    /// No transforms; so many seconds besides the handling.
+    /// Returns the cost of a number of seconds and of the handling of the task.
     pub fn seconds(seconds: f64) -> Effort {
         Effort { pairs: 0.0, seconds: HANDLING + seconds }
     }
 
-    /// The same, and so many tables are read before.
+    /// Adds the cost of reading a number of tables.
     pub fn and_reading(self, tables: usize) -> Effort {
         Effort { seconds: self.seconds + READING * tables as f64, ..self }
     }
 }
 
-/// What a stage does, the points of its grid in order.
+/// Work of a stage at all points of its grid, in order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Work {
     Generate(Vec<PlannedSurfaces>),
-    /// Reads what other stages made, by each of these recipes; there is at least one, and all are
-    /// of one kind.
+    /// Recipes that are applied to the tables of other stages. There is at least one, and all are
+    /// of the same kind.
     Evaluate(Vec<Recipe>),
 }
 
 impl Work {
-    /// The kind of stage that does it.
+    /// Returns the kind of stage that does the work.
     pub fn kind(&self) -> Kind {
         match self {
             Work::Generate(_) => Kind::Generate,
@@ -254,7 +257,7 @@ impl Work {
         }
     }
 
-    /// The recipes by which it reads other stages.
+    /// Returns the recipes that are applied to the tables of other stages.
     pub fn recipes(&self) -> &[Recipe] {
         match self {
             Work::Generate(_) => &[],
@@ -262,7 +265,7 @@ impl Work {
         }
     }
 
-    /// An upper bound on the number of its tasks, given that of its inputs.
+    /// Returns an upper bound on the number of tasks for a number of input tables.
     pub fn tasks(&self, inputs: usize) -> usize {
         match self {
             Work::Generate(surfaces) => {
@@ -285,10 +288,11 @@ impl Work {
         }
     }
 
-    /// Its stage's table without rows, given those of the stages that it reads and their names.
+    /// Returns the table of the stage without rows, given the names and the empty tables of its
+    /// inputs.
     ///
     /// # Errors
-    /// When a query cannot be answered, or a column is missing that the work needs.
+    /// Returns an error if a query cannot be answered or a column is missing.
     pub fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         let recipes = match self {
             Work::Generate(surfaces) => {
@@ -308,8 +312,8 @@ impl Work {
     }
 }
 
-/// Passes one column to `with` part by part, for tables that do not fit into memory. Returns
-/// whether there is such a column.
+/// Passes one column to `with` in parts, for tables that do not fit into memory. Returns whether the
+/// table has such a column.
 fn each_part(
     source: &TableSource,
     name: &str,
@@ -324,10 +328,10 @@ fn each_part(
     Ok(true)
 }
 
-/// Smallest and largest value of a column, if there is one.
+/// Formats the smallest and the largest value of a column; `None` if there are no values.
 ///
 /// # Errors
-/// When it holds no numbers, or is damaged.
+/// Returns an error if the column holds no numbers or is damaged.
 pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<String>, StageError> {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     each_part(source, name, |part| {
@@ -342,7 +346,7 @@ pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<Str
     }))
 }
 
-/// Four decimals, and four digits behind the first where these would be none.
+/// Formats a number with four decimals, or in scientific notation if it is smaller than 10⁻³.
 fn number(value: f64) -> String {
     match value != 0.0 && value.abs() < 1e-3 {
         true => format!("{value:.4e}"),
@@ -350,10 +354,10 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A column's texts, each once, in order of appearance.
+/// Returns the distinct texts of a column, in order of appearance.
 ///
 /// # Errors
-/// When it holds no texts, or is damaged.
+/// Returns an error if the column holds no texts or is damaged.
 pub fn distinct(source: &TableSource, name: &str) -> Result<Vec<String>, StageError> {
     let mut found: Vec<String> = Vec::new();
     each_part(source, name, |part| {
@@ -367,62 +371,52 @@ pub fn distinct(source: &TableSource, name: &str) -> Result<Vec<String>, StageEr
     Ok(found)
 }
 
-/// Why a task has no table.
+/// Error of a task.
 #[derive(Debug, thiserror::Error)]
 pub enum StageError {
     /// The user asked to stop.
     #[error("interrupted")]
     Interrupted,
-    /// An input table is not what the stage reads.
     #[error("cannot use an input table")]
     Table(#[from] TableError),
-    /// The file of a measured surface is gone or has changed.
     #[error("cannot read a measured surface")]
     Source(#[from] SurfaceFileError),
-    /// Heights, stored or scaled, are no surface.
-    #[error("these heights are no surface")]
+    /// Stored or scaled heights, or the grid, are invalid.
+    #[error("the heights are not a valid surface")]
     Heights(#[source] SurfaceError),
-    /// The material is pressed by more than it bears.
-    #[error("the material does not bear the load, both in units of E* × rms slope")]
+    #[error("cannot press a material of this hardness (values in units of E* × rms slope)")]
     Hardness(#[from] HardnessError),
-    /// A surface has no asperities.
-    #[error("asperities cannot be pressed")]
+    #[error("cannot press the asperities of the surface")]
     NoSummits(#[from] NoSummits),
-    /// A stored contact map does not fit its mesh.
     #[error("a stored contact map does not fit its mesh")]
     Map(#[source] MapError),
-    /// The file of a measured surface is no map of heights.
-    #[error("`{path}` is no usable surface")]
+    #[error("cannot use `{path}` as a surface")]
     Measured { path: String, source: Box<MapFileError> },
-    /// A measured surface cannot be prepared as asked.
-    #[error("`{path}` cannot be prepared as asked")]
+    #[error("cannot prepare the surface `{path}`")]
     Preparation { path: String, source: PreparationError },
-    /// A file holds no power spectral density.
+    /// The file of a spectrum is invalid; the reason continues the sentence.
     #[error("`{path}` {reason}")]
     SpectrumFile { path: String, reason: String },
-    /// A measured spectrum is no power spectral density.
-    #[error("a measured spectrum is no power spectral density")]
+    #[error("a measured spectrum is not a valid power spectral density")]
     SpectralDensity(#[source] SpectralDensityError),
-    /// A mesh has no waves in the range of a spectrum.
     #[error(
-        "no wave of the mesh has a density: the spectrum goes from wavenumber {from:.4e} to {to:.4e}"
+        "no mode of the mesh lies in the range of the spectrum, from wavenumber {from:.4e} to \
+         {to:.4e}"
     )]
     NoModes {
-        /// The smallest wavenumber with a density.
+        /// Smallest wavenumber with a density.
         from: f64,
-        /// The largest.
+        /// Largest wavenumber with a density.
         to: f64,
     },
-    /// Heights were to be drawn again whose spectrum is in another task's table.
-    #[error("heights with the spectrum of another stage were not kept")]
+    /// Heights cannot be drawn again because the spectrum is in the table of another task.
+    #[error("the heights of a surface with the spectrum of another stage are not stored")]
     NotKept,
     /// A table that a query reads is damaged.
     #[error(transparent)]
     Store(StoreError),
-    /// A query has no answer.
     #[error("cannot answer the query")]
     Query(#[from] QueryError),
-    /// An aggregation cannot be carried out.
     #[error("cannot aggregate: {reason}")]
     Aggregate { reason: String },
 }

@@ -1,7 +1,7 @@
-//! Files of measured surfaces, found by what is in them.
+//! Files of measured surfaces, identified by their content.
 //!
-//! A result depends on the content of a file and not on its name: recipes hold the hash of the
-//! content, and only this map knows where such content lies.
+//! A result depends on the content of a file and not on its path: recipes contain the hash of the
+//! content, and [`SurfaceFiles`] maps hashes to paths.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -12,20 +12,20 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use thiserror::Error;
 
-/// The largest file that is read: a map of 16384 × 16384 numbers and some header.
+/// Size limit of files in bytes: a map of 16384 × 16384 double-precision numbers and a header.
 pub const LARGEST: u64 = (8 << 28) + (1 << 20);
 
-/// A BLAKE3 hash of a file's bytes; written in hexadecimal.
+/// BLAKE3 hash of the bytes of a file, written in hexadecimal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ContentHash([u8; 32]);
 
 impl ContentHash {
-    /// The hash of these bytes.
+    /// Computes the hash of these bytes.
     pub fn of(bytes: &[u8]) -> Self {
         Self(*blake3::hash(bytes).as_bytes())
     }
 
-    /// The hash that is written so.
+    /// Parses a hash in hexadecimal digits.
     pub fn from_hex(text: &str) -> Option<Self> {
         let hash = blake3::Hash::from_hex(text).ok()?;
         Some(Self(*hash.as_bytes()))
@@ -47,70 +47,67 @@ impl Serialize for ContentHash {
 impl<'de> Deserialize<'de> for ContentHash {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<ContentHash, D::Error> {
         let text = String::deserialize(deserializer)?;
-        let unreadable = || de::Error::custom(format_args!("`{text}` is no hash of a content"));
-        ContentHash::from_hex(&text).ok_or_else(unreadable)
+        let invalid = || de::Error::custom(format_args!("`{text}` is not a BLAKE3 hash"));
+        ContentHash::from_hex(&text).ok_or_else(invalid)
     }
 }
 
-/// What files held when they were last read, by their paths as the manifest gives them.
+/// Properties of files when they were last read, by their paths in the manifest.
 pub type Recollection = BTreeMap<PathBuf, Recalled>;
 
-/// What is known of a file that cannot be read now: what its recipe is made of that no manifest says,
-/// and what forecasts need.
+/// Recorded properties of a file that cannot be read now, as needed for its recipe and for
+/// forecasts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recalled {
-    /// The hash of its content.
+    /// Hash of the content.
     pub content: ContentHash,
-    /// Its format; none of a NumPy array.
+    /// Format of the file; `None` for a NumPy array.
     pub format: Option<String>,
-    /// The unit of its lengths.
+    /// Unit of length.
     pub unit: String,
-    /// Nodes along x and y of its map once that is prepared.
+    /// Nodes along x and y of the prepared map.
     pub nodes: [u32; 2],
-    /// Sides of that map.
+    /// Sides of the prepared map.
     pub side: [f64; 2],
 }
 
-/// Where the files of measured surfaces lie.
+/// Paths of the files of measured surfaces.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SurfaceFiles {
-    /// Paths in manifests are relative to it.
+    /// Folder of the manifest, to which paths are relative.
     folder: PathBuf,
     paths: BTreeMap<ContentHash, PathBuf>,
     known: Recollection,
-    /// Files that cannot be read, and of which only their content's hash is known.
+    /// Files that cannot be read and for which recorded properties are used.
     recalled: BTreeSet<PathBuf>,
     /// Files that were read.
     read: BTreeSet<PathBuf>,
 }
 
-/// Why the file of a surface cannot be used.
+/// Error of the file of a surface.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum SurfaceFileError {
-    /// No file of the study has this content.
     #[error("no surface file of this study has the content {content}")]
     Unknown { content: ContentHash },
-    /// The file is gone, or may not be read.
     #[error("cannot read surface file `{}`", path.display())]
     Read { path: PathBuf, source: io::Error },
-    /// The file is not what it was when the study was read.
     #[error("surface file `{}` has changed since the study was read", path.display())]
     Changed { path: PathBuf },
 }
 
 impl SurfaceFiles {
-    /// No files yet, in the folder of a manifest.
+    /// Creates an empty map for the folder of a manifest.
     pub fn new(folder: &Path) -> Self {
         Self::recalling(folder, Recollection::new())
     }
 
-    /// No files yet; those that cannot be read are taken to be as they were.
+    /// Creates an empty map that uses recorded properties for files that cannot be read.
     pub fn recalling(folder: &Path, known: Recollection) -> Self {
         Self { folder: folder.to_owned(), known, ..Self::default() }
     }
 
-    /// What a file held that cannot be read now, if that is known.
+    /// Returns the recorded properties of a file that cannot be read, if there are any.
     pub fn recall(&mut self, path: &Path) -> Option<Recalled> {
         let recalled = self.known.get(path)?.clone();
         let paths = self.paths.entry(recalled.content);
@@ -119,18 +116,19 @@ impl SurfaceFiles {
         Some(recalled)
     }
 
-    /// The files that cannot be read, and were taken to be as they were.
+    /// Returns the files that could not be read and for which recorded properties were used.
     pub fn recalled(&self) -> &BTreeSet<PathBuf> {
         &self.recalled
     }
 
-    /// Every file that was read, as the manifest names it, also those whose contents are equal.
+    /// Returns the paths, as in the manifest, of all files that were read, including files with
+    /// equal contents.
     pub fn read_files(&self) -> &BTreeSet<PathBuf> {
         &self.read
     }
 
-    /// Reads a file for the first time and remembers where its content lies. Of several files
-    /// with equal content the first is kept.
+    /// Reads a file for the first time and records the path of its content. Of several files with
+    /// equal content, the first path is kept.
     pub fn add(&mut self, path: &Path) -> Result<(ContentHash, Vec<u8>), SurfaceFileError> {
         let bytes = self.load(path)?;
         let content = ContentHash::of(&bytes);
@@ -142,7 +140,7 @@ impl SurfaceFiles {
     /// Reads the file with this content again.
     ///
     /// # Errors
-    /// When the file is gone, or its content is another by now.
+    /// Returns an error if the file cannot be read or its content has changed.
     pub fn read(&self, content: &ContentHash) -> Result<Vec<u8>, SurfaceFileError> {
         let path = self.path_of(content).ok_or(SurfaceFileError::Unknown { content: *content })?;
         let bytes = self.load(path)?;
@@ -153,17 +151,17 @@ impl SurfaceFiles {
         Ok(bytes)
     }
 
-    /// The path of a content, as the manifest gives it.
+    /// Returns the path of a content, as in the manifest.
     pub fn path_of(&self, content: &ContentHash) -> Option<&Path> {
         self.paths.get(content).map(PathBuf::as_path)
     }
 
-    /// The path of a content whose hash is known as text.
+    /// Returns the path of a content whose hash is given in hexadecimal digits.
     pub fn path_of_hex(&self, content: &str) -> Option<&Path> {
         self.path_of(&ContentHash::from_hex(content)?)
     }
 
-    /// Every content and its path, as the manifest gives it.
+    /// Returns all contents with their paths, as in the manifest.
     pub fn paths(&self) -> &BTreeMap<ContentHash, PathBuf> {
         &self.paths
     }
@@ -174,19 +172,22 @@ impl SurfaceFiles {
     }
 }
 
-/// Reads a file that is neither a folder nor a device, and not larger than `most` bytes.
-pub fn read_regular(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    let not_read = |why: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, why));
-    // Before it is opened: opening a pipe would wait for somebody to write to it.
+/// Reads a regular file of at most `limit` bytes.
+///
+/// # Errors
+/// Returns an error if the path is a folder or a device, or if the file is larger.
+pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let refuse = |reason: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    // Check before opening: opening a pipe would wait for a writer.
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {
-        return not_read("not a file");
+        return refuse("it is not a regular file");
     }
-    if metadata.len() > most {
-        return not_read("too large");
+    if metadata.len() > limit {
+        return refuse("it is too large");
     }
     let mut bytes = Vec::new();
-    File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    File::open(path)?.take(limit).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -227,7 +228,7 @@ mod tests {
     fn a_hash_is_written_in_hexadecimal() {
         let content = ContentHash::of(b"");
         let json = serde_json::to_string(&content).unwrap();
-        // The published BLAKE3 hash of nothing.
+        // The published BLAKE3 hash of the empty input.
         assert!(json.starts_with("\"af1349b9f5f9a1a6a0404dea36dcc949"), "{json}");
         assert_eq!(json.len(), 66);
     }
