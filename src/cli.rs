@@ -67,7 +67,8 @@ enum Command {
     Status(cluster::StatusArguments),
     /// Cancel the Slurm jobs of a study and keep its finished tasks.
     Cancel(cluster::CancelArguments),
-    /// Complete a submitted study: run small remainders locally, resubmit large ones, write the tables.
+    /// Complete a submitted study: run small remainders locally, resubmit large ones, write the
+    /// tables.
     ///
     /// The last job of `submit` runs this command.
     Finish(cluster::FinishArguments),
@@ -75,8 +76,8 @@ enum Command {
     Claims(claims::ClaimsArguments),
     /// Estimate the cost and the gain of extending a fit of limits.
     ///
-    /// For each limit, print what one more octave would cost and how much it would reduce the standard
-    /// error.
+    /// For each limit, print what one more octave would cost and how much it would reduce the
+    /// standard error.
     Advise(claims::AdviseArguments),
     /// Write an HTML page of figures and tables, and each figure as SVG and PNG.
     Report(report::ReportArguments),
@@ -115,8 +116,8 @@ pub fn main() -> ExitCode {
 /// Runs a command line; its first word is the name of the program.
 ///
 /// `program` is the executable that cluster jobs run. If omitted, they run the executable of this
-/// process, which is wrong if the caller is an interpreter. The function handles signals, and it ends
-/// the process if the command line is invalid.
+/// process, which is wrong if the caller is an interpreter. The function handles signals, and it
+/// ends the process if the command line is invalid.
 pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> ExitCode {
     silence_panics();
     let arguments = Arguments::parse_from(line);
@@ -156,7 +157,8 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
     result.unwrap_or_else(|failure| report(failure.as_ref()))
 }
 
-/// Selects the instruction set named by `ASPERITY_SIMD`, to check that all sets give the same bytes.
+/// Selects the instruction set named by `ASPERITY_SIMD`, to check that all sets give the same
+/// bytes.
 fn choose_instructions() -> Result<(), Failure> {
     match env::var("ASPERITY_SIMD") {
         Ok(name) => Instructions::choose(&name)
@@ -200,11 +202,11 @@ fn is_closed_pipe(failure: &(dyn Error + 'static)) -> bool {
 
 /// Opens a session that prints its notices on standard error.
 fn session(manifest: &Path, data: &DataFolder) -> Session<'static> {
-    Session::new(manifest, data.path()).observed_by(&tell_notice)
+    Session::new(manifest, data.path()).observed_by(&print_notice)
 }
 
 /// Prints an event if it is a notice.
-fn tell_notice(event: Event<'_>) {
+fn print_notice(event: Event<'_>) {
     if let Event::Notice(notice) = event {
         warn(&format!("{}: {notice}", notice.severity()));
     }
@@ -242,7 +244,7 @@ pub fn warn(line: &str) {
 }
 
 /// Prints the warnings about a study.
-fn tell(warnings: &[Warning]) {
+fn print_warnings(warnings: &[Warning]) {
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }

@@ -1,25 +1,27 @@
-//! Statistical studies of rough contact: surfaces are drawn or read, pressed from first touch to full
-//! contact with an FFT boundary-element solver, measured, corrected, fitted and aggregated. A study
-//! is one TOML manifest; each of its stages becomes a table, and nothing is computed twice.
+//! Statistical studies of the contact of rough surfaces.
 //!
-//! What a program meets first:
+//! Surfaces are generated or read, pressed from first touch to full contact with an FFT
+//! boundary-element solver, measured, corrected, fitted and aggregated. A TOML manifest defines a
+//! study; each of its stages becomes a table, and finished results are reused.
 //!
-//! | for | there is |
+//! The main entry points:
+//!
+//! | purpose | type or function |
 //! |---|---|
-//! | a manifest and its data: check, plan, run, read, ask in SQL, report | [`session::Session`] |
-//! | a manifest's text and its tasks, before anything is computed | [`study::Study`], [`plan::Plan`] |
-//! | tables, their columns and files | [`tables::table::Table`], [`tables::parquet`] |
-//! | where nodes lie | [`Grid`](contact::grid::Grid), [`Cell`](contact::grid::Cell) |
-//! | heights: drawn, of a simple shape, any | [`RandomSurface`](contact::topography::random::RandomSurface), [`Shape`](contact::topography::shapes::Shape), [`Surface`](contact::topography::surface::Surface) |
-//! | maps of heights in the files of instruments and of NumPy | [`read`](topography_files::read), [`TopographyFile`](topography_files::TopographyFile) |
-//! | what heights are like | [`Descriptors`](contact::topography::descriptors::Descriptors), [`Moments`](contact::topography::moments::Moments) |
-//! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`](contact::elasticity::PeriodicHalfSpace) |
-//! | surfaces and contacts by the keys of a manifest, without one | [`direct::draw`], [`direct::Pressing`] |
-//! | what contact looks like | [`ContactMap`](contact::morphology::map::ContactMap), [`ContactArea`](contact::morphology::area::ContactArea), [`Clusters`](contact::morphology::clusters::Clusters) |
-//! | what it should be | [`persson`](contact::theory::persson), [`Asperities`](contact::theory::models::Asperities), [`ContactEvolution`](contact::theory::law::ContactEvolution) |
-//! | laws fitted to curves of many surfaces | [`statistics`] |
+//! | studies: validate, plan, run, read, query in SQL, report | [`session::Session`] |
+//! | manifests and their tasks, before a run | [`study::Study`], [`plan::Plan`] |
+//! | tables, columns and Parquet files | [`tables::table::Table`], [`tables::parquet`] |
+//! | grids and periodic cells | [`Grid`](contact::grid::Grid), [`Cell`](contact::grid::Cell) |
+//! | random surfaces, simple shapes, given heights | [`RandomSurface`], [`Shape`], [`Surface`] |
+//! | files of measured heights | [`read`](topography_files::read), [`TopographyFile`] |
+//! | roughness parameters and spectral moments | [`Descriptors`], [`Moments`] |
+//! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`] |
+//! | single surfaces and contacts with the keys of a manifest | [`direct::draw`], [`direct::Pressing`] |
+//! | contact area, perimeter, clusters | [`ContactMap`], [`ContactArea`], [`Clusters`] |
+//! | theories | [`persson`](contact::theory::persson), [`Asperities`], [`ContactEvolution`] |
+//! | laws fitted to ensembles of curves | [`statistics`] |
 //!
-//! A surface under a few loads, in units of E* × its rms slope, which is one here:
+//! This example presses a surface with three loads, in units of E* × rms slope (here 1):
 //!
 //! ```
 //! use asperity::contact::elasticity::PeriodicHalfSpace;
@@ -47,18 +49,30 @@
 //! # Ok::<(), asperity::contact::grid::GridError>(())
 //! ```
 //!
-//! The crates that are not re-exported here are parts of the program; `docs/architecture.md` describes
-//! all of them.
+//! Crates that are not re-exported here are internal; `docs/architecture.md` describes all crates.
 //!
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
+//!
+//! [`Asperities`]: contact::theory::models::Asperities
+//! [`Clusters`]: contact::morphology::clusters::Clusters
+//! [`ContactArea`]: contact::morphology::area::ContactArea
+//! [`ContactEvolution`]: contact::theory::law::ContactEvolution
+//! [`ContactMap`]: contact::morphology::map::ContactMap
+//! [`Descriptors`]: contact::topography::descriptors::Descriptors
+//! [`Moments`]: contact::topography::moments::Moments
+//! [`PeriodicHalfSpace`]: contact::elasticity::PeriodicHalfSpace
+//! [`RandomSurface`]: contact::topography::random::RandomSurface
+//! [`Shape`]: contact::topography::shapes::Shape
+//! [`Surface`]: contact::topography::surface::Surface
+//! [`TopographyFile`]: topography_files::TopographyFile
 
-// What something public returns has a public name, too.
+// Every type in a public signature must be nameable.
 #![warn(unnameable_types)]
 
 pub mod session;
 
-/// The command: what it prints is for people, and no function of it for programs.
+/// Command line of the program, not a library interface.
 #[doc(hidden)]
 pub mod cli;
 
@@ -66,7 +80,7 @@ mod share;
 
 pub use asperity_contact as contact;
 pub use asperity_pipeline::{direct, plan, study};
-/// What fuzzing needs of it.
+/// Reader of spectra, public for fuzz tests only.
 #[doc(hidden)]
 pub use asperity_stages::spectrum_files;
 pub use asperity_statistics as statistics;

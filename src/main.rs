@@ -1,4 +1,4 @@
-//! The `asperity` command.
+//! The executable of the command `asperity`.
 
 use std::process::ExitCode;
 

@@ -1,9 +1,8 @@
-//! A study in use: its manifest, and the folder that keeps what is computed of it.
+//! Entry point for the command line, cluster jobs, Python and tests.
 //!
-//! Whoever works with studies – the command line, a cluster, Python, a test – asks a [`Session`]
-//! to check, plan, run and read one. It prints nothing, reads no environment and hears no signals:
-//! what is to be told goes to an [`Observer`], what stops a run is a flag, and what goes wrong is a
-//! [`SessionError`].
+//! A [`Session`] is a manifest with its data folder. It validates, plans, runs and reads the study.
+//! It does not print, read the environment or handle signals: an [`Observer`] receives events, a
+//! flag stops a run, and a [`SessionError`] describes a failure.
 //!
 //! ```
 //! use std::fs;
@@ -43,7 +42,7 @@
 //! let heaviest = session.sql("select max(load) as load from contact")?;
 //! assert_eq!(heaviest.reals("load")?.value(0), 0.1);
 //!
-//! // What is there is not computed again.
+//! // Finished tasks are not computed again.
 //! let report = session.run(&RunOptions::default(), &stop)?;
 //! assert!(report.outcome.computed.is_empty());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -100,10 +99,10 @@ pub(crate) use asperity_tables::parallel;
 pub(crate) use asperity_tables::store::StoreError;
 pub(crate) use asperity_tables::store::files::make_folder;
 
-/// A manifest and a folder of data, as whoever works with both has them.
+/// Manifest of a study with its data folder.
 ///
-/// It holds nothing but where they are: the manifest is read again whenever it is asked something,
-/// so that it may be edited meanwhile.
+/// The session stores only the two paths. Each method reads the manifest again, so the manifest may
+/// change between calls.
 #[derive(Clone)]
 pub struct Session<'a> {
     manifest: PathBuf,
@@ -120,8 +119,7 @@ impl fmt::Debug for Session<'_> {
 }
 
 impl Session<'static> {
-    /// A manifest and a folder of data, neither of which is looked at yet; the folder need not
-    /// exist.
+    /// Creates a session without reading the manifest; the data folder need not exist.
     pub fn new(manifest: impl Into<PathBuf>, data: impl Into<PathBuf>) -> Session<'static> {
         Session {
             manifest: manifest.into(),
@@ -132,60 +130,60 @@ impl Session<'static> {
 }
 
 impl Session<'_> {
-    /// The same, with somebody who hears what happens.
+    /// Returns the session with an observer that receives its events.
     pub fn observed_by(self, observer: &dyn Observer) -> Session<'_> {
         Session { manifest: self.manifest, data: self.data, observer }
     }
 
-    /// Where the manifest is.
+    /// Returns the path of the manifest.
     pub fn manifest(&self) -> &Path {
         &self.manifest
     }
 
-    /// The folder of data.
+    /// Returns the data folder of the study.
     pub fn data(&self) -> &DataFolder {
         &self.data
     }
 
-    /// The study that the manifest asks for, checked.
+    /// Reads the manifest and returns its validated study.
     ///
     /// # Errors
-    /// Everything that is wrong with the manifest.
+    /// If the manifest is invalid; the error lists all its problems.
     pub fn study(&self) -> Result<Study, SessionError> {
         Ok(Study::read(&self.manifest, claim_names)?)
     }
 
-    /// The study and its plan, with as many surfaces as the tables in the store ask for.
+    /// Returns the study and its plan, with the number of surfaces that adaptive sampling requires.
     ///
     /// # Errors
-    /// When the manifest makes no sense, or a table cannot be read that decides on surfaces.
+    /// If the manifest is invalid, or a table that decides the number of surfaces cannot be read.
     pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
         let store = self.data.open_read_only()?;
         Ok(SampledStudy::from_tables(self.study()?, &store, &PaperClaims)?)
     }
 
-    /// What the study has, what it would compute, why, and at what cost. Nothing is written.
+    /// Returns finished and missing tasks, with reasons and costs, without writing anything.
     ///
     /// # Errors
     /// As [`Session::sampled`].
     pub fn status(&self) -> Result<Status, SessionError> {
         let sampled = self.sampled()?;
         let record = Record::read(&self.data.records(), &sampled.study.name);
-        Ok(Status::of(sampled, &self.data.open_read_only()?, record.as_ref()))
+        Ok(Status::new(sampled, &self.data.open_read_only()?, record.as_ref()))
     }
 
-    /// Computes what is missing and writes the stages' tables, until all is done or `stop` is set.
+    /// Computes missing tasks and writes the tables of the stages, until all is done or `stop` is
+    /// set.
     ///
     /// # Errors
-    /// When the manifest makes no sense, a task takes more memory than there is, the tables are
-    /// another manifest's, or the data cannot be read or written. Tasks that fail are no errors,
-    /// but rows of the table of failures.
+    /// If the manifest is invalid, a task needs more memory than available, the tables belong to
+    /// another manifest, or the data cannot be read or written. A task that fails is not an error
+    /// but a row of the table of failures.
     pub fn run(&self, options: &RunOptions, stop: &AtomicBool) -> Result<RunReport, SessionError> {
         self.prepare(options)?.execute(stop)
     }
 
-    /// Everything of a run before something is computed: the store is made if it is not there, and
-    /// what is refused is refused now.
+    /// Creates the store if necessary and makes all checks of a run before the computation.
     ///
     /// # Errors
     /// As [`Session::run`].
@@ -193,8 +191,10 @@ impl Session<'_> {
         PreparedRun::new(self, options)
     }
 
-    /// What has been computed of the study, to be looked at: nothing is written. Files of measured
-    /// surfaces that are gone are taken to be as they were; the observer hears of each.
+    /// Returns the results of the study without writing anything.
+    ///
+    /// If the file of a measured surface is missing, the results of its last version are used, and
+    /// the observer receives a notice.
     ///
     /// # Errors
     /// As [`Session::sampled`].
@@ -202,77 +202,77 @@ impl Session<'_> {
         let (store, results) = (self.data.open_read_only()?, self.data.results());
         let study = read_study(&self.manifest, claim_names, &store, &results)?;
         for file in study.sources.recalled() {
-            self.tell(Event::Notice(Notice::Recalled(file)));
+            self.notify(Event::Notice(Notice::Recalled(file)));
         }
         Ok(StudyResults::new(study, store, &results, &PaperClaims)?)
     }
 
-    /// The study's tables, to be read one by one or asked in SQL.
+    /// Opens the tables of the study, for reading and for SQL queries.
     ///
     /// # Errors
     /// As [`Session::reading`].
     pub fn tables(&self) -> Result<Tables<'_>, SessionError> {
-        Tables::of(self)
+        Tables::read_all(self)
     }
 
-    /// A stage's table, by the stage's name, or the one of failures: see [`Tables::table`].
+    /// Reads the table of a stage, or the table of failures (see [`Tables::table`]).
     ///
     /// # Errors
-    /// When there is no such stage, nothing of it is computed, or a table is damaged.
+    /// If the stage does not exist, has no results, or a table is damaged.
     pub fn table(&self, name: &str) -> Result<Table, SessionError> {
         self.tables()?.table(name)
     }
 
-    /// What the last runs could not compute, a row each: its task, why, and what computes it alone.
+    /// Reads the table of failures: per row a task, the reason, and a command that computes it
+    /// again.
     ///
     /// # Errors
-    /// When the table is damaged.
+    /// If the table is damaged.
     pub fn failures(&self) -> Result<Table, SessionError> {
         self.table(asperity_manifest::names::FAILURES)
     }
 
-    /// The answer to a query in the SQL of polars, in which every stage is a table.
+    /// Runs an SQL query (polars dialect) in which every stage is a table.
     ///
     /// # Errors
-    /// When it is no query, names what is not there, or a table cannot be had.
+    /// If the query is invalid, contains unknown names, or a table cannot be read.
     pub fn sql(&self, query: &str) -> Result<Table, SessionError> {
         self.tables()?.sql(query)
     }
 
-    /// What the columns of the stages' tables mean, or of the one of this name; nothing need have
-    /// been computed.
+    /// Describes the columns of one stage or of all stages; the study need not have run.
     ///
     /// # Errors
-    /// When the manifest makes no sense, or there is no such stage.
+    /// If the manifest is invalid or the stage does not exist.
     pub fn columns(&self, stage: Option<&str>) -> Result<Vec<DescribedColumns>, SessionError> {
         DescribedColumns::of_study(&self.reading()?.study, stage)
     }
 
-    /// What the 2015 paper says, judged by the tables.
+    /// Tests the statements of the 2015 paper against the tables.
     ///
     /// # Errors
-    /// When the tables cannot be read.
+    /// If the tables cannot be read.
     pub fn claims(&self) -> Result<StudyClaims, SessionError> {
-        StudyClaims::of(self)
+        StudyClaims::read(self)
     }
 
-    /// Writes the page of figures and tables, and each figure.
+    /// Writes an HTML page of figures and tables, and each figure as a file.
     ///
     /// # Errors
-    /// When the tables cannot be read, a file cannot be written, or a page is there that shows
-    /// more or is another manifest's.
+    /// If the tables cannot be read, a file cannot be written, or an existing page shows more or
+    /// belongs to another manifest.
     pub fn report(&self, options: &ReportOptions) -> Result<Report, SessionError> {
         results::write_report(self, options)
     }
 
-    /// The store, for work: what ended processes have left unfinished is swept away.
+    /// Opens the store for writing and deletes unfinished files of ended processes.
     fn open(&self) -> Result<Store, SessionError> {
-        // What cannot be swept does no harm.
+        // Ignore errors: unfinished files do no harm.
         let _ = data_folder::delete_unfinished(&self.data, &HostState::here());
         Ok(Store::open(&self.data.store())?)
     }
 
-    pub(crate) fn tell(&self, event: Event<'_>) {
-        self.observer.hear(event);
+    pub(crate) fn notify(&self, event: Event<'_>) {
+        self.observer.on_event(event);
     }
 }

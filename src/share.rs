@@ -1,10 +1,11 @@
-//! One archive of a study, for a colleague, a paper or a repository: manifest, input files, tables,
-//! plan and versions and, if wanted, the tables of the store, with checksums and a description of all
-//! of it.
+//! Archives of studies for colleagues, papers and repositories.
 //!
-//! Unpacked, it is a folder in which the study can be run: the manifest finds its files, and `data/`
-//! is the folder of finished work. With the tables of the store a run has nothing to do; without
-//! them tables can be read and asked in SQL, and a run computes them anew, to the same bytes.
+//! An archive contains the manifest, its input files, the tables, the plan and the versions, with
+//! checksums and a description. It can also contain the tables of the store.
+//!
+//! The study can run in the unpacked folder: the manifest finds its files, and `data/` is the data
+//! folder. With the tables of the store, a run has nothing to compute. Without them, tables can be
+//! read and queried, and a run computes them again with the same bytes.
 
 mod archive;
 mod contents;
@@ -27,46 +28,45 @@ use contents::Contents;
 
 pub use archive::Unplaceable;
 
-/// What goes into an archive, and where that is.
+/// Options of an archive of a study.
 #[derive(Debug, Clone)]
 pub struct ShareOptions {
-    /// The archive; `STUDY.zip` in the current folder when left out.
+    /// Path of the archive (default: `STUDY.zip` in the current folder).
     pub output: Option<PathBuf>,
-    /// Whether the tables of the store go along, with all maps, so that a run has nothing to do.
+    /// Include the tables of the store with all maps, so that a run has nothing to compute.
     pub store: bool,
-    /// Whether to take the place of a file that is there.
+    /// Overwrite an existing archive.
     pub replace: bool,
-    /// The day that its description gives. Everything else follows from the study, so that two
-    /// archives of one day are equal.
+    /// Date in the description. Everything else follows from the study, so two archives with the
+    /// same date are equal.
     pub day: Day,
-    /// The license that its description gives: an identifier of SPDX, or an address.
+    /// License in the description, as an SPDX identifier or a URL.
     pub license: Option<String>,
-    /// The names of the authors that its description gives.
+    /// Names of the authors in the description.
     pub authors: Vec<String>,
 }
 
-/// An archive.
+/// Size and contents of a written archive.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SharedStudy {
     pub archive: PathBuf,
     pub bytes: u64,
-    /// How many tables of stages it holds.
+    /// Number of tables of stages in the archive.
     pub tables: usize,
-    /// Of how many tasks it holds the tables; none without the store.
+    /// Number of tables of tasks in the archive, or `None` without the store.
     pub stored: Option<usize>,
-    /// How many tasks the study has; none without the store.
+    /// Number of tasks of the study, or `None` without the store.
     pub tasks: Option<usize>,
 }
 
 impl Session<'_> {
-    /// Writes one archive of the study, which unpacks to a folder that it can be run in: see
-    /// [`ShareOptions`].
+    /// Writes an archive of the study, which can run in the unpacked folder.
     ///
     /// # Errors
-    /// When the manifest or a file that it names cannot be read, a table is damaged or not that of
-    /// the study as it is now, or the archive cannot be written.
+    /// If the manifest or one of its input files cannot be read, a table is damaged or out of date,
+    /// or the archive cannot be written.
     pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
-        // The files of surfaces must be there: they go along.
+        // Not `self.reading()`: the archive needs the files of measured surfaces.
         let data = self.data();
         let reading = StudyResults::new(
             self.study()?,
@@ -79,10 +79,10 @@ impl Session<'_> {
         if !options.replace && archive.symlink_metadata().is_ok() {
             return Err(ShareError::Exists { path: archive }.into());
         }
-        let contents = Contents::of(&reading, self.manifest(), data, options)?;
-        contents.check_place(&archive)?;
+        let contents = Contents::collect(&reading, self.manifest(), data, options)?;
+        contents.check_output(&archive)?;
         for (stage, finished, tasks) in &contents.incomplete {
-            self.tell(Event::Notice(Notice::Incomplete {
+            self.notify(Event::Notice(Notice::Incomplete {
                 stage,
                 finished: *finished,
                 tasks: *tasks,
@@ -97,7 +97,7 @@ impl Session<'_> {
     }
 }
 
-/// A day of the calendar, written as ISO 8601 has it: `2026-11-22`.
+/// Date in the format of ISO 8601, such as `2026-11-22`.
 ///
 /// ```
 /// use std::time::UNIX_EPOCH;
@@ -112,13 +112,13 @@ impl Session<'_> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Day(NaiveDate);
 
-/// A text is no day.
+/// Error for a text that is not a date.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no day: year, month and day, as in 2026-11-22")]
+#[error("`{0}` is not a date; use the format YYYY-MM-DD, such as 2026-11-22")]
 pub struct NoDay(String);
 
 impl Day {
-    /// The day on which a moment lies, in universal time.
+    /// Returns the date of a moment in UTC.
     pub fn of(moment: SystemTime) -> Day {
         let seconds = moment.duration_since(UNIX_EPOCH);
         let seconds = seconds.map_or(0, |since| since.as_secs().try_into().unwrap_or(0));
@@ -141,28 +141,28 @@ impl fmt::Display for Day {
     }
 }
 
-/// A study cannot be put into an archive.
+/// Failure to create an archive of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum ShareError {
-    #[error("`{}` is there already; `--replace` puts another in its place", path.display())]
+    #[error("`{}` already exists; use `--replace` to overwrite it", path.display())]
     Exists { path: PathBuf },
-    #[error("`{}` is a file of the study and is not replaced; name another with `--output`", path.display())]
+    #[error("`{}` is a file of the study and will not be overwritten; choose another file with `--output`", path.display())]
     Input { path: PathBuf },
     #[error(
-        "`{}` is not an archive that `asperity share` wrote and is not replaced; name another file \
-         with `--output`",
+        "`{}` was not written by `asperity share` and will not be overwritten; choose another file with \
+         `--output`",
         path.display()
     )]
     OtherKind { path: PathBuf },
     #[error(transparent)]
     Unplaceable(#[from] Unplaceable),
     #[error(
-        "two files would be `{place}` in the archive, which keeps that name for itself; move or \
-         rename the one that the manifest names"
+        "the archive needs the name `{path}` for its own file; move or rename the file that the manifest \
+         names"
     )]
-    Clash { place: String },
+    Clash { path: String },
     #[error(
-        "the table of `{stage}` is not that of the study as it is now; `asperity run {}` writes it",
+        "the table of `{stage}` is out of date; run `asperity run {}` first",
         manifest.display()
     )]
     Outdated { stage: String, manifest: PathBuf },
@@ -170,6 +170,6 @@ pub enum ShareError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Results(#[from] ResultsError),
-    #[error("`{study}` has no tables yet; `asperity run {}` computes them", manifest.display())]
+    #[error("`{study}` has no tables yet; run `asperity run {}` first", manifest.display())]
     Nothing { study: String, manifest: PathBuf },
 }

@@ -41,7 +41,7 @@ fn one<'py>(py: Python<'py>, study: &StudyClaims, claim: &Claim) -> PyResult<Bou
 }
 
 fn quantity<'py>(py: Python<'py>, bound: &Quantity, all: usize) -> PyResult<Bound<'py, PyDict>> {
-    let [lower, upper] = bound.together(all);
+    let [lower, upper] = bound.simultaneous(all);
     let dict = PyDict::new(py);
     dict.set_item("label", &bound.label)?;
     dict.set_item("value", bound.value)?;

@@ -66,7 +66,7 @@ impl Listener {
 }
 
 impl Observer for Listener {
-    fn hear(&self, event: Event<'_>) {
+    fn on_event(&self, event: Event<'_>) {
         let mut heard = self.heard();
         match (event, &mut heard.batch) {
             (Event::Notice(notice), _) => {

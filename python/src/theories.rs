@@ -28,7 +28,7 @@ pub fn persson<'py>(
         "curvature" => Box::new(theory::curvature),
         "slope_curvature" => Box::new(theory::slope_curvature),
         "load" => Box::new(|area| theory::load(area).unwrap_or(f64::NAN)),
-        "load_leaving" => Box::new(|left| theory::load_leaving(left).unwrap_or(f64::NAN)),
+        "load_at_noncontact" => Box::new(|left| theory::load_at_noncontact(left).unwrap_or(f64::NAN)),
         "approach" => Box::new(theory::approach),
         "pressure_density" => Box::new(move |pressure| theory::pressure_density(load, pressure)),
         other => return Err(value_error(py, format!("no function `{other}`"))),
@@ -172,7 +172,7 @@ pub fn corrected_area(
         true => Boundary::Periodic,
         false => Boundary::Free,
     };
-    let map = ContactMap::from_pressures(shape, &pressures).within(boundary);
+    let map = ContactMap::from_pressures(shape, &pressures).with_boundary(boundary);
     let counted = ContactArea::from_map(&map).counted();
     let [lower, upper] = counted.bounds();
     Ok([counted.fraction(), counted.corrected(coefficient), lower, upper])

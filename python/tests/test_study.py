@@ -88,7 +88,7 @@ def test_what_should_be_known_is_a_warning(study):
         warnings.simplefilter("error")
         study.run(progress=False)
     study.path.write_text(study.path.read_text().replace("realizations = 2", "realizations = 3"))
-    with pytest.warns(asperity.StudyWarning, match="not complete"):
+    with pytest.warns(asperity.StudyWarning, match="incomplete"):
         study.table("contact")
 
 

@@ -1,4 +1,4 @@
-//! `asperity claims` and `advise`: test the statements of the paper against a study, and estimate the
+//! `asperity claims`, which tests the statements of the paper, and `advise`, which estimates the
 //! cost of extending a fit of limits.
 
 use std::path::{Path, PathBuf};
@@ -16,19 +16,20 @@ use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
 pub struct ClaimsArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Claim to explain in detail, with its source, its data and all quantities; default: list all claims.
+    /// Claim to explain in detail (default: list all claims).
     name: Option<String>,
 
-    /// Print JSON: `{"level", "rests_on", "left_out": [{"rows", "with"}, …], "missing_tasks",
-    /// "claims": [{"name", "kind": "paper" | "misprint" | "ours", "says", "where", "quantity",
-    /// "because", "data", "verdict", "expected", "quantities": [{"label", "value", "lower", "upper",
-    /// "least", "most", "n"}, …], "needs", "more_surfaces", "core_hours", "figure"}, …]}`.
+    /// Print JSON of this form: `{"level", "rests_on", "left_out": [{"rows", "with"}, …],
+    /// "missing_tasks", "claims": [{"name", "kind": "paper" | "misprint" | "ours", "says", "where",
+    /// "quantity", "because", "data", "verdict", "expected", "quantities": [{"label", "value",
+    /// "lower", "upper", "least", "most", "n"}, …], "needs", "more_surfaces", "core_hours",
+    /// "figure"}, …]}`.
     ///
-    /// `lower` and `upper` are simultaneous bounds for all quantities of a claim; `least` and `most` bound
-    /// each quantity alone.
+    /// `lower` and `upper` are simultaneous bounds for all quantities of a claim; `least` and
+    /// `most` bound each quantity alone.
     #[arg(long)]
     json: bool,
 }
@@ -124,8 +125,8 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
         false => {
             // This interval decides the verdict.
             let [low, high] = match judgement.verdict {
-                Verdict::DoesNotHold => deciding.together(all),
-                Verdict::Holds | Verdict::CannotSay => deciding.single(),
+                Verdict::DoesNotHold => deciding.simultaneous(all),
+                Verdict::Holds | Verdict::CannotSay => deciding.one_sided(),
             };
             format!("{} … {}", short(low), short(high))
         }
@@ -269,8 +270,8 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
             [
                 bound.label.clone(),
                 short(bound.value),
-                range(bound.single()),
-                range(bound.together(all)),
+                range(bound.one_sided()),
+                range(bound.simultaneous(all)),
                 claim.statement.expected.verdict(bound, all).name().to_owned(),
             ]
         })
@@ -301,8 +302,8 @@ pub struct AdviseArguments {
     /// Manifest of a study with a `fit` stage whose `law` is "limits".
     manifest: PathBuf,
 
-    /// Print JSON: `[{"stage", "what", "forms", "limit", "standard_error", "points", "steps": [{"term",
-    /// "doubled", "points", "core_hours", "factor"}, …]}, …]`.
+    /// Print JSON of this form: `[{"stage", "what", "forms", "limit", "standard_error", "points",
+    /// "steps": [{"term", "doubled", "points", "core_hours", "factor"}, …]}, …]`.
     ///
     /// `factor` is the expected ratio of the new standard error to the present one.
     #[arg(long)]

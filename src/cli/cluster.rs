@@ -26,7 +26,7 @@ use crate::session::{
 
 #[derive(clap::Args)]
 pub struct SubmitArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
     /// Print the scripts and the expected cost without writing or submitting anything.
@@ -41,7 +41,7 @@ pub struct SubmitArguments {
     #[arg(long)]
     replace: bool,
 
-    /// Program that the nodes run; default: this program.
+    /// Program that the nodes run (default: this program).
     #[arg(long, value_name = "PATH")]
     program: Option<PathBuf>,
 
@@ -49,8 +49,8 @@ pub struct SubmitArguments {
     cluster: Settings,
 }
 
-/// Runs `asperity submit`; `own` is the path of this program if it differs from the executable of the
-/// process.
+/// Runs `asperity submit`; `own` is the path of this program if it differs from the executable of
+/// the process.
 pub fn submit(
     arguments: &SubmitArguments,
     data: &DataFolder,
@@ -92,8 +92,8 @@ pub fn submit(
 }
 
 impl SubmitArguments {
-    /// Returns the settings of the command line, completed by the file next to the manifest and then by
-    /// the file of the user.
+    /// Returns the settings of the command line, completed by the file next to the manifest and
+    /// then by the file of the user.
     fn settings(&self) -> Result<Settings, Failure> {
         let mut settings = self.cluster.clone();
         let beside = self.manifest.parent().map(|folder| folder.join(settings::FILE));
@@ -178,16 +178,16 @@ const MAX_FAILURES: usize = 5;
 
 #[derive(clap::Args)]
 pub struct StatusArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
     /// Update every ten seconds until no job is running.
     #[arg(long)]
     watch: bool,
 
-    /// Print JSON: `{"study", "stages": [{"name", "kind", "done", "running", "waiting", "failed"}, …],
-    /// "core_hours_spent", "core_hours_left", "hours_left", "cores", "queue", "failures"}`; with
-    /// `--watch`, one line per update.
+    /// Print JSON of this form: `{"study", "stages": [{"name", "kind", "done", "running",
+    /// "waiting", "failed"}, …], "core_hours_spent", "core_hours_left", "hours_left", "cores",
+    /// "queue", "failures"}`; with `--watch`, one line per update.
     #[arg(long)]
     json: bool,
 }
@@ -282,14 +282,14 @@ pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode
 
 #[derive(clap::Args)]
 pub struct FinishArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Number of previous resubmissions.
+    /// Number of times that tasks have been resubmitted before.
     #[arg(long, value_name = "N", default_value_t = 0)]
     round: u32,
 
-    /// Number of cores; default: all.
+    /// Number of cores to use (default: all).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
@@ -297,7 +297,7 @@ pub struct FinishArguments {
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
-    /// Write the HTML report.
+    /// Write the HTML report at the end.
     #[arg(long)]
     report: bool,
 

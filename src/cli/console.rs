@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 
-use super::{tell_notice, warn};
+use super::{print_notice, warn};
 use crate::session::events::Batch;
 use crate::session::failures;
 use crate::session::words::counted;
@@ -31,7 +31,7 @@ pub struct Console {
 }
 
 impl Observer for Console {
-    fn hear(&self, event: Event<'_>) {
+    fn on_event(&self, event: Event<'_>) {
         let mut progress = self.progress.lock().expect("no panic happens while it is held");
         match (event, progress.as_mut()) {
             (Event::Begun(batch), _) => *progress = Some(Progress::new(batch)),
@@ -48,7 +48,7 @@ impl Observer for Console {
                     .expect("the event carries a table of failures");
                 told.iter().for_each(|line| warn(line));
             }
-            (other, _) => tell_notice(other),
+            (other, _) => print_notice(other),
         }
     }
 }
@@ -80,22 +80,21 @@ impl Progress {
 
     fn advanced(&mut self, task: usize, share: f64) {
         self.run.advanced(task, share);
-        self.tell();
+        self.update_display();
     }
 
     fn finished(&mut self, task: usize) {
         self.run.finished(task);
-        self.tell();
+        self.update_display();
     }
 
-    /// Clears the bar.
     fn end(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
     }
 
-    fn tell(&mut self) {
+    fn update_display(&mut self) {
         let left = self.run.time_left();
         let left = left.map_or("…".to_owned(), |left| duration(left) + " left");
         let finished = self.run.tasks_done();
@@ -145,8 +144,8 @@ pub fn duration(duration: Duration) -> String {
 pub enum Patience {
     /// A user waits at the terminal.
     Interactive,
-    /// A scheduler waits. Slurm allows 30 s after `scancel`, and our scripts request 60 s before the
-    /// time limit.
+    /// A scheduler waits. Slurm allows 30 s after `scancel`, and our scripts request 60 s before
+    /// the time limit.
     Scheduler,
 }
 
@@ -176,9 +175,9 @@ pub struct StopSignal {
 impl StopSignal {
     /// Starts a thread that waits for SIGINT, SIGTERM and, if it is not ignored, SIGHUP.
     ///
-    /// The first signal sets the flag. The process ends if tasks are still running when `patience` is
-    /// over, or on a second signal. This is safe at any time, because stored files appear whole. A
-    /// process started by `nohup` ignores SIGHUP and outlives its terminal.
+    /// The first signal sets the flag. The process ends if tasks are still running when `patience`
+    /// is over, or on a second signal. This is safe at any time, because stored files appear whole.
+    /// A process started by `nohup` ignores SIGHUP and outlives its terminal.
     pub fn on_signal(patience: Patience) -> io::Result<StopSignal> {
         let stop = StopSignal::default();
         let mut handled = vec![SIGINT, SIGTERM];
@@ -204,8 +203,8 @@ impl StopSignal {
         &self.asked
     }
 
-    /// Returns the exit code that shells use for a process ended by the signal: 130 after Ctrl-C, 143 after
-    /// `kill`.
+    /// Returns the exit code that shells use for a process ended by the signal: 130 after Ctrl-C,
+    /// 143 after `kill`.
     pub fn exit_code(&self) -> u8 {
         let signal = self.signal.load(Ordering::SeqCst);
         u8::try_from(128 + signal).unwrap_or(u8::MAX)

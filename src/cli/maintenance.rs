@@ -1,4 +1,4 @@
-//! `asperity verify` and `prune`: check files for damage, and delete unused files.
+//! Commands that check files for damage (`verify`) and delete unused files (`prune`).
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,7 +15,7 @@ pub struct VerifyArguments {
     /// Check the tables of this manifest only.
     manifest: Option<PathBuf>,
 
-    /// Print JSON: `{"checked", "damaged": [{"cause", "aside"}, …]}`.
+    /// Print JSON of this form: `{"checked", "damaged": [{"cause", "aside"}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -72,7 +72,8 @@ pub struct PruneArguments {
     #[arg(long, requires = "yes")]
     force: bool,
 
-    /// Print JSON: `{"deleted", "files", "bytes", "kinds": [{"name", "files", "bytes"}, …]}`.
+    /// Print JSON of this form: `{"deleted", "files", "bytes", "kinds": [{"name", "files",
+    /// "bytes"}, …]}`.
     #[arg(long)]
     json: bool,
 }

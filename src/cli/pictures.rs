@@ -1,4 +1,4 @@
-//! `asperity view` and `surface`: draw the maps of one task, and describe topography files.
+//! Commands that draw the maps of a task (`view`) and describe topography files (`surface`).
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,8 +14,8 @@ use crate::session::words::{listed, short, wrapped};
 
 #[derive(clap::Args)]
 pub struct ViewArguments {
-    /// Key of a finished task, or its first digits, as in the `task` column of tables; or the manifest
-    /// of a study.
+    /// Key of a finished task, or its first digits, as in the `task` column of tables; or the
+    /// manifest of a study.
     #[arg(value_name = "KEY|MANIFEST")]
     what: PathBuf,
 
@@ -26,27 +26,27 @@ pub struct ViewArguments {
     #[arg(value_name = "COLUMN=VALUE")]
     coordinates: Vec<Coordinate>,
 
-    /// Map to draw; default: heights for surfaces, contact for loads.
+    /// Map to draw (default: heights for surfaces, contact for loads).
     #[arg(long, value_enum)]
     map: Option<Map>,
 
     /// Load to draw, in the unit of the study: reduced, or in pascals if its loads are absolute.
     ///
-    /// By default, the contacts at all loads are overlaid, from dark (smallest load) to light (largest
-    /// load), and pressures are drawn at the largest load.
+    /// By default, the contacts at all loads are overlaid, from dark (smallest load) to light
+    /// (largest load), and pressures are drawn at the largest load.
     #[arg(long, value_parser = finite)]
     load: Option<f64>,
 
-    /// File to write; default: a name made of the task and the map.
+    /// File to write (default: a name made of the task and the map).
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
-    /// Overwrite an existing picture; files other than PNG are never overwritten.
+    /// Overwrite an existing PNG file (other files are never overwritten).
     #[arg(long)]
     replace: bool,
 
-    /// Print JSON: `{"file", "task", "map", "nodes", "load", "load_column", "lowest", "highest",
-    /// "unit"}`.
+    /// Print JSON of this form: `{"file", "task", "map", "nodes", "load", "load_column", "lowest",
+    /// "highest", "unit"}`.
     ///
     /// `load` is in the unit of the column `load_column`. For rectangles, `nodes` is `[x, y]`.
     #[arg(long)]
@@ -97,11 +97,11 @@ fn finite(word: &str) -> Result<f64, String> {
 
 #[derive(clap::Args)]
 pub struct SurfaceArguments {
-    /// Topography file; the program detects the format from the content.
+    /// Topography file of any supported format, which its content determines.
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
-    /// Channel to describe, by its name or its number (from 1); default: all channels.
+    /// Name or number (from 1) of the channel to describe (default: all channels).
     #[arg(long)]
     channel: Option<String>,
 
@@ -109,12 +109,12 @@ pub struct SurfaceArguments {
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
-    /// Overwrite an existing picture; files other than PNG are never overwritten.
+    /// Overwrite an existing PNG file (other files are never overwritten).
     #[arg(long, requires = "output")]
     replace: bool,
 
-    /// Print JSON: `{"format", "channels": [{"name", "nodes", "size", "unit", "missing",
-    /// "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`.
+    /// Print JSON of this form: `{"format", "channels": [{"name", "nodes", "size", "unit",
+    /// "missing", "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`.
     ///
     /// Sizes are `[x, y]`. Lengths are in metres if the file has a unit.
     #[arg(long)]

@@ -1,5 +1,5 @@
-//! `asperity init`, `check`, `plan` and `explain`: write and validate manifests, and list tasks with
-//! their costs and reasons.
+//! `asperity init`, `check`, `plan` and `explain`: write and validate manifests, and list tasks
+//! with their costs and reasons.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -24,8 +24,8 @@ const MOST_REASONS: usize = 20;
 pub struct InitArguments {
     /// Name of the study.
     ///
-    /// The command writes `NAME.toml` and `asperity.schema.json` into the current folder. Editors use
-    /// the schema to complete and check manifests. Existing files are not changed.
+    /// The command writes `NAME.toml` and `asperity.schema.json` into the current folder. Editors
+    /// use the schema to complete and check manifests. Existing files are not changed.
     #[arg(default_value = "study")]
     name: String,
 }
@@ -43,14 +43,14 @@ pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
 
 #[derive(clap::Args)]
 pub struct CheckArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 }
 
 pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let study = super::session(&arguments.manifest, data).study()?;
     let plan = Plan::new(&study);
-    super::tell(&study.warnings());
+    super::print_warnings(&study.warnings());
     let mut out = stdout();
     let at_least = if study.grows() { "at least " } else { "" };
     writeln!(
@@ -66,20 +66,20 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
 
 #[derive(clap::Args)]
 pub struct PlanArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
-    /// "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"}, …], "warnings": [{"stage",
-    /// "message"}, …]}`.
+    /// Print JSON of this form: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …],
+    /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"},
+    /// …], "warnings": [{"stage", "message"}, …]}`.
     #[arg(long)]
     json: bool,
 
     /// Print every task as one line of JSON, inputs first: `{"stage", "task", "state",
     /// "core_seconds", …}`.
     ///
-    /// `state` is "cached" or "missing", and the remaining values are the coordinates of the task in the
-    /// study. `run --only TASK` computes a single task.
+    /// `state` is "cached" or "missing", and the remaining values are the coordinates of the task
+    /// in the study. `run --only TASK` computes a single task.
     #[arg(long)]
     tasks: bool,
 }
@@ -87,7 +87,7 @@ pub struct PlanArguments {
 pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let status = super::session(&arguments.manifest, data).status()?;
     let stages = status.stages();
-    super::tell(&status.warnings);
+    super::print_warnings(&status.warnings);
     let mut out = stdout();
     if arguments.tasks {
         for table in status.tasks() {
@@ -158,15 +158,15 @@ fn plan_table(stages: &[StageStatus]) -> String {
 
 #[derive(clap::Args)]
 pub struct ExplainArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Stage to explain; default: all stages.
+    /// Stage to explain (default: all stages).
     stage: Option<String>,
 
-    /// Print JSON: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons":
-    /// [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours",
-    /// "growing"}`, where `growing` is as in `plan --json`.
+    /// Print JSON of this form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours",
+    /// "reasons": [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …],
+    /// "core_hours", "growing"}`, where `growing` is as in `plan --json`.
     #[arg(long)]
     json: bool,
 }

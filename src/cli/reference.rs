@@ -44,8 +44,8 @@ pub fn completions<C: CommandFactory>(
 
 #[derive(clap::Args)]
 pub struct ManArguments {
-    /// Folder for `asperity.1`, `asperity-run.1` …, such as `~/.local/share/man/man1`; created if it
-    /// does not exist.
+    /// Folder for `asperity.1`, `asperity-run.1` …, such as `~/.local/share/man/man1`; created if
+    /// it does not exist.
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
 }
@@ -256,7 +256,7 @@ fn parts(value: &Value) -> Vec<&Value> {
     }
 }
 
-/// Describes the accepted values.
+/// Describes the values that a key accepts.
 fn described(value: &Value) -> String {
     for several in ["oneOf", "anyOf"] {
         if let Some(several) = value[several].as_array() {

@@ -1,4 +1,4 @@
-//! `asperity report` and `share`: write a page with figures, and pack a study into an archive.
+//! Commands that write a page with figures (`report`) and pack a study into an archive (`share`).
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,10 +11,10 @@ use crate::session::{Bars, DataFolder, Day, Report, ReportOptions, ShareOptions,
 
 #[derive(clap::Args)]
 pub struct ReportArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Folder for `report.html` and `figures/`; default: the folder of the study's tables.
+    /// Folder for `report.html` and `figures/` (default: the folder of the study's tables).
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
@@ -26,11 +26,13 @@ pub struct ReportArguments {
     #[arg(long)]
     replace: bool,
 
-    /// Meaning of the error bars: standard errors of the mean, or standard deviations over the surfaces.
+    /// Meaning of the error bars: standard errors of the mean, or standard deviations over the
+    /// surfaces.
     #[arg(long, value_name = "KIND", default_value = "sem")]
     bars: BarKind,
 
-    /// Print JSON: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`.
+    /// Print JSON of this form: `{"page", "figures", "drawn": [title, …], "missing": [{"figure",
+    /// "needs"}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -72,10 +74,10 @@ fn report_text(report: &Report) -> String {
 
 #[derive(clap::Args)]
 pub struct ShareArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Archive to write; default: `STUDY.zip` in the current folder.
+    /// Archive to write (default: `STUDY.zip` in the current folder).
     #[arg(long, short, value_name = "FILE.zip")]
     output: Option<PathBuf>,
 
@@ -86,26 +88,26 @@ pub struct ShareArguments {
     #[arg(long)]
     store: bool,
 
-    /// Overwrite an existing archive; files of another kind are never overwritten.
+    /// Overwrite an existing archive (other files are never overwritten).
     #[arg(long)]
     replace: bool,
 
-    /// License of the archive: an SPDX identifier, such as CC-BY-4.0, or a URL.
+    /// License of the archive, as an SPDX identifier, such as CC-BY-4.0, or a URL.
     #[arg(long)]
     license: Option<String>,
 
-    /// Author of the archive; can be repeated.
+    /// Author of the archive (can be repeated).
     #[arg(long = "author", value_name = "NAME")]
     authors: Vec<String>,
 
-    /// Date of the archive; default: today (UTC).
+    /// Date of the archive (default: today, UTC).
     ///
     /// The same study and date give the same bytes.
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: Option<Day>,
 
-    /// Print JSON: `{"archive", "bytes", "tables", "stored", "tasks"}`; the last two are null without
-    /// `--store`.
+    /// Print JSON of this form: `{"archive", "bytes", "tables", "stored", "tasks"}`; the last two
+    /// are null without `--store`.
     #[arg(long)]
     json: bool,
 }

@@ -1,4 +1,4 @@
-//! `asperity run`: computes the missing tasks and writes the tables.
+//! The command `asperity run`, which computes the missing tasks and writes the tables.
 
 use std::io::Write;
 use std::num::NonZeroUsize;
@@ -20,21 +20,21 @@ use crate::session::{
 
 #[derive(clap::Args)]
 pub struct RunArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Number of cores; default: all.
+    /// Number of cores to use (default: all).
     ///
-    /// Each core works on its own surface, which needs memory for a few maps. If fewer surfaces than
-    /// cores remain, several cores share one large surface.
+    /// Each core works on its own surface, which needs memory for a few maps. If fewer surfaces
+    /// than cores remain, several cores share one large surface.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 
-    /// Memory limit, such as `16GB` or `512MiB`; default: 7/8 of the available memory.
+    /// Memory limit, such as `16GB` or `512MiB` (default: 7/8 of the available memory).
     ///
     /// The run computes fewer surfaces in parallel to stay below the limit. It does not start if a
-    /// single task needs more. The available memory is that of the machine, or that which the process
-    /// may use.
+    /// single task needs more. The available memory is that of the machine, or that which the
+    /// process may use.
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
@@ -46,9 +46,9 @@ pub struct RunArguments {
 
     /// Compute only the I-th of N parts of the surfaces, such as `3/16`.
     ///
-    /// A part includes all tasks that depend on one of its surfaces alone. The key of a surface and N
-    /// decide its part. The command writes a receipt into `cluster/STUDY/receipts`, but no tables of
-    /// stages; a final run without `--shard` computes the remaining tasks and writes the tables.
+    /// A part includes all tasks that depend on one of its surfaces alone. The key of a surface and
+    /// N decide its part. The command writes a receipt into `cluster/STUDY/receipts`, but no tables
+    /// of stages; a final run without `--shard` computes the remaining tasks and writes the tables.
     #[arg(long, value_name = "I/N", conflicts_with = "only")]
     shard: Option<Shard>,
 
@@ -56,7 +56,7 @@ pub struct RunArguments {
     #[arg(long, value_name = "NAME", requires = "shard")]
     job: Option<String>,
 
-    /// Interval between checkpoints of a block of loads, in seconds; default: 600.
+    /// Interval between checkpoints of a block of loads, in seconds (default: 600).
     ///
     /// If the process ends early, the next run continues from the last checkpoint. The bytes of the
     /// tables do not depend on checkpoints.
@@ -69,8 +69,8 @@ pub struct RunArguments {
 
     /// Print a summary as JSON.
     ///
-    /// As `plan --json`, with `computed` and `failed` for each stage, `"damaged": [{"task", "cause",
-    /// "aside"}, …]`, and the path of the table of `failures` or null.
+    /// As `plan --json`, with `computed` and `failed` for each stage, `"damaged": [{"task",
+    /// "cause", "aside"}, …]`, and the path of the table of `failures` or null.
     #[arg(long)]
     json: bool,
 }

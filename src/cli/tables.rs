@@ -1,4 +1,5 @@
-//! `asperity table`, `show` and `columns`: print tables, results of queries, provenance and columns.
+//! `asperity table`, `show` and `columns`: print tables, results of queries, provenance and
+//! columns.
 //!
 //! Decimal points are aligned, constant columns are printed once, and no line is wider than the
 //! terminal.
@@ -27,7 +28,7 @@ const CHUNK: usize = 1024;
 
 #[derive(clap::Args)]
 pub struct TableArguments {
-    /// Manifest of the study.
+    /// Path of the manifest of the study.
     manifest: PathBuf,
 
     /// Stage whose table to print.
@@ -36,12 +37,12 @@ pub struct TableArguments {
 
     /// Run an SQL query (polars dialect) in which every stage is a table.
     ///
-    /// Put names that contain `-` in double quotes. Rows that `order by` does not distinguish keep the
-    /// order of their source rows.
+    /// Put names that contain `-` in double quotes. Rows that `order by` does not distinguish keep
+    /// the order of their source rows.
     #[arg(long, value_name = "QUERY", conflicts_with = "stage")]
     sql: Option<String>,
 
-    /// Columns to print, in this order; default: the columns that vary and fit into the terminal.
+    /// Columns to print, in this order (default: columns that vary and fit into the terminal).
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
 
@@ -220,14 +221,14 @@ fn value(array: &dyn Array, row: usize) -> String {
 
 #[derive(clap::Args)]
 pub struct ColumnsArguments {
-    /// Manifest of the study, which may not have run yet; default: the columns of all kinds of stage.
+    /// Path of the manifest (default: list the columns of all kinds of stage).
     manifest: Option<PathBuf>,
 
-    /// Stage to describe; default: all stages.
+    /// Stage to describe (default: all stages).
     stage: Option<String>,
 
-    /// Print JSON: `[{"stage", "kind", "columns": [{"name", "type", "role", "unit", "meaning"},
-    /// …]}, …]`.
+    /// Print JSON of this form: `[{"stage", "kind", "columns": [{"name", "type", "role", "unit",
+    /// "meaning"}, …]}, …]`.
     #[arg(long)]
     json: bool,
 }
@@ -275,7 +276,7 @@ fn descriptions(columns: &[&Description]) -> String {
 
 /// Width of the output in characters if stdout is not a terminal.
 const WIDTH: usize = 120;
-/// Spaces between columns.
+/// Number of spaces between two columns.
 const GAP: usize = 2;
 
 /// Selection of the columns that are printed side by side.
@@ -283,13 +284,14 @@ const GAP: usize = 2;
 enum ColumnLayout {
     /// Columns that vary, as many as fit; constant columns are printed once above.
     Summary,
-    /// All columns that fit.
+    /// All columns that fit side by side.
     Fitting,
-    /// All columns.
+    /// All columns, even if they do not fit.
     Everything,
 }
 
-/// Prints the first `rows` rows (0: all) of the columns with these indices, and lists omitted columns.
+/// Prints the first `rows` rows (0: all) of the columns with these indices, and lists omitted
+/// columns.
 ///
 /// A single row that is too wide is printed with one column per line.
 ///
@@ -336,7 +338,7 @@ fn write_grid(
     Ok(())
 }
 
-/// Formatted column.
+/// Column whose cells are formatted as text.
 struct Printed {
     name: String,
     cells: Vec<String>,

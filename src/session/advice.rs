@@ -1,5 +1,5 @@
-//! Where a study of limits should go on: what one more octave towards each limit costs, and by how
-//! much it narrows the limit's interval.
+//! Advice on extending fits of limits: the cost of one more octave towards each limit, and the
+//! expected reduction of the standard error.
 
 use std::collections::BTreeMap;
 
@@ -20,49 +20,48 @@ use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
-/// What is advised of all fits of limits of a study.
+/// Advice for all fits of limits of a study.
 #[derive(Debug)]
 pub struct StudyAdvice {
-    /// Fit after fit.
     pub fits: Vec<AdvisedFit>,
-    /// Fits of limits whose points are too few as yet, or not computed.
+    /// Number of fits without advice, because they have too few points or are not computed.
     pub without: usize,
 }
 
-/// One fit, and what would narrow its interval.
+/// One fit with the possible extensions.
 #[derive(Debug, Serialize)]
 pub struct AdvisedFit {
     pub stage: String,
-    /// What has a limit, and where: `area_fraction / load, load 0.02, hurst 0.8`.
+    /// Quantity and parameters, such as `area_fraction / load, load 0.02, hurst 0.8`.
     pub what: String,
-    /// The form of each term, of those that are compared the ones with the least of Akaike's criterion.
+    /// Form of each term; if several were compared, the one with the smallest Akaike criterion.
     pub forms: Vec<String>,
     pub limit: f64,
-    /// Its standard error by resampling; none without.
+    /// Bootstrap standard error of the limit; `None` without a bootstrap.
     pub standard_error: Option<f64>,
-    /// Points of the fit.
+    /// Number of points of the fit.
     pub points: usize,
     pub steps: Vec<AdvisedStep>,
 }
 
-/// One way to go on.
+/// One possible extension of a fit.
 #[derive(Debug, Serialize)]
 pub struct AdvisedStep {
-    /// The small number that is halved; none for as many surfaces again.
+    /// Small parameter that is halved; `None` for doubling the number of surfaces.
     pub term: Option<String>,
-    /// The parameters that are doubled.
+    /// Names of the parameters that are doubled.
     pub doubled: Vec<String>,
-    /// Points that are computed.
+    /// Number of additional points to compute.
     pub points: usize,
-    /// Seconds of one core that they are expected to take.
+    /// Expected core-seconds of these points.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
-    /// The factor by which the standard error of the limit is expected to change.
+    /// Expected ratio of the new standard error of the limit to the present one.
     pub factor: Option<f64>,
 }
 
 impl AdvisedStep {
-    /// By how much ln(standard error) falls for each core-hour.
+    /// Returns the decrease of ln(standard error) per core-hour.
     pub fn gain(&self) -> Option<f64> {
         let factor = self.factor.filter(|factor| *factor < 1.0)?;
         (self.seconds > 0.0).then(|| -factor.ln() / (self.seconds / 3600.0))
@@ -70,26 +69,26 @@ impl AdvisedStep {
 }
 
 impl Session<'_> {
-    /// What one more octave towards each limit would cost, and do to the interval of the limit. Nothing
-    /// is written.
+    /// Estimates the cost and the gain of one more octave towards each limit, without writing
+    /// anything.
     ///
     /// # Errors
-    /// As [`Session::reading`], and when a table is damaged.
+    /// As [`Session::reading`], or if a table is damaged.
     pub fn advice(&self) -> Result<StudyAdvice, SessionError> {
         let reading = self.reading()?;
         let mut advice = StudyAdvice { fits: Vec::new(), without: 0 };
-        for (place, stage) in reading.plan.stages.iter().enumerate() {
+        for (index, stage) in reading.plan.stages.iter().enumerate() {
             if stage.kind == Kind::Fit {
-                of_stage(&reading, place, stage, &mut advice)?;
+                add_stage(&reading, index, stage, &mut advice)?;
             }
         }
         Ok(advice)
     }
 }
 
-fn of_stage(
+fn add_stage(
     reading: &StudyResults,
-    place: usize,
+    index: usize,
     stage: &PlannedStage,
     advice: &mut StudyAdvice,
 ) -> Result<(), SessionError> {
@@ -105,7 +104,7 @@ fn of_stage(
     if recipes.is_empty() {
         return Ok(());
     }
-    let inputs = &reading.study.stages[place].inputs;
+    let inputs = &reading.study.stages[index].inputs;
     let mut tables = Vec::new();
     for &input in inputs {
         tables.extend(reading.rows(&plan.stages[input])?.table);
@@ -122,7 +121,7 @@ fn of_stage(
                 match octaves::advise(&group, load, choices, &params.bootstrap()) {
                     Some(advised) => advice.fits.push(AdvisedFit {
                         stage: stage.name.clone(),
-                        what: told(&table, &group, load, choices),
+                        what: description(&table, &group, load, choices),
                         forms: advised.forms.iter().map(|form| form.word()).collect(),
                         limit: advised.fit.limit,
                         standard_error: advised.standard_error,
@@ -137,8 +136,8 @@ fn of_stage(
     Ok(())
 }
 
-/// What has a limit, and what places the group among others of its table.
-fn told(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices) -> String {
+/// Names the quantity of a fit and the parameters that distinguish it from others of its table.
+fn description(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices) -> String {
     let parameters = table.in_role(Role::Parameter);
     let own = Point::of_row(&parameters, group.row);
     let all = Point::of_row(&parameters.common(), 0);
@@ -168,11 +167,11 @@ fn steps(advised: &Advised, costs: &Costs) -> Vec<AdvisedStep> {
     advised.octaves.iter().map(step).chain([again]).collect()
 }
 
-/// What surfaces of each point cost, whatever is done to them for a fit.
+/// Cost of the tasks of each parameter point that a fit depends on.
 struct Costs<'a> {
     plan: &'a Plan,
     model: CostModel,
-    /// The tasks of each point, by its parameters that vary.
+    /// Task indices of each point; a point contains only the parameters of the limit.
     tasks: BTreeMap<Point, Vec<usize>>,
 }
 
@@ -189,20 +188,20 @@ impl<'a> Costs<'a> {
         }
         let mut points: Vec<Point> = Vec::with_capacity(fit);
         let mut tasks: BTreeMap<Point, Vec<usize>> = BTreeMap::new();
-        for (place, task) in plan.tasks.iter().enumerate().take(fit) {
+        for (index, task) in plan.tasks.iter().enumerate().take(fit) {
             let above = task.inputs.first().map(|&input| points[input].clone());
             let own = Point::of(task.recipe.coordinates());
             let point = above.unwrap_or_default().and(own).only(&over);
-            // Fits that a fit reads are of all surfaces at once, and take no time beside them.
-            if is_read[place] && task.recipe.kind() != Kind::Fit {
-                tasks.entry(point.clone()).or_default().push(place);
+            // Fits that are inputs of this fit use all surfaces; their cost is negligible.
+            if is_read[index] && task.recipe.kind() != Kind::Fit {
+                tasks.entry(point.clone()).or_default().push(index);
             }
             points.push(point);
         }
         Costs { plan, model: CostModel::default(), tasks }
     }
 
-    /// Seconds of one core for a point with some parameters doubled.
+    /// Returns the expected core-seconds of a point with some parameters doubled.
     fn of_point(&self, point: &Point, doubled: &[String]) -> f64 {
         let factor = |name: &str| match doubled.iter().any(|one| one == name) {
             true => 2,

@@ -1,4 +1,4 @@
-//! What the paper says, put to the tables of a study.
+//! Statements of the paper, tested against the tables of a study.
 
 use std::path::PathBuf;
 
@@ -18,43 +18,42 @@ pub use asperity_claims::{
 pub use asperity_pipeline::adaptive_sampling::{Decisions, Undecided};
 pub use asperity_statistics::intervals::{Bound, LEVEL};
 
-/// All claims, judged by what a study has found.
+/// All claims with their verdicts for a study.
 #[derive(Debug)]
 pub struct StudyClaims {
-    /// What they rest on.
     evidence: Evidence,
     pub claims: Vec<Claim>,
-    /// How many tasks of the study have not run.
+    /// Number of missing tasks of the study.
     pub missing: usize,
-    /// Where the report puts its figures.
+    /// Folder of the figures of the report.
     pub figures: PathBuf,
-    /// Seconds of one core that one more surface of each spectrum is expected to take.
+    /// Expected core-seconds of one more surface per spectrum.
     seconds_of_one_surface: f64,
 }
 
-/// What programs read of claims.
+/// JSON output of `asperity claims`.
 #[derive(Debug, Serialize)]
 pub struct ClaimsSummary<'a> {
-    /// The level of confidence of intervals.
+    /// Confidence level of the intervals.
     pub level: f64,
-    /// Tasks of the study that have not run.
+    /// Number of missing tasks of the study.
     pub missing_tasks: usize,
-    /// The parameters that all claims rest on.
+    /// Parameters of the rows that the claims use.
     pub rests_on: &'a Point,
-    /// Rows of other parameters, which no claim looks at.
+    /// Rows with other parameters, which the claims omit.
     pub left_out: Vec<OtherRows<'a>>,
     pub claims: Vec<ClaimSummary<'a>>,
 }
 
-/// Rows that no claim looks at.
+/// Rows that the claims omit.
 #[derive(Debug, Serialize)]
 pub struct OtherRows<'a> {
     pub rows: usize,
-    /// Their parameters that differ from those of the claims.
+    /// Parameters that differ from those of the claims.
     pub with: &'a Point,
 }
 
-/// What programs read of one claim. What its outcome has not is null, or an empty list.
+/// JSON output for one claim; values that its outcome does not have are null or empty lists.
 #[derive(Debug, Default, Serialize)]
 pub struct ClaimSummary<'a> {
     pub name: &'a str,
@@ -68,38 +67,41 @@ pub struct ClaimSummary<'a> {
     pub quantity: Option<&'a str>,
     pub expected: Option<String>,
     pub quantities: Vec<QuantitySummary<'a>>,
-    /// The label of the quantity that decides.
+    /// Label of the quantity that decides the verdict.
     pub deciding: Option<&'a str>,
-    /// How many quantities contradict the claim.
+    /// Number of quantities that contradict the claim.
     pub contradicting: Option<usize>,
-    /// How many say neither.
+    /// Number of quantities that decide neither way.
     pub undecided: Option<usize>,
     pub without_value: &'a [String],
-    /// What the study lacks.
+    /// Data that the study lacks.
     pub needs: Option<&'a str>,
-    /// Surfaces of each spectrum that would decide it, and what they take.
+    /// Number of additional surfaces per spectrum that would decide the claim.
     pub more_surfaces: Option<usize>,
+    /// Expected cost of these surfaces.
     pub core_hours: Option<f64>,
     pub figure: Option<&'a str>,
 }
 
-/// A quantity of a claim and its intervals.
+/// Quantity of a claim with its intervals.
 #[derive(Debug, Serialize)]
 pub struct QuantitySummary<'a> {
     pub label: &'a str,
     pub value: f64,
-    /// The interval that holds together with those of all others.
+    /// Lower end of the simultaneous interval for all quantities of the claim.
     pub lower: f64,
+    /// Upper end of the simultaneous interval.
     pub upper: f64,
-    /// The interval that holds by itself.
+    /// Lower end of the interval for this quantity alone.
     pub least: f64,
+    /// Upper end of the interval for this quantity alone.
     pub most: f64,
-    /// How many surfaces it is of.
+    /// Number of surfaces of the quantity.
     pub n: Option<usize>,
 }
 
 impl StudyClaims {
-    pub(super) fn of(session: &Session) -> Result<StudyClaims, SessionError> {
+    pub(super) fn read(session: &Session) -> Result<StudyClaims, SessionError> {
         let reading = session.reading()?;
         let plan = &reading.plan;
         let mut tables = Vec::new();
@@ -118,10 +120,10 @@ impl StudyClaims {
         })
     }
 
-    /// The claim of this name.
+    /// Returns the claim with this name.
     ///
     /// # Errors
-    /// When there is none.
+    /// If there is no such claim.
     pub fn named(&self, name: &str) -> Result<&Claim, SessionError> {
         let mut claims = self.claims.iter();
         let named = claims.find(|claim| claim.statement.name == name);
@@ -132,12 +134,12 @@ impl StudyClaims {
         })
     }
 
-    /// The parameters that claims rest on, and what they do not look at.
+    /// Returns the parameters of the rows that the claims use, and the omitted rows.
     pub fn setting(&self) -> &Setting {
         &self.evidence.setting
     }
 
-    /// What programs read of some of the claims.
+    /// Summarizes the given claims for JSON output.
     pub fn summary<'a>(&'a self, claims: &'a [Claim]) -> ClaimsSummary<'a> {
         let Setting { point, left_out, .. } = self.setting();
         let left_out = left_out.iter();
@@ -188,8 +190,8 @@ impl StudyClaims {
         summary
     }
 
-    /// How many more surfaces of each spectrum would decide a claim, and the seconds of one core
-    /// that they take; `None` if no number would.
+    /// Returns how many more surfaces per spectrum would decide a claim, and their expected
+    /// core-seconds; `None` if no number of surfaces would decide it.
     pub fn more_surfaces(&self, claim: &Claim, judgement: &Judgement) -> Option<(usize, f64)> {
         let more = judgement.more_surfaces(claim.statement.expected)?;
         Some((more, more as f64 * self.seconds_of_one_surface))
@@ -198,13 +200,13 @@ impl StudyClaims {
 
 impl QuantitySummary<'_> {
     fn of(bound: &Bound, all: usize) -> QuantitySummary<'_> {
-        let ([lower, upper], [least, most]) = (bound.together(all), bound.single());
+        let ([lower, upper], [least, most]) = (bound.simultaneous(all), bound.one_sided());
         let (label, value, n) = (&bound.label, bound.value, bound.surfaces);
         QuantitySummary { label, value, lower, upper, least, most, n }
     }
 }
 
-/// The verdict on a claim in a word or two, or why there is none.
+/// Returns the verdict on a claim, `not computed` or `noted`.
 pub fn verdict(claim: &Claim) -> &'static str {
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => judgement.verdict.name(),
@@ -213,8 +215,8 @@ pub fn verdict(claim: &Claim) -> &'static str {
     }
 }
 
-/// What one more surface of each spectrum costs: what hangs on surfaces, over how many of them an
-/// ensemble has.
+/// Returns the expected core-seconds of one more surface per spectrum: the cost of all tasks that
+/// depend on one surface, divided by the number of surfaces per spectrum.
 fn seconds_of_one_surface(plan: &Plan) -> f64 {
     let mut points: Vec<Point> = Vec::new();
     let mut surfaces = 0;
@@ -227,11 +229,11 @@ fn seconds_of_one_surface(plan: &Plan) -> f64 {
             }
         }
     }
-    let hangs_on_surfaces =
+    let depends_on_one_surface =
         |kind: Kind| matches!(kind, Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct);
     let own = plan.tasks.iter().enumerate();
-    let own = own.filter(|(_, task)| hangs_on_surfaces(task.recipe.kind()));
+    let own = own.filter(|(_, task)| depends_on_one_surface(task.recipe.kind()));
     let own: Vec<usize> = own.map(|(task, _)| task).collect();
-    let of_a_point = surfaces as f64 / points.len().max(1) as f64;
-    CostModel::default().seconds_of(plan, &own) / of_a_point.max(1.0)
+    let surfaces_per_point = surfaces as f64 / points.len().max(1) as f64;
+    CostModel::default().seconds_of(plan, &own) / surfaces_per_point.max(1.0)
 }

@@ -1,5 +1,3 @@
-//! What ends a session's work early.
-
 use std::io;
 use std::path::PathBuf;
 
@@ -26,17 +24,17 @@ pub use asperity_stages::aggregate::sql::QueryError;
 pub use asperity_stages::generate::map_file::MapFileError;
 pub use asperity_stages::surface_files::{ContentHash, SurfaceFileError};
 
-/// A session cannot do what it was asked.
+/// Failure of a method of a session.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     #[error(transparent)]
     Manifest(#[from] ManifestErrors),
-    /// The manifest's text cannot be read once more.
+    /// The text of the manifest cannot be read for the report.
     #[error(transparent)]
     Text(io::Error),
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// Nobody can tell how many surfaces the study has.
+    /// Adaptive sampling cannot decide the number of surfaces.
     #[error(transparent)]
     Sampling(Box<SamplingError>),
     #[error(transparent)]
@@ -45,16 +43,16 @@ pub enum SessionError {
     Table(#[from] TableError),
     #[error(transparent)]
     Stage(#[from] StageError),
-    /// The tables of the study are another manifest's.
+    /// The tables of the study belong to another manifest.
     #[error(transparent)]
     Taken(#[from] Taken),
-    /// A task takes more memory than there is.
+    /// A task needs more memory than available.
     #[error(transparent)]
     Memory(#[from] TooLarge),
-    /// No task has this name, or several have.
+    /// A task key is unknown or ambiguous.
     #[error(transparent)]
     Task(#[from] TaskNameError),
-    /// A name is not there.
+    /// A name of a stage, claim or column is unknown.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
     #[error("{0}")]
@@ -65,22 +63,22 @@ pub enum SessionError {
     Share(#[from] ShareError),
     #[error(transparent)]
     Slurm(#[from] SlurmError),
-    /// A text cannot be written into a batch script.
+    /// A text contains characters that a batch script cannot contain.
     #[error(transparent)]
     Script(#[from] ControlCharacter),
-    /// What is asked for is not there, or not possible.
+    /// The request cannot be fulfilled.
     #[error("{0}")]
     Refused(String),
     #[error(transparent)]
     SurfaceFile(#[from] SurfaceFileError),
     #[error("cannot read surface file `{}`", path.display())]
     Topography { path: PathBuf, source: Box<TopographyFileError> },
-    /// A measured surface can be drawn only with its study, which knows the file.
-    #[error("{0}; name the manifest and its stage instead of the key")]
+    /// A measured surface can be drawn only with its study, which contains the path of the file.
+    #[error("{0}; give the manifest and the stage instead of the key")]
     NotRedrawn(SurfaceFileError),
     #[error(
-        "the maps of task {task} are not in `{}`, only its rows are there; `asperity run {}` computes \
-         them again",
+        "the store `{}` does not contain the maps of task {task}, only its rows; run `asperity run {}` to \
+         compute them again",
         store.display(),
         manifest.display()
     )]
@@ -89,31 +87,31 @@ pub enum SessionError {
     Map(MapError),
     #[error(transparent)]
     Recipe(serde_json::Error),
-    #[error("`{}` is in use by another process; prune it afterwards", store.display())]
+    #[error("`{}` is in use by another process; prune when that process has ended", store.display())]
     InUse { store: PathBuf },
     #[error(
-        "{} may be at work on other machines, shard {shard} of `{study}` on {machine} among them, and \
-         no lock tells of those; prune afterwards, or with `--force` if you know that they have ended",
-        counted(*elements, "element")
+        "{} may be running on other machines, for example shard {shard} of `{study}` on {machine}; prune \
+         later, or use `--force` if they have ended",
+        counted(*elements, "array element")
     )]
     AtWork {
         elements: usize,
-        /// The shard of one of them.
+        /// Shard of one of these elements.
         shard: Shard,
         study: String,
         machine: String,
     },
     #[error(
-        "`{study}` is in the queue already, as job {job}: `asperity status {}` says how far it is, \
-         `asperity cancel {}` ends it",
+        "`{study}` is already in the queue as job {job}; `asperity status {}` shows its progress, \
+         `asperity cancel {}` cancels it",
         manifest.display(),
         manifest.display()
     )]
     InQueue { study: String, job: String, manifest: PathBuf },
-    #[error("`{study}` has not been submitted; `asperity submit {}` does it", manifest.display())]
+    #[error("`{study}` has not been submitted; run `asperity submit {}` first", manifest.display())]
     NotSubmitted { study: String, manifest: PathBuf },
     #[error(
-        "nothing of `{stage}` is computed yet, as the manifest has it now; `asperity run {}` does it",
+        "`{stage}` has no results for the current manifest; run `asperity run {}` first",
         manifest.display()
     )]
     NotComputed { stage: String, manifest: PathBuf },
@@ -126,7 +124,8 @@ impl From<SamplingError> for SessionError {
 }
 
 impl SessionError {
-    /// Whether it was asked for what is not there or not possible, and nothing else went wrong.
+    /// Returns whether the request or the manifest is wrong, as opposed to a failure of the
+    /// program.
     pub fn is_misuse(&self) -> bool {
         match self {
             SessionError::Manifest(_)

@@ -1,4 +1,4 @@
-//! What a session tells while it works, to whoever observes it, and how far that says a run has come.
+//! Events of a session for observers, and the progress that follows from them.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
@@ -18,102 +18,102 @@ use asperity_tables::table::Table;
 pub use asperity_pipeline::forecast::memory::MemoryLimit;
 pub use asperity_pipeline::runner::Damage;
 
-/// Hears what happens while a session works, some of it from the threads that compute. Every
-/// `Fn(Event)` that threads may share is one.
+/// Receiver of the events of a session.
+///
+/// Worker threads call it, too. Every `Fn(Event)` that is `Sync` implements it.
 pub trait Observer: Sync {
-    /// Something has happened. Who takes long to hear it holds up the task that tells it.
-    fn hear(&self, event: Event<'_>);
+    /// Receives an event, while the calling task waits.
+    fn on_event(&self, event: Event<'_>);
 }
 
 impl<F: Fn(Event<'_>) + Sync> Observer for F {
-    fn hear(&self, event: Event<'_>) {
+    fn on_event(&self, event: Event<'_>) {
         self(event);
     }
 }
 
-/// What happens while a session works. Tasks are numbers of the plan that was begun last.
+/// Event of a session, whose tasks are indices into the plan of the last `Begun`.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
-    /// Something should be known, and nothing ends for it.
+    /// Message that does not end the command.
     Notice(Notice<'a>),
-    /// Tasks are about to be computed; a run may do so several times, one after the other.
+    /// Start of a batch of tasks; a run may compute several batches in sequence.
     Begun(Batch<'a>),
-    /// A task began.
+    /// Start of a single task.
     Started(usize),
-    /// A share of a task is done, from 0 to 1.
+    /// Progress of a task, from 0 to 1.
     Advanced(usize, f64),
-    /// A task is done, or has failed.
+    /// End of a task, with or without success.
     Finished(usize),
-    /// All that was begun has ended, one way or the other.
+    /// End of the batch, with or without success.
     Ended,
-    /// Tasks could not be computed: rows of the table of failures.
+    /// Failed tasks, as rows of the table of failures.
     Failed(&'a Table),
 }
 
-/// Tasks that are computed together.
+/// Tasks that a run computes together.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
-    /// All tasks of the study, as many as are known by now.
+    /// Plan of the study with all tasks known so far.
     pub plan: &'a Plan,
-    /// Those that are to be computed.
+    /// Indices of the tasks to compute.
     pub tasks: &'a [usize],
-    /// How many others are in the store.
+    /// Number of other tasks that are in the store.
     pub cached: usize,
 }
 
-/// Something that should be known of a study, of its tables or of a run.
+/// Message about a study, its tables or a run.
 #[derive(Debug, Clone, Copy)]
 pub enum Notice<'a> {
-    /// Of the study, before it is run, or of what it has found.
+    /// Warning about the study or its results.
     Study(&'a Warning),
-    /// Memory is for fewer tasks at once than there are threads.
+    /// The memory limit allows fewer parallel tasks than there are cores.
     ScarceMemory {
-        /// What the largest task takes.
+        /// Memory of the largest task.
         largest: ByteSize,
-        /// How many of it there is memory for.
+        /// Number of such tasks that fit into memory.
         at_once: u64,
-        /// How many threads there are.
+        /// Number of cores or of missing tasks, whichever is smaller.
         jobs: usize,
-        /// What the run keeps to.
+        /// Memory limit of the run.
         allowance: MemoryLimit,
     },
-    /// A task's table was damaged, and is computed again.
+    /// A damaged table of a task, which is computed again.
     Damaged(&'a Damage),
-    /// A stage's table was not as any run had written it.
+    /// A table of a stage that was edited after a run wrote it.
     Edited {
-        /// Where it was, and where a new one is.
+        /// Path of the new table, and the previous path of the edited one.
         path: &'a Path,
-        /// Where it is now.
+        /// New path of the edited file.
         quarantined: &'a Path,
     },
-    /// A table in the folder of results is of no stage that the study has.
+    /// A table in the results folder that belongs to no stage of the study.
     Orphan(&'a Path),
-    /// What the study is could not be written down.
+    /// The record of the run could not be written.
     NotRemembered(&'a StoreError),
-    /// The file of a measured surface is gone, and is taken to be as it was.
+    /// A missing file of a measured surface; results of its last version are used.
     Recalled(&'a Path),
-    /// Not all tasks of a stage are finished whose table is read.
+    /// The table of a stage is read although some of its tasks are missing.
     Incomplete {
         stage: &'a str,
-        /// How many of its tasks are finished.
+        /// Number of finished tasks of the stage.
         finished: usize,
-        /// How many it has.
+        /// Number of all tasks of the stage.
         tasks: usize,
         manifest: &'a Path,
     },
 }
 
-/// How much a notice should worry who hears it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
-    /// All is as it should be.
+    /// Information about a normal state.
     Note,
-    /// Something is not.
+    /// Possible problem that needs attention.
     Warning,
 }
 
 impl Notice<'_> {
-    /// How much it should worry who hears it.
+    /// Returns the severity of the notice.
     pub fn severity(&self) -> Severity {
         match self {
             Notice::Study(_)
@@ -145,7 +145,7 @@ impl fmt::Display for Notice<'_> {
                 let largest = largest.display().si();
                 write!(
                     formatter,
-                    "the largest task takes {largest}: {at_once} at once, not {jobs}, in {allowance}"
+                    "the largest task needs {largest}: {at_once} at once, not {jobs}, in {allowance}"
                 )
             }
             Notice::Damaged(damage) => {
@@ -154,26 +154,26 @@ impl fmt::Display for Notice<'_> {
             }
             Notice::Edited { path, quarantined } => write!(
                 formatter,
-                "`{}` was not as it had been written; set aside as `{}`",
+                "`{}` was changed after `asperity run` wrote it; set aside as `{}`",
                 path.display(),
                 quarantined.display()
             ),
             Notice::Orphan(path) => write!(
                 formatter,
-                "`{}` is of a stage that the study no longer has; you may delete it",
+                "`{}` belongs to a stage that the study no longer has; you can delete it",
                 path.display()
             ),
             Notice::NotRemembered(error) => {
-                write!(formatter, "{}; `explain` will not know this run", chain(*error))
+                write!(formatter, "{}; `asperity explain` will not know this run", chain(*error))
             }
             Notice::Recalled(path) => write!(
                 formatter,
-                "surface file `{}` cannot be read; its tables are those of it as it was",
+                "surface file `{}` cannot be read; the tables of its last version are used",
                 path.display()
             ),
             Notice::Incomplete { stage, finished, tasks, manifest } => write!(
                 formatter,
-                "`{stage}` is not complete, {finished} of {} computed; `asperity run {}` goes on",
+                "`{stage}` is incomplete, {finished} of {} computed; `asperity run {}` continues",
                 counted(*tasks, "task"),
                 manifest.display(),
             ),
@@ -181,22 +181,21 @@ impl fmt::Display for Notice<'_> {
     }
 }
 
-/// Tasks that are computed together, as an [`Observer`] hears of them: what they are
-/// expected to take, and how much of it is done.
+/// Progress of a batch of tasks, computed from the events of an [`Observer`].
 #[derive(Debug)]
 pub struct RunProgress {
     tasks: HashMap<usize, Expected>,
-    /// Seconds of one core that all of them are expected to take.
+    /// Expected core-seconds of all tasks.
     expected: f64,
     begun: Instant,
     finished: usize,
-    /// Expected seconds of finished tasks.
+    /// Expected core-seconds of finished tasks.
     done: f64,
-    /// Expected seconds done of tasks under way.
+    /// Expected core-seconds of the finished part of each running task.
     under_way: BTreeMap<usize, f64>,
 }
 
-/// What a task is, and how many seconds of one core it is expected to take.
+/// Kind and expected core-seconds of a task.
 #[derive(Debug)]
 struct Expected {
     kind: Kind,
@@ -204,7 +203,7 @@ struct Expected {
 }
 
 impl RunProgress {
-    /// Begins to count the tasks that are to run.
+    /// Starts the clock for a batch of tasks.
     pub fn new(batch: Batch<'_>) -> RunProgress {
         let cost = CostModel::default();
         let expected = |&task: &usize| {
@@ -223,40 +222,40 @@ impl RunProgress {
         }
     }
 
-    /// So much of a task is done, from 0 to 1.
+    /// Records the progress of a task, from 0 to 1.
     pub fn advanced(&mut self, task: usize, share: f64) {
         self.under_way.insert(task, share * self.seconds(task));
     }
 
-    /// A task is done, or has failed.
+    /// Records the end of a task, with or without success.
     pub fn finished(&mut self, task: usize) {
         self.finished += 1;
         self.done += self.seconds(task);
         self.under_way.remove(&task);
     }
 
-    /// What a task does, if it is one of them.
+    /// Returns the kind of a task of the batch; `None` for other tasks.
     pub fn kind(&self, task: usize) -> Option<Kind> {
         self.tasks.get(&task).map(|expected| expected.kind)
     }
 
-    /// How many tasks there are.
+    /// Returns the number of tasks of the batch.
     pub fn tasks(&self) -> usize {
         self.tasks.len()
     }
 
-    /// How many of them are done.
+    /// Returns the number of finished tasks.
     pub fn tasks_done(&self) -> usize {
         self.finished
     }
 
-    /// The share of the expected work that is done, from 0 to 1.
+    /// Returns the finished share of the expected work, from 0 to 1.
     pub fn share(&self) -> f64 {
         let done = self.done + self.under_way.values().sum::<f64>();
         done / self.expected
     }
 
-    /// Time that the rest takes at the pace so far, once there is a pace.
+    /// Returns the remaining time at the present speed; `None` in the first percent of the work.
     pub fn time_left(&self) -> Option<Duration> {
         time_left(self.begun.elapsed(), self.share())
     }

@@ -1,4 +1,4 @@
-//! What a run could not compute: the rows of its table, that table, and the words for people.
+//! Failed tasks of a run: the rows, the table of failures and its text for users.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use asperity_tables::store::Store;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::{Table, TableError};
 
-/// The tasks that a run could not compute, a row each.
+/// Returns the failed tasks of a run, one row per task.
 pub(super) fn of_run(
     session: &Session,
     plan: &Plan,
@@ -29,8 +29,10 @@ pub(super) fn of_run(
     failures.of_run(outcome)
 }
 
-/// Writes the table of failures: the rows of this run, of earlier ones as far as their tasks are
-/// missing still, and of loads that were given up. Where it is, if it has a row.
+/// Writes the table of failures and returns its path, or `None` if it has no rows.
+///
+/// The table contains the failures of this run, earlier failures of tasks that are still missing,
+/// and loads that did not converge.
 pub(super) fn write(
     session: &Session,
     plan: &Plan,
@@ -47,14 +49,14 @@ pub(super) fn write(
     let command = |key| command(session, key);
     let failures = Failures { plan, command: &command };
     let now = stacked(&[failed, failures.of_loads(tables)?])?;
-    // What cannot be read of earlier failures is lost, and no failure of this run.
+    // If the earlier table cannot be read, its rows are lost; the run does not fail.
     let kept = before.ok().map(|before| failures.kept(&before, &now, tried, store));
     let kept = kept.and_then(Result::ok);
     let all = kept.and_then(|kept| stacked(&[now.clone(), kept]).ok());
     Ok(failures::write(&all.unwrap_or(now), &folder, study)?)
 }
 
-/// What computes a task alone.
+/// Returns the command that computes a single task.
 fn command(session: &Session, key: TaskKey) -> String {
     let word = |path: &Path| {
         let path = path.to_string_lossy();
@@ -65,11 +67,10 @@ fn command(session: &Session, key: TaskKey) -> String {
     format!("asperity --data {data} run {manifest} --only {key}")
 }
 
-/// Says in lines which tasks failed and why, as many of them as `most`, and how many others did or
-/// were not started.
+/// Describes up to `most` failed tasks, one line each, and counts the remaining ones.
 ///
 /// # Errors
-/// When the table is none of failures.
+/// If the table is not a table of failures.
 pub fn in_words(failures: &Table, most: usize) -> Result<Vec<String>, TableError> {
     let outcomes = failures.texts(OUTCOME.name)?;
     let with = |outcome: &'static str| {
@@ -81,15 +82,17 @@ pub fn in_words(failures: &Table, most: usize) -> Result<Vec<String>, TableError
         lines.push(format!("… {} failed", counted(more, "more task")));
     }
     if let dropped @ 1.. = with(NOT_STARTED).count() {
-        lines.push(format!("{} not started for want of what failed", counted(dropped, "task")));
+        lines
+            .push(format!("{} not started, because their inputs failed", counted(dropped, "task")));
     }
     Ok(lines)
 }
 
-/// A failed task: where it stands in the study, what went wrong, what would do.
+/// Describes a failed task with its stage and coordinates, the reason, and the command to repeat
+/// it.
 fn one_in_words(failures: &Table, row: usize) -> Result<String, TableError> {
     let text = |name: &str| Ok::<_, TableError>(failures.texts(name)?.value(row).to_owned());
-    // Coordinates as `view` takes them.
+    // The same format as the arguments of `asperity view`.
     let hidden = [SURFACE, METHOD, SIDE, SIDE_X, SIDE_Y].map(|column| column.name);
     let columns = failures.coordinates().without(&hidden);
     let columns = columns.names().into_iter().zip(columns.batch().columns());
@@ -99,7 +102,7 @@ fn one_in_words(failures: &Table, row: usize) -> Result<String, TableError> {
         format!("{name}={value}")
     });
     Ok(format!(
-        "error: stage `{}`, {}: {}\n  again, alone: {}",
+        "error: stage `{}`, {}: {}\n  to repeat it: {}",
         text(STAGE.name)?,
         words.collect::<Vec<_>>().join(" "),
         text(REASON.name)?,

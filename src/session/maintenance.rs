@@ -1,9 +1,8 @@
-//! Looking after the folder of data: whether every table, page and figure is as it was written, and
-//! what no study needs.
+//! Maintenance of the data folder: verifying files and deleting unused ones.
 //!
-//! To verify a table, it is read to its end: its bytes must match their digest, its columns be of
-//! our types, and its key follow from the recipe in it. What does not hold is quarantined, and
-//! computed again by the next run.
+//! Verification reads each table completely: its bytes must match their digest, its columns must
+//! have supported types, and its key must follow from the recipe in it. Otherwise the file is
+//! quarantined, and the next run computes the table again.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -25,38 +24,38 @@ use asperity_tables::store::listing::{self, FileKind, StoredFile};
 use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{Store, StoreError};
 
-/// What became of verifying the tables, pages and figures of a folder of data.
+/// Result of verifying the tables, pages and figures of a data folder.
 #[derive(Debug, Serialize)]
 pub struct Verification {
-    /// How many tables were read.
+    /// Number of tables that were read.
     pub checked: usize,
-    /// Files that are damaged, or cannot be read.
+    /// Files that are damaged or cannot be read.
     pub damaged: Vec<Finding>,
 }
 
-/// A file that is damaged, or cannot be read.
+/// File that is damaged or cannot be read.
 #[derive(Debug, Serialize)]
 pub struct Finding {
-    /// What is wrong with it, and where it was.
+    /// Problem, with the path of the file.
     #[serde(serialize_with = "in_words")]
     pub cause: StoreError,
-    /// Where it is now, if it is damaged and its folder can be written.
+    /// New path, if the file was damaged and could be moved.
     #[serde(rename = "aside")]
     pub quarantined: Option<PathBuf>,
 }
 
-/// What was deleted, or would be.
+/// Files that pruning deleted or would delete.
 #[derive(Debug, Serialize)]
 pub struct Pruned {
-    /// Whether it was.
+    /// True if the files were deleted, false if they were counted.
     pub deleted: bool,
     pub files: usize,
     pub bytes: u64,
-    /// The same by what the files are.
+    /// Numbers and sizes by kind of file.
     pub kinds: Vec<PrunedKind>,
 }
 
-/// Files of one kind.
+/// Number and size of the files of one kind.
 #[derive(Debug, Serialize)]
 pub struct PrunedKind {
     pub name: String,
@@ -64,21 +63,22 @@ pub struct PrunedKind {
     pub bytes: u64,
 }
 
-/// What pruning does.
+/// Options of [`prune`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PruneOptions {
-    /// Whether to delete what would otherwise only be counted.
+    /// Delete the files instead of counting them.
     pub delete: bool,
-    /// Whether to delete even while elements may be at work on other machines, as their receipts
-    /// say: no lock tells of them.
+    /// Delete the files even if receipts report array elements running on other machines, which no
+    /// lock can detect.
     pub force: bool,
 }
 
-/// Verifies the tables, pages and figures of a study, or of all; damaged tables are quarantined.
-/// `checked` hears, with the number of tables, whenever one has been read.
+/// Verifies the tables, pages and figures of one study or of all, and quarantines damaged tables.
+///
+/// `checked` is called after each table with the total number of tables.
 ///
 /// # Errors
-/// When the manifest makes no sense, or a folder cannot be listed.
+/// If the manifest is invalid or a folder cannot be listed.
 pub fn verify(
     data: &DataFolder,
     study: Option<&Session<'_>>,
@@ -93,16 +93,17 @@ pub fn verify(
         finding
     });
     let mut damaged: Vec<Finding> = findings.into_iter().flatten().collect();
-    damaged.extend(pages(plan, data)?);
+    damaged.extend(edited_pages(plan, data)?);
     Ok(Verification { checked: tables.len(), damaged })
 }
 
-/// Deletes what no named study needs, or counts it. Without any study, all tables stay, and only
-/// damaged and unfinished files go.
+/// Deletes or counts the files that none of the given studies needs.
+///
+/// Without any study, only damaged and unfinished files are deleted.
 ///
 /// # Errors
-/// When a manifest makes no sense, the data are in use, or a folder cannot be listed or a file not
-/// be deleted.
+/// If a manifest is invalid, the data are in use, a folder cannot be listed, or a file cannot be
+/// deleted.
 pub fn prune(
     data: &DataFolder,
     studies: &[Session<'_>],
@@ -111,23 +112,23 @@ pub fn prune(
     let mut plans = Vec::new();
     for session in studies {
         plans.push(session.sampled()?.plan);
-        // Surfaces that were drawn are needed, even where a table that asked for them is missing.
+        // Keep all surfaces of adaptive stages, even if a table that required them is missing.
         plans.push(adaptive_sampling::maximum_plan(session.study()?));
     }
-    // Who has the store alone looks at it without sharing it: nothing changes until the end.
-    let alone = match options.delete {
-        true => Some(alone(data, options.force)?),
+    // The exclusive lock keeps the store unchanged between listing and deleting.
+    let lock = match options.delete {
+        true => Some(lock_exclusively(data, options.force)?),
         false => None,
     };
     let unneeded = data_folder::unneeded(&plans, data, &HostState::here())?;
-    let pruned = Pruned::of(&unneeded, options.delete);
-    if let Some(alone) = &alone {
-        data_folder::delete(&unneeded, alone)?;
+    let pruned = Pruned::count(&unneeded, options.delete);
+    if let Some(lock) = &lock {
+        data_folder::delete(&unneeded, lock)?;
     }
     Ok(pruned)
 }
 
-/// The tables that are there: those of some studies, or of all.
+/// Lists the existing tables of one study or of all.
 fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, StoreError> {
     let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
@@ -145,9 +146,9 @@ fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, Sto
     Ok(found)
 }
 
-/// Pages and figures that somebody has changed, those of a study or of all. They stay where they
-/// are: a report writes them anew.
-fn pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, StoreError> {
+/// Returns the edited pages and figures of one study or of all. They are not moved, because a
+/// report writes them again.
+fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, StoreError> {
     let mut folders = listing::folders(&data.results())?;
     folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
     let changed = folders.iter().flat_map(|folder| changed_files(folder));
@@ -156,7 +157,7 @@ fn pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, StoreEr
     Ok(findings.collect())
 }
 
-/// Nothing if the table is sound, or if another process has mended or removed it meanwhile.
+/// Verifies a table and returns `None` if it is valid or another process has replaced it.
 fn check(table: &StoredFile, store: &Store) -> Option<Finding> {
     let cause = read(table, store).err()?;
     if !cause.is_recomputable() {
@@ -178,7 +179,7 @@ fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
         FileKind::Task(key) => store.verify(*key),
         FileKind::Stage { study, stage } => {
             let metadata = verify_whole(path)?;
-            // The table of failures is of no stage.
+            // The table of failures belongs to no stage.
             let of_stage = (stage != names::FAILURES).then_some(stage.as_str());
             match metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {
                 true => Ok(()),
@@ -199,10 +200,10 @@ fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
     }
 }
 
-/// Locks may hold on one machine only: of other machines nothing is known but receipts.
-fn alone(data: &DataFolder, force: bool) -> Result<Lock, SessionError> {
+/// Locks the store exclusively and checks the receipts for processes on other machines.
+fn lock_exclusively(data: &DataFolder, force: bool) -> Result<Lock, SessionError> {
     let store = data.store();
-    let alone = Lock::exclusive(&store)?.ok_or(SessionError::InUse { store })?;
+    let lock = Lock::exclusive(&store)?.ok_or(SessionError::InUse { store })?;
     match data_folder::running_receipts(data)?.as_slice() {
         [receipt, more @ ..] if !force => Err(SessionError::AtWork {
             elements: 1 + more.len(),
@@ -210,12 +211,12 @@ fn alone(data: &DataFolder, force: bool) -> Result<Lock, SessionError> {
             study: receipt.study.clone(),
             machine: receipt.machine.clone(),
         }),
-        _ => Ok(alone),
+        _ => Ok(lock),
     }
 }
 
 impl Pruned {
-    fn of(found: &[StoredFile], deleted: bool) -> Pruned {
+    fn count(found: &[StoredFile], deleted: bool) -> Pruned {
         let mut kinds: BTreeMap<String, (usize, u64)> = BTreeMap::new();
         for file in found {
             let (files, bytes) = kinds.entry(kind(file)).or_default();
@@ -233,7 +234,7 @@ impl Pruned {
     }
 }
 
-/// What a file is, in a word or two; the table of a task tells its stage's kind itself.
+/// Names the kind of a file; for the table of a task, the kind of stage from its metadata.
 fn kind(file: &StoredFile) -> String {
     let stage = || {
         let metadata = parquet::verify(File::open(&file.path).ok()?).ok()?;
@@ -250,7 +251,7 @@ fn kind(file: &StoredFile) -> String {
     }
 }
 
-/// An error and its causes, in one sentence.
+/// Serializes an error with its causes as one text.
 pub(super) fn in_words<S: Serializer>(
     error: &StoreError,
     serializer: S,

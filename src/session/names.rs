@@ -1,5 +1,4 @@
-//! Names that people give: of stages and claims, and of tasks, by their key or by as many of its
-//! digits as tell it from others.
+//! Look-up of stages and claims by name, and of tasks by their key or its first digits.
 
 use std::path::PathBuf;
 
@@ -8,18 +7,18 @@ use asperity_manifest::diagnostics::{did_you_mean, listed, wrapped};
 use asperity_pipeline::plan::Plan;
 use asperity_tables::store::key::{InvalidKey, TaskKey};
 
-/// A name that is not there, what may have been meant, and what there is.
+/// Error about an unknown name, with a suggestion and all known names.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{message}{}\nthere is {}", meant(name, known), there_is(known))]
+#[error("{message}{}\navailable: {}", suggestion(name, known), all_names(known))]
 pub struct UnknownName {
     pub message: String,
     pub name: String,
-    /// Names that would do.
+    /// All names that are valid here.
     pub known: Vec<String>,
 }
 
 impl UnknownName {
-    /// `message` says what is not there.
+    /// Creates the error with a `message` that states what is unknown.
     pub fn new(message: String, name: &str, known: &[&str]) -> UnknownName {
         UnknownName {
             message,
@@ -28,18 +27,18 @@ impl UnknownName {
         }
     }
 
-    /// A study has no stage of this name.
+    /// Creates the error for an unknown stage.
     pub fn stage(name: &str, stages: &[&str]) -> UnknownName {
         UnknownName::new(format!("the study has no stage `{name}`"), name, stages)
     }
 }
 
-/// No task is known by a word, or several are.
+/// Error in the key of a task.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TaskNameError {
     #[error(transparent)]
     InvalidKey(#[from] InvalidKey),
-    #[error("`{digits}` begins the keys of several tasks: {}", all(keys))]
+    #[error("the keys of several tasks begin with `{digits}`: {}", all(keys))]
     Ambiguous { digits: String, keys: Vec<TaskKey> },
     #[error("no task {word} is finished in `{}`", store.display())]
     NotFinished { word: String, store: PathBuf },
@@ -47,10 +46,10 @@ pub enum TaskNameError {
     NotPlanned { word: String, study: String },
 }
 
-/// The finished task that is meant.
+/// Returns the key of the finished task whose key begins with `word`.
 ///
 /// # Errors
-/// When the word is no key, or no finished task has it, or several have.
+/// If the word is not hexadecimal, or if no finished task or several tasks match.
 pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> {
     let digits = digits(word)?;
     let key = only(&digits, data.open_read_only()?.finished(&digits)?)?;
@@ -58,10 +57,10 @@ pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> 
     Ok(key.ok_or_else(none)?)
 }
 
-/// The task of a study that is meant, finished or not.
+/// Returns the index of the planned task whose key begins with `word`, finished or not.
 ///
 /// # Errors
-/// When the word is no key, or no task of the study has it, or several have.
+/// If the word is not hexadecimal, or if no task of the study or several tasks match.
 pub fn planned(word: &str, plan: &Plan) -> Result<usize, TaskNameError> {
     let key = only(&digits(word)?, plan.keys())?;
     let task = key.and_then(|key| plan.task_of(key));
@@ -71,12 +70,12 @@ pub fn planned(word: &str, plan: &Plan) -> Result<usize, TaskNameError> {
     })
 }
 
-fn meant(name: &str, known: &[String]) -> String {
+fn suggestion(name: &str, known: &[String]) -> String {
     let meant = did_you_mean(name, known.iter().map(String::as_str));
     meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
 }
 
-fn there_is(known: &[String]) -> String {
+fn all_names(known: &[String]) -> String {
     wrapped(&listed(known.iter().map(String::as_str), "and"))
 }
 
@@ -85,19 +84,19 @@ fn all(keys: &[TaskKey]) -> String {
     listed(keys.iter().map(String::as_str), "and")
 }
 
-/// Fewer digits are no name, even where they happen to tell one task from all others.
-const FEWEST_DIGITS: usize = 4;
+/// Minimum number of digits that identify a task.
+const MIN_DIGITS: usize = 4;
 
-/// A word as digits of a key.
+/// Parses a word as the first digits of a key.
 fn digits(word: &str) -> Result<String, TaskNameError> {
     let is_hexadecimal = word.bytes().all(|byte| byte.is_ascii_hexdigit());
-    if !is_hexadecimal || word.len() < FEWEST_DIGITS {
+    if !is_hexadecimal || word.len() < MIN_DIGITS {
         word.parse::<TaskKey>()?;
     }
     Ok(word.to_ascii_lowercase())
 }
 
-/// The one of the keys that begins with these digits, if any does.
+/// Returns the only key that begins with these digits, or `None` if there is none.
 fn only(
     digits: &str,
     keys: impl IntoIterator<Item = TaskKey>,

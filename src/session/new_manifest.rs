@@ -1,4 +1,4 @@
-//! A manifest to start from, and the schema by which editors complete and check it.
+//! Template of a manifest, and the JSON Schema that editors use to complete and check manifests.
 
 use std::fs;
 use std::io::{self, Write};
@@ -11,30 +11,30 @@ use asperity_tables::store::StoreError;
 
 pub use asperity_pipeline::manifest::{SCHEMA, schema};
 
-/// A manifest that has been written.
+/// Result of writing a new manifest.
 #[derive(Debug)]
 pub struct NewManifest {
     pub path: PathBuf,
-    /// Whether the schema was not there before.
+    /// Whether the schema did not exist before.
     pub schema_is_new: bool,
 }
 
-/// Writes `NAME.toml` and, if it is not there, the schema into the current folder.
+/// Writes `NAME.toml` and, if it does not exist, the schema into the current folder.
 ///
 /// # Errors
-/// When no study can have this name, the manifest is there, or a file cannot be written.
+/// If the name is invalid, the manifest exists already, or a file cannot be written.
 pub fn write(name: &str) -> Result<NewManifest, SessionError> {
     if !names::is_plain(name) || name.len() > names::LONGEST {
         return Err(SessionError::Refused(format!(
-            "`{name}` cannot name a study: a letter or `_`, then letters, digits, `_` and `-`, {} at \
-             most",
+            "`{name}` is not a valid name of a study; use a letter or `_`, then letters, digits, `_` and \
+             `-`, at most {} characters",
             names::LONGEST
         )));
     }
     let path = PathBuf::from(format!("{name}.toml"));
     if !write_new(&path, &template(name))? {
         return Err(SessionError::Refused(format!(
-            "`{}` is there already; give the study another name",
+            "`{}` already exists; give the study another name",
             path.display()
         )));
     }
@@ -42,7 +42,7 @@ pub fn write(name: &str) -> Result<NewManifest, SessionError> {
     Ok(NewManifest { path, schema_is_new })
 }
 
-/// Writes a file; false if there is one already, which stays as it is.
+/// Writes a file and returns true, or returns false if the file exists already.
 fn write_new(path: &Path, text: &str) -> Result<bool, StoreError> {
     let created = fs::File::create_new(path);
     match created.and_then(|mut file| file.write_all(text.as_bytes())) {

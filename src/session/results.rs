@@ -1,5 +1,4 @@
-//! What a study has found: its tables as its manifest has them now, whatever has been published,
-//! the meaning of their columns, and the page of figures.
+//! Results of a study, such as tables for the current manifest, columns, and the HTML report.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -28,52 +27,54 @@ pub use asperity_tables::column::Description;
 pub use asperity_tables::source::TableSource;
 pub use asperity_tables::table::Table;
 
-/// What there is of a study's tables, as it was when it was looked at.
+/// Tables of a study at the time of reading.
 #[derive(Debug)]
 pub struct Tables<'a> {
     session: &'a Session<'a>,
-    /// The study and what has been computed of it.
+    /// Study with its finished tasks.
     pub reading: StudyResults,
 }
 
 impl<'a> Tables<'a> {
-    pub(super) fn of(session: &'a Session<'a>) -> Result<Tables<'a>, SessionError> {
+    pub(super) fn read_all(session: &'a Session<'a>) -> Result<Tables<'a>, SessionError> {
         let reading = session.reading()?;
         Ok(Tables { session, reading })
     }
 
-    /// A stage's table, by the stage's name, or that of failures. The observer hears how much of
-    /// a stage is missing that is not complete.
+    /// Reads the table of a stage, or the table of failures.
+    ///
+    /// If the stage is incomplete, the observer receives a notice.
     ///
     /// # Errors
-    /// When there is no such stage, nothing of it is computed, or a table is damaged.
+    /// If the stage does not exist, has no results, or a table is damaged.
     pub fn table(&self, name: &str) -> Result<Table, SessionError> {
         Ok(self.open(name)?.table()?)
     }
 
-    /// The same table, to be read as far as it is needed.
+    /// Opens the same table for reading in parts.
     ///
     /// # Errors
-    /// When there is no such stage, nothing of it is computed, or a table is known to be damaged.
+    /// If the stage does not exist, has no results, or a table is known to be damaged.
     pub fn open(&self, name: &str) -> Result<TableSource, SessionError> {
         let plan = &self.reading.plan;
         if name == FAILURES {
             return Ok(failures::read(&self.session.data().results(), &plan.study)?.into());
         }
         let names = self.names();
-        let place = names.iter().position(|stage| *stage == name);
-        let place = place.ok_or_else(|| UnknownName::stage(name, &names))?;
-        self.read(&plan.stages[place])?.ok_or_else(|| SessionError::NotComputed {
+        let index = names.iter().position(|stage| *stage == name);
+        let index = index.ok_or_else(|| UnknownName::stage(name, &names))?;
+        self.read(&plan.stages[index])?.ok_or_else(|| SessionError::NotComputed {
             stage: name.to_owned(),
             manifest: self.session.manifest().to_owned(),
         })
     }
 
-    /// The answer to a query in which every stage is a table, and so are the failures. Only columns
-    /// that it names are read, of tables that it names.
+    /// Runs an SQL query in which every stage and `failures` are tables.
+    ///
+    /// Only the tables and columns of the query are read.
     ///
     /// # Errors
-    /// When it is no query, names what is not there, or a table cannot be had.
+    /// If the query is invalid, contains unknown names, or a table cannot be read.
     pub fn sql(&self, query: &str) -> Result<Table, SessionError> {
         let named = sql::tables_of(query).map_err(refused)?;
         let mut tables = Vec::new();
@@ -90,18 +91,18 @@ impl<'a> Tables<'a> {
         })
     }
 
-    /// The names of the study's stages, in the order of its plan.
+    /// Returns the names of the stages in the order of the plan.
     pub fn names(&self) -> Vec<&str> {
         let stages = self.reading.plan.stages.iter();
         stages.map(|stage| stage.name.as_str()).collect()
     }
 
-    /// A stage's table; `None` if nothing of it is computed.
+    /// Opens the table of a stage; `None` if the stage has no results.
     fn read(&self, stage: &PlannedStage) -> Result<Option<TableSource>, SessionError> {
         let rows = self.reading.open(stage)?;
         let (finished, tasks) = (rows.tasks.len(), stage.tasks.len());
         if (1..tasks).contains(&finished) {
-            self.session.tell(Event::Notice(Notice::Incomplete {
+            self.session.notify(Event::Notice(Notice::Incomplete {
                 stage: &stage.name,
                 finished,
                 tasks,
@@ -112,7 +113,7 @@ impl<'a> Tables<'a> {
     }
 }
 
-/// What is wrong with a query, and what it may name.
+/// Converts the error of a query.
 fn refused(error: QueryError) -> SessionError {
     match error {
         QueryError::Refused(reason) => SessionError::Query(reason),
@@ -122,10 +123,10 @@ fn refused(error: QueryError) -> SessionError {
     }
 }
 
-/// The columns of a stage's table, or those that a kind of stage may have.
+/// Columns of the table of a stage, or of all tables of a kind of stage.
 #[derive(Debug, Clone, Serialize)]
 pub struct DescribedColumns {
-    /// The stage, if they are those of a study.
+    /// Name of the stage, or `None` for a kind of stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stage: Option<String>,
     pub kind: Kind,
@@ -133,7 +134,7 @@ pub struct DescribedColumns {
 }
 
 impl DescribedColumns {
-    /// All that any study may have, by kind of stage.
+    /// Returns the columns of every kind of stage.
     pub fn of_kinds() -> Vec<DescribedColumns> {
         let of_kind = |kind| DescribedColumns {
             stage: None,
@@ -143,7 +144,7 @@ impl DescribedColumns {
         Kind::ALL.into_iter().map(of_kind).collect()
     }
 
-    /// The stages of a study, or the one of this name.
+    /// Returns the columns of all stages of a study, or of one stage.
     pub(super) fn of_study(
         study: &Study,
         wanted: Option<&str>,
@@ -159,26 +160,26 @@ impl DescribedColumns {
             .collect();
         if let Some(wanted) = wanted {
             let names: Vec<&str> = study.stages.iter().map(|stage| &*stage.name).collect();
-            let place = names.iter().position(|name| *name == wanted);
-            let place = place.ok_or_else(|| UnknownName::stage(wanted, &names))?;
-            described = vec![described.swap_remove(place)];
+            let index = names.iter().position(|name| *name == wanted);
+            let index = index.ok_or_else(|| UnknownName::stage(wanted, &names))?;
+            described = vec![described.swap_remove(index)];
         }
         Ok(described)
     }
 }
 
-/// What page shall be written, and where.
+/// Options of [`Session::report`].
 #[derive(Debug, Clone, Default)]
 pub struct ReportOptions {
-    /// The folder to write into; that of the study's tables when left out.
+    /// Folder to write into (default: the folder of the study's tables).
     pub output: Option<PathBuf>,
-    /// Whether to replace a page that shows more, or files of another manifest or of other
-    /// programs.
+    /// Overwrite a page that shows more or belongs to another manifest, and edited files.
     pub replace: bool,
+    /// Meaning of the error bars.
     pub bars: Bars,
 }
 
-/// Writes the page and the figures beside it.
+/// Writes the page and its figures.
 pub(super) fn write_report(
     session: &Session,
     options: &ReportOptions,
@@ -209,25 +210,24 @@ pub(super) fn write_report(
         manifest: &manifest,
         warnings: &warnings,
     };
-    let beside = || session.data().results_of(&reading.plan.study);
-    let folder = options.output.clone().unwrap_or_else(beside);
+    let default = || session.data().results_of(&reading.plan.study);
+    let folder = options.output.clone().unwrap_or_else(default);
     Ok(asperity_report::write(&subject, options.bars, &folder, existing)?)
 }
 
-/// A file of a table: that of a finished task, of a stage, or another.
+/// Parquet file of asperity, with its table and provenance.
 #[derive(Debug)]
 pub struct TableFile {
     pub path: PathBuf,
     pub table: Table,
-    /// How it was made.
     pub metadata: Metadata,
 }
 
 impl TableFile {
-    /// Reads a file by its path, or a finished task's by its key or the first digits of it.
+    /// Reads a file by its path, or the table of a finished task by the first digits of its key.
     ///
     /// # Errors
-    /// When there is none, several tasks are meant, or the file is damaged.
+    /// If no file or task matches, several tasks match, or the file is damaged.
     pub fn read(what: &Path, data: &DataFolder) -> Result<TableFile, SessionError> {
         let path = match what.is_file() {
             true => what.to_owned(),

@@ -1,8 +1,8 @@
-//! Computing what a study lacks, and writing its tables.
+//! Runs, which compute missing tasks and write tables.
 //!
-//! [`RunOptions`] say what to compute and with what, [`PreparedRun`] has checked them against the
-//! study and the store, and [`RunReport`] says what came of it. A shard computes tables of tasks
-//! alone: see `shard`.
+//! [`RunOptions`] select tasks and resources, [`PreparedRun`] has checked them against the study
+//! and the store, and [`RunReport`] contains the result. Runs of a shard write only tables of
+//! tasks; see `shard`.
 
 mod shard;
 
@@ -36,53 +36,51 @@ pub use asperity_pipeline::adaptive_sampling::SampledStudy;
 pub use asperity_pipeline::results::PublishedTable;
 pub use asperity_pipeline::runner::{RunOutcome, TaskError};
 
-/// What a run shall do, and with what. The default computes all that is missing.
+/// Options of a run, which by default computes all missing tasks.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
-    /// Cores to work on, one surface on each, or several cores on one where there are fewer surfaces;
-    /// as many as there are when left out.
+    /// Number of cores to use (default: all). Each core works on one surface; if fewer surfaces
+    /// remain, several cores share one.
     pub jobs: Option<NonZeroUsize>,
-    /// Memory to keep to, by working on fewer surfaces at once; seven eighths of what there is for
-    /// the process when left out.
+    /// Memory limit of the run (default: 7/8 of the available memory). A run computes fewer
+    /// surfaces in parallel to stay below it.
     pub memory: Option<ByteSize>,
-    /// Which tasks to compute.
     pub selection: Selection,
-    /// Whether to take the place of another manifest whose study has the same name.
+    /// Whether to overwrite the results of another manifest with the same study name.
     pub replace: bool,
-    /// The job of a scheduler that the run belongs to, as the receipt of a shard names it.
+    /// Name of the scheduler job, recorded in the receipt of a shard.
     pub job: Option<String>,
-    /// How often a long block of loads keeps how far it has come, to go on from there when its
-    /// process has ended; every ten minutes when left out.
+    /// Interval between checkpoints of a long block of loads; default: ten minutes. After the end
+    /// of the process, the next run continues from the last checkpoint.
     pub checkpoint_every: Option<Duration>,
 }
 
-/// Nobody minds to compute so long again.
+/// Default interval between checkpoints, and so the computing time that may be lost.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(600);
 
-/// Which tasks of a study a run computes.
+/// Tasks of a study that a run computes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Selection {
-    /// All that the store lacks, and as many surfaces as its tables ask for.
+    /// All missing tasks, and as many surfaces as adaptive sampling requires.
     #[default]
     Missing,
-    /// One task, even if its table is there, and what it lacks: its key, or the first digits of
-    /// it.
+    /// One task, given by the first digits of its key, and its missing inputs. The task is computed
+    /// even if its table exists.
     Task(String),
-    /// What the store lacks of one part of the surfaces, as far as it hangs on one surface alone. No
-    /// table of a stage is written, but a receipt.
+    /// Missing tasks that depend on a single surface of this shard. The run writes a receipt, but
+    /// no tables of stages.
     Shard(Shard),
 }
 
 impl RunOptions {
-    /// Cores to work on.
+    /// Returns the number of cores.
     fn cores(&self) -> NonZeroUsize {
         self.jobs.unwrap_or_else(available_cores)
     }
 }
 
 impl Selection {
-    /// The tasks that are meant, of those that the plan has by now and of which the store lacks
-    /// some.
+    /// Returns the indices of the selected tasks.
     fn tasks(
         &self,
         plan: &Plan,
@@ -97,13 +95,14 @@ impl Selection {
     }
 }
 
-/// A run that may begin: what it would compute fits into memory and takes nobody's tables away.
+/// Run whose checks have passed: its tasks fit into memory, and it overwrites no other manifest's
+/// results.
 #[derive(Debug)]
 pub struct PreparedRun<'a> {
     session: &'a Session<'a>,
     selection: Selection,
     sampled: SampledStudy,
-    /// The tasks that the store lacks.
+    /// Indices of tasks that are not in the store, ascending.
     missing: Vec<usize>,
     store: Store,
     jobs: NonZeroUsize,
@@ -112,67 +111,66 @@ pub struct PreparedRun<'a> {
     checkpoint_every: Duration,
 }
 
-/// What came of a run.
+/// Result of a run, including failures.
 #[derive(Debug)]
 pub struct RunReport {
-    /// The study, with as many surfaces as it has by now, and its plan, of whose tasks the rest
-    /// speaks.
+    /// Study with its final number of surfaces, and its plan; the other fields are indices into it.
     pub sampled: SampledStudy,
-    /// What should be known of the study, and of what it has found.
+    /// Warnings about the study and its results.
     pub warnings: Vec<Warning>,
-    /// The tasks that the store lacked.
+    /// Tasks that were missing before the run.
     pub missing: Vec<usize>,
-    /// The tasks that were to be computed.
+    /// Tasks that the run had to compute.
     pub wanted: Vec<usize>,
     pub outcome: RunOutcome,
-    /// The stages' tables; none where nothing can be stored, and none of a shard.
+    /// Tables of the stages, or `None` for shards and if the disk is full or cannot be written.
     pub tables: Option<Vec<PublishedTable>>,
-    /// Where the table of failures is, if there is one.
+    /// Path of the table of failures, if there is one.
     pub failures: Option<PathBuf>,
-    /// Where the receipt of a shard is.
+    /// Path of the receipt of a shard.
     pub receipt: Option<PathBuf>,
 }
 
-/// What programs read of a run.
+/// JSON output of `asperity run`.
 #[derive(Debug, Serialize)]
 pub struct RunSummary<'a> {
     pub stages: Vec<StageRun<'a>>,
-    /// Tables that were damaged, and were computed again.
+    /// Tasks whose damaged tables were computed again.
     pub damaged: Vec<DamagedTask<'a>>,
     pub growing: Vec<GrowingStage<'a>>,
     pub warnings: &'a [Warning],
-    /// Where the table of failures is, if there is one.
+    /// Path of the table of failures, if there is one.
     pub failures: Option<&'a Path>,
-    /// Where the receipt of a shard is.
+    /// Path of the receipt of a shard.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub receipt: Option<&'a Path>,
 }
 
-/// What a run did for one stage.
+/// Numbers of tasks of one stage in a run.
 #[derive(Debug, Serialize)]
 pub struct StageRun<'a> {
-    /// How much of it was there before.
+    /// Finished and missing tasks before the run.
     #[serde(flatten)]
     pub before: StageCount<'a>,
-    /// Its tasks that were computed.
+    /// Number of tasks that the run computed.
     pub computed: usize,
-    /// Its tasks that could not be.
+    /// Number of tasks that failed in the run.
     pub failed: usize,
 }
 
-/// A task whose table was damaged.
+/// Task whose table was damaged.
 #[derive(Debug, Serialize)]
 pub struct DamagedTask<'a> {
     pub task: TaskKey,
     #[serde(serialize_with = "in_words")]
     pub cause: &'a StoreError,
-    /// Where the damaged file is now.
+    /// New path of the damaged file.
     #[serde(rename = "aside")]
     pub quarantined: &'a Path,
 }
 
 impl RunReport {
-    /// What the run did, stage by stage.
+    /// Counts the tasks of each stage.
     pub fn stages(&self) -> Vec<StageRun<'_>> {
         let failed: Vec<usize> = self.outcome.failed.iter().map(|(task, _)| *task).collect();
         let stages = StageCount::all(&self.sampled.plan, &self.missing).into_iter();
@@ -184,7 +182,7 @@ impl RunReport {
         stages.collect()
     }
 
-    /// What programs read of it.
+    /// Summarizes the run for JSON output.
     pub fn summary(&self) -> RunSummary<'_> {
         let damaged = self.outcome.damaged.iter().map(|damage| DamagedTask {
             task: self.sampled.plan.tasks[damage.task].key,
@@ -209,7 +207,7 @@ impl<'a> PreparedRun<'a> {
     ) -> Result<PreparedRun<'a>, SessionError> {
         let study = session.study()?;
         for warning in &study.warnings() {
-            session.tell(Event::Notice(Notice::Study(warning)));
+            session.notify(Event::Notice(Notice::Study(warning)));
         }
         let store = session.open()?;
         let sampled = SampledStudy::from_tables(study, &store, &PaperClaims)?;
@@ -236,33 +234,34 @@ impl<'a> PreparedRun<'a> {
         })
     }
 
-    /// The study as the store makes it before the run.
+    /// Returns the study and its plan before the run.
     pub fn sampled(&self) -> &SampledStudy {
         &self.sampled
     }
 
-    /// Computes and writes until all is done, or `stop` is set. What is finished is kept: another
-    /// run goes on from there.
+    /// Computes tasks and writes tables until all is done or `stop` is set.
+    ///
+    /// Finished tasks are kept, so that another run can continue.
     ///
     /// # Errors
-    /// When the data cannot be read or written. Tasks that fail are no errors, but rows of the
+    /// If the data cannot be read or written. A task that fails is not an error but a row of the
     /// table of failures.
     pub fn execute(mut self, stop: &AtomicBool) -> Result<RunReport, SessionError> {
         if let Selection::Shard(shard) = self.selection {
             return self.execute_shard(shard, stop);
         }
-        self.remember();
+        self.save_record();
         let settled = match self.selection {
-            Selection::Missing => self.settle_surfaces(stop)?,
+            Selection::Missing => self.sample_adaptively(stop)?,
             _ => RunOutcome::default(),
         };
         let missing = self.missing.clone();
         let wanted = self.selection.tasks(self.plan(), &missing, &self.store)?;
         let mut outcome = self.compute(&wanted, stop)?;
-        // What was drawn on the way was missing and wanted, too.
+        // Tasks computed during adaptive sampling were missing and wanted, too.
         let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &settled.computed));
         outcome.append(settled);
-        // Where no task's table can be stored, no stage's table can.
+        // If tables of tasks cannot be stored, tables of stages cannot be stored either.
         let tables = match outcome.halted {
             true => Ok(None),
             false => self.publish(&mut outcome, stop).map(Some),
@@ -272,10 +271,10 @@ impl<'a> PreparedRun<'a> {
         }
         let failed = failures::of_run(self.session, self.plan(), &outcome)?;
         if failed.rows() > 0 {
-            self.session.tell(Event::Failed(&failed));
+            self.session.notify(Event::Failed(&failed));
         }
         let tables = tables?;
-        self.tell_edited(tables.as_deref().unwrap_or_default());
+        self.report_edited_files(tables.as_deref().unwrap_or_default());
         let found = self.warnings(tables.as_deref().unwrap_or_default())?;
         let failures = match &tables {
             Some(tables) => {
@@ -287,10 +286,10 @@ impl<'a> PreparedRun<'a> {
         for path in results::orphans(self.plan(), &self.session.data().results())? {
             self.notice(Notice::Orphan(&path));
         }
-        let is_as_before = outcome.computed.is_empty() && outcome.damaged.is_empty();
-        if !outcome.halted && !is_as_before {
-            self.look();
-            self.remember();
+        let is_unchanged = outcome.computed.is_empty() && outcome.damaged.is_empty();
+        if !outcome.halted && !is_unchanged {
+            self.find_missing();
+            self.save_record();
         }
         let known = self.sampled.study.warnings();
         Ok(RunReport {
@@ -309,17 +308,17 @@ impl<'a> PreparedRun<'a> {
         &self.sampled.plan
     }
 
-    /// Finds out anew what the store lacks.
-    fn look(&mut self) {
+    /// Updates the list of missing tasks.
+    fn find_missing(&mut self) {
         self.missing = runner::missing(&self.sampled.plan, &self.store);
     }
 
     fn notice(&self, notice: Notice) {
-        self.session.tell(Event::Notice(notice));
+        self.session.notify(Event::Notice(notice));
     }
 
-    /// Draws surfaces until their number is settled, and computes what settles it.
-    fn settle_surfaces(&mut self, stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
+    /// Adds surfaces until the conditions of all adaptive stages hold or their maximum is reached.
+    fn sample_adaptively(&mut self, stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
         let mut outcome = RunOutcome::default();
         loop {
             for (task, cause) in self.sampled.take_damaged() {
@@ -333,21 +332,21 @@ impl<'a> PreparedRun<'a> {
                 return Ok(outcome);
             }
             outcome.append(round);
-            // What has failed is tried again, and told of, with all the rest.
+            // The main computation repeats failed tasks and reports them.
             outcome.failed.clear();
             let sampled =
                 SampledStudy::from_tables(self.sampled.study.clone(), &self.store, &PaperClaims)?;
             outcome = outcome.renumbered(self.plan(), &sampled.plan);
             self.sampled = sampled;
-            self.look();
+            self.find_missing();
         }
     }
 
     fn compute(&self, wanted: &[usize], stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
-        self.compute_heard_by(wanted, stop, &Relay(self.session.observer))
+        self.compute_observed(wanted, stop, &Relay(self.session.observer))
     }
 
-    fn compute_heard_by(
+    fn compute_observed(
         &self,
         wanted: &[usize],
         stop: &AtomicBool,
@@ -360,7 +359,7 @@ impl<'a> PreparedRun<'a> {
         let folder = self.session.data().results_of(&self.plan().study);
         let reader = ResultReader::new(self.store.clone(), &folder);
         let without = joined(self.missing.clone(), wanted).len();
-        self.session.tell(Event::Begun(Batch {
+        self.session.notify(Event::Begun(Batch {
             plan: self.plan(),
             tasks: wanted,
             cached: self.plan().tasks.len() - without,
@@ -374,13 +373,13 @@ impl<'a> PreparedRun<'a> {
             observer,
             stop,
         );
-        self.session.tell(Event::Ended);
+        self.session.notify(Event::Ended);
         self.store.flush()?;
         Ok(outcome)
     }
 
-    /// One surface to a core, as far as memory goes, and several cores to a surface where there are
-    /// fewer of them.
+    /// Assigns one core per surface, fewer if memory is scarce, and several if there are fewer
+    /// surfaces.
     fn resources(&self, wanted: &[usize]) -> Resources {
         let (plan, room) = (self.plan(), self.memory.room());
         let jobs = self.jobs.get().min(wanted.len());
@@ -396,8 +395,8 @@ impl<'a> PreparedRun<'a> {
         }
     }
 
-    /// Writes the stages' tables. Tasks' tables that turn out to be damaged only now, because no
-    /// other task has read them, are computed again.
+    /// Writes the tables of the stages. If this finds damaged tables of tasks that no other task
+    /// has read, it computes them again.
     fn publish(
         &self,
         outcome: &mut RunOutcome,
@@ -422,7 +421,7 @@ impl<'a> PreparedRun<'a> {
         Ok(publish()?)
     }
 
-    /// Tells what should be known of what the study has found.
+    /// Returns warnings about the results and sends them to the observer.
     fn warnings(&self, tables: &[PublishedTable]) -> Result<Vec<Warning>, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled;
         let warnings = exceeded_hardness::warnings(study, plan, |stage| {
@@ -436,8 +435,8 @@ impl<'a> PreparedRun<'a> {
         Ok(warnings)
     }
 
-    /// Names files in the places of tables that were not as a run had written them.
-    fn tell_edited(&self, tables: &[PublishedTable]) {
+    /// Sends a notice for each table of a stage that was edited.
+    fn report_edited_files(&self, tables: &[PublishedTable]) {
         for PublishedTable { path, quarantined, .. } in tables {
             if let Some(quarantined) = quarantined {
                 self.notice(Notice::Edited { path, quarantined });
@@ -445,9 +444,10 @@ impl<'a> PreparedRun<'a> {
         }
     }
 
-    /// Writes down what the study is and how far it came, for the next plan to say what has
-    /// changed. No result depends on it, so that no run fails for it.
-    fn remember(&self) {
+    /// Saves a record of the study, with which the next plan explains what has changed.
+    ///
+    /// A failure gives a notice only, because no result depends on the record.
+    fn save_record(&self) {
         let study = &self.sampled.study;
         let record = Record::new(study, self.plan(), &self.missing);
         if let Err(error) = record.write(&self.session.data().records(), &study.name) {
@@ -456,24 +456,24 @@ impl<'a> PreparedRun<'a> {
     }
 }
 
-/// Hands on what tasks do.
+/// Forwards the events of tasks to the observer.
 struct Relay<'a>(&'a dyn Observer);
 
 impl runner::TaskObserver for Relay<'_> {
     fn started(&self, task: usize) {
-        self.0.hear(Event::Started(task));
+        self.0.on_event(Event::Started(task));
     }
 
     fn advanced(&self, task: usize, share: f64) {
-        self.0.hear(Event::Advanced(task, share));
+        self.0.on_event(Event::Advanced(task, share));
     }
 
     fn finished(&self, task: usize, _: Duration) {
-        self.0.hear(Event::Finished(task));
+        self.0.on_event(Event::Finished(task));
     }
 }
 
-/// Tasks of two lists, in order.
+/// Returns the sorted union of two lists of tasks.
 fn joined(mut tasks: Vec<usize>, others: &[usize]) -> Vec<usize> {
     tasks.extend(others);
     tasks.sort_unstable();

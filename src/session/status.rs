@@ -1,6 +1,6 @@
-//! What a study has, what it would compute, why, and at what cost.
+//! Finished and missing tasks of a study, with reasons and costs.
 //!
-//! [`Status`] looks at the store and the record of the last run; [`Progress`] also at the receipts
+//! [`Status`] reads the store and the record of the last run; [`Progress`] also reads the receipts
 //! and the queue of a cluster.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -30,87 +30,86 @@ pub use asperity_pipeline::adaptive_sampling::{AdaptiveStage, Condition, Finding
 pub use asperity_pipeline::cluster::receipts::FailedTask;
 pub use asperity_pipeline::plan::reasons::changes::{Change, Field, Shown, Why};
 
-/// A plan beside the store and the last run.
+/// Plan of a study compared with the store and the last run.
 #[derive(Debug)]
 pub struct Status {
-    /// What should be known of the study before it is run.
+    /// Warnings about the study and its stages.
     pub warnings: Vec<Warning>,
     pub plan: Plan,
-    /// The tasks that the store lacks.
+    /// Indices of tasks that are not in the store, ascending.
     pub missing: Vec<usize>,
-    /// The stages whose number of surfaces is not given.
+    /// State of the stages with adaptive sampling.
     pub adaptive: Vec<AdaptiveStage>,
     reasons: Reasons,
     cost: CostModel,
 }
 
-/// How much of a stage there is, and why the rest would run.
+/// Finished and missing tasks of a stage, with the reasons.
 #[derive(Debug, Serialize)]
 pub struct StageStatus<'a> {
-    /// The stage, and how many of its tasks are in the store.
+    /// Name of the stage and numbers of its tasks.
     #[serde(flatten)]
     pub count: StageCount<'a>,
-    /// Its missing tasks, by what makes them run.
+    /// Missing tasks, grouped by reason.
     pub reasons: Vec<Reason<'a>>,
-    /// Seconds of one core that they are expected to take.
+    /// Expected core-seconds of the missing tasks.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
 }
 
-/// Missing tasks of one stage that would run for the same causes.
+/// Missing tasks of one stage that run for the same causes.
 #[derive(Debug, Serialize)]
 pub struct Reason<'a> {
     pub tasks: usize,
-    /// Seconds of one core that they are expected to take.
+    /// Expected core-seconds of these tasks.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
-    /// What happened, in this stage and in those that it depends on.
+    /// Causes in this stage and in the stages that it depends on.
     pub causes: Vec<NamedCause<'a>>,
     #[serde(skip)]
     stage: &'a str,
 }
 
-/// One thing that makes tasks run, and the stage where it happened.
+/// Cause that makes tasks run, with the stage where it occurred.
 #[derive(Debug, Serialize)]
 pub struct NamedCause<'a> {
     pub stage: &'a str,
-    /// What happened there.
     #[serde(flatten)]
     pub why: &'a Why,
 }
 
-/// How much of one stage is finished.
+/// Numbers of finished and missing tasks of a stage.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct StageCount<'a> {
     pub name: &'a str,
     pub kind: Kind,
-    /// Its tasks, as the plan numbers them.
+    /// Indices of its tasks in the plan.
     #[serde(skip)]
     pub tasks: &'a [usize],
-    /// Its tasks that are finished.
+    /// Number of tasks that are in the store.
     pub cached: usize,
-    /// Its tasks that are not.
+    /// Number of tasks that are not in the store.
     pub to_run: usize,
 }
 
-/// A stage whose number of surfaces is not given.
+/// Adaptive stage, as JSON output describes it.
 #[derive(Debug, Serialize)]
 pub struct GrowingStage<'a> {
     pub name: &'a str,
-    /// How many surfaces a point has.
+    /// Number of surfaces per parameter point.
     pub surfaces: u32,
-    /// How many it has at most.
+    /// Maximum number of surfaces per parameter point.
     pub at_most: u32,
-    /// Until when there will be more.
+    /// Condition that ends the sampling.
     pub until: String,
-    /// Whether that is reached, once it can be told.
+    /// Truth of the condition, or `None` if it cannot be evaluated yet.
     pub holds: Option<bool>,
-    /// The claims that are not decided, once that can be told.
+    /// Names of the undecided claims, or `None` if they cannot be evaluated yet.
     pub undecided: Option<Vec<&'static str>>,
 }
 
 impl<'a> StageCount<'a> {
-    /// How much of each stage of a plan is finished; `missing` ascend.
+    /// Counts the tasks of each stage of a plan; `missing` must ascend.
     pub fn all(plan: &'a Plan, missing: &[usize]) -> Vec<StageCount<'a>> {
         let count = |stage: &'a PlannedStage| {
             let is_missing = |task: &&usize| missing.binary_search(task).is_ok();
@@ -126,14 +125,14 @@ impl<'a> StageCount<'a> {
         plan.stages.iter().map(count).collect()
     }
 
-    /// How many of these tasks, which ascend, are the stage's.
+    /// Returns the number of the given tasks that belong to the stage; `tasks` must ascend.
     pub fn among(&self, tasks: &[usize]) -> usize {
         self.tasks.iter().filter(|task| tasks.binary_search(task).is_ok()).count()
     }
 }
 
 impl<'a> GrowingStage<'a> {
-    /// The stages of a study whose number of surfaces is not given.
+    /// Converts the adaptive stages of a study.
     pub fn all(stages: &'a [AdaptiveStage]) -> Vec<GrowingStage<'a>> {
         let growing = |stage: &'a AdaptiveStage| GrowingStage {
             name: &stage.name,
@@ -148,7 +147,7 @@ impl<'a> GrowingStage<'a> {
 }
 
 impl Reason<'_> {
-    /// Its causes, each in a phrase, as one reads it who reads of the stage.
+    /// Returns a phrase for each cause; causes in other stages are marked as upstream.
     pub fn phrases(&self) -> Vec<String> {
         let phrase = |cause: &NamedCause| match cause.stage == self.stage {
             true => cause.why.to_string(),
@@ -158,18 +157,18 @@ impl Reason<'_> {
     }
 }
 
-/// How cores are shared.
+/// Distribution of cores over tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sharing {
-    /// Tasks that can be worked on at once.
+    /// Maximum number of parallel tasks.
     pub at_once: usize,
-    /// The most cores that one of them can use.
+    /// Maximum number of cores per task.
     pub each: usize,
 }
 
 impl Status {
-    /// Looks at the store and the study's record, and writes nothing.
-    pub(super) fn of(sampled: SampledStudy, store: &Store, record: Option<&Record>) -> Status {
+    /// Compares the plan with the store and the record of the last run.
+    pub(super) fn new(sampled: SampledStudy, store: &Store, record: Option<&Record>) -> Status {
         let SampledStudy { study, plan, stages } = sampled;
         let missing = runner::missing(&plan, store);
         let now = Record::new(&study, &plan, &missing);
@@ -183,7 +182,7 @@ impl Status {
         }
     }
 
-    /// Every stage, in the order of the plan.
+    /// Returns the status of every stage, in the order of the plan.
     pub fn stages(&self) -> Vec<StageStatus<'_>> {
         let counts = StageCount::all(&self.plan, &self.missing).into_iter();
         let stages = counts.zip(&self.reasons.stages);
@@ -210,84 +209,83 @@ impl Status {
         }
     }
 
-    /// Seconds of one core that everything missing is expected to take: a task of two stages
-    /// counts once.
+    /// Returns the expected core-seconds of all missing tasks; a task of two stages counts once.
     pub fn total_seconds(&self) -> f64 {
         self.cost.seconds_of(&self.plan, &self.missing)
     }
 
-    /// How many of so many cores will share a surface.
+    /// Returns how a run would distribute the given number of cores.
     pub fn sharing(&self, cores: usize) -> Sharing {
         let counts = StageCount::all(&self.plan, &self.missing);
         let at_once = counts.iter().map(|count| count.to_run).max();
         let solved = self.missing.iter().map(|&task| &self.plan.tasks[task]);
         let solved = solved.filter(|task| task.recipe.kind() == Kind::Solve);
         let meshes = solved.map(|task| task.nodes[0] * task.nodes[1]);
-        let each = meshes.map(Threads::worthwhile).max().unwrap_or(1);
+        let each = meshes.map(Threads::useful_for).max().unwrap_or(1);
         Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }
 
-    /// The least memory that computing everything missing takes: the program, and the largest task.
+    /// Returns the memory of the program and of the largest missing task, the minimum of a run.
     pub fn least_memory(&self) -> ByteSize {
         memory::PROGRAM + memory::of_largest(&self.plan, &self.missing)
     }
 
-    /// Its tasks one by one, a row each: stage, key, whether it is there, seconds of one core, and
-    /// what places it in the study.
+    /// Lists the tasks in tables with a row for each task: stage, key, state, expected core-seconds
+    /// and coordinates.
     pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
         forecast::worklist(&self.plan, &self.missing, &self.cost)
     }
 }
 
-/// How far a study has come.
+/// Progress of a study on all machines.
 #[derive(Debug, Clone, Serialize)]
 pub struct Progress {
     pub study: String,
     pub stages: Vec<StageProgress>,
-    /// Core-hours that shards have taken, as their receipts say.
+    /// Core-hours used by shards, from their receipts.
     pub core_hours_spent: f64,
-    /// Core-hours that everything missing is expected to take.
+    /// Expected core-hours of the missing tasks.
     pub core_hours_left: f64,
-    /// Hours until it is done, if as many cores go on as are at work now.
+    /// Expected hours until the end on the cores in use; `None` if no core is in use.
     pub hours_left: Option<f64>,
-    /// Cores at work on shards.
+    /// Number of cores that compute shards now.
     pub cores: usize,
-    /// Jobs in the queue; none where there is no Slurm.
+    /// Jobs of the study in the queue, or `None` without Slurm.
     pub queue: Option<Queue>,
-    /// Why elements have failed, the latest first.
+    /// Failed tasks of array elements, newest first.
     pub failures: Vec<FailedTask>,
 }
 
 /// Jobs of a study in the queue.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Queue {
-    /// Elements that run.
+    /// Number of running array elements.
     pub running: usize,
-    /// Elements that wait.
+    /// Number of waiting array elements.
     pub waiting: usize,
-    /// Why they wait, in words of Slurm's.
+    /// Reasons for waiting, as Slurm reports them.
     pub reasons: BTreeSet<String>,
-    /// The job that finishes, and what it does.
+    /// State of the last job: `runs` or `waits`.
     pub finish: Option<String>,
 }
 
-/// How far a stage has come: how many of its tasks are …
+/// Numbers of the tasks of a stage by state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StageProgress {
     pub name: String,
     pub kind: Kind,
-    /// … in the store …
+    /// Number of tasks in the store.
     pub done: usize,
-    /// … under way …
+    /// Number of tasks that are running now.
     pub running: usize,
-    /// … still to come …
+    /// Number of tasks that have not started.
     pub waiting: usize,
-    /// … tried in vain.
+    /// Number of tasks that have failed.
     pub failed: usize,
 }
 
 impl Progress {
-    /// Whether nothing more will happen by itself: all is done, or nobody is at work or in the queue.
+    /// Returns whether no process is running and no job is in the queue.
     pub fn is_over(&self) -> bool {
         let is_queued = |queue: &Queue| queue.running + queue.waiting > 0 || queue.finish.is_some();
         self.cores == 0 && !self.queue.as_ref().is_some_and(is_queued)
@@ -295,24 +293,25 @@ impl Progress {
 }
 
 impl Session<'_> {
-    /// How far the study has come, wherever it is computed. Nothing is written.
+    /// Returns the progress of the study on this machine and on the cluster, without writing
+    /// anything.
     ///
     /// # Errors
-    /// As [`Session::status`], or when Slurm is here and does not answer.
+    /// As [`Session::status`], or if Slurm is installed but does not answer.
     pub fn progress(&self) -> Result<Progress, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
         let missing = runner::missing(plan, &self.data.open_read_only()?);
         let queue = self.own_queue(&study.name)?;
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let at_work = at_work(&own, queue.as_deref());
-        let places: HashMap<String, usize> =
+        let indices: HashMap<String, usize> =
             missing.iter().map(|&task| (plan.tasks[task].key.to_string(), task)).collect();
-        let place = |key: &String| places.get(key).copied();
+        let index = |key: &String| indices.get(key).copied();
         let under_way = at_work.iter().flat_map(|receipt| &receipt.under_way);
-        let running: HashSet<usize> = under_way.filter_map(place).collect();
-        let in_vain = own.iter().filter(|receipt| !receipt.halted);
-        let in_vain = in_vain.flat_map(|receipt| &receipt.failed);
-        let failed = in_vain.filter_map(|failed| place(&failed.task));
+        let running: HashSet<usize> = under_way.filter_map(index).collect();
+        let failed = own.iter().filter(|receipt| !receipt.halted);
+        let failed = failed.flat_map(|receipt| &receipt.failed);
+        let failed = failed.filter_map(|failed| index(&failed.task));
         let failed: HashSet<usize> = failed.filter(|task| !running.contains(task)).collect();
         let stages = StageCount::all(plan, &missing).into_iter().map(|count| {
             let among = |tasks: &HashSet<usize>| {
@@ -341,12 +340,12 @@ impl Session<'_> {
             core_hours_left,
             hours_left: (cores > 0).then(|| core_hours_left / cores as f64),
             cores,
-            queue: queue.map(|queue| Queue::of(&queue)),
-            failures: failures.filter(|failed| place(&failed.task).is_some()).collect(),
+            queue: queue.map(|queue| Queue::from_jobs(&queue)),
+            failures: failures.filter(|failed| index(&failed.task).is_some()).collect(),
         })
     }
 
-    /// The study's jobs in the queue; none where there is no Slurm.
+    /// Returns the jobs of the study in the queue; `None` without Slurm.
     fn own_queue(&self, study: &str) -> Result<Option<Vec<Queued>>, SessionError> {
         let own = self.submitted_jobs()?;
         if own.is_empty() {
@@ -364,7 +363,7 @@ impl Session<'_> {
 }
 
 impl Queue {
-    fn of(queue: &[Queued]) -> Queue {
+    fn from_jobs(queue: &[Queued]) -> Queue {
         let mut counts = Queue::default();
         for queued in queue {
             match (queued.element, queued.is_running()) {
@@ -382,7 +381,7 @@ impl Queue {
     }
 }
 
-/// The receipts of processes that are at work: of an element, while it runs in the queue.
+/// Returns the receipts of running processes; those of array elements must also run in the queue.
 fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Receipt> {
     let runs = |name: &String| {
         queue.is_none_or(|queue| {
@@ -399,7 +398,7 @@ fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Rec
             *begun = receipt.begun.max(*begun);
         }
     }
-    // An element that was begun again has the receipt of its death still.
+    // A restarted element still has the receipt of its previous start.
     let is_latest = |receipt: &Receipt| {
         let job = receipt.job.as_deref();
         job.is_none_or(|job| latest.get(job) == Some(&receipt.begun))
@@ -408,7 +407,7 @@ fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Rec
     receipts.filter(|receipt| is_latest(receipt) && receipt.job.as_ref().is_none_or(runs)).collect()
 }
 
-/// Seconds as hours.
+/// Serializes a number of seconds as hours.
 pub(super) fn in_hours<S: Serializer>(seconds: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_f64(seconds / 3600.0)
 }

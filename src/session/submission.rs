@@ -1,4 +1,5 @@
-//! Sharing a study out among the nodes of a Slurm cluster, and what comes after its elements.
+//! Running a study on a Slurm cluster: an array of elements, and a last job that completes the
+//! study.
 
 use std::collections::{BTreeSet, HashSet};
 use std::num::NonZeroUsize;
@@ -26,40 +27,40 @@ pub use asperity_pipeline::cluster::sizing::{Sizing, ranges};
 pub use asperity_pipeline::cluster::slurm::Job;
 pub use asperity_pipeline::cluster::submission::{Round, Scripts, Submission};
 
-/// How often what is missing is submitted again, unless somebody says otherwise.
-const ROUNDS: u32 = 3;
+/// Default of the maximum number of resubmissions.
+const DEFAULT_ROUNDS: u32 = 3;
 
-/// What shall be submitted, and how.
+/// Options of a submission to a cluster.
 #[derive(Debug, Clone, Default)]
 pub struct SubmitOptions {
-    /// Where elements run, and with what.
+    /// Settings of the cluster and of the array elements.
     pub settings: Settings,
-    /// The program that they run, by an absolute path or a name for `PATH`.
+    /// Program that the elements run: an absolute path, or a name that is looked up in `PATH`.
     pub program: PathBuf,
-    /// Whether the last job writes the page, too.
+    /// Whether the last job writes the HTML report.
     pub report: bool,
-    /// Whether to take the place of another manifest whose study has the same name.
+    /// Whether to overwrite the results of another manifest with the same study name.
     pub replace: bool,
 }
 
-/// What would be submitted, and what it is expected to take.
+/// Scripts and expected cost of a submission.
 #[derive(Debug)]
 pub struct PlannedSubmission {
     pub study: String,
-    /// Its elements, and what they are expected to take.
+    /// Array elements with their expected times.
     pub sizing: Sizing,
     pub scripts: Scripts,
-    /// The processors whose receipts tell the pace; none where it was measured on this machine.
+    /// Processors whose receipts give the speed; empty if it was measured on this machine.
     pub processors: Vec<String>,
-    /// Tasks that the store lacks.
+    /// Number of tasks that are not in the store.
     pub missing: usize,
-    /// The folder of the study's scripts and receipts.
+    /// Folder of scripts and receipts of the study.
     pub folder: PathBuf,
     settings: Settings,
 }
 
 impl Session<'_> {
-    /// What would be submitted to a cluster, and what it is expected to take. Nothing is written.
+    /// Creates the scripts and estimates the cost, without writing or submitting anything.
     ///
     /// # Errors
     /// As [`Session::prepare`].
@@ -101,11 +102,11 @@ impl Session<'_> {
         })
     }
 
-    /// Writes the scripts and submits them: an array of elements, and a job after it that finishes.
+    /// Writes the scripts and submits an array of elements and a last job that runs after it.
     ///
     /// # Errors
-    /// When jobs of the study are in the queue already, Slurm is not here or does not take them, or
-    /// the folder cannot be written.
+    /// If jobs of the study are already in the queue, Slurm is not installed or rejects the jobs,
+    /// or the folder cannot be written.
     pub fn submit(&self, planned: &PlannedSubmission) -> Result<Submission, SessionError> {
         let PlannedSubmission { study, sizing, scripts, folder, settings, .. } = planned;
         if let Some(queued) = queued(study)?.first() {
@@ -119,7 +120,7 @@ impl Session<'_> {
         let mut submission = Submission {
             elements: sizing.elements,
             cores: sizing.cores,
-            rounds: settings.rounds.unwrap_or(ROUNDS),
+            rounds: settings.rounds.unwrap_or(DEFAULT_ROUNDS),
             per_element: settings.per_element.unwrap_or(sizing::DEFAULT_HOURS),
             core_hours: sizing.core_hours + sizing.core_hours_after,
             submitted: Vec::new(),
@@ -136,74 +137,76 @@ impl Session<'_> {
         Ok(submission)
     }
 
-    /// Takes the study's jobs out of the queue, and ends those that run; which those were.
+    /// Cancels waiting and running jobs of the study and returns their numbers.
     ///
     /// # Errors
-    /// When the manifest makes no sense, or Slurm is not here.
+    /// If the manifest is invalid or Slurm is not installed.
     pub fn cancel(&self) -> Result<Vec<String>, SessionError> {
         let queued = queued(&self.study()?.name)?;
         let own = self.submitted_jobs()?;
         let jobs: BTreeSet<Job> = queued.iter().map(|queued| queued.array).collect();
         let jobs: Vec<Job> = jobs.into_iter().filter(|job| own.contains(job)).rev().collect();
         if !jobs.is_empty() {
-            // The one that finishes comes first: it would begin once the array has ended.
+            // The last job is cancelled first, because it would start when the array ends.
             slurm::cancel(&jobs)?;
         }
         Ok(jobs.iter().map(Job::to_string).collect())
     }
 
-    /// Jobs that were submitted of the study.
+    /// Returns the submitted jobs of the study.
     pub(super) fn submitted_jobs(&self) -> Result<HashSet<Job>, SessionError> {
         let submission = Submission::read(&self.data.cluster_of(&self.study()?.name))?;
         let jobs = submission.map_or_else(Vec::new, |submission| submission.jobs());
         Ok(jobs.into_iter().collect())
     }
 
-    /// Receipts of all studies of the data: the pace of a processor is that of any.
+    /// Reads the receipts of all studies, because the speed of a processor does not depend on the
+    /// study.
     pub(super) fn all_receipts(&self) -> Result<Vec<Receipt>, SessionError> {
         Ok(cluster::receipts(self.data.path())?)
     }
 }
 
-/// The last job computes by itself what takes its cores no longer than so many hours.
-const LITTLE: f64 = 1.0 / 12.0;
+/// Maximum expected time, in hours, of a remainder that the last job computes itself.
+const SMALL_REMAINDER: f64 = 1.0 / 12.0;
 
-/// What the last job does.
+/// Options of the last job.
 #[derive(Debug, Clone, Default)]
 pub struct FinishOptions {
-    /// How often something was submitted again before.
+    /// Number of times that tasks have been resubmitted before.
     pub round: u32,
-    /// Surfaces to work on at once, memory, and whether another manifest's tables may be lost.
+    /// Options of the runs of the last job.
     pub run: RunOptions,
-    /// Whether to write the page, too.
+    /// Whether to write the HTML report.
     pub report: bool,
 }
 
-/// What came of the last job.
+/// Result of the last job.
 #[derive(Debug)]
 pub struct Finished {
-    /// Elements of the round before that left no receipt: their nodes have not got the program, or
-    /// not the data, or they never began.
+    /// Elements of the previous round without a receipt: they never started, or their nodes cannot
+    /// access the program or the data.
     pub silent: Vec<u32>,
     pub outcome: FinishOutcome,
 }
 
-/// What the last job did.
+/// Outcome of the last job.
 #[derive(Debug)]
 pub enum FinishOutcome {
-    /// Much was missing, and has been submitted again.
+    /// A large remainder was submitted again.
     SubmittedAgain(Round),
-    /// All was done that could be, and the page was written if it was wanted.
+    /// The final run is done; the report was written if requested.
     Done(Box<RunReport>, Option<Report>),
 }
 
 impl Session<'_> {
-    /// What comes after the elements: computes what is little, submits again what is much, and in
-    /// the end writes the tables and, if wanted, the page. Stages that draw surfaces until a mean is
-    /// known draw more in rounds, too.
+    /// Completes a submitted study after its array has ended.
+    ///
+    /// Runs small remainders locally, resubmits large ones, and finally writes the tables and, if
+    /// requested, the HTML report. Surfaces of adaptive stages are added in rounds, too.
     ///
     /// # Errors
-    /// When nothing has been submitted, Slurm does not take what is submitted again, and as
+    /// If the study has not been submitted or Slurm rejects a resubmission, and as
     /// [`Session::run`].
     pub fn finish(
         &self,
@@ -217,12 +220,12 @@ impl Session<'_> {
         })?;
         let silent = self.silent(&study, &submission)?;
         while !stop.load(Ordering::Relaxed) {
-            let (elements, seconds) = self.left(submission.elements)?;
+            let (elements, seconds) = self.remainder(submission.elements)?;
             if elements.is_empty() {
                 break;
             }
             let jobs = options.run.jobs.map_or(1, NonZeroUsize::get) as f64;
-            if seconds / 3600.0 / jobs > LITTLE.min(submission.per_element) {
+            if seconds / 3600.0 / jobs > SMALL_REMAINDER.min(submission.per_element) {
                 if options.round >= submission.rounds {
                     break;
                 }
@@ -232,7 +235,7 @@ impl Session<'_> {
                 let outcome = FinishOutcome::SubmittedAgain(round);
                 return Ok(Finished { silent, outcome });
             }
-            // More surfaces may be drawn once these are there: the next turn sees them.
+            // The next turn of the loop includes surfaces that adaptive sampling adds now.
             let whole =
                 RunOptions { selection: Selection::Shard(Shard::WHOLE), ..options.run.clone() };
             if self.run(&whole, stop)?.outcome.computed.is_empty() {
@@ -249,9 +252,8 @@ impl Session<'_> {
         Ok(Finished { silent, outcome })
     }
 
-    /// The elements that have something to do which has not failed, and the seconds of one core that
-    /// it is expected to take.
-    fn left(&self, elements: u32) -> Result<(Vec<u32>, f64), SessionError> {
+    /// Returns the elements with missing tasks that have not failed, and the expected core-seconds.
+    fn remainder(&self, elements: u32) -> Result<(Vec<u32>, f64), SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
         let missing = runner::missing(plan, &self.data.open_read_only()?);
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
@@ -260,26 +262,27 @@ impl Session<'_> {
         Ok(sizing::shards_of(plan, &untried, &cost, elements))
     }
 
+    /// Returns the elements of the last round without a receipt.
     fn silent(&self, study: &str, submission: &Submission) -> Result<Vec<u32>, SessionError> {
         let last = submission.submitted.last();
         let Some((Some(array), elements)) = last.map(|round| (round.array, &round.elements)) else {
             return Ok(Vec::new());
         };
         let receipts = receipts::read(&self.data.receipts_of(study))?;
-        let told = receipts.iter().filter_map(|receipt| receipt.job.as_deref());
-        let told: HashSet<&str> = told.collect();
-        let is_silent = |element: &u32| !told.contains(job_name(array, *element).as_str());
+        let jobs = receipts.iter().filter_map(|receipt| receipt.job.as_deref());
+        let jobs: HashSet<&str> = jobs.collect();
+        let is_silent = |element: &u32| !jobs.contains(job_name(array, *element).as_str());
         Ok(elements.iter().copied().filter(is_silent).collect())
     }
 }
 
-/// The jobs of a study in the queue, by their names.
+/// Returns the jobs of a study in the queue, which are found by their names.
 pub(super) fn queued(study: &str) -> Result<Vec<Queued>, SessionError> {
     Ok(slurm::queue(&[study, &format!("{study}-finish")])?)
 }
 
-/// Submits the elements, if there are any, and the job after them, which is told how often something
-/// was submitted before.
+/// Submits the elements, if there are any, and the last job, with the number of the round as
+/// argument.
 fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, SessionError> {
     let array = match elements.is_empty() {
         true => None,
@@ -293,7 +296,7 @@ fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, 
     let finish = match slurm::submit(&script, None, array, &[round.to_string()]) {
         Ok(job) => job,
         Err(error) => {
-            // Elements that nothing comes after would be half a submission.
+            // Without the last job, the elements would be useless.
             let _ = slurm::cancel(array.as_slice());
             return Err(error.into());
         }
@@ -301,13 +304,14 @@ fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, 
     Ok(Round { array, elements, finish })
 }
 
-/// What work costs where these receipts are from; where there are none, here.
+/// Returns the cost model measured by these receipts, or on this machine if there are none.
 pub(super) fn measured(receipts: &[Receipt]) -> CostModel {
     CostModel::measured(receipts::paces(receipts).seconds_per_pair())
 }
 
-/// The missing tasks but those that have failed, and what reads them. What failed only because a
-/// node could store nothing has not been tried.
+/// Returns the missing tasks without failed tasks and tasks that depend on them.
+///
+/// Failures of a run that could not store tables do not count.
 fn without_failed(plan: &Plan, missing: &[usize], receipts: &[Receipt]) -> Vec<usize> {
     let tried = receipts.iter().filter(|receipt| !receipt.halted);
     let failed = tried.flat_map(|receipt| receipt.failed.iter().map(|failed| failed.task.as_str()));

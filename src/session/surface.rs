@@ -1,4 +1,4 @@
-//! What a file of surface topography holds.
+//! Description of topography files and their channels.
 
 use std::path::Path;
 
@@ -13,45 +13,45 @@ use asperity_topography_files::{
 
 pub use asperity_topography_files::{HeightStatistics, Quantity};
 
-/// Pixels along the longer side of a picture.
-const PICTURE: usize = 1024;
+/// Maximum number of pixels along the longer side of a picture.
+const MAX_PIXELS: usize = 1024;
 
-/// A file of surface topography.
+/// Description of a topography file.
 #[derive(Debug, Serialize)]
 pub struct DescribedFile {
     pub format: &'static str,
-    /// What that is.
+    /// Full name of the format.
     #[serde(skip)]
     pub title: &'static str,
-    /// Its channels, or the one that was asked for.
+    /// All channels, or only the requested one.
     pub channels: Vec<DescribedChannel>,
-    /// How many channels it has.
+    /// Number of channels in the file.
     #[serde(skip)]
     pub count: usize,
-    /// The channel that was asked for, or the first that holds heights.
+    /// The requested channel, or the first one with heights.
     #[serde(skip)]
     pub chosen: Option<ChosenChannel>,
-    /// That channel as a PNG file, if it was to be drawn; missing points are red.
+    /// PNG file of the chosen channel, if requested; missing points are red.
     #[serde(skip)]
     pub picture: Option<Vec<u8>>,
 }
 
-/// A channel and what its map is like.
+/// Description of one channel with statistics of its map.
 #[derive(Debug, Serialize)]
 pub struct DescribedChannel {
-    /// From 1 on, in the order of the file.
+    /// Position in the file, from 1.
     #[serde(skip)]
     pub number: usize,
     pub name: String,
-    /// Along x and y.
+    /// Number of nodes along x and y.
     pub nodes: [usize; 2],
-    /// Along x and y, if it is known.
+    /// Side lengths along x and y, if known.
     pub size: Option<[f64; 2]>,
-    /// The unit of the size: `m`, or none.
+    /// Unit of the size, which is `m` or `None`.
     pub size_unit: Option<&'static str>,
-    /// The unit of what it holds.
+    /// Unit of the values of the map.
     pub unit: Option<String>,
-    /// Points that are missing.
+    /// Number of points without a value.
     pub missing: usize,
     pub rms_height: Option<f64>,
     pub rms_slope: Option<f64>,
@@ -61,20 +61,20 @@ pub struct DescribedChannel {
     pub corners: Corners,
 }
 
-/// The channel that counts.
+/// Channel that is used for heights.
 #[derive(Debug)]
 pub struct ChosenChannel {
-    /// From 1 on, in the order of the file.
+    /// Position in the file, from 1.
     pub number: usize,
     pub name: String,
     pub quantity: Quantity,
 }
 
-/// Describes a file and its channels, or the one of this name or number; draws one if that is
-/// wanted.
+/// Describes all channels of a file, or only the one with this name or number, and optionally draws
+/// the chosen channel.
 ///
 /// # Errors
-/// When the file cannot be read, or has no such channel.
+/// If the file cannot be read or has no such channel.
 pub fn describe(
     path: &Path,
     channel: Option<&str>,
@@ -93,11 +93,11 @@ pub fn describe(
         if channel.is_some() && index != chosen {
             continue;
         }
-        // One map at a time: files may have many.
+        // Keep only one map in memory, because files may have many.
         let map = one.map();
         if is_drawn && index == chosen {
             let raster = Raster::of_heights(map.nodes(), map.heights());
-            picture = Some(raster.at_most(PICTURE).to_png());
+            picture = Some(raster.at_most(MAX_PIXELS).to_png());
         }
         described.push(DescribedChannel::of(index + 1, one, &map));
     }
@@ -137,7 +137,7 @@ impl DescribedChannel {
     }
 }
 
-/// The channel that is asked for, or the first that holds heights.
+/// Returns the index of the requested channel, or of the first one with heights.
 fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, SessionError> {
     let Some(wanted) = wanted else {
         return Ok(file.first_heights().unwrap_or_default());
@@ -153,7 +153,7 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Sess
     })
 }
 
-/// The crate of instruments' formats has no dependency on serde.
+/// Serializes corners, because the crate `topography-files` does not depend on serde.
 fn corners<S: Serializer>(corners: &Corners, serializer: S) -> Result<S::Ok, S::Error> {
     let Corners { first, x_end, y_end, last } = corners;
     let named = [("first", first), ("x_end", x_end), ("y_end", y_end), ("last", last)];

@@ -1,4 +1,4 @@
-//! One task as a picture: its heights, contacts or pressures, and which task of a study is meant.
+//! Pictures of the heights, contacts or pressures of one task.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -30,16 +30,16 @@ use asperity_tables::store::key::{Provenance, TaskKey};
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::Table;
 
-/// Relative difference between a typed number and a column, since tables show rounded numbers.
+/// Relative tolerance between a typed number and a column, because tables show rounded numbers.
 const ROUNDING: f64 = 1e-3;
 
-/// Digits of a key in the name of a file.
+/// Number of digits of the key in file names.
 const KEY_DIGITS: usize = 8;
 
 /// The first bytes of every PNG file.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// What is drawn of a task.
+/// Quantity that a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Map {
@@ -48,38 +48,37 @@ pub enum Map {
     Pressures,
 }
 
-/// What to draw of a task.
+/// Options of [`Session::view`] and [`finished_task`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ViewOptions {
-    /// The map; when left out, the heights of surfaces and the contact under loads.
+    /// Map to draw (default: heights for surfaces, contact for loads).
     pub map: Option<Map>,
-    /// The load, in the unit of the study; without it contacts at all loads, and pressures at the
-    /// heaviest.
+    /// Load in the unit of the study (default: contacts at all loads, pressures at the largest).
     pub load: Option<f64>,
 }
 
-/// A map as a picture.
+/// Picture of a map with its description.
 #[derive(Debug, Serialize)]
 pub struct Picture {
     #[serde(skip)]
     raster: Raster,
-    /// The task that was asked for; what is drawn may be of the one that it was computed from.
+    /// Requested task, whose input may be the task of the map.
     pub task: TaskKey,
     pub map: Map,
-    /// Along x and y.
+    /// Number of nodes along x and y.
     pub nodes: PerAxis<usize>,
-    /// The load; `None` for heights and for contacts at all loads.
+    /// Load of the map, or `None` for heights and for contacts at all loads.
     pub load: Option<f64>,
-    /// The column that holds it: `load` where loads are reduced, `pressure` where they are in
-    /// pascals.
+    /// Name of the column of the load: `load` for reduced loads, `pressure` for loads in pascals.
     pub load_column: Option<&'static str>,
-    /// What the ends of the colours mean; none where there are but two colours.
+    /// Smallest value of the colour scale; `None` for contacts.
     pub lowest: Option<f64>,
+    /// Largest value of the colour scale; `None` for contacts.
     pub highest: Option<f64>,
     pub unit: Option<String>,
 }
 
-/// A column and the value that it must have.
+/// Column with a required value.
 #[derive(Debug, Clone)]
 pub struct Coordinate {
     column: String,
@@ -87,10 +86,10 @@ pub struct Coordinate {
 }
 
 impl Session<'_> {
-    /// Draws the one task of a stage whose rows have these coordinates.
+    /// Draws the only task of a stage whose rows have these coordinates.
     ///
     /// # Errors
-    /// When there is no such task or more than one, or it has no such map.
+    /// If no task or several tasks match, or if the task has no such map.
     pub fn view(
         &self,
         stage: &str,
@@ -112,30 +111,30 @@ impl Session<'_> {
     }
 }
 
-/// Draws a finished task, by its key or the first digits of it.
+/// Draws the finished task whose key begins with `word`.
 ///
 /// # Errors
-/// When there is no such task or more than one, or it has no such map.
+/// If no task or several tasks match, or if the task has no such map.
 pub fn finished_task(
     word: &str,
     data: &DataFolder,
     options: ViewOptions,
 ) -> Result<Picture, SessionError> {
     let task = names::finished(word, data)?;
-    // No key knows where the files of measured surfaces lie.
+    // The paths of measured surfaces are known from a manifest only.
     let picture = draw(task, options, &data.open_read_only()?, &SurfaceFiles::default())?;
     Ok(Picture { task, ..picture })
 }
 
 impl Picture {
-    /// A name for its file, which tells it from other pictures.
+    /// Returns a file name that is unique for the picture.
     pub fn file_name(&self) -> String {
         let load = self.load_in_words().map(|load| format!("-{load}"));
         let key = &self.task.to_string()[..KEY_DIGITS];
         format!("{key}-{}{}.png", self.map.name(), load.unwrap_or_default())
     }
 
-    /// What it shows, in a line.
+    /// Describes the picture in one line.
     pub fn caption(&self) -> String {
         let load = match (self.map, self.load_column.zip(self.load_in_words())) {
             (Map::Heights, _) => String::new(),
@@ -154,7 +153,7 @@ impl Picture {
         format!("{}{load} on {nodes_x} × {nodes_y} nodes{range}", self.map.name())
     }
 
-    /// Writes it as [`write_png`] does.
+    /// Writes the picture with [`write_png`].
     ///
     /// # Errors
     /// As [`write_png`].
@@ -162,7 +161,7 @@ impl Picture {
         write_png(path, &self.raster.to_png(), replace)
     }
 
-    /// The load as captions and names of files state it: `0.1000`, or `1e8` in pascals.
+    /// Formats the load for captions and file names: `0.1000`, or `1e8` in pascals.
     fn load_in_words(&self) -> Option<String> {
         let (load, column) = (self.load?, self.load_column?);
         Some(if column == LOAD.name { format!("{load:.4}") } else { load_as_typed(load) })
@@ -192,7 +191,7 @@ impl Map {
     }
 }
 
-/// Draws what there is of a task, or of the one that it was computed from.
+/// Draws a task, or its input if the task has no map.
 fn draw(
     key: TaskKey,
     options: ViewOptions,
@@ -204,15 +203,12 @@ fn draw(
     let finished = FinishedTask { key, table, provenance };
     let load = options.load;
     match (kind, options.map) {
-        (Some(Kind::Generate), None | Some(Map::Heights)) if load.is_some() => {
-            Err(SessionError::Refused(
-                "heights are those of the surface before it is pressed; leave out `--load`"
-                    .to_owned(),
-            ))
-        }
+        (Some(Kind::Generate), None | Some(Map::Heights)) if load.is_some() => Err(
+            SessionError::Refused("heights do not depend on the load; omit `--load`".to_owned()),
+        ),
         (Some(Kind::Generate), None | Some(Map::Heights)) => finished.heights(sources),
         (Some(Kind::Generate), Some(map)) => Err(SessionError::Refused(format!(
-            "task {key} made a surface and knows no {}; name one that pressed it",
+            "task {key} generates a surface and has no {}; choose a task of a `solve` stage",
             map.name()
         ))),
         (Some(Kind::Solve), None | Some(Map::Contact)) => finished.contact(load),
@@ -220,14 +216,14 @@ fn draw(
         _ => match finished.provenance.inputs.as_slice() {
             [input] => draw(*input, options, store, sources),
             inputs => Err(SessionError::Refused(format!(
-                "task {key} has no map of its own, and reads {}: name one of them",
+                "task {key} has no map and reads {}; choose one of them",
                 counted(inputs.len(), "other task")
             ))),
         },
     }
 }
 
-/// A finished task's table, and how it came about.
+/// Table of a finished task with its provenance.
 struct FinishedTask {
     key: TaskKey,
     table: Table,
@@ -235,7 +231,7 @@ struct FinishedTask {
 }
 
 impl FinishedTask {
-    /// Heights that were not kept are drawn again.
+    /// Draws the heights, and generates the surface again if its heights are not stored.
     fn heights(&self, sources: &SurfaceFiles) -> Result<Picture, SessionError> {
         let params: generate::Params =
             serde_json::from_str(&self.provenance.recipe).map_err(SessionError::Recipe)?;
@@ -278,8 +274,8 @@ impl FinishedTask {
             }
         };
         let (Some(lists), Some(&heaviest)) = (lists, kept.last()) else {
-            let message = "no pressures are kept of this task; the key `pressures` of its stage \
-                           keeps them";
+            let message = "the pressures of this task are not stored; set the key `pressures` of \
+                           its stage to store them";
             return Err(SessionError::Refused(message.to_owned()));
         };
         let row = match load {
@@ -315,10 +311,10 @@ impl FinishedTask {
     }
 }
 
-/// Returns those of the rows that have this load, at least one.
+/// Returns the rows with this load, at least one.
 ///
 /// # Errors
-/// When there is none; the message names the nearest load.
+/// If no row has this load; the message names the nearest load.
 fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, SessionError> {
     let column = load_column(table);
     let loads = table.reals(column)?;
@@ -332,17 +328,16 @@ fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, Se
     let nearest = rows.iter().min_by(by_distance);
     Err(SessionError::Refused(match nearest {
         Some(&nearest) => {
-            let [asked, nearest] = [load, loads.value(nearest)].map(load_as_typed);
+            let [requested, nearest] = [load, loads.value(nearest)].map(load_as_typed);
             format!(
-                "no row has `{column}` = {asked}; the nearest is {nearest}, which `--load {nearest}` \
-                 draws"
+                "no row has `{column}` = {requested}; the nearest is {nearest}: use `--load {nearest}`"
             )
         }
-        None => "there is no load".to_owned(),
+        None => "the task has no loads".to_owned(),
     }))
 }
 
-/// A load as a user would write it: `0.1`, `1e8`.
+/// Formats a load as users write it: `0.1`, `1e8`.
 fn load_as_typed(load: f64) -> String {
     match (1e-4..1e6).contains(&load) {
         true => short(load),
@@ -354,17 +349,16 @@ impl FromStr for Coordinate {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Coordinate, String> {
-        let (column, value) = word
-            .split_once('=')
-            .ok_or("a coordinate is a column and its value, as in `k_upper=32`")?;
+        let (column, value) =
+            word.split_once('=').ok_or("expected COLUMN=VALUE, such as `k_upper=32`")?;
         if [LOAD.name, PRESSURE.name].contains(&column) {
-            return Err("`--load` says which load to draw".to_owned());
+            return Err("use `--load` to choose the load".to_owned());
         }
         Ok(Coordinate { column: column.to_owned(), value: value.to_owned() })
     }
 }
 
-/// The one task of a stage that computed such rows.
+/// Returns the only task of a stage whose rows have these coordinates and this load.
 fn chosen_task(
     stage: &str,
     coordinates: &[Coordinate],
@@ -373,7 +367,7 @@ fn chosen_task(
 ) -> Result<TaskKey, SessionError> {
     let mut rows: Vec<usize> = (0..table.rows()).collect();
     for coordinate in coordinates {
-        rows = coordinate.among(table, &rows)?;
+        rows = coordinate.filter(table, &rows)?;
     }
     if let Some(load) = load.filter(|_| table.has(LOAD.name)) {
         rows = rows_under(table, &rows, load)?;
@@ -395,12 +389,12 @@ fn chosen_task(
         });
     let differing: String = differing.collect();
     let tasks = counted(tasks.len(), "task");
-    Err(SessionError::Refused(format!("{tasks} of `{stage}` are meant; say which by{differing}")))
+    Err(SessionError::Refused(format!("{tasks} of `{stage}` match; choose one by{differing}")))
 }
 
 impl Coordinate {
-    /// Those of the rows that have the value; at least one.
-    fn among(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
+    /// Returns the given rows that have the value, at least one.
+    fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
         let Coordinate { column, value } = self;
         let coordinates = table.coordinates();
         let Some(values) = coordinates.batch().column_by_name(column) else {
@@ -414,7 +408,7 @@ impl Coordinate {
             let there = picked.batch().column_by_name(column);
             let there = there.map(|values| distinct(values.as_ref()).join(", "));
             let there = there.unwrap_or_default();
-            let message = format!("no row has `{column}` = {value}; there is {there}");
+            let message = format!("no row has `{column}` = {value}; available: {there}");
             return Err(SessionError::Refused(message));
         }
         Ok(found)
@@ -434,7 +428,7 @@ fn is_value(values: &dyn Array, row: usize, wanted: &str) -> bool {
     }
 }
 
-/// The values of a column, each once, in order of appearance.
+/// Returns the distinct values of a column in order of appearance.
 fn distinct(values: &dyn Array) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     for row in (0..values.len()).filter(|&row| values.is_valid(row)) {
@@ -448,11 +442,11 @@ fn distinct(values: &dyn Array) -> Vec<String> {
 
 /// Writes a picture to a file whose name ends in `.png`.
 ///
-/// A file that holds the same picture stays as it is. Another PNG file is replaced if `replace` is
-/// set, and a file of another kind never.
+/// A file with the same picture is not changed. Another PNG file is overwritten if `replace` is
+/// set; a file of another kind is never overwritten.
 ///
 /// # Errors
-/// When the name has another ending, the file must not be replaced, or it cannot be written.
+/// If the name has another extension, or if the file must not be overwritten or cannot be written.
 pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionError> {
     let shown = path.display();
     let refused = |message: String| Err(SessionError::Refused(message));
@@ -462,7 +456,7 @@ pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionEr
     let ending = path.extension().unwrap_or_default();
     if !ending.eq_ignore_ascii_case("png") {
         return refused(format!(
-            "pictures are written as PNG files, and `{shown}` does not end in `.png`; name `{}`",
+            "pictures are written as PNG files, but `{shown}` does not end in `.png`; use `{}`",
             path.with_extension("png").display()
         ));
     }
@@ -472,11 +466,11 @@ pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionEr
         }
         if !there.starts_with(SIGNATURE) {
             return refused(format!(
-                "`{shown}` is not a PNG file and is not replaced; name another"
+                "`{shown}` is not a PNG file and will not be overwritten; choose another file"
             ));
         }
         if !replace {
-            return refused(format!("`{shown}` is there already; `--replace` overwrites it"));
+            return refused(format!("`{shown}` already exists; use `--replace` to overwrite it"));
         }
     }
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
@@ -490,7 +484,7 @@ fn is_stream(path: &Path) -> bool {
     metadata.is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
-/// Returns the first bytes of a file, or none if there is no such file.
+/// Returns up to `most` bytes from the start of a file, or `None` if it does not exist.
 fn beginning(path: &Path, most: usize) -> Result<Option<Vec<u8>>, StoreError> {
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|file| file.take(most as u64).read_to_end(&mut bytes));

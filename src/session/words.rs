@@ -1,9 +1,9 @@
-//! Numbers and lists in words, for people.
+//! Formatting of numbers and lists for users.
 
 pub use asperity_manifest::diagnostics::{chain, counted, listed, wrapped};
 pub use asperity_tables::cells::cells;
 
-/// Six significant digits: enough to recognise a number.
+/// Formats a number with six significant digits, without trailing zeros.
 pub fn short(number: f64) -> String {
     let magnitude = number.abs();
     if number == 0.0 || (1e-4..1e6).contains(&magnitude) {

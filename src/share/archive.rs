@@ -1,12 +1,11 @@
-//! A ZIP archive with the same bytes every time, the checksums of what it holds, and where a
-//! manifest and the files that it names lie in it: seen from each other, as they did.
+//! Reproducible ZIP archives with checksums, and the paths of a manifest and its files in them.
 //!
-//! Files lie in it in the order of their paths, dated to the first day that the format knows. Tables
-//! are compressed as they are; only texts are compressed by the archive.
+//! Files are sorted by path and have the earliest date of the format, so that equal contents give
+//! equal bytes. Tables are compressed already; the archive compresses texts only.
 //!
-//! A manifest goes into an archive as it is, byte for byte, so that its paths must lead to the same
-//! files. They are kept as far as they are relative: of `manifests/scan.toml`, which names
-//! `../data/scan.x3p`, the archive holds `manifests/scan.toml` and `data/scan.x3p`.
+//! The manifest is stored unchanged, so its relative paths must stay valid. If
+//! `manifests/scan.toml` names `../data/scan.x3p`, the archive contains `manifests/scan.toml` and
+//! `data/scan.x3p`.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,27 +17,27 @@ use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-/// The list of checksums.
+/// File name of the list of checksums.
 pub const CHECKSUMS: &str = "SHA256SUMS";
-/// Bytes that are read at once.
+/// Size of the read buffer in bytes.
 const CHUNK: usize = 1 << 18;
-/// Files from this size on need the longer numbers of ZIP64.
-const LARGE: u64 = u32::MAX as u64;
+/// Size in bytes from which a file needs ZIP64.
+const ZIP64_SIZE: u64 = u32::MAX as u64;
 
-/// Where the bytes of a file come from.
+/// Source of the bytes of a file.
 #[derive(Debug)]
 pub enum Source {
-    /// A file, which is too large to be kept in memory, perhaps.
+    /// A file, which may be too large for the memory.
     File(PathBuf),
-    /// These.
+    /// Bytes in memory.
     Bytes(Vec<u8>),
 }
 
 impl Source {
-    /// How many bytes it has.
+    /// Returns the number of bytes.
     ///
     /// # Errors
-    /// When the file cannot be read.
+    /// If the file cannot be read.
     pub fn size(&self) -> io::Result<u64> {
         match self {
             Source::File(path) => Ok(path.metadata().map_err(about(path))?.len()),
@@ -61,10 +60,10 @@ fn about(path: &Path) -> impl FnOnce(io::Error) -> io::Error {
     }
 }
 
-/// Writes an archive, and knows the checksums of what is in it.
+/// Writer of an archive that records checksums.
 pub struct Archive<W: Write + Seek> {
     zip: ZipWriter<W>,
-    /// Lines as `sha256sum` writes them.
+    /// Lines in the format of `sha256sum`.
     checksums: String,
 }
 
@@ -75,15 +74,15 @@ pub fn is_archive(path: &Path) -> bool {
 }
 
 impl<W: Write + Seek> Archive<W> {
-    /// An empty one.
+    /// Creates an empty archive.
     pub fn new(output: W) -> Archive<W> {
         Archive { zip: ZipWriter::new(output), checksums: String::new() }
     }
 
-    /// Adds a file, at a path with `/` between folders.
+    /// Adds a file; `path` uses `/` between folders.
     ///
     /// # Errors
-    /// When it cannot be read, or the archive not be written.
+    /// If the file cannot be read or the archive cannot be written.
     pub fn add(&mut self, path: &str, source: &Source) -> io::Result<()> {
         let is_table = path.ends_with(".parquet");
         let method = match is_table {
@@ -94,7 +93,7 @@ impl<W: Write + Seek> Archive<W> {
             .compression_method(method)
             .last_modified_time(DateTime::default())
             .unix_permissions(0o644)
-            .large_file(source.size()? >= LARGE);
+            .large_file(source.size()? >= ZIP64_SIZE);
         self.zip.start_file(path, options)?;
         let mut input = source.open()?;
         let (mut hash, mut chunk) = (Sha256::new(), vec![0; CHUNK]);
@@ -115,10 +114,10 @@ impl<W: Write + Seek> Archive<W> {
         Ok(())
     }
 
-    /// Adds the list of checksums, which `sha256sum --check` reads, and ends the archive.
+    /// Adds the list of checksums for `sha256sum --check` and completes the archive.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If the archive cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         let checksums = std::mem::take(&mut self.checksums);
         self.add(CHECKSUMS, &Source::Bytes(checksums.into_bytes()))?;
@@ -126,89 +125,90 @@ impl<W: Write + Seek> Archive<W> {
     }
 }
 
-/// Where a manifest and the files that it names lie in an archive, `/` between folders.
+/// Paths of a manifest and its files in an archive, with `/` between folders.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Places {
-    /// The manifest.
+pub struct ArchivePaths {
+    /// Path of the manifest.
     pub manifest: String,
-    /// The files, by their paths as the manifest names them.
+    /// Paths of the files in the archive, by their paths in the manifest.
     pub files: BTreeMap<PathBuf, String>,
 }
 
-/// A file cannot be put where the manifest would find it.
+/// Error for a file that the manifest would not find in the archive.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{}` cannot go into an archive: {why}; have the manifest name it by a path that begins in the \
-     manifest's folder, as `surfaces/scan.x3p` or `../surfaces/scan.x3p`",
+    "cannot add `{}` to an archive: {why}; use a path relative to the folder of the manifest, such as \
+     `surfaces/scan.x3p` or `../surfaces/scan.x3p`",
     path.display()
 )]
 pub struct Unplaceable {
-    /// The file, as the manifest names it.
+    /// Path of the file in the manifest.
     pub path: PathBuf,
-    /// What is wrong with that.
+    /// Problem with the path.
     pub why: &'static str,
 }
 
-impl Places {
-    /// Of a manifest, and of the files that it names.
+impl ArchivePaths {
+    /// Assigns paths to a manifest and the files that it names.
     ///
     /// # Errors
-    /// When a path is absolute, leads out of the root of the file system, or goes up again after it
-    /// has gone down.
-    pub fn of<'a>(
+    /// If a path is absolute, leaves the root of the file system, or contains `..` after a folder.
+    pub fn new<'a>(
         manifest: &Path,
         files: impl IntoIterator<Item = &'a PathBuf>,
-    ) -> Result<Places, Unplaceable> {
-        let ways = files.into_iter().map(|path| Ok((path, Way::of(path)?)));
-        let ways: Vec<(&PathBuf, Way)> = ways.collect::<Result<_, _>>()?;
+    ) -> Result<ArchivePaths, Unplaceable> {
+        let ways = files.into_iter().map(|path| Ok((path, RelativePath::parse(path)?)));
+        let ways: Vec<(&PathBuf, RelativePath)> = ways.collect::<Result<_, _>>()?;
         let above = folders_of(manifest);
         let highest = ways.iter().max_by_key(|(_, way)| way.up);
         let height = highest.map_or(0, |(_, way)| way.up);
         if let Some((path, way)) = highest
             && way.up > above.len()
         {
-            return Err(unplaceable(path, "it leads out of the file system"));
+            return Err(unplaceable(path, "it leaves the root of the file system"));
         }
         let kept = &above[above.len() - height..];
-        let place = |up: usize, rest: &[String]| {
+        let joined = |up: usize, rest: &[String]| {
             let parts = kept[..height - up].iter().chain(rest);
             parts.map(String::as_str).collect::<Vec<_>>().join("/")
         };
         let name = manifest.file_name().unwrap_or_default().to_string_lossy();
         let files = ways.iter();
-        Ok(Places {
-            manifest: place(0, &[name.into_owned()]),
-            files: files.map(|(path, way)| ((*path).clone(), place(way.up, &way.down))).collect(),
+        Ok(ArchivePaths {
+            manifest: joined(0, &[name.into_owned()]),
+            files: files.map(|(path, way)| ((*path).clone(), joined(way.up, &way.down))).collect(),
         })
     }
 
-    /// The way back to the manifest from a folder of the archive that is `depth` folders deep.
+    /// Returns the relative path of the manifest from a folder at this depth in the archive.
     pub fn manifest_from(&self, depth: usize) -> String {
         "../".repeat(depth) + &self.manifest
     }
 }
 
-/// A relative path: first up, then down.
-struct Way {
+/// Relative path with all `..` at its start.
+struct RelativePath {
     up: usize,
     down: Vec<String>,
 }
 
-impl Way {
-    fn of(path: &Path) -> Result<Way, Unplaceable> {
+impl RelativePath {
+    fn parse(path: &Path) -> Result<RelativePath, Unplaceable> {
         let (mut up, mut down) = (0, Vec::new());
         for part in path.components() {
             match part {
                 Component::CurDir => {}
                 Component::ParentDir if down.is_empty() => up += 1,
                 Component::Normal(part) => down.push(part.to_string_lossy().into_owned()),
-                Component::ParentDir => return Err(unplaceable(path, "it goes down and up again")),
+                Component::ParentDir => {
+                    return Err(unplaceable(path, "it contains `..` after a folder"));
+                }
                 Component::RootDir | Component::Prefix(_) => {
                     return Err(unplaceable(path, "its path is absolute"));
                 }
             }
         }
-        Ok(Way { up, down })
+        Ok(RelativePath { up, down })
     }
 }
 
@@ -216,11 +216,11 @@ fn unplaceable(path: &Path, why: &'static str) -> Unplaceable {
     Unplaceable { path: path.to_owned(), why }
 }
 
-/// The names of the folders above a file, the root's first.
+/// Returns the names of the folders above a file, starting at the root.
 fn folders_of(file: &Path) -> Vec<String> {
     let folder = file.parent().filter(|folder| *folder != Path::new(""));
     let folder = folder.unwrap_or(Path::new("."));
-    // A manifest that has been read has a folder; should it have gone since, its name will do.
+    // The folder may have been deleted after the manifest was read.
     let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
     let names = folder.components().filter_map(|part| match part {
         Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
@@ -273,14 +273,14 @@ mod tests {
         assert!(error.to_string().contains("nowhere.parquet"), "{error}");
     }
 
-    /// The places of `a/b/study.toml` and the file that it names so.
-    fn places(named: &str) -> Result<(String, String), &'static str> {
+    /// Returns the paths of `a/b/study.toml` and of a file that it names.
+    fn paths(named: &str) -> Result<(String, String), &'static str> {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("a/b");
         fs::create_dir_all(&folder).unwrap();
         let named = PathBuf::from(named);
-        match Places::of(&folder.join("study.toml"), [&named]) {
-            Ok(places) => Ok((places.manifest.clone(), places.files[&named].clone())),
+        match ArchivePaths::new(&folder.join("study.toml"), [&named]) {
+            Ok(paths) => Ok((paths.manifest.clone(), paths.files[&named].clone())),
             Err(error) => Err(error.why),
         }
     }
@@ -291,24 +291,24 @@ mod tests {
 
     #[test]
     fn a_manifest_without_files_lies_at_the_root() {
-        let places = Places::of(Path::new("somewhere/study.toml"), []).unwrap();
-        assert_eq!(places.manifest, "study.toml");
-        assert_eq!(places.manifest_from(3), "../../../study.toml");
+        let paths = ArchivePaths::new(Path::new("somewhere/study.toml"), []).unwrap();
+        assert_eq!(paths.manifest, "study.toml");
+        assert_eq!(paths.manifest_from(3), "../../../study.toml");
     }
 
     #[test]
     fn paths_lead_from_the_manifest_to_its_files_as_they_did() {
-        assert_eq!(places("scan.x3p"), both("study.toml", "scan.x3p"));
-        assert_eq!(places("./maps/s.x3p"), both("study.toml", "maps/s.x3p"));
-        assert_eq!(places("../scan.x3p"), both("b/study.toml", "scan.x3p"));
-        assert_eq!(places("../../m/s.x3p"), both("a/b/study.toml", "m/s.x3p"));
+        assert_eq!(paths("scan.x3p"), both("study.toml", "scan.x3p"));
+        assert_eq!(paths("./maps/s.x3p"), both("study.toml", "maps/s.x3p"));
+        assert_eq!(paths("../scan.x3p"), both("b/study.toml", "scan.x3p"));
+        assert_eq!(paths("../../m/s.x3p"), both("a/b/study.toml", "m/s.x3p"));
     }
 
     #[test]
-    fn what_would_not_be_found_again_is_refused() {
-        assert_eq!(places("/scan.x3p"), Err("its path is absolute"));
-        assert_eq!(places("maps/../s.x3p"), Err("it goes down and up again"));
+    fn paths_that_cannot_stay_valid_are_refused() {
+        assert_eq!(paths("/scan.x3p"), Err("its path is absolute"));
+        assert_eq!(paths("maps/../s.x3p"), Err("it contains `..` after a folder"));
         let far = "../".repeat(60) + "scan.x3p";
-        assert_eq!(places(&far), Err("it leads out of the file system"));
+        assert_eq!(paths(&far), Err("it leaves the root of the file system"));
     }
 }

@@ -1,4 +1,4 @@
-//! What goes into an archive of a study, and what the archive says of itself to people.
+//! Contents of an archive of a study, including its README.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use serde_json::json;
 
-use super::archive::{Archive, CHECKSUMS, Places, Source, is_archive};
+use super::archive::{Archive, ArchivePaths, CHECKSUMS, Source, is_archive};
 use super::research_object::{self, Described, Role, Whole};
 use super::{ShareError, ShareOptions};
 use asperity_manifest::diagnostics::counted;
@@ -19,14 +19,13 @@ use asperity_stages::Kind;
 use asperity_tables::store::files::{Existing, verify_whole, write_with};
 use asperity_tables::store::{self, StoreError};
 
-/// What people are to read first.
 const README: &str = "README.txt";
-/// What computed the tables.
+/// File with the versions of the program and its stages.
 const VERSIONS: &str = "versions.json";
-/// The folder of finished work.
+/// Name of the data folder.
 const DATA: &str = "data";
 
-/// A file that goes into an archive.
+/// File of an archive.
 #[derive(Debug)]
 struct File {
     source: Source,
@@ -34,39 +33,39 @@ struct File {
     about: String,
 }
 
-/// What goes into an archive of a study.
+/// Files of an archive of a study.
 #[derive(Debug)]
 pub struct Contents {
     study: String,
     about: String,
-    places: Places,
-    /// By their paths in the archive.
+    paths: ArchivePaths,
+    /// Files by their paths in the archive.
     files: BTreeMap<String, File>,
-    /// How many stages have a table.
+    /// Number of stages with a table.
     pub tables: usize,
-    /// How many tasks of the study have a table that goes along, and how many it has.
+    /// Numbers of included tables of tasks and of all tasks; `None` without the store.
     pub stored: Option<(usize, usize)>,
-    /// Stages of which not all tasks are finished: how many are, and how many there are.
+    /// Incomplete stages, with the numbers of finished and of all tasks.
     pub incomplete: Vec<(String, usize, usize)>,
 }
 
 impl Contents {
-    /// Finds what is to be shared. All tables are read to their ends, and are as they were written.
+    /// Collects the files and verifies all tables.
     ///
     /// # Errors
-    /// When a table is damaged, or not that of the study as it is, and when a file has no place.
-    pub fn of(
+    /// If a table is damaged or out of date, or if a file cannot be placed in the archive.
+    pub fn collect(
         reading: &StudyResults,
         manifest: &Path,
         data: &DataFolder,
         options: &ShareOptions,
     ) -> Result<Contents, ShareError> {
         let sources = &reading.study.sources;
-        let places = Places::of(manifest, sources.read_files())?;
+        let paths = ArchivePaths::new(manifest, sources.read_files())?;
         let mut contents = Contents {
             study: reading.plan.study.clone(),
             about: about(reading),
-            places,
+            paths,
             files: BTreeMap::new(),
             tables: 0,
             stored: None,
@@ -81,21 +80,20 @@ impl Contents {
         Ok(contents)
     }
 
-    /// Checks that the archive replaces neither a file that goes into it nor a file of another
-    /// kind.
+    /// Checks that `path` is neither a file of the archive nor a file of another kind.
     ///
     /// # Errors
-    /// When it would.
-    pub fn check_place(&self, path: &Path) -> Result<(), ShareError> {
-        let Ok(place) = fs::canonicalize(path) else {
+    /// If the archive would overwrite such a file.
+    pub fn check_output(&self, path: &Path) -> Result<(), ShareError> {
+        let Ok(output) = fs::canonicalize(path) else {
             return Ok(());
         };
         let path = path.to_owned();
-        let is_place = |file: &File| match &file.source {
-            Source::File(source) => fs::canonicalize(source).is_ok_and(|source| source == place),
+        let is_output = |file: &File| match &file.source {
+            Source::File(source) => fs::canonicalize(source).is_ok_and(|source| source == output),
             Source::Bytes(_) => false,
         };
-        if self.files.values().any(is_place) {
+        if self.files.values().any(is_output) {
             return Err(ShareError::Input { path });
         }
         if !is_archive(&path) {
@@ -104,17 +102,17 @@ impl Contents {
         Ok(())
     }
 
-    /// Writes the archive, whole or not at all.
+    /// Writes the archive, which appears only when it is complete.
     ///
     /// # Errors
-    /// When it cannot be written, or a file not be read.
+    /// If the archive cannot be written or a file cannot be read.
     pub fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let staging = folder.unwrap_or(Path::new("."));
         write_with(path, Existing::Replace, staging, |file| {
             let mut archive = Archive::new(file);
-            for (place, file) in &self.files {
-                archive.add(place, &file.source)?;
+            for (path, file) in &self.files {
+                archive.add(path, &file.source)?;
             }
             let metadata = self.metadata(options)?;
             archive.add(research_object::FILE, &Source::Bytes(metadata.into_bytes()))?;
@@ -144,16 +142,16 @@ impl Contents {
 
     fn add_manifest(&mut self, manifest: &Path) -> Result<(), ShareError> {
         let folder = manifest.parent().unwrap_or(Path::new(""));
-        let files: Vec<_> = self.places.files.clone().into_iter().collect();
-        for (named, place) in files {
+        let files: Vec<_> = self.paths.files.clone().into_iter().collect();
+        for (named, path) in files {
             let source = Source::File(folder.join(named));
-            self.add(place, source, Role::Input, "input that the manifest names")?;
+            self.add(path, source, Role::Input, "input file of the manifest")?;
         }
-        let (place, source) = (self.places.manifest.clone(), Source::File(manifest.to_owned()));
-        self.add(place, source, Role::Manifest, "manifest: what was asked for")
+        let (path, source) = (self.paths.manifest.clone(), Source::File(manifest.to_owned()));
+        self.add(path, source, Role::Manifest, "manifest: definition of the study")
     }
 
-    /// The tables of the stages; the tasks that have rows in them.
+    /// Adds the tables of the stages and returns the tasks that have rows in them.
     fn add_results(
         &mut self,
         reading: &StudyResults,
@@ -189,16 +187,16 @@ impl Contents {
         }
         let failures = data.table(&self.study, names::FAILURES);
         if failures.is_file() {
-            self.add_table(&failures, names::FAILURES, "what could not be computed, and why")?;
+            self.add_table(&failures, names::FAILURES, "failed tasks and reasons")?;
         }
         Ok(finished)
     }
 
     fn add_table(&mut self, path: &Path, name: &str, about: &str) -> Result<(), ShareError> {
         verify_whole(path)?;
-        let place = results::path(Path::new("data/results"), &self.study, name);
-        let place = place.to_string_lossy().into_owned();
-        self.add(place, Source::File(path.to_owned()), Role::Table, about)
+        let target = results::path(Path::new("data/results"), &self.study, name);
+        let target = target.to_string_lossy().into_owned();
+        self.add(target, Source::File(path.to_owned()), Role::Table, about)
     }
 
     fn add_store(&mut self, reading: &StudyResults) -> Result<(), ShareError> {
@@ -211,46 +209,46 @@ impl Contents {
                 continue;
             }
             store.verify(key)?;
-            let place = store::path(Path::new("data/store"), key);
-            let place = place.to_string_lossy().into_owned();
+            let path = store::path(Path::new("data/store"), key);
+            let path = path.to_string_lossy().into_owned();
             let source = Source::File(store.path(key));
-            self.add(place, source, Role::Other, "table of one task, with its maps")?;
+            self.add(path, source, Role::Other, "table of one task, with its maps")?;
             there += 1;
         }
         self.stored = Some((there, all));
         Ok(())
     }
 
-    /// What says whose the tables are, what the study is, what computed it, and how to use all this.
+    /// Adds the owner of the tables, the record of the study, the versions and the README.
     fn add_records(
         &mut self,
         reading: &StudyResults,
         finished: &BTreeSet<usize>,
     ) -> Result<(), ShareError> {
         let StudyResults { study, plan, .. } = reading;
-        let owner = Owner::at(self.places.manifest_from(3), study, plan);
-        let place = format!("{DATA}/results/{}/{}", self.study, owner::FILE);
-        let what = "which manifest the tables are of";
-        self.add(place, Source::Bytes(owner.bytes()), Role::Other, what)?;
+        let owner = Owner::at(self.paths.manifest_from(3), study, plan);
+        let path = format!("{DATA}/results/{}/{}", self.study, owner::FILE);
+        let what = "path of the manifest that the tables belong to";
+        self.add(path, Source::Bytes(owner.bytes()), Role::Other, what)?;
 
         let missing = (0..plan.tasks.len()).filter(|task| !finished.contains(task));
         let record = Record::new(study, plan, &missing.collect::<Vec<_>>());
-        let place = format!("{DATA}/plans/{}.json", self.study);
-        let what = "plan: every stage with its parameters, defaults filled in";
-        self.add(place, Source::Bytes(record.bytes()), Role::Other, what)?;
+        let path = format!("{DATA}/plans/{}.json", self.study);
+        let what = "plan: every stage with its parameters, including defaults";
+        self.add(path, Source::Bytes(record.bytes()), Role::Other, what)?;
 
         let kinds: BTreeSet<Kind> = plan.stages.iter().map(|stage| stage.kind).collect();
         let versions = kinds.into_iter().map(|kind| (kind.name(), kind.version()));
         let versions: BTreeMap<&str, u32> = versions.collect();
         let versions = json!({ "asperity": env!("CARGO_PKG_VERSION"), "stages": versions });
         let versions = Source::Bytes(format!("{versions:#}\n").into_bytes());
-        let what = "versions of the program and of the numbers of its stages";
+        let what = "versions of the program and of its kinds of stage";
         self.add(VERSIONS.to_owned(), versions, Role::Other, what)?;
 
         let readme = readme(&Facts {
             study: &self.study,
             about: &self.about,
-            manifest: &self.places.manifest,
+            manifest: &self.paths.manifest,
             stored: self.stored,
             incomplete: &self.incomplete,
         });
@@ -260,59 +258,59 @@ impl Contents {
 
     fn add(
         &mut self,
-        place: String,
+        path: String,
         source: Source,
         role: Role,
         about: &str,
     ) -> Result<(), ShareError> {
         let about = about.to_owned();
-        let is_own = [CHECKSUMS, research_object::FILE].contains(&&*place);
+        let is_own = [CHECKSUMS, research_object::FILE].contains(&&*path);
         let file = File { source, role, about };
-        match is_own || self.files.insert(place.clone(), file).is_some() {
-            true => Err(ShareError::Clash { place }),
+        match is_own || self.files.insert(path.clone(), file).is_some() {
+            true => Err(ShareError::Clash { path }),
             false => Ok(()),
         }
     }
 }
 
-/// What its page for people is about.
+/// Facts for the README.
 struct Facts<'a> {
     study: &'a str,
-    /// What the study is, in a sentence or two.
+    /// Short description of the study.
     about: &'a str,
-    /// Where the manifest is in the archive.
+    /// Path of the manifest in the archive.
     manifest: &'a str,
-    /// How many tasks' tables go along, and how many tasks the study has; none without the store.
+    /// Numbers of included tables of tasks and of all tasks; `None` without the store.
     stored: Option<(usize, usize)>,
-    /// Stages of which not all tasks are finished: how many are, and how many there are.
+    /// Incomplete stages, with the numbers of finished and of all tasks.
     incomplete: &'a [(String, usize, usize)],
 }
 
-/// The page for people.
+/// Returns the text of `README.txt`.
 fn readme(facts: &Facts) -> String {
     let Facts { study, manifest, .. } = facts;
     let runs = match facts.stored {
         Some((there, all)) if there == all => {
-            "has nothing to do: all tables of its tasks are in data/store/"
+            "has nothing to compute: data/store/ contains all tables"
         }
-        Some(_) => "computes what data/store/ lacks, to the same bytes",
-        None => "computes all of it anew, to the same bytes",
+        Some(_) => "computes the tables missing in data/store/ (same bytes)",
+        None => "computes everything again (same bytes)",
     };
     let incomplete = facts.incomplete.iter().map(|(stage, some, all)| {
         let all = counted(*all, "task");
-        format!("\nNot complete: of {stage}, {some} of {all} are computed.\n")
+        format!("\nIncomplete: {some} of {all} of the stage {stage} are computed.\n")
     });
     format!(
         "{study}: {about}\n\
          \n\
-         data/results/{study}/*.parquet   a table for each stage; fields say unit and meaning\n\
-         {manifest}   what was asked for\n\
-         data/plans/{study}.json   the same, with all defaults, as JSON\n\
-         {VERSIONS}   what computed it\n\
-         {metadata}   what each file is (RO-Crate 1.1)\n\
+         data/results/{study}/*.parquet   table of each stage; the fields contain units and meanings\n\
+         {manifest}   manifest: definition of the study\n\
+         data/plans/{study}.json   all parameters with defaults, as JSON\n\
+         {VERSIONS}   versions of the program and of its kinds of stage\n\
+         {metadata}   description of each file (RO-Crate 1.1)\n\
          \n\
-         Whether all is as it was: sha256sum --check {CHECKSUMS}\n\
-         In this folder, with asperity {version}:\n\
+         Check all files: sha256sum --check {CHECKSUMS}\n\
+         Commands for this folder, with asperity {version}:\n\
          \n    asperity columns {manifest}          what the columns mean\
          \n    asperity table {manifest} STAGE      a table\
          \n    asperity run {manifest}              {runs}\n\
@@ -324,7 +322,7 @@ fn readme(facts: &Facts) -> String {
     )
 }
 
-/// `A statistical study of rough contact: 8 surfaces, 6 stages, 35 tasks.`
+/// Describes a study: `A statistical study of rough contact: 8 surfaces, 6 stages, 35 tasks.`
 fn about(reading: &StudyResults) -> String {
     format!(
         "A statistical study of rough contact: {}, {}, {}. Surfaces are generated or measured, \
@@ -335,14 +333,14 @@ fn about(reading: &StudyResults) -> String {
     )
 }
 
-/// What the rows of a kind of stage are, in a phrase.
+/// Describes the rows of a kind of stage.
 fn does(kind: Kind) -> &'static str {
     match kind {
         Kind::Generate => "surfaces and their spectral moments",
         Kind::Solve => "loads, gaps and energies",
-        Kind::Measure => "what was measured of contacts or surfaces",
+        Kind::Measure => "measured quantities of contacts or surfaces",
         Kind::Correct => "corrected contact areas",
         Kind::Fit => "parameters of fitted laws",
-        Kind::Aggregate => "statistics over surfaces, or the answer to a query",
+        Kind::Aggregate => "statistics over surfaces, or the result of a query",
     }
 }

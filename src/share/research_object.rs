@@ -1,57 +1,55 @@
-//! The metadata file that repositories understand: RO-Crate 1.1, <https://w3id.org/ro/crate/1.1>.
+//! Metadata file in the format RO-Crate 1.1, <https://w3id.org/ro/crate/1.1>, for repositories.
 //!
-//! It says what the archive as a whole is, what each file in it is, and which program made which of
-//! them from which.
+//! It describes the archive, each of its files, and the run that made the tables from the manifest
+//! and the input files.
 
 use serde_json::{Value, json};
 
 use super::Day;
 use super::archive::CHECKSUMS;
 
-/// Its name, which the specification gives.
+/// File name required by the specification.
 pub const FILE: &str = "ro-crate-metadata.json";
 
-/// What a file is to the study.
+/// Role of a file in the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// What was asked for.
+    /// Definition of the study.
     Manifest,
-    /// What was measured by others.
+    /// Input file, such as a measured surface.
     Input,
-    /// What was found.
+    /// Table of results.
     Table,
-    /// Anything else.
     Other,
 }
 
-/// A file of the archive.
+/// File of the archive with its description.
 #[derive(Debug)]
 pub struct Described {
-    /// Its path, with `/` between folders.
+    /// Path with `/` between folders.
     pub path: String,
-    /// How many bytes it has.
+    /// Size in bytes.
     pub size: u64,
-    /// What it is to the study.
     pub role: Role,
-    /// What it holds, in a phrase.
+    /// Short description of the contents.
     pub about: String,
 }
 
-/// What the archive as a whole is.
+/// Description of the whole archive.
 #[derive(Debug)]
 pub struct Whole<'a> {
     pub study: &'a str,
-    /// What was computed, in a sentence.
+    /// Short description of the study.
     pub about: String,
-    /// When it was put together.
+    /// Date of the archive.
     pub day: Day,
-    /// An identifier of SPDX, or an address.
+    /// SPDX identifier or URL.
     pub license: Option<&'a str>,
-    /// Whose it is.
+    /// Names of the authors.
     pub authors: &'a [String],
 }
 
-/// The text of the file.
+/// Returns the text of the metadata file.
 pub fn metadata(whole: &Whole, files: &[Described]) -> String {
     let of = |role: Role| {
         let files = files.iter().filter(move |file| file.role == role);
@@ -76,7 +74,7 @@ pub fn metadata(whole: &Whole, files: &[Described]) -> String {
         })
     }));
     graph.extend(whole.authors.iter().enumerate().map(
-        |(place, name)| json!({ "@id": author_address(place), "@type": "Person", "name": name }),
+        |(index, name)| json!({ "@id": author_address(index), "@type": "Person", "name": name }),
     ));
     graph.push(json!({
         "@id": "#asperity",
@@ -115,13 +113,13 @@ fn root(whole: &Whole, files: &[Described], manifest: &[Value]) -> Value {
         root["mainEntity"] = manifest.clone();
     }
     if !whole.authors.is_empty() {
-        let authors = (0..whole.authors.len()).map(|place| reference(&author_address(place)));
+        let authors = (0..whole.authors.len()).map(|index| reference(&author_address(index)));
         root["author"] = as_value(authors.collect());
     }
-    // The specification asks for one, or for a text.
+    // The specification requires a license or a text.
     root["license"] = match whole.license {
         Some(license) => reference(&license_address(license)),
-        None => json!("No license is given: ask the authors."),
+        None => json!("No license is given; ask the authors."),
     };
     root
 }
@@ -149,7 +147,7 @@ fn format_of(path: &str) -> &'static str {
     }
 }
 
-/// One value is no list, as the specification recommends.
+/// Returns a list, or the value itself if there is only one, as the specification recommends.
 fn as_value(mut values: Vec<Value>) -> Value {
     match values.len() {
         1 => values.remove(0),
@@ -161,7 +159,7 @@ fn reference(id: &str) -> Value {
     json!({ "@id": id })
 }
 
-/// A license is known by its identifier, or has an address of its own.
+/// Returns the URL of a license, which for SPDX identifiers is on spdx.org.
 fn license_address(license: &str) -> String {
     match license.contains("://") {
         true => license.to_owned(),
@@ -169,11 +167,11 @@ fn license_address(license: &str) -> String {
     }
 }
 
-fn author_address(place: usize) -> String {
-    format!("#author-{}", place + 1)
+fn author_address(index: usize) -> String {
+    format!("#author-{}", index + 1)
 }
 
-/// A path as a relative address (RFC 3986).
+/// Encodes a path as a relative URL (RFC 3986).
 fn address(path: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte);
     let letters = path.bytes().map(|byte| match plain(byte) {
@@ -209,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_referred_to_is_there_once() {
+    fn every_reference_exists_exactly_once() {
         let graph = graph(Some("CC-BY-4.0"));
         let known: Vec<&str> = graph.iter().map(|entity| entity["@id"].as_str().unwrap()).collect();
         let outside = "https://w3id.org/ro/crate/1.1";

@@ -20,7 +20,7 @@ fn a_new_manifest_runs_as_it_is_and_is_never_overwritten() {
     fs::write(&manifest, "# mine\n").unwrap();
     let again = init("first");
     assert_eq!(again.status.code(), Some(2));
-    assert!(text(&again.stderr).contains("`first.toml` is there already"));
+    assert!(text(&again.stderr).contains("`first.toml` already exists"));
     assert_eq!(fs::read_to_string(&manifest).unwrap(), "# mine\n");
 
     let wrong = init("no name");

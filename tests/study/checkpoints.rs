@@ -43,13 +43,13 @@ fn options() -> RunOptions {
 /// Runs until a share of the block is done; the shares that were told.
 fn run_until(bench: &Bench, study: &str, most: f64) -> Vec<f64> {
     let (stop, told) = (AtomicBool::new(false), Mutex::new(Vec::new()));
-    let hear = |event: Event| {
+    let on_event = |event: Event| {
         if let Event::Advanced(_, share) = event {
             told.lock().unwrap().push(share);
             stop.store(share >= most, Ordering::SeqCst);
         }
     };
-    let session = Session::new(bench.write(study), bench.data()).observed_by(&hear);
+    let session = Session::new(bench.write(study), bench.data()).observed_by(&on_event);
     session.run(&options(), &stop).unwrap();
     told.into_inner().unwrap()
 }

@@ -195,7 +195,7 @@ fn one_claim_is_explained_at_length_and_an_unknown_one_is_named() {
     bench.output(&["run", path]);
     let told = text(&bench.output(&["claims", path, "area-above-persson"]).stdout);
     for part in
-        ["the paper", "section 5.2", "expected    at least 0.1", "each end at 95 %", "k_upper 4"]
+        ["paper  ", "section 5.2", "expected    at least 0.1", "alone, 95 % per end", "k_upper 4"]
     {
         assert!(told.contains(part), "{part} in\n{told}");
     }

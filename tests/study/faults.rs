@@ -126,7 +126,7 @@ fn a_table_that_somebody_has_edited_is_kept_aside_by_the_next_run() {
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
     let told = told(&output);
     assert!(output.status.success(), "{told}");
-    assert!(told.contains("was not as it had been written"), "{told}");
+    assert!(told.contains("was changed after `asperity run` wrote it"), "{told}");
     let aside = bench.data().join("results/small/area.parquet.damaged");
     assert_eq!(fs::read(&aside).unwrap(), b"edited");
     assert!(is_mended(&bench, &before));

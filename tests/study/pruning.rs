@@ -66,7 +66,7 @@ fn a_run_names_the_results_of_a_removed_stage_and_prune_deletes_them() {
     let manifest = bench.write(STUDY.split("[stage.curves]").next().unwrap());
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
     let told = text(&output.stderr);
-    assert!(told.contains("curves.parquet` is of a stage"), "{told}");
+    assert!(told.contains("curves.parquet` belongs to a stage"), "{told}");
     assert!(told.contains("that the study no longer has"), "{told}");
     let unneeded = prune(&bench, &[manifest.to_str().unwrap(), "--yes"]);
     assert_eq!(unneeded, kinds([("aggregate", 1), ("results", 1)]));

@@ -149,7 +149,7 @@ fn what_is_nowhere_is_not_computed_and_what_is_damaged_is_named() {
     fs::remove_file(&area).unwrap();
     let (code, _, told) = command(&bench, "table", &["area"]);
     assert_eq!(code, Some(1));
-    assert!(told.contains("nothing of `area` is computed"), "{told}");
+    assert!(told.contains("`area` has no results"), "{told}");
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn a_map_is_drawn_where_it_is_and_otherwise_the_command_is_named_that_brings_it_
     fs::remove_file(&picture).unwrap();
     let (code, _, told) = command(&bench, "view", &arguments);
     assert_eq!(code, Some(1));
-    assert!(told.contains("only its rows are there"), "{told}");
+    assert!(told.contains("only its rows"), "{told}");
     assert!(told.contains("asperity run "), "{told}");
     assert!(!picture.exists());
 }

@@ -57,7 +57,7 @@ fn a_run_that_is_stopped_goes_on_later_and_ends_with_the_same_bytes() {
 fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
     let bench = Bench::new();
     let heard = Mutex::new((Vec::new(), Vec::new()));
-    let hear = |event: Event| {
+    let on_event = |event: Event| {
         let (finished, damaged) = &mut *heard.lock().unwrap();
         match event {
             Event::Finished(task) => finished.push(task),
@@ -65,7 +65,7 @@ fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
             _ => {}
         }
     };
-    let session = session(&bench, STUDY).observed_by(&hear);
+    let session = session(&bench, STUDY).observed_by(&on_event);
     let report = run(&session);
     let (mut finished, damaged) = std::mem::take(&mut *heard.lock().unwrap());
     finished.sort_unstable();

@@ -182,11 +182,11 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
     bench.run(STUDY);
     assert_eq!(share(&bench).0, Some(0));
     let (code, told) = share(&bench);
-    assert!(code == Some(2) && told.contains("s.zip` is there already"), "{told}");
+    assert!(code == Some(2) && told.contains("s.zip` already exists"), "{told}");
     fs::remove_file(bench.path("s.zip")).unwrap();
     fs::remove_file(bench.data().join("results/small/area.parquet")).unwrap();
     let (code, told) = share(&bench);
-    let why = "the table of `area` is not that of the study as it is now";
+    let why = "the table of `area` is out of date";
     assert!(code == Some(2) && told.contains(why), "{told}");
 }
 
@@ -205,7 +205,7 @@ fn an_archive_replaces_an_archive_and_nothing_else() {
     for (path, why) in [
         (&manifest, "is a file of the study"),
         (&table, "is a file of the study"),
-        (&notes, "is not an archive"),
+        (&notes, "was not written by `asperity share`"),
     ] {
         let before = fs::read(path).unwrap();
         let [manifest, path] = [&manifest, path].map(|path| path.to_str().unwrap());
@@ -229,7 +229,7 @@ fn what_is_not_computed_is_told_of_and_the_rest_is_shared() {
         bench.output(&["share", manifest.to_str().unwrap(), "--output", output.to_str().unwrap()]);
     let told = text(&shared.stderr);
     assert!(shared.status.success(), "{told}");
-    assert!(told.contains("`law` is not complete"), "{told}");
+    assert!(told.contains("`law` is incomplete"), "{told}");
     let unpacked = unpack(&output);
     assert!(unpacked.data().join("results/small/area.parquet").is_file());
     assert!(!unpacked.data().join("results/small/law.parquet").exists());

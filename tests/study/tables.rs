@@ -137,7 +137,7 @@ fn what_is_not_computed_names_the_command_that_computes_it() {
     bench.write(STUDY);
     for arguments in [&["area"] as &[&str], &["--sql", "select * from area"]] {
         let told = refusal(&bench, arguments, 1);
-        assert!(told.contains("nothing of `area` is computed"), "{told}");
+        assert!(told.contains("`area` has no results"), "{told}");
         assert!(told.contains("asperity run "), "{told}");
     }
     assert!(!bench.data().exists());

@@ -50,7 +50,7 @@ fn a_picture_replaces_no_other_file_unless_it_is_asked_for_and_nothing_but_pictu
     let first = fs::read(map).unwrap();
     assert_eq!(view("0.1", &["-o", map]), (Some(0), String::new()), "the same");
     let (code, told) = view("0.025", &["-o", map]);
-    assert!(code == Some(2) && told.contains("is there already"), "{told}");
+    assert!(code == Some(2) && told.contains("already exists"), "{told}");
     assert_eq!(fs::read(map).unwrap(), first);
     assert_eq!(view("0.025", &["-o", map, "--replace"]).0, Some(0));
     assert_ne!(fs::read(map).unwrap(), first);
@@ -193,7 +193,7 @@ fn pressures_are_drawn_where_they_are_kept() {
     bench.run(STUDY);
     let key = first_task(&bench, "light");
     let refused = refused(&bench, &[&key, "--map", "pressures"]);
-    assert!(refused.contains("no pressures are kept"), "{refused}");
+    assert!(refused.contains("pressures of this task are not stored"), "{refused}");
 }
 
 #[test]
@@ -208,12 +208,12 @@ fn what_cannot_be_drawn_is_refused_with_what_would_do() {
         (vec![path, "ligth"], "did you mean `light`?"),
         (vec![path, "light"], "k_upper=4 | 8"),
         (vec![path, "light", "k_uper=4"], "did you mean `k_upper`?"),
-        (vec![path, "light", "k_upper=5"], "there is 4, 8"),
-        (vec![path, "light", "8"], "as in `k_upper=32`"),
-        (vec![path, "light", "load=8"], "`--load` says"),
+        (vec![path, "light", "k_upper=5"], "available: 4, 8"),
+        (vec![path, "light", "8"], "such as `k_upper=32`"),
+        (vec![path, "light", "load=8"], "use `--load` to choose"),
         (vec!["nonsense"], "32 hexadecimal digits"),
-        (vec![&surface, "--map", "contact"], "knows no contact"),
-        (vec![&surface, "--load", "0.1"], "leave out `--load`"),
+        (vec![&surface, "--map", "contact"], "has no contact"),
+        (vec![&surface, "--load", "0.1"], "omit `--load`"),
         (vec![&surface, "--load", "nan"], "expected a finite number"),
         (vec![&fit], "reads 2 other tasks"),
     ] {

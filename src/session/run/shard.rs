@@ -1,4 +1,4 @@
-//! Computing one shard: tables of tasks and a receipt, and no other file.
+//! Runs of one shard, which write tables of tasks and a receipt, but no other files.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,8 +21,10 @@ use asperity_pipeline::plan::Plan;
 use asperity_pipeline::runner::TaskObserver;
 
 impl PreparedRun<'_> {
-    /// Computes what the store lacks of a shard. Results, the record of the plan and the table of
-    /// failures are for the last run, which is one for all shards.
+    /// Computes the missing tasks of a shard.
+    ///
+    /// The final run, after all shards, writes the results, the record of the plan and the table of
+    /// failures.
     pub(super) fn execute_shard(
         self,
         shard: Shard,
@@ -35,15 +37,15 @@ impl PreparedRun<'_> {
         receipt.wanted = wanted.len();
         receipt.write(&folder)?;
         let ledger = Ledger::new(Relay(self.session.observer), self.plan());
-        let outcome =
-            ledger.kept_in(&mut receipt, &folder, || self.compute_heard_by(&wanted, stop, &ledger));
+        let outcome = ledger
+            .with_receipt(&mut receipt, &folder, || self.compute_observed(&wanted, stop, &ledger));
         let outcome = ledger.close(outcome, &mut receipt, &folder)?;
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
         }
         let failed = failures::of_run(self.session, self.plan(), &outcome)?;
         if failed.rows() > 0 {
-            self.session.tell(Event::Failed(&failed));
+            self.session.notify(Event::Failed(&failed));
         }
         Ok(RunReport {
             receipt: Some(receipt.path(&folder)),
@@ -58,7 +60,7 @@ impl PreparedRun<'_> {
     }
 }
 
-/// Hears what tasks do, hands it on, and knows what they have taken.
+/// Observer that forwards events and records the computing time of tasks.
 struct Ledger<'a> {
     relay: Relay<'a>,
     plan: &'a Plan,
@@ -68,7 +70,7 @@ struct Ledger<'a> {
 #[derive(Default)]
 struct Work {
     under_way: BTreeMap<usize, Instant>,
-    /// Seconds that each finished task took.
+    /// Index and core-seconds of each finished task.
     finished: Vec<(usize, f64)>,
 }
 
@@ -77,8 +79,8 @@ impl<'a> Ledger<'a> {
         Ledger { relay, plan, work: Mutex::default() }
     }
 
-    /// Does the work, and writes what it has come to into the receipt from time to time.
-    fn kept_in<T>(&self, receipt: &mut Receipt, folder: &Path, work: impl FnOnce() -> T) -> T {
+    /// Runs `work` and writes its progress into the receipt periodically.
+    fn with_receipt<T>(&self, receipt: &mut Receipt, folder: &Path, work: impl FnOnce() -> T) -> T {
         let (at_work, has_ended) = mpsc::channel::<()>();
         thread::scope(|scope| {
             let enter = move || {
@@ -86,7 +88,7 @@ impl<'a> Ledger<'a> {
                 while has_ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
                     wait = later;
                     self.enter(receipt, &[]);
-                    // What cannot be written now is written in the end, or an error then.
+                    // Ignore errors here: the final write reports them.
                     let _ = receipt.write(folder);
                 }
             };
@@ -98,7 +100,7 @@ impl<'a> Ledger<'a> {
         })
     }
 
-    /// Writes down what came of the work, and that it has ended.
+    /// Writes the result into the receipt and marks it as ended.
     fn close(
         &self,
         outcome: Result<RunOutcome, SessionError>,
@@ -116,7 +118,7 @@ impl<'a> Ledger<'a> {
         receipt.end();
         let written = receipt.write(folder);
         let outcome = outcome?;
-        // On a full disk the run has told why it ended.
+        // On a full disk, the run has reported the cause already.
         match outcome.halted {
             true => drop(written),
             false => written?,
