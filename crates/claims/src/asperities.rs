@@ -1,7 +1,7 @@
-//! Claims on asperity models beside the solution: whether interaction brings them to it, how far.
+//! Claims on asperity models with and without interaction, compared with the solution.
 //!
-//! Areas are the ellipses of Hertz' contacts over the solved area, corrected as in 2017, of the very same
-//! surfaces.
+//! The area of a model is that of the ellipses of its Hertzian contacts. It is compared with the
+//! solved area of the same surfaces, corrected as in 2017.
 
 use crate::evidence::{AreaCurves, Evidence, PerLoad};
 use crate::quantities::{Quantities, needs};
@@ -17,62 +17,69 @@ const LESS_AREA: Statement = Statement {
            the case of interacting asperities. The trend is inverse for the contact area, that is smaller \
            for non-interacting asperities.”",
     place: "section 5.2.3",
-    quantity: "ln of the mean solved area, in which all interact, over the mean area of the model without \
-               interaction, under the same load, loads 0.001, 0.004, 0.016, 0.064",
+    quantity: "ln of the ratio of the mean solved area, which includes all interaction, to the \
+               mean area of the model without interaction under the same load, at loads 0.001, \
+               0.004, 0.016, 0.064",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do; where ellipses overlap the model counts their common \
-              area twice, so that its area is smaller still",
+    because: "the claim states an order, so any difference counts; the model counts the common \
+              area of overlapping ellipses twice, so its real area is even smaller",
     figure: None,
 };
 
 const INTERACTION_ADDS: Statement = Statement {
     name: "interaction-adds-area-to-asperities",
     origin: Origin::Ours,
-    says: "The same within asperity models: under a given load the area is smaller without interaction.",
-    place: "as non-interacting-asperities-have-less-area",
-    quantity: "ln of the mean area of the model with `interaction = \"explicit\"` over that without, loads \
-               0.001, 0.004, 0.016, 0.064",
+    says: "Among asperity models, too, the area under a given load is smaller without interaction.",
+    place: "see non-interacting-asperities-have-less-area",
+    quantity: "ln of the ratio of the mean areas of the models with `interaction = \"explicit\"` \
+               and without interaction, at loads 0.001, 0.004, 0.016, 0.064",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do; both count area in ellipses that overlap twice",
+    because: "the claim states an order, so any difference counts; both models count the common \
+              area of overlapping ellipses twice",
     figure: None,
 };
 
 const TOO_MUCH_AREA: Statement = Statement {
     name: "asperities-without-interaction-have-too-much-area",
     origin: Origin::Ours,
-    says: "Asperities that do not act on each other have more contact area than the solution under the same \
+    says: "Asperities without interaction have more contact area than the solution under the same \
            load.",
-    place: "expected of Bush, Gibson & Thomas' √(2π) y, which lies above solved areas",
-    quantity: "ln of the mean area of the model over the mean solved area, loads 0.001, 0.004, 0.016, 0.064",
+    place: "expected from √(2π) y of Bush, Gibson & Thomas, which exceeds solved areas",
+    quantity: "ln of the ratio of the mean area of the model to the mean solved area, at loads \
+               0.001, 0.004, 0.016, 0.064",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do, and the opposite of what the paper says of interaction; \
-              the model is of the summits of the very surfaces, not of a random field's",
+    because: "the claim states an order, so any difference counts; it is opposite to the paper's \
+              sentence on interaction; the model uses the summits of the solved surfaces, not \
+              those of a random field",
     figure: None,
 };
 
 const AGREES: Statement = Statement {
     name: "interaction-brings-asperities-to-the-solution",
     origin: Origin::Ours,
-    says: "Asperities that displace each other elastically have the area of the solution under light loads.",
-    place: "Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54 (2006) 2569, correct asperity models by \
-            the mean displacement; here each force displaces each summit",
-    quantity: "mean area of the model with `interaction = \"explicit\"` over the mean solved area, loads \
-               0.001, 0.004, 0.016",
+    says: "Under light loads, asperities that displace each other elastically have the area of the \
+           solution.",
+    place: "Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54 (2006) 2569, correct asperity \
+            models by the mean displacement; here each force displaces all summits",
+    quantity: "ratio of the mean area of the model with `interaction = \"explicit\"` to the mean \
+               solved area, at loads 0.001, 0.004, 0.016",
     expected: Expectation::Within(0.95, 1.05),
-    because: "five per cent; the mesh's correction is known to 15 % of itself, one or two per cent of these \
-              areas",
+    because: "±5 %; the correction for the mesh is known to 15 %, which is 1 to 2 % of these areas",
     figure: None,
 };
 
 const UP_TO: Statement = Statement {
     name: "interacting-asperities-agree-up-to-0.01",
     origin: Origin::Ours,
-    says: "Asperities that displace each other agree with the solution to ten per cent up to the load 0.01.",
-    place: "as interaction-brings-asperities-to-the-solution",
-    quantity: "load up to which the mean area of the model with `interaction = \"explicit\"` is within ten \
-               per cent of the mean solved area, between the lightest load of the study and its heaviest",
+    says: "The area of asperities that displace each other agrees with the solution within 10 % up \
+           to the load 0.01.",
+    place: "see interaction-brings-asperities-to-the-solution",
+    quantity: "load up to which the mean area of the model with `interaction = \"explicit\"` \
+               deviates by at most 10 % from the mean solved area, between the lightest and the \
+               heaviest load of the study",
     expected: Expectation::Within(0.01, f64::INFINITY),
-    because: "where some two per cent of the area touch; the quantity is the answer to how far",
+    because: "about 2 % of the area is in contact at this load; the quantity is the range of \
+              agreement",
     figure: None,
 };
 
@@ -80,28 +87,29 @@ const GAP_MORE_THAN_AREA: Statement = Statement {
     name: "interaction-of-asperities-is-in-the-gap",
     origin: Origin::Ours,
     says: "Interaction changes the mean gap of asperity models more than it changes their area.",
-    place: "under a given load a uniform displacement moves the reference plane and no contact",
-    quantity: "relative change of the mean gap from `interaction = \"explicit\"` to none, less that of the \
-               mean area, both without signs, loads 0.032, 0.064, 0.128",
+    place: "under a given load, a uniform displacement moves the reference plane and changes no \
+            contact",
+    quantity: "absolute relative change of the mean gap from `interaction = \"explicit\"` to no \
+               interaction, minus that of the mean area, at loads 0.032, 0.064, 0.128",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: None,
 };
 
 const STAY_APART: Statement = Statement {
     name: "asperities-stay-apart-under-light-loads",
     origin: Origin::Ours,
-    says: "Up to the load 0.004 less than five per cent of the area of interacting asperities is in contacts \
-           that overlap.",
-    place: "asperity models are of contacts that stay apart",
-    quantity: "mean share of the ellipses' area in ellipses that overlap another, `interaction = \
-               \"explicit\"`, loads 0.001, 0.002, 0.004",
+    says: "Up to the load 0.004, less than 5 % of the area of interacting asperities is in \
+           overlapping contacts.",
+    place: "asperity models assume separate contacts",
+    quantity: "mean fraction of the area of the ellipses that is in overlapping ellipses, for \
+               `interaction = \"explicit\"`, at loads 0.001, 0.002, 0.004",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.05),
-    because: "five per cent: beyond it the model is of something else than the surface",
+    because: "with more than 5 % the model no longer describes the surface",
     figure: None,
 };
 
-const DATA: &str = "asperity models beside the area corrected by 2017";
+const DATA: &str = "asperity models and area corrected as in 2017";
 const MODELS: &str = "asperity models";
 const NONE: &str = "none";
 const EXPLICIT: &str = "explicit";
@@ -129,8 +137,8 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
             lacks(&none, NONE, &TOO_MUCH),
         ),
         added(evidence, &none, &explicit).judge(INTERACTION_ADDS, MODELS, || {
-            "`solve` stages with `method = \"asperities\"`, `interaction = [\"none\", \"explicit\"]`, and \
-             loads at 0.001 or 0.004 or 0.016 or 0.064"
+            "`solve` stages with `method = \"asperities\"`, `interaction = [\"none\", \
+             \"explicit\"]`, and a load at 0.001, 0.004, 0.016 or 0.064"
                 .to_owned()
         }),
         of_area(evidence, &none, &solved, &TOO_MUCH, f64::ln).judge(
@@ -145,23 +153,23 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
         ),
         up_to(evidence, &explicit, &solved).judge(UP_TO, DATA, lacks(&explicit, EXPLICIT, &[])),
         in_the_gap(evidence, &none, &explicit).judge(GAP_MORE_THAN_AREA, MODELS, || {
-            "`solve` stages with `method = \"asperities\"`, `interaction = [\"none\", \"explicit\"]`, and \
-             loads at 0.032 or 0.064 or 0.128"
+            "`solve` stages with `method = \"asperities\"`, `interaction = [\"none\", \
+             \"explicit\"]`, and a load at 0.032, 0.064 or 0.128"
                 .to_owned()
         }),
         stay_apart(evidence).judge(STAY_APART, MODELS, || {
             if explicit.is_empty() {
                 lacks_models(EXPLICIT)()
             } else {
-                "a load at 0.001 or 0.002 or 0.004".to_owned()
+                "a load at 0.001, 0.002 or 0.004".to_owned()
             }
         }),
     ]
 }
 
-/// Loads from first touch to where interaction matters.
+/// Loads from first contact to considerable interaction, in units of E* × rms slope.
 const TOO_MUCH: [f64; 4] = [0.001, 0.004, 0.016, 0.064];
-/// Loads under which contacts are few.
+/// Loads with few contacts, in units of E* × rms slope.
 const LIGHT: [f64; 3] = [0.001, 0.004, 0.016];
 
 fn needs_beside(evidence: &Evidence, loads: &[f64]) -> String {
@@ -173,11 +181,11 @@ fn needs_beside(evidence: &Evidence, loads: &[f64]) -> String {
             [] => String::new(),
             loads => format!(", at {}", loads.join(" or ")),
         };
-        format!("the same surfaces solved and as asperities, under the same loads{at}")
+        format!("the same surfaces solved and pressed as asperities, under the same loads{at}")
     }
 }
 
-/// Models, each beside the solution of the same surfaces.
+/// Pairs each model with the solution of the same surfaces.
 fn beside<'a>(
     models: &'a [PerLoad],
     solved: &[&'a AreaCurves],
@@ -191,19 +199,20 @@ fn beside<'a>(
     models.iter().filter_map(own).collect()
 }
 
-/// Mean area of a model over the mean solved area, under the load at a place of the model's.
+/// Returns mean area of the model / mean solved area, at the load with this index in the model.
 fn ratio(model: &PerLoad, solved: &AreaCurves, place: usize, weights: &Weights) -> Option<f64> {
     let load = model.loads[place];
     let other = solved.at(load).filter(|&other| is_near(solved.loads[other], load))?;
     Some(weights.mean(&model.values[place]) / weights.mean(&solved.areas[other]))
 }
 
-/// Loads of two stages that are meant to be one: to three digits, as spaced loads are written.
+/// Returns true if two loads agree to three digits, the precision with which spaced loads are
+/// written.
 fn is_near(one: f64, other: f64) -> bool {
     (one / other - 1.0).abs() < 1e-3
 }
 
-/// A function of the ratio of mean areas, of each spectrum under each of some loads.
+/// Collects a function of the ratio of mean areas for each spectrum and load.
 fn of_area(
     evidence: &Evidence,
     models: &[PerLoad],
@@ -244,15 +253,15 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
     quantities
 }
 
-/// Returns whether two models are of the same surfaces under the same loads.
+/// Returns true if two models have the same surfaces and loads.
 fn is_paired(one: &PerLoad, other: &PerLoad) -> bool {
     one.spectrum == other.spectrum && one.loads == other.loads && one.surfaces() == other.surfaces()
 }
 
-/// `k_lower 2, k_upper 16, load 0.0040`.
+/// Returns a label such as `k_lower 2, k_upper 16, load 0.0040`.
 fn label(evidence: &Evidence, model: &PerLoad, place: usize) -> String {
     let name = evidence.name(&model.spectrum);
-    // These loads are light: three decimals would make some of them one.
+    // Three decimals would not distinguish the lightest loads.
     format!("{name}, load {:.4}", model.loads[place])
 }
 
@@ -277,8 +286,9 @@ fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Qua
     quantities
 }
 
-/// The load at which a deviation passes a limit, between two points in the logarithm of the load; the
-/// first or the last load where it does so before or after all of them.
+/// Returns the load at which the deviation exceeds the limit, interpolated over the logarithm of
+/// the load. Returns the first load if it is already beyond the limit, and the last load if none
+/// is.
 fn first_beyond(points: &[(f64, f64)], limit: f64) -> f64 {
     match points.iter().position(|(_, deviation)| *deviation > limit) {
         Some(0) => points[0].0,

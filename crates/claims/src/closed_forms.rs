@@ -1,5 +1,5 @@
-//! What no study decides: claims on closed forms, whose quantities are exact, and slips in the
-//! paper's print, which are no claims.
+//! Statements that need no study: claims on closed forms, whose quantities are exact, and misprints
+//! of the paper, which have no verdict.
 
 use crate::{Claim, ClaimOutcome, Expectation, Judgement, Origin, Statement};
 use asperity_contact::grid::Grid;
@@ -18,11 +18,12 @@ const SUMMITS: Statement = Statement {
     says: "the density of asperities D = (√3/18π) m₄/m₂, tabulated, from which “we can easily compute the \
            average distance between closest asperities”, ⟨d⟩ = 1/√D",
     place: "appendix A.2, eq. (Danal), table 3",
-    quantity: "summits counted on a cell of side 1 over D in integer wavenumbers, as the table has it; \
-               k_lower 2, k_upper 8, twenty surfaces of 128² nodes",
+    quantity: "ratio of the number of summits counted on a cell of side 1 to D in integer \
+               wavenumbers, as in the table, for k_lower 2, k_upper 8, twenty surfaces of 128² \
+               nodes",
     expected: Expectation::Within(0.9, 1.1),
-    because: "a mesh of 16 nodes to the shortest wavelength misses 3 % of the summits; with angular \
-              wavenumbers D is (2π)² = 39.5 times as large, and right",
+    because: "a mesh of 16 nodes per shortest wavelength misses 3 % of the summits; with angular \
+              wavenumbers, D is (2π)² = 39.5 times as large and correct",
     figure: None,
 };
 
@@ -31,10 +32,10 @@ const ASYMPTOTE_OF_ALPHA: Statement = Statement {
     origin: Origin::Paper,
     says: "“For a high enough ratio ζ, a simple asymptotic may be used: α ∼ ζ^(2H).”",
     place: "section 3, appendix A.1, eq. (a:alpha_as)",
-    quantity: "d ln α/d ln ζ at ζ = 10⁸ over 2H, H = 0.3 and 0.8",
+    quantity: "(d ln α/d ln ζ)/(2H) at ζ = 10⁸, for H = 0.3 and 0.8",
     expected: Expectation::Within(0.99, 1.01),
-    because: "“∼” is the exponent; the prefactor is 3(1 − H)²/(2H(2 − H)): 1.44 for H = 0.3, 0.0625 for \
-              0.8",
+    because: "“∼” is read as a claim on the exponent; the prefactor 3(1 − H)²/(2H(2 − H)) is 1.44 \
+              for H = 0.3 and 0.0625 for H = 0.8",
     figure: Some("nayak"),
 };
 
@@ -43,9 +44,9 @@ const PERSSON_IS_CONCAVE: Statement = Statement {
     origin: Origin::Paper,
     says: "“in Persson's model the slope decreases as a concave function”",
     place: "section 5.2.2 at light load, section 9.6; inset of fig. 9",
-    quantity: "d³A/dy³ of A = erf(√2 y), loads up to 0.06",
+    quantity: "d³A/dy³ of A = erf(√2 y), at loads up to 0.06",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.0),
-    because: "a sign; it changes at y = 1/2, where 68 % touch",
+    because: "only the sign counts; it changes at y = 1/2, where 68 % of the area is in contact",
     figure: Some("slope"),
 };
 
@@ -54,10 +55,10 @@ const ALPHA_IN_BGT: Statement = Statement {
     origin: Origin::Paper,
     says: "“the contact area for α = 10 is ≈ 30 % lower than for α = 2” (Bush, Gibson & Thomas)",
     place: "section 5.2, fig. 5",
-    quantity: "1 − A(α = 10)/A(α = 2) in the model, loads 0.01, 0.02, 0.04, 0.06",
+    quantity: "1 − A(α = 10)/A(α = 2) in the model, at loads 0.01, 0.02, 0.04, 0.06",
     expected: Expectation::Within(0.25, 0.35),
-    because: "“≈” is taken as five points; in the model α = 2 is higher than α = 10 by 26 to 29 %; the paper \
-              names the simplified elliptic model beside it",
+    because: "“≈ 30 %” is read as 25 to 35 %; in the model, the area for α = 2 is larger than for \
+              α = 10 by 26 to 29 %; the paper also names the simplified elliptic model",
     figure: Some("area-light"),
 };
 
@@ -67,10 +68,10 @@ const GREENWOOD: Statement = Statement {
     says: "for “α = 10 and area fraction A/A₀ ≈ 10⁻⁵, the coefficient κ … underestimates the asymptotic \
            value by 12 %; if … A/A₀ ≈ 10⁻¹⁰ … by 4 %”",
     place: "section 5.1",
-    quantity: "1 − κ/√(2π) of the secant in the simplified elliptic model, less what is printed, in \
-               points of a hundred",
+    quantity: "1 − κ/√(2π) for the secant κ of the simplified elliptic model, minus the printed \
+               number, in percentage points",
     expected: Expectation::Within(-2.0, 2.0),
-    because: "the areas are given as “≈”: two points",
+    because: "two percentage points, because the areas are given with “≈”",
     figure: None,
 };
 
@@ -100,10 +101,11 @@ fn judged(statement: Statement, data: &'static str, bounds: Vec<Bound>) -> Claim
     }
 }
 
-/// Twenty small surfaces of one narrow spectrum: some 90 summits each, well resolved.
+/// Counts the summits of twenty small surfaces with one narrow spectrum, about 90 well resolved
+/// summits each.
 fn summits() -> Claim {
     let (nodes, surfaces) = (128, 20);
-    let grid = Grid::square(nodes, 1.0).expect("a mesh of nodes on a cell of unit side");
+    let grid = Grid::square(nodes, 1.0).expect("a square mesh on a cell of unit side is valid");
     let density_over_counted = |realization: u32| {
         let surface = RandomSurface {
             spectrum: Spectrum {
@@ -127,7 +129,7 @@ fn summits() -> Claim {
     judged(SUMMITS, "twenty surfaces drawn for it", bound.into_iter().collect())
 }
 
-/// Nodes higher than their eight neighbours, around the cell.
+/// Counts the nodes that are higher than their eight neighbours on the periodic cell.
 fn count_summits(nodes: usize, heights: &[f64]) -> usize {
     let at = |i: usize, j: usize| heights[(i % nodes) * nodes + j % nodes];
     let is_summit = |i: usize, j: usize| {
@@ -159,7 +161,7 @@ fn asperities(
     contact: &dyn Fn(&Asperities) -> Option<Contact>,
 ) -> f64 {
     let model = Asperities::new(model, nayak).expect("α is above 3/2");
-    let contact = contact(&model).expect("the loads and areas are within reach");
+    let contact = contact(&model).expect("the model has a contact at these loads and areas");
     contact.secant()
 }
 
@@ -182,7 +184,7 @@ fn simplified_elliptic() -> Vec<Bound> {
     bounds.into()
 }
 
-/// The slips, in the order of the paper.
+/// Returns the misprints, in the order of the paper.
 pub fn misprints() -> Vec<Claim> {
     let noted = |statement: &Statement| Claim {
         statement: *statement,
@@ -215,54 +217,55 @@ const MISPRINTS: [Statement; 9] = [
         "cutoffs-belong-to-the-spectrum",
         "section 3, eq. of the spectrum",
         "C if k_l < |k| < k_r",
-        "appendix A.1 has k_l ≤ |k|; without a plateau the second line includes k_l, so that it matters with \
-         one alone",
+        "appendix A.1 has k_l ≤ |k|; this only matters with a plateau, because without one the \
+         second line includes k_l",
     ),
     misprint(
         "shortest-wavelength",
         "section 7",
         "λ_s = 2π/k_s",
-        "k counts waves per side: λ_s = L/k_s, as section 3 defines it",
+        "k is the number of waves per side: λ_s = L/k_s, as defined in section 3",
     ),
     misprint(
         "p0-over-rms-slope",
         "section 4, twice; footnote of section 5.2.1; captions of figs. 12 and 13",
         "p₀ = 1.7 E*, p₀ ∈ [0; 0.06 E*]",
-        "loads are p₀/(E* √⟨|∇h|²⟩), as in eqs. (linear_a) and (area_persson): with a slope of 0.02, \
-         0.06 E* would be 3 in those units, beyond full contact",
+        "loads are p₀/(E* √⟨|∇h|²⟩), as in eqs. (linear_a) and (area_persson); for a slope of \
+         0.02, 0.06 E* would be a load of 3, beyond full contact",
     ),
     misprint(
         "relative-error-is-absolute",
         "section 8, E(p₀)",
         "E(p₀) = (π/8) S_d Δx/A₀, “the relative error”",
-        "45 % and “divided by two at about 30 %” hold for the error over the contact area A, not over \
-         A₀: see largest-estimated-error",
+        "45 % and “divided by two at about 30 %” hold for the error divided by the contact area A, \
+         not by A₀, see largest-estimated-error",
     ),
     misprint(
         "eq-of-eta",
         "caption of fig. 10",
         "“the exponent η = 2 in Eq. (area_persson)”",
-        "η stands in eq. (full_area_approx)",
+        "η occurs in eq. (full_area_approx)",
     ),
     misprint(
         "longest-wavelength-is-meant",
         "section 10",
         "“the lower cutoff wavenumber has to be high enough, i.e. the shortest wavelength has to be \
          significantly smaller than the period”",
-        "the longest wavelength, L/k_l",
+        "the longest wavelength, L/k_l, is meant",
     ),
     misprint(
         "plateau-ratio",
         "appendix A.1",
         "“the ratios ξ = k_r/k_l”",
-        "the formulas have ξ = k_l/k_r, as it is defined before them",
+        "the formulas use ξ = k_l/k_r, as defined before them",
     ),
     misprint(
         "density-in-integer-wavenumbers",
         "appendix A.2, table 3",
         "D, with ⟨d⟩ = 1/√D",
-        "the table counts waves per side, eq. (Danal) wants angular wavenumbers: a factor of (2π)² is \
-         missing in D, of 2π in ⟨d⟩; an error more than a slip, see tabulated-density-of-summits",
+        "the table counts waves per side, but eq. (Danal) requires angular wavenumbers, so D lacks \
+         a factor of (2π)² and ⟨d⟩ a factor of 1/(2π); more than a misprint, see \
+         tabulated-density-of-summits",
     ),
     misprint(
         "asymptote-of-itself",

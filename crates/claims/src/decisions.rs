@@ -1,11 +1,11 @@
-//! Which claims a study has decided, looked at several times as it grows, and how many more surfaces would
-//! decide one.
+//! Claims that a growing study has decided at each look, and the number of surfaces that would
+//! decide the others.
 //!
-//! Whoever looks at a claim again and again, and ends as soon as it is decided, is misled more often than
-//! by one look: at 95 % each, ten looks mislead in up to one case of five. So each of so many looks has its
-//! share of the 5 % (Bonferroni), and all of them together mislead in no more. Quantities are then as
-//! certain as those of a study whose size was given, or more: whoever is told a verdict on the way is told
-//! the same in the end by `claims`.
+//! A study that tests a claim repeatedly and stops as soon as it is decided errs more often than a
+//! study with one test: ten looks at 95 % each are wrong in up to one case of five. Therefore the 5
+//! % are divided among the looks (Bonferroni), so all looks together are wrong in at most 5 %.
+//! Their intervals are at least as wide as those of a study of fixed size, so a verdict at a look
+//! is the verdict of `claims` on the same surfaces.
 
 use std::num::NonZeroU32;
 
@@ -17,7 +17,7 @@ use asperity_pipeline::study::Study;
 use asperity_statistics::intervals::Bound;
 use asperity_tables::table::{Table, TableError};
 
-/// The claims of the paper and of the field, as the rule of a study that waits for them.
+/// Rule of a study that draws surfaces until claims are decided.
 #[derive(Debug, Clone, Copy)]
 pub struct PaperClaims;
 
@@ -35,21 +35,22 @@ impl ClaimRule for PaperClaims {
     }
 }
 
-/// The names of all claims that surfaces decide.
+/// Returns the names of all claims that surfaces can decide.
 pub fn names() -> Vec<&'static str> {
-    let nothing = Evidence::of(&[]).expect("nothing lacks no column");
+    let nothing = Evidence::of(&[]).expect("no table, so no column is missing");
     let claims = OF_A_STUDY.iter().flat_map(|claims| claims(&nothing));
     claims.map(|claim| claim.statement.name).collect()
 }
 
-/// What is decided of the claims of some names, or of all, at one of so many looks.
+/// Returns the decisions on the claims with these names, or on all if there are none, at one of
+/// `looks` looks.
 fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisions {
     let is_meant =
         |claim: &Claim| names.is_empty() || names.iter().any(|name| name == claim.statement.name);
-    let nothing = Evidence::of(&[]).expect("nothing lacks no column");
+    let nothing = Evidence::of(&[]).expect("no table, so no column is missing");
     let mut decisions = Decisions::default();
     for claims in OF_A_STUDY {
-        // Some claims take seconds: those of a file are computed where one of them is asked for.
+        // Some claims take seconds, so a group is only computed if one of its claims is requested.
         if !claims(&nothing).iter().any(is_meant) {
             continue;
         }
@@ -60,7 +61,7 @@ fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisi
     decisions
 }
 
-/// Sorts a claim in by its outcome.
+/// Adds a claim to the list of its outcome.
 fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
     let (name, expected) = (claim.statement.name, claim.statement.expected);
     debug_assert_ne!(claim.statement.origin, Origin::Misprint);
@@ -76,45 +77,47 @@ fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
     }
 }
 
-/// Surfaces of each spectrum beyond which nobody goes.
+/// Largest number of surfaces of each spectrum that is considered.
 const MOST: usize = 1_000_000;
 
 impl Judgement {
-    /// How many more surfaces of each spectrum would decide an undecided claim at the present spread,
-    /// if every quantity is as it was found; `None` for a claim that is decided, or that a million
-    /// would not decide.
+    /// Returns the number of further surfaces of each spectrum that would decide an undecided
+    /// claim, if all values and standard deviations stay the same. Returns `None` for a decided
+    /// claim, or if a million surfaces would not decide it.
     ///
-    /// A quantity on the wrong side decides the claim once its interval, beside those of all others,
-    /// excludes what is expected; else the claim holds once each quantity does by itself.
+    /// A quantity outside the expected range decides the claim as soon as its joint interval
+    /// excludes the range. Without such a quantity, the claim holds as soon as each quantity does
+    /// by itself.
     pub fn more_surfaces(&self, expected: Expectation) -> Option<usize> {
         let now = self.surfaces()?;
         Some(self.surfaces_to_decide(expected, 1)? - now)
     }
 
-    /// Whether the claim is decided at one of so many looks, of which each is so much surer than a single
-    /// one that all of them together are as sure.
+    /// Returns true if the claim is decided at one of `looks` looks, at a level that holds for all
+    /// looks together.
     pub fn is_decided(&self, expected: Expectation, looks: NonZeroU32) -> bool {
         let [contradicting, undecided] = self.counts(expected, looks.get() as usize);
         contradicting > 0 || (undecided == 0 && self.without_value.is_empty())
     }
 
-    /// How many surfaces of each spectrum there are, and how many would decide the claim at one of so many
-    /// looks, as [`Judgement::more_surfaces`] has it; `None` if no number would.
+    /// Returns the present number of surfaces of each spectrum, and the number that would decide
+    /// the claim at one of `looks` looks (see [`Judgement::more_surfaces`]), or `None` if no number
+    /// would.
     pub fn decided_with(&self, expected: Expectation, looks: NonZeroU32) -> Option<[usize; 2]> {
         let needed = self.surfaces_to_decide(expected, looks.get() as usize)?;
         let could_hold = self.bounds.iter().all(|bound| expected.contains(bound.value));
-        // Beside a quantity without a value nothing holds of all.
+        // With a quantity without a value the claim cannot hold.
         let is_hopeless = could_hold && !self.without_value.is_empty();
         Some([self.surfaces()?, needed]).filter(|_| !is_hopeless)
     }
 
-    /// The fewest surfaces behind a quantity.
+    /// Returns the smallest number of surfaces of any quantity.
     fn surfaces(&self) -> Option<usize> {
         let counts = self.bounds.iter().filter_map(|bound| bound.surfaces);
         counts.min()
     }
 
-    /// How many quantities contradict the claim, and how many say neither.
+    /// Returns the numbers of contradicting and of undecided quantities.
     fn counts(&self, expected: Expectation, looks: usize) -> [usize; 2] {
         let all = self.bounds.len();
         let verdict = |bound: &Bound| expected.verdict_of(bound, all, looks);
@@ -124,7 +127,8 @@ impl Judgement {
         })
     }
 
-    /// The surfaces of each spectrum with which an undecided claim would be decided.
+    /// Returns the number of surfaces of each spectrum with which an undecided claim would be
+    /// decided.
     fn surfaces_to_decide(&self, expected: Expectation, looks: usize) -> Option<usize> {
         let [contradicting, undecided] = self.counts(expected, looks);
         if contradicting > 0 || undecided == 0 {

@@ -1,8 +1,9 @@
-//! Claims on how contact pressures are distributed, beside Persson's theory (2001):
-//! p(σ) = √(2/π) [exp(−2(σ − y)²) − exp(−2(σ + y)²)], σ and the load y in units of E* × rms slope.
+//! Claims on the distribution of contact pressures, compared with Persson's theory (2001):
+//! p(σ) = √(2/π) [exp(−2(σ − y)²) − exp(−2(σ + y)²)], with σ and the load y in units of E* × rms
+//! slope.
 //!
-//! Quantities are shares of the nominal area whose pressure lies between two bounds, means over surfaces,
-//! so that the theory is integrated over the same bounds and no bin is compared at its middle.
+//! Quantities are fractions of the nominal area with a pressure between two bounds, averaged over
+//! surfaces. The theory is integrated over the same bounds, so no bin is compared at its middle.
 
 use crate::evidence::{Evidence, Pressures, Spectrum};
 use crate::quantities::Quantities;
@@ -14,17 +15,18 @@ const LINEAR_AT_ZERO: Statement = Statement {
     name: "pressure-density-is-linear-at-zero",
     origin: Origin::Ours,
     says: "The probability density of the contact pressure rises linearly from zero.",
-    place: "Persson 2001, where p(σ) vanishes at σ = 0 by its boundary condition; so does that of Hertz' \
-            contact, dA/dp ∝ p",
-    quantity: "exponent of the mesh step with which the share of the area below 0.025 falls, from a mesh of \
-               32 to 64 nodes to the shortest wavelength to one of twice as many, the same surfaces, loads \
-               0.02, 0.1",
+    place: "Persson 2001, where p(σ) vanishes at σ = 0 by its boundary condition; the density of a \
+            Hertzian contact vanishes, too: dA/dp ∝ p",
+    quantity: "exponent of the mesh step in the fraction of the area with a pressure below 0.025, \
+               from the same surfaces on a mesh of 32 to 64 nodes per shortest wavelength and on \
+               one with twice as many, at loads 0.02, 0.1",
     expected: Expectation::Within(0.3, 0.7),
-    because: "the density is linear where pressure falls as the square root of the distance to an edge of \
-              contact. A mesh of step Δx does not resolve pressures below those of its first nodes within \
-              an edge, about √Δx, and its density at zero falls as √Δx; the exponent is 0 where a density \
-              starts at a finite value. How the density on one mesh begins is the mesh's: exponents between \
-              0.1 and 0.2 are 0.05 on 8 nodes to the shortest wavelength and 0.7 on 128",
+    because: "the density is linear if the pressure falls as the square root of the distance to an \
+              edge of contact. A mesh of step Δx does not resolve pressures below those of the \
+              nodes next to an edge, about √Δx, so its density at zero falls as √Δx. The exponent \
+              is 0 if the density starts at a finite value. A single mesh cannot show how the \
+              density begins: exponents fitted between 0.1 and 0.2 are 0.05 on 8 nodes per \
+              shortest wavelength and 0.7 on 128",
     figure: None,
 };
 
@@ -33,52 +35,52 @@ const AS_PERSSON: Statement = Statement {
     origin: Origin::Ours,
     says: "Under light and moderate loads contact pressures are distributed as in Persson's theory.",
     place: "Persson 2001",
-    quantity: "share of the area whose pressure lies from 0.1 to 0.5, from 0.5 to 1 and from 1 to 1.5 over that \
-               in the theory, loads 0.02, 0.1, 0.4",
+    quantity: "ratio of the fraction of the area with a pressure from 0.1 to 0.5, 0.5 to 1 and 1 \
+               to 1.5 to that in the theory, at loads 0.02, 0.1, 0.4",
     expected: Expectation::Within(0.9, 1.1),
-    because: "ten per cent; the lightest pressures, which the mesh decides, are left out",
+    because: "±10 %; lower pressures are excluded, because they depend on the mesh",
     figure: None,
 };
 
 const MIDDLE_AS_PERSSON: Statement = Statement {
     name: "middle-pressures-are-as-in-persson",
     origin: Origin::Ours,
-    says: "The share of the area whose pressure lies from 0.5 to 1 times E* × rms slope is that of \
-           Persson's theory, under whatever load.",
-    place: "found in `manifests/distributions.toml`; no theory is known to ask for it",
-    quantity: "share of the area whose pressure lies from 0.5 to 1 over that in the theory, loads 0.02, 0.05, \
-               0.1, 0.2, 0.4, 0.8",
+    says: "The fraction of the area with a pressure from 0.5 to 1 times E* × rms slope is that of \
+           Persson's theory under all loads.",
+    place: "found in `manifests/distributions.toml`; no theory is known that predicts it",
+    quantity: "ratio of the fraction of the area with a pressure from 0.5 to 1 to that in the \
+               theory, at loads 0.02, 0.05, 0.1, 0.2, 0.4, 0.8",
     expected: Expectation::Within(0.95, 1.05),
-    because: "five per cent, where the shares below and above differ by factors",
+    because: "±5 %, while the fractions below and above this range differ by factors",
     figure: None,
 };
 
 const FEWER_HIGH: Statement = Statement {
     name: "high-pressures-are-rarer-than-in-persson",
     origin: Origin::Ours,
-    says: "Under light and moderate loads pressures above E* × rms slope are rarer than in Persson's theory, \
-           in which contact bears the same load on less area.",
-    place: "beside area-above-persson",
-    quantity: "ln of the share of the area whose pressure lies from 1 to 2 in the theory over that found, \
-               loads 0.02, 0.05, 0.1, 0.2",
+    says: "Under light and moderate loads, pressures above E* × rms slope are rarer than in \
+           Persson's theory, where a smaller area bears the same load.",
+    place: "compare area-above-persson",
+    quantity: "ln of the ratio of the fraction of the area with a pressure from 1 to 2 in the \
+               theory to that in the study, at loads 0.02, 0.05, 0.1, 0.2",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: None,
 };
 
 const HEAVY_AS_PERSSON: Statement = Statement {
     name: "pressures-near-full-contact-are-as-in-persson",
     origin: Origin::Ours,
-    says: "Towards full contact the pressures that are far from zero are distributed as in Persson's theory.",
+    says: "Near full contact, pressures far from zero are distributed as in Persson's theory.",
     place: "Persson 2001: at full contact the pressure of a Gaussian surface is Gaussian",
-    quantity: "share of the area whose pressure lies from 0.5 to 1, from 1 to 1.5 and from 1.5 to 2 over that in \
-               the theory, load 0.8",
+    quantity: "ratio of the fraction of the area with a pressure from 0.5 to 1, 1 to 1.5 and 1.5 \
+               to 2 to that in the theory, at the load 0.8",
     expected: Expectation::Within(0.95, 1.05),
-    because: "five per cent; 89 % of the area touch in the theory",
+    because: "±5 %; 89 % of the area is in contact in the theory",
     figure: None,
 };
 
-const DATA: &str = "pressures of the nodes in contact";
+const DATA: &str = "pressures of contact nodes";
 const MODERATE: [f64; 3] = [0.02, 0.1, 0.4];
 const TO_HEAVY: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8];
 
@@ -90,7 +92,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
             if is_there {
                 let loads: Vec<String> = loads.iter().map(f64::to_string).collect();
                 format!(
-                    "a load at {}, and bins that end at 0.1, 0.2, 0.5, 1, 1.5, 2",
+                    "a load at {}, and bins with edges at 0.1, 0.5, 1, 1.5, 2",
                     loads.join(" or ")
                 )
             } else {
@@ -114,9 +116,9 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let far = [[0.5, 1.0], [1.0, 1.5], [1.5, 2.0]];
     vec![
         linear(evidence, &all).judge(LINEAR_AT_ZERO, DATA, || {
-            "pressures of the same surfaces on meshes of 32 to 128 nodes to the shortest wavelength, each of \
-             twice as many nodes as the last, at a load of 0.02 or 0.1 in bins of 0.025: how the density on \
-             one mesh begins is the mesh's"
+            "pressures of the same surfaces on meshes of 32 to 128 nodes per shortest wavelength, \
+             each with twice as many nodes as the previous one, at a load of 0.02 or 0.1 in bins \
+             of 0.025, because a single mesh cannot show how the density begins"
                 .to_owned()
         }),
         over_theory(&MODERATE, &below).judge(AS_PERSSON, DATA, lacks(&MODERATE)),
@@ -126,7 +128,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// The distributions under the nearest of some loads, each with each of some bounds.
+/// Returns the distributions near these loads, each combined with each of the bounds.
 fn with_bounds<'a>(
     all: &'a [Pressures],
     loads: &'a [f64],
@@ -136,7 +138,7 @@ fn with_bounds<'a>(
     own.flat_map(move |one| bounds.iter().map(move |bounds| (one, bounds)))
 }
 
-/// Of each spectrum the distributions under loads within a tenth of the nearest of some.
+/// Returns the distributions of all spectra at loads within 10 % of one of the requested loads.
 fn under_loads<'a>(all: &'a [Pressures], loads: &[f64]) -> Vec<&'a Pressures> {
     let is_near = |load: f64| loads.iter().any(|asked| (load / asked - 1.0).abs() < 0.1);
     all.iter().filter(|one| is_near(one.load)).collect()
@@ -146,7 +148,8 @@ fn label(evidence: &Evidence, one: &Pressures) -> String {
     evidence.name_under(&one.spectrum, one.load)
 }
 
-/// A function of the mean share between two bounds over that in Persson's theory.
+/// Adds a function of the ratio of the mean fraction between two bounds to that in Persson's
+/// theory.
 fn ratio(
     evidence: &Evidence,
     one: &Pressures,
@@ -158,14 +161,14 @@ fn ratio(
         return;
     };
     let label = format!("{}, pressures {low} to {high}", label(evidence, one));
-    let theory = persson::share_between(one.load, low, high);
+    let theory = persson::fraction_between(one.load, low, high);
     quantities.add(label, &[shares.len()], |weights: &Weights| {
         let share = weights.mean(&shares);
         (share > 0.0).then(|| quantity(share / theory))
     });
 }
 
-/// Collects the exponents with which the share of the lightest pressures falls with the mesh step.
+/// Collects the exponents with which the fraction of the lowest pressures falls with the mesh step.
 fn linear(evidence: &Evidence, all: &[Pressures]) -> Quantities {
     let mut quantities = Quantities::default();
     for one in under_loads(all, &MODERATE[..2]) {

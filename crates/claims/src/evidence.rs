@@ -1,4 +1,5 @@
-//! The tables of a study as the claims need them: curves of surfaces, by spectrum and correction.
+//! The tables of a study in the form that claims use: curves of surfaces by spectrum and
+//! correction.
 
 mod per_load;
 
@@ -24,20 +25,21 @@ use asperity_statistics::{Curves, Window};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
-/// Nodes to the shortest wavelength of the paper's coarsest meshes.
+/// Nodes per shortest wavelength on the coarsest meshes of the paper.
 const COARSEST: i64 = 8;
 
-/// The area curves of the surfaces of one spectrum, under one correction.
+/// Contact area against load for the surfaces of one spectrum, with one correction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AreaCurves {
     pub spectrum: Spectrum,
-    /// The estimator of the area.
+    /// Name of the correction.
     pub correction: String,
-    /// Loads that all surfaces have, or have left behind in full contact; ascending.
+    /// Loads at which all surfaces have a row or are in full contact already, ascending, in units
+    /// of E* × rms slope.
     pub loads: Vec<f64>,
-    /// The same loads in the unit of the manifest: reduced, or in pascals.
+    /// The same loads in the unit of the manifest: reduced, or that of the modulus.
     pub given: Vec<f64>,
-    /// Areas, `[load][surface]`; one beyond full contact.
+    /// Area fractions, `[load][surface]`; 1 beyond full contact.
     pub areas: Vec<Vec<f64>>,
 }
 
@@ -45,7 +47,7 @@ pub struct AreaCurves {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PerSurface {
     pub spectrum: Spectrum,
-    /// The numbers, by seed and realization.
+    /// Values in the order of seed and realization.
     pub values: Vec<f64>,
 }
 
@@ -54,52 +56,51 @@ pub struct PerSurface {
 pub struct AtLoad {
     pub spectrum: Spectrum,
     pub load: f64,
-    /// The numbers, by seed and realization.
+    /// Values in the order of seed and realization.
     pub values: Vec<f64>,
 }
 
-/// What several meshes say of the error of the area, for one spectrum: per surface, covariance of
-/// area and edge and variance of the edge, summed over loads.
+/// Moments over several meshes for one spectrum, from which the error of the area follows: for each
+/// surface, the covariance of area and edge and the variance of the edge, summed over loads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverMeshes {
-    /// The spectrum, in words.
+    /// Name of the spectrum.
     pub name: String,
-    /// Covariances and variances, by surface.
+    /// Covariances and variances, one for each surface.
     pub moments: [Vec<f64>; 2],
 }
 
-/// What a stage has finished.
+/// Table of the finished tasks of a stage.
 #[derive(Debug, Clone)]
 pub struct KindTable {
     pub kind: Kind,
     pub table: Table,
 }
 
-/// Everything that a study has computed, as far as claims ask for it.
+/// Results of a study that claims use.
 #[derive(Debug, Clone)]
 pub struct Evidence {
     pub ensembles: Vec<AreaCurves>,
     surfaces: Table,
-    /// All measured contacts.
+    /// Table of all measured contacts.
     contacts: Table,
-    /// All asperity models on the surfaces.
+    /// Table of all asperity models on the surfaces.
     asperities: Table,
-    /// All distributions of contact pressures.
+    /// Table of all distributions of contact pressures.
     pressures: Table,
-    /// The points of fits that take κ to its limits.
+    /// Points of the fits of κ to its limits.
     pub kappa: Vec<KappaPoints>,
-    /// What tells spectra from each other, and belongs into their names.
     varied: Varied,
-    /// What all of them have in common, and what is left out.
+    /// Setting that all rows share, and the rows left out.
     pub setting: Setting,
 }
 
 impl Evidence {
-    /// Sorts the tables of a study's stages, in the order of the plan and as far as they are there. The
-    /// fits that take κ to its limits are read from their inputs, surface by surface.
+    /// Sorts the finished tables of a study, given in the order of the plan. Fits of κ to its
+    /// limits are repeated from their inputs, surface by surface.
     ///
     /// # Errors
-    /// When a table lacks a column that its kind of stage writes.
+    /// If a table lacks a column that its kind of stage writes.
     pub fn of_study(
         study: &Study,
         plan: &Plan,
@@ -113,10 +114,10 @@ impl Evidence {
         Evidence::of(&finished)?.with_limits(&limits(study, plan, tables)?)
     }
 
-    /// Sorts tables by what their stages do.
+    /// Sorts tables by their kind of stage.
     ///
     /// # Errors
-    /// When a table lacks a column that its kind of stage writes.
+    /// If a table lacks a column that its kind of stage writes.
     pub fn of(stages: &[KindTable]) -> Result<Evidence, TableError> {
         let of_kind = |kind: Kind| {
             let own = stages.iter().filter(move |stage| stage.kind == kind);
@@ -135,7 +136,7 @@ impl Evidence {
             let tables: Vec<Table> = tables.into_iter().map(within).collect();
             Table::stack(&tables)
         };
-        // Several stages may measure the same surfaces under other loads.
+        // Several stages may measure the same surfaces under different loads.
         let contacts = stacked(contacts)?;
         let mut ensembles = curves(&contacts)?;
         for ensemble in curves(&stacked(corrected)?)? {
@@ -161,17 +162,16 @@ impl Evidence {
         })
     }
 
-    /// The same with what is taken to limits.
+    /// Adds the fits of κ to its limits.
     ///
-    /// # Errors
-    /// When a table lacks a column that a fit reads.
+    /// # Errors If a table lacks a column that a fit reads.
     pub fn with_limits(mut self, fits: &[LimitsFit]) -> Result<Evidence, TableError> {
         self.kappa = kappa_points(fits, &self.setting)?;
         Ok(self)
     }
 
-    /// The ensembles that the paper's words are about, under one correction, by spectrum: on meshes
-    /// no coarser than its own.
+    /// Returns the ensembles with one correction to which the paper's claims apply, by spectrum: H
+    /// = 0.8, no plateau, and meshes at least as fine as the paper's.
     pub fn of_the_paper(&self, correction: &str) -> Vec<&AreaCurves> {
         let mut found = self.under(correction);
         found.retain(|AreaCurves { spectrum, .. }| {
@@ -180,17 +180,18 @@ impl Evidence {
         found
     }
 
-    /// A spectrum among others: `k_lower 4, k_upper 32`, and what else varies.
+    /// Returns the name of a spectrum: `k_lower 4, k_upper 32`, followed by the other parameters
+    /// that vary.
     pub fn name(&self, spectrum: &Spectrum) -> String {
         self.varied.name(spectrum)
     }
 
-    /// A spectrum under a load: `k_lower 4, k_upper 32, load 0.060`.
+    /// Returns the name of a spectrum under a load: `k_lower 4, k_upper 32, load 0.060`.
     pub fn name_under(&self, spectrum: &Spectrum, load: f64) -> String {
         format!("{}, {}", self.name(spectrum), under(load))
     }
 
-    /// The ensembles under one correction, by spectrum.
+    /// Returns the ensembles with one correction, ordered by spectrum.
     pub fn under(&self, correction: &str) -> Vec<&AreaCurves> {
         let mut found: Vec<&AreaCurves> =
             self.ensembles.iter().filter(|ensemble| ensemble.correction == correction).collect();
@@ -198,13 +199,14 @@ impl Evidence {
         found
     }
 
-    /// A column of the surfaces' tables, by spectrum; none that no surface has.
+    /// Returns the values of a column of the surfaces, by spectrum. The result is empty if no
+    /// surface has the column.
     pub fn of_surfaces(&self, name: &str) -> Vec<PerSurface> {
         per_surface(&self.surfaces, |_, row| number(&self.surfaces, name, row))
     }
 
-    /// Contact nodes with a gap among their four neighbours over switches, under the load nearest to one
-    /// within a tenth of it, of spectra that the paper's words are about.
+    /// Returns, for spectra of the paper, the ratio of contact nodes with a gap among their four
+    /// neighbours to switches, at the load nearest to `load` if it is within 10 %.
     pub fn edge_nodes_over_switches(&self, load: f64) -> Vec<AtLoad> {
         let loads = self.of_the_paper(AS_COUNTED).into_iter().filter_map(|ensemble| {
             let place = ensemble.at(load)?;
@@ -227,7 +229,7 @@ impl Evidence {
         found.collect()
     }
 
-    /// The spectra whose surfaces were pressed on several meshes.
+    /// Returns the moments of spectra whose surfaces were pressed on several meshes.
     pub fn of_several_meshes(&self) -> Vec<OverMeshes> {
         let points = refinements(&self.contacts, Window::ALL).unwrap_or_default();
         let found = points.into_iter().filter_map(|point| {
@@ -240,7 +242,8 @@ impl Evidence {
     }
 }
 
-/// What tells the spectra of areas from each other; of pressures, where a study has no areas.
+/// Finds the parameters that vary between the spectra of the areas, or of the pressures in a study
+/// without areas.
 fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableError> {
     let mut spectra: Vec<Spectrum> = ensembles.iter().map(|one| one.spectrum.clone()).collect();
     if spectra.is_empty() {
@@ -253,7 +256,8 @@ fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableEr
 }
 
 impl AreaCurves {
-    /// Whether it tells the same areas as another: what is corrected by nothing was counted before.
+    /// Returns true if both have the same spectrum and correction. Areas with the correction `none`
+    /// were counted before.
     fn is_of(&self, other: &AreaCurves) -> bool {
         (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
     }
@@ -262,12 +266,12 @@ impl AreaCurves {
         self.areas.first().map_or(0, Vec::len)
     }
 
-    /// The place of the load nearest to one, if it is within a tenth of it.
+    /// Returns the index of the load nearest to `load`, if it is within 10 %.
     pub fn at(&self, load: f64) -> Option<usize> {
         nearest(&self.loads, load)
     }
 
-    /// The curves of the surfaces that count, up to the first load at which all of them are in full
+    /// Returns the curves of the weighted surfaces, up to the first load at which all are in full
     /// contact.
     pub fn curves(&self, weights: &Weights) -> Option<Curves> {
         let open = (0..self.loads.len()).take_while(|&place| self.mean(place) < 1.0);
@@ -279,7 +283,7 @@ impl AreaCurves {
         Curves::new(loads, areas.collect()).ok()
     }
 
-    /// Area averaged over all surfaces alike.
+    /// Returns the area averaged over all surfaces.
     pub fn mean(&self, load: usize) -> f64 {
         self.areas[load].iter().sum::<f64>() / self.surfaces() as f64
     }
@@ -340,7 +344,7 @@ fn ensemble(
     }
 }
 
-/// A value of a row, by surface and spectrum; rows without one are left out.
+/// Collects one value per surface, by spectrum. Rows without a value are skipped.
 fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -> Vec<PerSurface> {
     let mut known: BTreeMap<_, (Spectrum, BTreeMap<Member, f64>)> = BTreeMap::new();
     let Ok(members) = Members::of(table) else {
@@ -362,7 +366,8 @@ fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -
     found.collect()
 }
 
-/// A number of a row, whatever its column's type; none where it is null, or there is no such column.
+/// Returns a real or an integer of a row as a number, or `None` if it is null or the column is
+/// missing.
 fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
     if let Ok(reals) = table.reals(name) {
         return reals.is_valid(row).then(|| reals.value(row));
@@ -371,7 +376,7 @@ fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
     integers.is_valid(row).then(|| integers.value(row) as f64)
 }
 
-/// The fits of limits, each with the rows that it reads.
+/// Returns the fits of limits, each with the rows that it reads.
 fn limits(
     study: &Study,
     plan: &Plan,

@@ -14,9 +14,9 @@ const AT_THE_END: Statement = Statement {
     origin: Origin::Paper,
     says: "“up to about p₀ = 1.7 E* which corresponds to full contact”",
     place: "section 4 and its footnote; the unit is E* × rms slope",
-    quantity: "mean over surfaces of the exact load at which every node touches",
+    quantity: "mean over surfaces of the exact load at which every node is in contact",
     expected: Expectation::Within(1.53, 1.87),
-    because: "“about” is taken as ten per cent",
+    because: "“about” is read as within 10 %",
     figure: Some("near-full-contact"),
 };
 
@@ -26,11 +26,11 @@ const EXPONENT: Statement = Statement {
     says: "“the exponent of approaching the full contact for our simulations is roughly the same as in \
            Persson's model η = 2”",
     place: "section 7, eqs. (full_area_approx) and (scaled_area), fig. 10",
-    quantity: "η of F(y) = c + (√2 y)^η, beside the small rest that Persson's theory has, by least \
-               squares at areas from 0.9 to 0.998",
+    quantity: "η of F(y) = c + (√2 y)^η plus the small remainder of F in Persson's theory, by \
+               least squares at areas from 0.9 to 0.998",
     expected: Expectation::Within(1.8, 2.2),
-    because: "“roughly” is taken as ten per cent; the constant c is ours: cracks leave less open than \
-              Persson's theory by a factor",
+    because: "“roughly” is read as within 10 %; the constant c is added here, because the open \
+              area of cracks differs from Persson's by a factor",
     figure: Some("near-full-contact"),
 };
 
@@ -40,10 +40,10 @@ const FASTER_THAN_PERSSON: Statement = Statement {
     says: "“close to the full contact, the contact area converges to the full contact slightly faster \
            than Persson's model predicts”",
     place: "section 7, fig. 10",
-    quantity: "−ln of the mean open area over Persson's erfc(√2 y), at loads of areas from 0.9 on at \
-               which it is known to ten per cent",
+    quantity: "−ln of the ratio of the mean open area to Persson's erfc(√2 y), at loads where the \
+               contact area is at least 0.9 and the relative error of the open area less than 10 %",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: Some("near-full-contact"),
 };
 
@@ -53,26 +53,25 @@ const SCALED_ERF: Statement = Statement {
     says: "“The Persson's Eq. fits perfectly the data points if the argument is slightly scaled … we \
            plotted this equation for β = 1.09 and 1.16”",
     place: "fig. 10",
-    quantity: "local β of A = erf(β √2 y), from the mean area under each load of areas from 0.9 on at \
-               which the open area is known to ten per cent",
+    quantity: "local β of A = erf(β √2 y) from the mean area, at each load where the area is at \
+               least 0.9 and the relative error of the open area less than 10 %",
     expected: Expectation::Within(1.07, 1.18),
-    because: "the printed factors, two hundredths either way; a factor that runs with the load is no \
-              perfect fit",
+    because: "the printed factors ±0.02; a factor that varies with the load is not a perfect fit",
     figure: Some("near-full-contact"),
 };
 
 const CRACKS: Statement = Statement {
     name: "cracks-near-full-contact",
     origin: Origin::Ours,
-    says: "What is open near full contact is 3/2 of what full contact would hold in tension, as for \
-           isolated penny cracks; in Persson's theory it is twice that. So η = 2 stays, and “slightly \
-           faster” is ln 4/3.",
-    place: "gaps as cracks: Xu, Jackson & Marghitu (2014), whom Ciavarella, arXiv 1504.08240, extends; \
-            3/2 is of circular ones",
-    quantity: "mean open area over ½ erfc(√2 y), at the heaviest load at which it is known to five per \
-               cent",
+    says: "The open area near full contact is 3/2 of the area that would be in tension at full \
+           contact, as for isolated penny cracks; the factor is 2 in Persson's theory. So η = 2 \
+           holds, and “slightly faster” is ln 4/3.",
+    place: "gaps as cracks: Xu, Jackson & Marghitu (2014), extended by Ciavarella, arXiv \
+            1504.08240; 3/2 holds for circular cracks",
+    quantity: "ratio of the mean open area to ½ erfc(√2 y), at the heaviest load where its \
+               relative error is less than 5 %",
     expected: Expectation::Within(1.4, 1.7),
-    because: "3/2 is a limit that is reached from above: 1.55 at y = 1.1",
+    because: "the factor tends to 3/2 from above: 1.55 at y = 1.1",
     figure: Some("near-full-contact"),
 };
 
@@ -82,11 +81,11 @@ const GROUPS_BY_K_UPPER: Statement = Statement {
     says: "“Close to the full contact the numerical data points are grouped by their upper cutoff \
            wavenumber k_s.”",
     place: "section 7, fig. 10",
-    quantity: "distance of neighbouring groups of k_upper less the width of a group, in ln(1 − A) by \
-               least squares over the spectra, at loads with all areas from 0.95 on",
+    quantity: "distance between neighbouring groups of k_upper minus the width of a group, in ln(1 \
+               − A), by least squares over the spectra, at loads where all areas are at least 0.95",
     expected: Expectation::Positive,
-    because: "groups lie apart when a step of k_upper, a factor of 2, does more than all of k_lower, one \
-              of 16",
+    because: "groups are apart if one step of k_upper, a factor of 2, changes the open area more \
+              than the whole range of k_lower, a factor of 16",
     figure: Some("near-full-contact"),
 };
 
@@ -96,25 +95,26 @@ const FASTER_FOR_SMALLER_K_LOWER: Statement = Statement {
     says: "“for a given k_s, the curve converges faster to the full contact for higher α (or smaller \
            k_l). This result should not be associated with numerical errors”",
     place: "section 7, fig. 10",
-    quantity: "ln of the ratio of mean open areas of neighbouring k_lower, the greater one's over the \
-               lesser one's, at equal k_upper and loads of areas from 0.95 on, known to ten per cent",
+    quantity: "ln of the ratio of the mean open areas for neighbouring k_lower (larger over \
+               smaller) at equal k_upper, at loads where the area is at least 0.95 and the \
+               relative error of the open area less than 10 %",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: Some("near-full-contact"),
 };
 
-/// Areas near full contact that tell an exponent.
+/// Areas near full contact to which the exponent η is fitted.
 const NEAR_FULL: std::ops::Range<f64> = 0.9..0.998;
-/// Areas so near to it that k_upper groups them.
+/// Smallest area for the claim that curves group by k_upper.
 const VERY_NEAR_FULL: f64 = 0.95;
-/// Nodes out of contact, on average over surfaces, that are enough to tell how many.
+/// Smallest mean number of open nodes that enters the fit of η.
 const ENOUGH_OPEN_NODES: f64 = 50.0;
-/// Exponents among which η is looked for.
+/// Range in which η is searched.
 const EXPONENTS: [f64; 2] = [0.5, 4.0];
-/// Relative standard errors of the open area.
+/// Largest relative standard error of a known open area.
 const KNOWN: f64 = 0.1;
 const WELL_KNOWN: f64 = 0.05;
-const HEAVY_LOADS: &str = "loads of areas from 0.9 to 0.998";
+const HEAVY_LOADS: &str = "loads with areas from 0.9 to 0.998";
 
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     vec![
@@ -143,12 +143,13 @@ fn at_the_end(evidence: &Evidence) -> Claim {
     })
 }
 
-/// The mean open area under a load.
+/// Returns the mean open area under a load.
 fn open(ensemble: &AreaCurves, place: usize, weights: &Weights) -> f64 {
     1.0 - weights.mean(&ensemble.areas[place])
 }
 
-/// The places of the loads from an area on at which the open area is known to a relative error.
+/// Returns the indices of loads with area ≥ `from` and a relative standard error of the open area
+/// below `error`.
 fn known(ensemble: &AreaCurves, from: f64, error: f64) -> Vec<usize> {
     let places = (0..ensemble.loads.len()).filter(|&place| {
         let open = open(ensemble, place, &Weights::ALL);
@@ -176,12 +177,12 @@ fn exponent(evidence: &Evidence) -> Claim {
         }
     }
     quantities.judge(EXPONENT, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[], "three loads or more of areas from 0.9 to 0.998")
+        needs(evidence, AS_COUNTED, &[], "three loads or more with areas from 0.9 to 0.998")
     })
 }
 
-/// η by least squares to F(y) = c + (√2 y)^η, and the small rest that Persson's theory has beside
-/// its own 2y².
+/// Fits η of F(y) = c + (√2 y)^η by least squares, after subtracting the remainder of F beyond 2y²
+/// in Persson's theory.
 fn fitted_exponent(ensemble: &AreaCurves, places: &[usize], weights: &Weights) -> Option<f64> {
     let point = |&place: &usize| {
         let load = ensemble.loads[place];
@@ -199,7 +200,7 @@ fn fitted_exponent(ensemble: &AreaCurves, places: &[usize], weights: &Weights) -
     Some(least(residual, EXPONENTS))
 }
 
-/// Where a function with one minimum has it, by golden sections.
+/// Returns the minimum of a unimodal function by golden-section search.
 fn least(function: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let section = 0.5 * (5_f64.sqrt() - 1.0);
     while high - low > 1e-7 {
@@ -222,15 +223,15 @@ fn faster_than_persson(evidence: &Evidence) -> Claim {
 }
 
 fn scaled_erf(evidence: &Evidence) -> Claim {
-    under_known_loads(evidence, |open, load| Some(persson::load_leaving(open)? / load)).judge(
+    under_known_loads(evidence, |open, load| Some(persson::load_at_noncontact(open)? / load)).judge(
         SCALED_ERF,
         data(AS_COUNTED),
         || needs(evidence, AS_COUNTED, &[], HEAVY_LOADS),
     )
 }
 
-/// A function of the mean open area and the load, of each spectrum under each heavy load at which that
-/// area is known.
+/// Collects a function of mean open area and load for each spectrum and each heavy load with a
+/// known open area.
 fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>) -> Quantities {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {
@@ -279,8 +280,8 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
         }
     }
     quantities.judge(GROUPS_BY_K_UPPER, data(AS_COUNTED), || {
-        let spectra = "spectra of at least two `k_lower` and two `k_upper` each, and loads of areas \
-                       from 0.95 on";
+        let spectra = "spectra with all combinations of at least two `k_lower` and two `k_upper`, \
+                       and loads with areas of at least 0.95";
         needs(evidence, AS_COUNTED, &[], spectra)
     })
 }
@@ -303,7 +304,8 @@ fn faster_for_smaller_k_lower(evidence: &Evidence) -> Claim {
         }
     }
     quantities.judge(FASTER_FOR_SMALLER_K_LOWER, data(AS_COUNTED), || {
-        let spectra = "spectra that differ in `k_lower` alone, and loads of areas from 0.95 on";
+        let spectra = "spectra that differ only in `k_lower`, and loads with areas of at least \
+                       0.95";
         needs(evidence, AS_COUNTED, &[], spectra)
     })
 }

@@ -1,15 +1,15 @@
-//! Claims of ours on the gap: the incremental stiffness K = −dp₀/dū of an interface, ū the mean
-//! gap, and the area at which the gap stops percolating.
+//! Claims of asperity on the gap: the incremental stiffness K = −dp₀/dū of an interface with the
+//! mean gap ū, and the area at which the gap stops percolating.
 //!
-//! Persson's p₀ ∝ exp(−ū/u₀) has K = p₀/u₀. Between two loads K = (y₂ − y₁)/(ū₁ − ū₂), which is
-//! that of an exponential at the logarithmic mean of both, (y₂ − y₁)/ln(y₂/y₁): no spacing of loads
-//! bends it. Its exponent is taken between 0.01 and 0.05, at each of which it is that of the
-//! neighbouring loads.
+//! Persson's p₀ ∝ exp(−ū/u₀) has K = p₀/u₀. Between two loads, K = (y₂ − y₁)/(ū₁ − ū₂). For an
+//! exponential this is exact at the logarithmic mean of the loads, (y₂ − y₁)/ln(y₂/y₁), with any
+//! spacing. The exponent of K(y) is taken between the loads 0.01 and 0.05; K at each is computed
+//! from its two neighbouring loads.
 //!
-//! The area of sealing is, of each surface, the middle of the last open and the first sealed load,
-//! mean of both directions, as the law `gap-percolation` of `fit` has it, of the area corrected as
-//! in 2017. The distance of the loads is part of the error of its mean; a scatter that may be all
-//! of that distance is no scatter.
+//! The sealing area of a surface is the corrected area (2017) half way between the last open and
+//! the first sealed load, averaged over both directions, as in the law `gap-percolation` of `fit`.
+//! The spacing of the loads adds to the error of the mean. A scatter that the spacing alone could
+//! cause is not used.
 
 use std::collections::BTreeMap;
 
@@ -22,39 +22,40 @@ use asperity_statistics::intervals::Weights;
 const PROPORTIONAL: Statement = Statement {
     name: "stiffness-is-proportional-to-load",
     origin: Origin::Ours,
-    says: "The stiffness of an interface grows in proportion to the load, where the cell holds many of the \
-           longest waves.",
+    says: "The stiffness of an interface is proportional to the load, if the cell is much larger \
+           than the longest wavelength.",
     place: "Persson's p₀ ∝ exp(−ū/u₀); arXiv 1210.4635: over a wide range of loads",
-    quantity: "d ln K/d ln y between the loads 0.01 and 0.05, K = −dy/dū, mean over the spectra of a k_lower \
-               of 8 or more",
+    quantity: "d ln K/d ln y between the loads 0.01 and 0.05 with K = −dy/dū, mean over the \
+               spectra of each k_lower ≥ 8",
     expected: Expectation::Within(0.9, 1.1),
-    because: "1 is proportional; ten per cent of the exponent",
+    because: "the exponent is 1 if K is proportional to the load; ±10 %",
     figure: None,
 };
 
 const FINITE_SIZE: Statement = Statement {
     name: "sublinear-stiffness-is-of-the-finite-cell",
     origin: Origin::Ours,
-    says: "What the stiffness lacks of being proportional to the load under light loads goes away as the \
-           cell grows.",
-    place: "arXiv 1210.4635: sublinear at low load is a finite size",
-    quantity: "d ln K/d ln y as for stiffness-is-proportional-to-load, of the next greater k_lower less that \
-               of the lesser one, at equal k_upper/k_lower and nodes/k_lower, mean over the spectra",
+    says: "Under light loads the stiffness grows more slowly than the load; this deviation \
+           vanishes as the cell grows.",
+    place: "arXiv 1210.4635: sublinear growth at low load is an effect of finite size",
+    quantity: "increase of d ln K/d ln y (see stiffness-is-proportional-to-load) from one k_lower \
+               to the next larger one, at equal k_upper/k_lower and nodes/k_lower, mean over the \
+               spectra",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do, as long as the cell is small: where the exponent has \
-              arrived at one it no longer grows",
+    because: "the claim states an order, so any increase counts; it is tested only for k_lower ≤ \
+              4, because an exponent of 1 no longer grows",
     figure: None,
 };
 
-/// Loads between which the exponent is taken.
+/// Loads between which the exponent is taken, in units of E* × rms slope.
 const ENDS: [f64; 2] = [0.01, 0.05];
-/// Longest waves to the side of a cell that is great beside them.
+/// Smallest k_lower, in waves per side, for which the cell counts as large.
 const GREAT_CELL: i64 = 8;
-/// Cells beyond which the exponent is not asked to grow.
+/// Largest k_lower for which the exponent is expected to grow with the cell.
 const SMALL_CELL: i64 = 4;
 const GAP_DATA: &str = "mean gap of measured contacts";
 const NEIGHBOURING_LOADS: &str =
-    "a `measure` stage with loads at 0.01 and 0.05, each between two others";
+    "a `measure` stage with loads at 0.01 and 0.05, and one load on either side of each";
 
 pub fn of_stiffness(evidence: &Evidence) -> Vec<Claim> {
     let mut gaps = evidence.along_loads(MEAN_GAP.name);
@@ -72,7 +73,7 @@ pub fn of_stiffness(evidence: &Evidence) -> Vec<Claim> {
     }
     let mut growth = Quantities::default();
     for ([k_lower, next], own) in steps(&gaps) {
-        let label = format!("k_lower {next} over {k_lower}, {}", spectra(own.len()));
+        let label = format!("k_lower {k_lower} → {next}, {}", spectra(own.len()));
         let surfaces: Vec<usize> = own.iter().flatten().map(|one| one.surfaces()).collect();
         growth.add(label, &surfaces, |weights| {
             mean(own.iter().map(|[lesser, greater]| {
@@ -88,13 +89,15 @@ pub fn of_stiffness(evidence: &Evidence) -> Vec<Claim> {
         exponents.judge(
             PROPORTIONAL,
             GAP_DATA,
-            lacks("spectra without a plateau and with `k_lower` of 8 or more"),
+            lacks("spectra without a plateau and with `k_lower` of at least 8"),
         ),
         growth.judge(
             FINITE_SIZE,
             GAP_DATA,
-            lacks("spectra with `k_lower` up to 4 that differ by the cell alone: all wavenumbers and `nodes` \
-                   twice as great"),
+            lacks(
+                "spectra with `k_lower` up to 4 that differ only in the size of the cell: all \
+                   wavenumbers and `nodes` multiplied by 2",
+            ),
         ),
     ]
 }
@@ -112,7 +115,7 @@ fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
     Some(sum / count)
 }
 
-/// Pairs of spectra that differ by the cell alone, by both their k_lower, up to where the cell is small.
+/// Returns pairs of spectra that differ only in the size of a small cell, by the k_lower of both.
 fn steps(gaps: &[PerLoad]) -> BTreeMap<[i64; 2], Vec<[&PerLoad; 2]>> {
     let mut steps: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for one in gaps.iter().filter(|one| one.spectrum.k_lower <= SMALL_CELL) {
@@ -133,7 +136,7 @@ fn steps(gaps: &[PerLoad]) -> BTreeMap<[i64; 2], Vec<[&PerLoad; 2]>> {
     steps
 }
 
-/// d ln K/d ln y between both ends.
+/// Returns d ln K/d ln y between [`ENDS`].
 fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
     let [light, heavy] = ENDS.map(|load| stiffness(gaps, load, weights));
     let ((load, stiffness), (other_load, other)) = (light?, heavy?);
@@ -141,7 +144,7 @@ fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
     is_rising.then(|| (other / stiffness).ln() / (other_load / load).ln())
 }
 
-/// The logarithmic mean of the loads on both sides of one, and the stiffness there.
+/// Returns the logarithmic mean of the two loads next to `load`, and the stiffness there.
 fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)> {
     let place = gaps.at(load)?;
     let (before, after) = (place.checked_sub(1)?, place + 1);
@@ -154,55 +157,57 @@ fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)>
 const AT_0_415: Statement = Statement {
     name: "interface-is-sealed-at-0.415-of-the-area",
     origin: Origin::Ours,
-    says: "The gap stops percolating where 41.5 % of the area are in contact, on isotropic surfaces whose \
-           longest waves are short beside the cell.",
+    says: "The gap stops percolating at a contact area of 41.5 %, for isotropic surfaces whose \
+           longest wavelength is much shorter than the cell.",
     place: "Wang & Müser, arXiv 2010.13470: “A critical contact area near 0.415 is confirmed.”",
-    quantity: "mean corrected area at the threshold, k_lower 8 or more",
+    quantity: "mean corrected area at the threshold, k_lower ≥ 8",
     expected: Expectation::Within(0.405, 0.425),
-    because: "as printed, “near”: one point either way, which tells it from the 0.5 of \
-              effective-medium theory and not from the 0.42 that is used in engineering",
+    because: "“near” is read as ±0.01, which excludes the 0.5 of effective-medium theory, but not \
+              the 0.42 used in engineering",
     figure: None,
 };
 
 const BELOW_ONE_HALF: Statement = Statement {
     name: "interface-is-sealed-below-one-half-of-the-area",
     origin: Origin::Ours,
-    says: "The gap stops percolating before half of the area is in contact, whatever the cell.",
-    place: "effective-medium theory has the threshold at 0.5",
-    quantity: "1/2 less the mean corrected area at the threshold",
+    says: "The gap stops percolating before half of the area is in contact, for all sizes of the \
+           cell.",
+    place: "effective-medium theory predicts a threshold of 0.5",
+    quantity: "1/2 minus the mean corrected area at the threshold",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: None,
 };
 
 const WHATEVER_THE_CELL: Statement = Statement {
     name: "sealing-area-does-not-depend-on-k-lower",
     origin: Origin::Ours,
-    says: "The mean area at the threshold does not depend on how many of the longest wavelengths there are \
-           to the cell.",
-    place: "Wang & Müser state it for short waves; smaller cells scatter about it",
-    quantity: "mean corrected area at the threshold, greater k_lower less the next lesser one",
+    says: "The mean area at the threshold does not depend on the number of longest wavelengths per \
+           cell.",
+    place: "Wang & Müser state the threshold for cells much larger than the longest wavelength; \
+            smaller cells scatter about it",
+    quantity: "difference of the mean corrected areas at the threshold for neighbouring k_lower \
+               (larger minus smaller)",
     expected: Expectation::Within(-0.01, 0.01),
-    because: "one point, as interface-is-sealed-at-0.415-of-the-area",
+    because: "±0.01, as for interface-is-sealed-at-0.415-of-the-area",
     figure: None,
 };
 
 const SCATTER_FALLS: Statement = Statement {
     name: "sealing-area-scatters-less-in-greater-cells",
     origin: Origin::Ours,
-    says: "The area at the threshold scatters less between surfaces where more of the longest wavelengths \
-           fit into the cell.",
-    place: "finite-size scaling: the scatter falls as a power of the cell",
-    quantity: "ln of the standard deviation of the corrected area at the threshold, lesser k_lower over \
-               the next greater one",
+    says: "The area at the threshold scatters less between surfaces in larger cells.",
+    place: "finite-size scaling: the scatter falls as a power of the size of the cell",
+    quantity: "ln of the ratio of the standard deviations of the corrected area at the threshold \
+               for neighbouring k_lower (smaller over larger)",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: None,
 };
 
 const SEALING_DATA: &str = "gap of measured contacts";
 const LOADS_TO_SEALED: &str =
-    "a `measure` stage over loads from open to sealed, close together: from 0.05 to 0.75";
+    "a `measure` stage with closely spaced loads from open to sealed, such as from 0.05 to 0.75";
 
 pub fn of_sealing(evidence: &Evidence) -> Vec<Claim> {
     let all = evidence.percolation_areas();
@@ -225,7 +230,7 @@ pub fn of_sealing(evidence: &Evidence) -> Vec<Claim> {
             continue;
         };
         let name = evidence.name(&lesser.spectrum);
-        let label = format!("{name}, k_lower {} over it", greater.spectrum.k_lower);
+        let label = format!("{name} → k_lower {}", greater.spectrum.k_lower);
         let surfaces = [lesser.values.len(), greater.values.len()];
         let rounding = lesser.rounding.hypot(greater.rounding);
         difference.add_rounded(label.clone(), &surfaces, rounding, |weights| {
@@ -242,9 +247,9 @@ pub fn of_sealing(evidence: &Evidence) -> Vec<Claim> {
         let is_there = !all.is_empty();
         move || if is_there { spectra } else { LOADS_TO_SEALED }.to_owned()
     };
-    let steps = "spectra that differ in `k_lower` alone";
+    let steps = "spectra that differ only in `k_lower`";
     vec![
-        at.judge(AT_0_415, SEALING_DATA, lacks("spectra with `k_lower` of 8 or more")),
+        at.judge(AT_0_415, SEALING_DATA, lacks("spectra with `k_lower` of at least 8")),
         below.judge(BELOW_ONE_HALF, SEALING_DATA, lacks("random surfaces")),
         difference.judge(WHATEVER_THE_CELL, SEALING_DATA, lacks(steps)),
         scatter.judge(SCATTER_FALLS, SEALING_DATA, lacks(steps)),

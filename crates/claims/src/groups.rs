@@ -1,12 +1,12 @@
-//! Claims on which cutoff decides: how curves group, how surfaces scatter, whether anything
-//! converges (sections 5.2, 6 and 8); and the collapse on the bandwidth, a finding of ours.
+//! Claims on the influence of each cutoff: groups of curves, scatter and convergence (sections 5.2,
+//! 6 and 8), and the collapse on the bandwidth, a finding of asperity.
 //!
-//! The counted area groups by k_lower and the area corrected by π/8 by k_upper (the paper's
-//! sections 5.2 and 8). Corrected as in 2017 it does neither: ln A = c + s ln ζ + t ln k_lower has
-//! t = 0, where ζ = k_upper/k_lower, so that the area falls logarithmically with the bandwidth
-//! alone. Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find a logarithm in
-//! Nayak's parameter α. Over the modes of a cell α is no function of ζ: with k_lower = 1 it is half
-//! as great again.
+//! The counted area groups by k_lower, the area corrected by π/8 by k_upper (sections 5.2 and 8 of
+//! the paper). The area A corrected as in 2017 forms no groups: ln A = c + s ln ζ + t ln k_lower
+//! has t = 0, where ζ = k_upper/k_lower, so the area falls with the logarithm of the bandwidth
+//! only. Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find a logarithm in
+//! Nayak's parameter α. Over the modes of a cell, α is not a function of ζ: it is larger by half
+//! for k_lower = 1.
 
 use crate::evidence::{AreaCurves, Evidence, Spectrum};
 use crate::light::{LIGHT, UP_TO_FOUR_FIFTHS};
@@ -24,10 +24,12 @@ const GROUPS_BY_K_LOWER: Statement = Statement {
     says: "“The curves form three groups with respect to the lower cutoff wavenumber k_l = 16, 4, 1”, \
            “easily distinguished up to about 80 % of the contact area”",
     place: "sections 5.2 and 6, figs. 5, 9",
-    quantity: "distance of neighbouring groups of k_lower less the width of a group, in ln A by least \
-               squares over the spectra, loads 0.012 … 0.52 with less than 80 % of the area",
+    quantity: "distance between neighbouring groups of k_lower minus the width of a group, in ln \
+               A, by least squares over the spectra, at loads from 0.012 to 0.52 with less than 80 \
+               % of the area in contact",
     expected: Expectation::Positive,
-    because: "groups lie apart when a step of k_lower, a factor of 4, does more than all of k_upper",
+    because: "groups are apart if one step of k_lower, a factor of 4, changes the area more than \
+              the whole range of k_upper",
     figure: Some("area-light"),
 };
 
@@ -37,11 +39,12 @@ const GROUPS_BY_K_UPPER: Statement = Statement {
     says: "“The results depend only slightly on the lower cutoff wavenumber k_l, but strongly on the \
            upper cutoff k_s. The curves are grouped by the value of k_s”",
     place: "section 8, eq. (corrected_area), fig. 13",
-    quantity: "distance of neighbouring groups of k_upper less the width of a group, in ln A of the area \
-               corrected by π/8, by least squares over the spectra, loads 0.012, 0.024, 0.06",
+    quantity: "distance between neighbouring groups of k_upper minus the width of a group, in ln A \
+               for the area A corrected by π/8, by least squares over the spectra, at loads 0.012, \
+               0.024, 0.06",
     expected: Expectation::Positive,
-    because: "groups lie apart when a step of k_upper, a factor of 2, does more than all of k_lower, one \
-              of 16",
+    because: "groups are apart if one step of k_upper, a factor of 2, changes the area more than \
+              the whole range of k_lower, a factor of 16",
     figure: Some("area-corrected"),
 };
 
@@ -51,10 +54,11 @@ const NO_TREND_WITHIN_GROUPS: Statement = Statement {
     says: "“within each group there is no specific trend with respect to the lower cutoff or Nayak's \
            parameter”",
     place: "section 8, fig. 13",
-    quantity: "∂ ln A/∂ ln k_lower of the area corrected by π/8 at given k_upper, by least squares \
-               over the spectra, loads 0.012, 0.024, 0.06",
+    quantity: "∂ ln A/∂ ln k_lower at given k_upper for the area A corrected by π/8, by least \
+               squares over the spectra, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "0.02 is 5 % of the area from k_lower = 1 to 16, a fifth of what k_upper does",
+    because: "0.02 changes the area by 5 % from k_lower = 1 to 16, a fifth of the effect of \
+              k_upper",
     figure: Some("area-corrected"),
 };
 
@@ -64,10 +68,10 @@ const VARIANCES: Statement = Statement {
     says: "“the standard deviation in the results is higher for smaller k_s and k_l: the smallest \
            variance is found for k_l = 16, k_s = 128, the highest … for k_l = 1, k_s = 32”",
     place: "section 5.2, fig. 5",
-    quantity: "ln of the ratio of the standard deviations between surfaces of the areas of \
-               neighbouring k_lower or k_upper, the lesser one's over the greater one's, load 0.06",
+    quantity: "ln of the ratio of the standard deviations of the area between surfaces for \
+               neighbouring k_lower or k_upper (smaller over larger), at the load 0.06",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
@@ -77,11 +81,12 @@ const NO_CONVERGENCE: Statement = Statement {
     says: "“we do not obtain any convergence in the area evolution curve with an increasing k_l \
            (approaching a Gaussian surface)”",
     place: "sections 5.2.2 and 9.2, figs. 5, 6",
-    quantity: "ln of the ratio of mean areas over one step of k_lower, less half of that over the \
-               step before, steps of equal ratio, loads 0.012, 0.024, 0.06",
+    quantity: "ln of the ratio of the mean areas for one step of k_lower, minus half of this \
+               logarithm for the step before, for steps of equal ratio, at loads 0.012, 0.024, \
+               0.06",
     expected: Expectation::Positive,
-    because: "a series that converges as fast as 1/2 a step would have zero or less; “any” would be more, \
-              for slower ones converge too",
+    because: "zero or less for a series whose steps halve or shrink faster; “any” claims more, \
+              because slower series converge, too",
     figure: Some("area-light"),
 };
 
@@ -112,7 +117,7 @@ fn variances(evidence: &Evidence) -> Claim {
         }
     }
     quantities.judge(VARIANCES, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[0.06], "spectra that differ in one cutoff alone")
+        needs(evidence, AS_COUNTED, &[0.06], "spectra that differ only in one cutoff")
     })
 }
 
@@ -141,12 +146,13 @@ fn no_convergence(evidence: &Evidence) -> Claim {
             });
         }
     }
-    let spectra = "spectra with three `k_lower` in equal ratio at one `k_upper`";
+    let spectra = "spectra with one `k_upper` and three `k_lower` of equal ratio, such as 1, 4, 16";
     quantities
         .judge(NO_CONVERGENCE, data(AS_COUNTED), || needs(evidence, AS_COUNTED, &LIGHT, spectra))
 }
 
-const SEVERAL_CUTOFFS: &str = "spectra of at least two `k_lower` and two `k_upper` each";
+const SEVERAL_CUTOFFS: &str = "spectra with all combinations of at least two `k_lower` and two \
+                               `k_upper`";
 
 fn groups_by_k_lower(evidence: &Evidence) -> Claim {
     let quantities = sensitivities(
@@ -177,7 +183,7 @@ fn no_trend_within_groups(evidence: &Evidence) -> Claim {
     })
 }
 
-/// The least steps, and the spans, of ln k_lower and ln k_upper among ensembles.
+/// Returns the smallest steps and the ranges of ln k_lower and ln k_upper: [[step; 2], [range; 2]].
 pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
     let cutoffs: [fn(&Spectrum) -> i64; 2] = [|one| one.k_lower, |one| one.k_upper];
     let steps_and_span = cutoffs.map(|cutoff| {
@@ -191,8 +197,8 @@ pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
     [steps_and_span.map(|both| both.0), steps_and_span.map(|both| both.1)]
 }
 
-/// A function of how ln A depends on ln k_lower and ln k_upper, and of their spread, at each load at
-/// which less than four fifths touch.
+/// Collects a function of the slopes of ln A over ln k_lower and ln k_upper, and of the [`spread`]
+/// of both, at each load with at most 80 % of the area in contact.
 fn sensitivities(
     evidence: &Evidence,
     correction: &str,
@@ -218,40 +224,42 @@ fn sensitivities(
 const BANDWIDTH_ALONE: Statement = Statement {
     name: "corrected-area-depends-on-bandwidth-alone",
     origin: Origin::Ours,
-    says: "Corrected as in 2017, the area at a given load depends on the bandwidth ζ = k_upper/k_lower \
-           and not on k_lower besides: the groups of the paper are the mesh's and the \
-           over-correction's.",
-    place: "beside sections 5.2 and 8 of the paper, figs. 5 and 13",
-    quantity: "t of ln A = c + s ln ζ + t ln k_lower by least squares over the spectra, loads 0.012 … \
-               0.52 with less than 80 % of the area",
+    says: "The area corrected as in 2017 depends, at a given load, on the bandwidth ζ = \
+           k_upper/k_lower only. The groups in the paper come from the mesh and from an \
+           overcorrection.",
+    place: "compare sections 5.2 and 8 of the paper, figs. 5 and 13",
+    quantity: "t of ln A = c + s ln ζ + t ln k_lower, by least squares over the spectra, at loads \
+               from 0.012 to 0.52 with less than 80 % of the area in contact",
     expected: Expectation::Within(-0.015, 0.015),
-    because: "0.015 is 4 % of the area from k_lower = 1 to 16; the counted area has 0.04, that \
-              corrected by π/8 −0.12",
+    because: "0.015 changes the area by 4 % from k_lower = 1 to 16; t is 0.04 for the counted area \
+              and −0.12 for the area corrected by π/8",
     figure: Some("collapse"),
 };
 
 const LOGARITHMIC: Statement = Statement {
     name: "corrected-area-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
-    says: "The law of the collapse: the corrected area falls as ζ grows.",
-    place: "as corrected-area-depends-on-bandwidth-alone",
-    quantity: "−s of ln A = c + s ln ζ + t ln k_lower, as there",
+    says: "The corrected area falls as ζ grows: the law of the collapse.",
+    place: "see corrected-area-depends-on-bandwidth-alone",
+    quantity: "−s of ln A = c + s ln ζ + t ln k_lower, as in \
+               corrected-area-depends-on-bandwidth-alone",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do; the intervals are the law",
+    because: "the claim states an order, so any fall counts; the intervals give the law",
     figure: Some("collapse"),
 };
 
 const RATHER_THAN_ALPHA: Statement = Statement {
     name: "corrected-area-collapses-on-bandwidth-rather-than-alpha",
     origin: Origin::Ours,
-    says: "The bandwidth ζ puts the corrected areas of self-affine spectra on one curve, Nayak's \
-           parameter α of the modes of the cell does so less well.",
-    place: "beside section 5.2.2 of the paper, where eq. (alpha) makes α a function of ζ, which it is \
-            over continuous wavenumbers alone",
-    quantity: "ln of the root mean square that ln A = c + s ln α leaves over the spectra over the one that \
-               ln A = c + s ln ζ leaves, loads 0.012 … 0.52 with less than 80 % of the area",
+    says: "The corrected areas of self-affine spectra collapse on the bandwidth ζ better than on \
+           Nayak's parameter α of the modes of the cell.",
+    place: "compare section 5.2.2 of the paper, where α is a function of ζ by eq. (alpha), which \
+            only holds for continuous wavenumbers",
+    quantity: "ln of the ratio of the rms residuals of the fits ln A = c + s ln α and ln A = c + s \
+               ln ζ over the spectra, at loads from 0.012 to 0.52 with less than 80 % of the area \
+               in contact",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: Some("collapse"),
 };
 
@@ -259,31 +267,34 @@ const ALPHA_ALONE: Statement = Statement {
     name: "corrected-area-collapses-on-alpha",
     origin: Origin::Ours,
     says: "Spectra of several Hurst exponents lie on one curve against α.",
-    place: "section 9.3 of the paper conjectures it (“the Hurst roughness exponent does not play an \
-            independent role”) and calls for the test; the correction is ours",
-    quantity: "root mean square of what ln A = c + s ln α leaves over all spectra, α over the modes of the \
-               cell, loads 0.012 … 0.52 with less than 80 % of the area",
+    place: "section 9.3 of the paper conjectures this (“the Hurst roughness exponent does not play \
+            an independent role”) and calls for the test; the correction is an addition of \
+            asperity",
+    quantity: "rms residual of the fit ln A = c + s ln α over all spectra, with α over the modes \
+               of the cell, at loads from 0.012 to 0.52 with less than 80 % of the area in contact",
     expected: Expectation::Within(f64::NEG_INFINITY, MOST_LEFT),
-    because: "one per cent of the area; at loads at which ln A of the spectra lies within one per cent of \
-              its mean, root mean square, any line would do, and nothing is judged",
+    because: "1 % of the area; loads at which ln A itself deviates from its mean by less than 1 % \
+              rms are not tested, because every line would fit them",
     figure: Some("collapse"),
 };
 
 const ALPHA_ALONE_WITH_PLATEAUS: Statement = Statement {
     says: "Spectra with plateaus of several lengths lie on one curve against α.",
-    place: "section 9.3 of the paper calls for the test of α alone; the correction and plateaus are ours",
+    place: "section 9.3 of the paper calls for the test of α alone; the correction and plateaus \
+            are additions of asperity",
     ..ALPHA_ALONE
 };
 
 const ALPHA_ALONE_OF_BOTH: Statement = Statement {
     says: "Spectra of several Hurst exponents, with plateaus and without, lie on one curve against α.",
-    place: "section 9.3 of the paper conjectures it of Hurst exponents (“the Hurst roughness exponent does \
-            not play an independent role”) and calls for the test; the correction and plateaus are ours",
+    place: "section 9.3 of the paper conjectures this for Hurst exponents (“the Hurst roughness \
+            exponent does not play an independent role”) and calls for the test; the correction \
+            and plateaus are additions of asperity",
     ..ALPHA_ALONE
 };
 
-/// Largest root mean square of ln A about a line on which areas are said to collapse. The areas
-/// must scatter by more than this about their mean, or any line would do.
+/// Largest rms residual of ln A that counts as a collapse. The areas must scatter by more about
+/// their mean, because otherwise every line fits.
 const MOST_LEFT: f64 = 0.01;
 
 pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
@@ -295,7 +306,7 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
     let with_k_lower: Axes =
         |spectrum| Some([ln_bandwidth(spectrum), (spectrum.k_lower as f64).ln()]);
     let with_alpha: Axes = |spectrum| Some([ln_bandwidth(spectrum), spectrum.nayak()?.ln()]);
-    let spectra = "spectra of at least two `k_lower` and two `k_upper` each";
+    let spectra = "spectra with all combinations of at least two `k_lower` and two `k_upper`";
     let lacking = || needs(evidence, OF_2017, &UP_TO_FOUR_FIFTHS, spectra);
     let all = evidence.under(OF_2017);
     let several_exponents = all.iter().any(|one| one.spectrum.hurst != all[0].spectrum.hurst);
@@ -314,14 +325,16 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
     };
     let data = data(OF_2017);
     vec![
-        law(with_k_lower, |points| {
-            Some(Plane::through(points)?.slopes[1])
-        })
-        .judge(BANDWIDTH_ALONE, data, lacking),
-        law(with_k_lower, |points| {
-            Some(-Plane::through(points)?.slopes[0])
-        })
-        .judge(LOGARITHMIC, data, lacking),
+        law(with_k_lower, |points| Some(Plane::through(points)?.slopes[1])).judge(
+            BANDWIDTH_ALONE,
+            data,
+            lacking,
+        ),
+        law(with_k_lower, |points| Some(-Plane::through(points)?.slopes[0])).judge(
+            LOGARITHMIC,
+            data,
+            lacking,
+        ),
         law(with_alpha, |points| {
             let [bandwidth, alpha, area] = [0, 1, 2].map(|axis| along(points, axis));
             let [on_alpha, on_bandwidth] = [alpha, bandwidth].map(|x| left_by_a_line(&x, &area));
@@ -332,9 +345,9 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
             if evidence.under(OF_2017).is_empty() {
                 needs(evidence, OF_2017, &[], "")
             } else {
-                "three spectra or more, with several `hurst`, or with and without a plateau, whose ln A \
-                 under light loads lies farther than 0.01 from its mean, root mean square: where all \
-                 areas are alike, α has nothing to tell apart"
+                "three spectra or more, with several `hurst` or with and without a plateau, whose \
+                 ln A under light loads deviates from its mean by more than 0.01 rms, because \
+                 nearly equal areas fit every line"
                     .to_owned()
             }
         }),
@@ -352,8 +365,8 @@ fn along(points: &[[f64; 3]], axis: usize) -> Vec<f64> {
     points.iter().map(|point| point[axis]).collect()
 }
 
-/// Returns whether the areas scatter by more about their mean than a collapse may leave about a
-/// line.
+/// Returns true if the areas scatter about their mean by more than the largest residual of a
+/// collapse.
 fn areas_differ(points: &[[f64; 3]]) -> bool {
     let areas = along(points, 2);
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
@@ -377,11 +390,11 @@ fn left_by_a_line(x: &[f64], y: &[f64]) -> Option<f64> {
 }
 
 /// Collects a quantity at each load from the points (two measures of the spectrum, ln A) of all
-/// spectra. Loads whose points do not satisfy `is_asked` are left out.
+/// spectra. Loads whose points do not satisfy `is_tested` are skipped.
 fn over_loads(
     ensembles: &[&AreaCurves],
     axes: Axes,
-    is_asked: fn(&[[f64; 3]]) -> bool,
+    is_tested: fn(&[[f64; 3]]) -> bool,
     quantity: impl Fn(&[[f64; 3]]) -> Option<f64>,
 ) -> Quantities {
     let mut quantities = Quantities::default();
@@ -402,7 +415,7 @@ fn over_loads(
                 let points = points.map(|(&[one, other], area)| [one, other, area.ln()]);
                 points.collect()
             };
-            if is_asked(&points(&Weights::ALL)) {
+            if is_tested(&points(&Weights::ALL)) {
                 let label = under(family[0].loads[places[0]]);
                 quantities.add(label, &surfaces(&family), |weights| quantity(&points(weights)));
             }
@@ -411,7 +424,7 @@ fn over_loads(
     quantities
 }
 
-/// Ensembles on one mesh, of whatever Hurst exponent.
+/// Groups ensembles by mesh, with all Hurst exponents together.
 fn of_one_mesh<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     let mut meshes: Vec<Vec<&AreaCurves>> = Vec::new();
     for family in families(ensembles) {

@@ -1,25 +1,26 @@
-//! What Yastrebov, Anciaux & Molinari (2015) say, and what they left open, put to the tables of a study.
+//! Claims of Yastrebov, Anciaux & Molinari (2015), and claims on their open questions, tested with
+//! the tables of a study.
 //!
-//! A claim is a set of quantities and what they must be for it to hold: positive, or within a range.
-//! It **holds** if every quantity, at one-sided 95 % each, is as expected: that all of them are is
-//! then as sure as that (an intersection–union test). It **does not hold** if one of them is not, in
-//! intervals that cover all quantities together at 95 %. Otherwise nothing is said but how many more
-//! surfaces would tell.
+//! A claim is a set of quantities and an expectation: each must be positive or within a range. It
+//! **holds** if every quantity is as expected at one-sided 95 %. This is an intersection–union
+//! test, so the level also applies to all quantities together. It **does not hold** if one quantity
+//! is not as expected, in intervals that cover all quantities together at 95 %. Otherwise the study
+//! cannot say, and the number of further surfaces that would decide the claim is estimated.
 //!
-//! What the paper claims, what it misprints, and what is ours are kept apart.
+//! [`Origin`] separates claims of the paper, its misprints, and claims of asperity.
 //!
-//! | module | what it holds |
+//! | module | content |
 //! |---|---|
-//! | `evidence`, `setting` | the tables of a study, sorted: curves by spectrum, in one setting |
-//! | `quantities` | the quantities of a claim, how cutoffs are compared, what a study lacks |
-//! | `decisions` | whether a growing study has decided a claim, and how many surfaces would |
+//! | `evidence`, `setting` | the tables of a study in one setting, as curves by spectrum |
+//! | `quantities` | the quantities of a claim, comparison of cutoffs, what a study lacks |
+//! | `decisions` | claims that a growing study has decided, and surfaces still needed |
 //! | `surfaces` | heights, Nayak's parameter and summits (section 3, appendices A and B) |
-//! | `light`, `groups` | area under light loads, which cutoff decides (5.2, 8, 9.2); the collapse |
-//! | `slope` | slope of the area and the contact evolution law (5.2, 6, 9.5, appendix C) |
+//! | `light`, `groups` | area under light loads, effect of cutoffs (5.2, 8, 9.2); the collapse |
+//! | `slope` | slope of the area, the contact evolution law (5.2, 6, 9.5, appendix C) |
 //! | `full_contact` | the approach to full contact (section 7) |
 //! | `mesh` | the error of the mesh (section 8); limits of cell, bandwidth and mesh |
-//! | `asperities`, `distributions`, `gap` | beyond the paper: models, pressures, stiffness, sealing |
-//! | `closed_forms` | what no study decides: closed forms, and slips in print |
+//! | `asperities`, `distributions`, `gap` | asperity models, pressures, stiffness, sealing |
+//! | `closed_forms` | claims on closed forms, and misprints |
 
 use std::fmt;
 
@@ -44,69 +45,69 @@ pub use setting::Setting;
 
 use asperity_statistics::intervals::Bound;
 
-/// What is claimed, where, and what would bear it out.
+/// Text of a claim, its source, and its test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statement {
-    /// Its name, the same in every study.
+    /// Name of the claim, the same in every study.
     pub name: &'static str,
-    /// Whose it is.
+    /// Author of the claim.
     pub origin: Origin,
-    /// What is said; of the paper, in its own words.
+    /// Text of the claim; a quotation if it is the paper's.
     pub says: &'static str,
-    /// Section and equation or figure of the paper; of ours, what it rests on.
+    /// Section and equation or figure of the paper, or the source of a claim of asperity.
     pub place: &'static str,
-    /// What is computed of it, with units and range of loads.
+    /// Quantity that is computed, with unit and loads.
     pub quantity: &'static str,
-    /// What all quantities must be.
+    /// Condition that all quantities must meet.
     pub expected: Expectation,
-    /// Why that range, and what else a reader must know.
+    /// Reason for the expected range, and remarks.
     pub because: &'static str,
-    /// The figure of the report that shows it.
+    /// Name of the report's figure that shows the quantity.
     pub figure: Option<&'static str>,
 }
 
+/// Origin of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
-    /// The paper's.
+    /// A sentence of the paper.
     Paper,
-    /// A slip in its print: a note without a verdict.
+    /// A misprint of the paper: a note without a verdict.
     Misprint,
-    /// Ours: what later work, or this program, adds.
+    /// A claim of asperity or of other authors.
     Ours,
 }
 
-/// One claim, and what became of it.
+/// A claim with the outcome of its test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
     pub statement: Statement,
-    /// What it was put to: `counted area`, `area corrected by 2017`, `closed form` …
+    /// Data of the test: `counted area`, `area corrected as in 2017`, `closed form` …
     pub data: &'static str,
-    /// What was found, or what would tell.
     pub outcome: ClaimOutcome,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum ClaimOutcome {
-    /// Its quantities are known.
+    /// The quantities are known and have a verdict.
     Judged(Judgement),
-    /// They are not: what the study lacks.
+    /// The study lacks data, which the text names.
     NotComputed(String),
-    /// There is nothing to compute.
+    /// A misprint, for which nothing is computed.
     Noted,
 }
 
-/// A verdict, and the quantities that it rests on.
+/// A verdict with the quantities on which it is based.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     pub verdict: Verdict,
     pub bounds: Vec<Bound>,
-    /// The place of the one that speaks most against the claim, or least for it.
+    /// Index of the quantity with the smallest margin, in standard errors.
     pub deciding: usize,
-    /// How many of them contradict the claim.
+    /// Number of quantities that contradict the claim.
     pub contradicting: usize,
-    /// How many say neither.
+    /// Number of quantities that neither support nor contradict the claim.
     pub undecided: usize,
-    /// Those that have no value, so that nothing can hold of all.
+    /// Labels of the quantities without a value. With any of them the claim cannot hold.
     pub without_value: Vec<String>,
 }
 
@@ -114,23 +115,23 @@ pub struct Judgement {
 pub enum Verdict {
     /// Every quantity is as expected.
     Holds,
-    /// Some quantity is not.
+    /// At least one quantity is not as expected.
     DoesNotHold,
-    /// Some interval is too wide to tell, and none contradicts it.
+    /// No quantity contradicts the claim, but at least one interval is too wide.
     CannotSay,
 }
 
-/// What the quantities of a claim must be.
+/// Condition for the quantities of a claim.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Expectation {
-    /// Above zero.
+    /// Each quantity is above zero.
     Positive,
-    /// From one number to another: a printed number, as widely as its words allow.
+    /// Each quantity lies within this range, which is our reading of the claim's words.
     Within(f64, f64),
 }
 
 impl Origin {
-    /// The word for programs.
+    /// Returns the origin as it stands in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Origin::Paper => "paper",
@@ -141,7 +142,7 @@ impl Origin {
 }
 
 impl Verdict {
-    /// The words that a reader sees.
+    /// Returns the words that users see.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Holds => "holds",
@@ -163,16 +164,17 @@ impl fmt::Display for Expectation {
 }
 
 impl Expectation {
-    /// What one of so many quantities says.
+    /// Returns the verdict on one of several quantities.
     pub fn verdict(self, bound: &Bound, quantities: usize) -> Verdict {
         self.verdict_of(bound, quantities, 1)
     }
 
-    /// The same at one of so many looks, all of which together are as sure.
+    /// Returns the verdict on one of several quantities at one of several looks. The level holds
+    /// for all looks together.
     pub fn verdict_of(self, bound: &Bound, quantities: usize, looks: usize) -> Verdict {
         let (low, high) = self.range();
-        let [least, most] = bound.single_of(looks);
-        let [lower, upper] = bound.together(quantities * looks);
+        let [least, most] = bound.one_sided_of(looks);
+        let [lower, upper] = bound.simultaneous(quantities * looks);
         if least >= low && most <= high {
             Verdict::Holds
         } else if upper < low || lower > high {
@@ -182,17 +184,18 @@ impl Expectation {
         }
     }
 
-    /// Whether a quantity, as it was found, is as expected.
+    /// Returns true if a value is as expected.
     pub fn contains(self, value: f64) -> bool {
         let (low, high) = self.range();
         value >= low && value <= high
     }
 
-    /// How far inside the expected range a quantity lies, in standard errors.
+    /// Returns the distance of a quantity from the ends of the expected range, in standard errors,
+    /// positive inside.
     fn margin(self, bound: &Bound) -> f64 {
         let (low, high) = self.range();
         let inside = (bound.value - low).min(high - bound.value);
-        // Of a number known to rounding, any interval would have been wider.
+        // Exact numbers have no standard error.
         inside / bound.error.max(f64::EPSILON)
     }
 
@@ -205,7 +208,7 @@ impl Expectation {
 }
 
 impl Judgement {
-    /// Judges quantities; none without any.
+    /// Judges quantities. Returns `None` if there are none.
     pub fn of(expected: Expectation, bounds: Vec<Bound>) -> Option<Judgement> {
         let verdict = |bound: &Bound| expected.verdict(bound, bounds.len());
         let verdicts: Vec<Verdict> = bounds.iter().map(verdict).collect();
@@ -228,7 +231,8 @@ impl Judgement {
         })
     }
 
-    /// The same beside quantities that have no value: what is said of all cannot hold then.
+    /// Adds the labels of quantities without a value, with which a claim on all quantities cannot
+    /// hold.
     pub fn beside(self, without_value: &[String]) -> Judgement {
         let verdict = match self.verdict {
             Verdict::Holds if !without_value.is_empty() => Verdict::CannotSay,
@@ -238,7 +242,8 @@ impl Judgement {
     }
 }
 
-/// Every claim: those of the paper in its order, ours beside them, and its misprints at the end.
+/// Tests all claims: those of the paper in its order, with those of asperity on the same subject,
+/// and misprints at the end.
 pub fn all(evidence: &Evidence) -> Vec<Claim> {
     let of_the_study = OF_A_STUDY.iter().flat_map(|claims| claims(evidence));
     let mut claims: Vec<Claim> = of_the_study.collect();
@@ -247,7 +252,7 @@ pub fn all(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// The claims that a study decides, subject by subject.
+/// The claims that need a study, by subject.
 const OF_A_STUDY: [fn(&Evidence) -> Vec<Claim>; 14] = [
     surfaces::claims,
     light::of_light_loads,

@@ -26,7 +26,7 @@ const GROWS_WITH_K_LOWER: Statement = Statement {
                equal k_upper, at loads from 0.012 to 0.52 with less than 80 % of the area in \
                contact",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
@@ -48,7 +48,7 @@ const FALLS_WITH_ALPHA: Statement = Statement {
     quantity: "−ln of the ratio of the mean areas for neighbouring k_upper (larger over smaller) \
                at equal k_lower, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
@@ -374,7 +374,7 @@ fn of_equal_bandwidth(evidence: &Evidence, correction: &str, statement: Statemen
                 continue;
             };
             let label = format!(
-                "from {} to {}, {}",
+                "{} → {}, {}",
                 evidence.name(&lesser.spectrum),
                 evidence.name(&greater.spectrum),
                 under(lesser.loads[one])

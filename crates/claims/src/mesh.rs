@@ -1,12 +1,12 @@
-//! Claims on the error that the mesh makes (section 8), and of ours on the limits of the secant
-//! A/(A₀ y): a great cell, a wide spectrum and a fine mesh.
+//! Claims on the error of the mesh (section 8), and claims of asperity on the secant A/(A₀ y) in
+//! the limits of a large cell, a wide spectrum and a fine mesh.
 //!
-//! Here κ stands for the secant at a finite load: κ = Q₀ + c x^e + s ln ε + m h^g, x = 1/k_lower, ε
-//! = k_lower/k_upper, h = k_upper/nodes, with the exponents of x and h that the manifest gives; of
-//! several, those with the least of Akaike's criterion. Whether the bandwidth's term is a logarithm
-//! is told by the parabola s ln ε + r (ln ε)²: its κ″/κ′ in the middle of ln ε is the exponent of
-//! the power that bends as much, and zero of a logarithm. A fit with that exponent free would have
-//! no value where it runs to zero, which is the case in question.
+//! κ is the secant at a finite load: κ = Q₀ + c x^e + s ln ε + m h^g with x = 1/k_lower, ε =
+//! k_lower/k_upper, h = k_upper/nodes. The manifest gives the exponents of x and h; if it gives
+//! several, the fit with the smallest Akaike criterion counts. To test that the term of the
+//! bandwidth is a logarithm, a parabola s ln ε + r (ln ε)² replaces it. Its κ″/κ′ at the middle of
+//! ln ε is the exponent of a power with the same curvature, and zero for a logarithm. A fit with a
+//! free exponent has no value where the exponent tends to zero, which is the case to test.
 
 use crate::evidence::{AreaCurves, Evidence, KappaPoints};
 use crate::quantities::{Quantities, needs};
@@ -23,11 +23,12 @@ const EDGE_NODES: Statement = Statement {
     says: "internal points are nodes “that do not lie on the edge of contact zones”: “we estimate the \
            lower bound of the contact area as” A − (π/4) S_d Δx",
     place: "section 8, footnote on the perimeter, fig. 11",
-    quantity: "contact nodes with a gap among their four neighbours, over π/4 of the switches, at the \
-               load 0.06",
+    quantity: "ratio of the number of contact nodes with a gap among their four neighbours to π/4 \
+               of the switches, at the load 0.06",
     expected: Expectation::Within(0.8, 1.2),
-    because: "an estimate, so twenty per cent, and the paper does not say which neighbours count: straight \
-              edges of all directions have 0.90 with four of them, 1.27 with eight",
+    because: "±20 %, because the paper estimates, and does not say which neighbours count: the \
+              ratio for straight edges of all directions is 0.90 with four neighbours, 1.27 with \
+              eight",
     figure: None,
 };
 
@@ -36,9 +37,9 @@ const BOUNDS: Statement = Statement {
     origin: Origin::Paper,
     says: "“A_inf/A₀ ≤ A′/A₀ ≤ A/A₀”, A_inf = A − (π/4) S_d Δx",
     place: "section 8, fig. 11",
-    quantity: "c/(π/4), where A_N = A* + c S_d Δx over meshes of the same surfaces, all loads",
+    quantity: "c/(π/4) from A_N = A* + c S_d Δx over meshes of the same surfaces, at all loads",
     expected: Expectation::Within(0.0, 1.0),
-    because: "0 where the counted area is right, 1 where the lower bound is",
+    because: "0 if the counted area is exact, 1 if the lower bound is exact",
     figure: Some("mesh-convergence"),
 };
 
@@ -47,21 +48,21 @@ const SMALLER_ERROR: Statement = Statement {
     origin: Origin::Paper,
     says: "A′ ≈ A − (π/8) S_d Δx is a rough estimate; “the actual error may be significantly smaller”",
     place: "section 8, eq. (corrected_area)",
-    quantity: "c/(π/8), where A_N = A* + c S_d Δx over meshes of the same surfaces, all loads",
+    quantity: "c/(π/8) from A_N = A* + c S_d Δx over meshes of the same surfaces, at all loads",
     expected: Expectation::Within(0.0, 0.9),
-    because: "smaller by ten per cent is significantly smaller",
+    because: "“significantly smaller” is read as smaller by at least 10 %",
     figure: Some("mesh-convergence"),
 };
 
 const OF_2017_IS_RIGHT: Statement = Statement {
     name: "correction-of-2017-is-right",
     origin: Origin::Ours,
-    says: "The area is too large by ((π − 1 + ln 2)/24) S_d Δx, to 15 %.",
+    says: "The counted area is too large by ((π − 1 + ln 2)/24) S_d Δx, within 15 %.",
     place: "Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161",
-    quantity: "c over that coefficient, 0.1181, where A_N = A* + c S_d Δx over meshes of the same \
-               surfaces, all loads",
+    quantity: "c/0.1181, the ratio to this coefficient, from A_N = A* + c S_d Δx over meshes of \
+               the same surfaces, at all loads",
     expected: Expectation::Within(0.85, 1.15),
-    because: "15 % of a correction of a few per cent is less than one per cent of the area",
+    because: "15 % of a correction of a few per cent is less than 1 % of the area",
     figure: Some("mesh-convergence"),
 };
 
@@ -70,10 +71,10 @@ const LARGEST_ERROR: Statement = Statement {
     origin: Origin::Paper,
     says: "“This estimation may be as high as 45 %.”",
     place: "section 8, fig. 12",
-    quantity: "(π/8) S_d Δx over the area of contact, means over surfaces, at the lightest load of the \
-               spectrum for which it is greatest",
+    quantity: "ratio of (π/8) S_d Δx to the contact area, means over surfaces, at the lightest \
+               load, for the spectrum with the largest ratio",
     expected: Expectation::Within(0.4, 0.5),
-    because: "five points either way; as printed, over A₀, it would be an absolute error: see \
+    because: "45 ± 5 %; divided by A₀, as printed, it would be an absolute error, see \
               relative-error-is-absolute",
     figure: Some("relative-error"),
 };
@@ -83,10 +84,10 @@ const ERROR_HALVES: Statement = Statement {
     origin: Origin::Paper,
     says: "“the error is only divided by two at about 30 % of the contact area fraction”",
     place: "section 8, fig. 12",
-    quantity: "mean area at which (π/8) S_d Δx over the area of contact is half of what it is at the \
-               lightest load, mean over the spectra",
+    quantity: "mean area at which the ratio of (π/8) S_d Δx to the contact area is half of its \
+               value at the lightest load, mean over the spectra",
     expected: Expectation::Within(0.2, 0.4),
-    because: "“about” is taken as ten points",
+    because: "“about 30 %” is read as 20 to 40 %",
     figure: Some("relative-error"),
 };
 
@@ -101,7 +102,7 @@ pub fn of_the_mesh(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// c over a coefficient, for each spectrum whose surfaces were pressed on several meshes.
+/// Collects c / `coefficient` for each spectrum whose surfaces were pressed on several meshes.
 fn over_meshes(evidence: &Evidence, statement: Statement, coefficient: f64) -> Claim {
     let mut quantities = Quantities::default();
     for meshes in evidence.of_several_meshes() {
@@ -111,7 +112,9 @@ fn over_meshes(evidence: &Evidence, statement: Statement, coefficient: f64) -> C
         });
     }
     quantities.judge(statement, "counted area on several meshes", || {
-        "the same surfaces, `hurst = 0.8` and no plateau, on three or more `nodes`".to_owned()
+        "the same surfaces with `hurst = 0.8` and no plateau on at least three meshes \
+         (`nodes`)"
+            .to_owned()
     })
 }
 
@@ -128,7 +131,8 @@ fn edge_nodes(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Counted and corrected curves of the same spectrum, on the same loads, from first touch on.
+/// Returns pairs of the counted and the corrected curves of a spectrum for the same loads, starting
+/// near first contact.
 fn with_error(evidence: &Evidence) -> Vec<[&AreaCurves; 2]> {
     let corrected = evidence.of_the_paper(OF_2015);
     let counted = evidence.of_the_paper(AS_COUNTED).into_iter();
@@ -159,8 +163,8 @@ fn largest_error(evidence: &Evidence) -> Claim {
     quantities.judge(LARGEST_ERROR, BOTH, || needs(evidence, OF_2015, &[0.0012], FROM_TOUCH))
 }
 
-const BOTH: &str = "counted area and its correction by π/8";
-const FROM_TOUCH: &str = "loads from 0.0012 to 30 % of contact, counted and corrected";
+const BOTH: &str = "counted area and area corrected by π/8";
+const FROM_TOUCH: &str = "loads from 0.0012 to a contact area of 30 %, counted and corrected";
 
 fn error_halves(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
@@ -185,7 +189,7 @@ fn error_halves(evidence: &Evidence) -> Claim {
     quantities.judge(ERROR_HALVES, BOTH, || needs(evidence, OF_2015, &[0.0012], FROM_TOUCH))
 }
 
-/// The area at which an error has fallen to half of its first value, between two points.
+/// Returns the area at which the error falls to half of its first value, by linear interpolation.
 fn halved(curve: &[(f64, f64)]) -> Option<f64> {
     let half = 0.5 * curve.first()?.1;
     let crossing = curve.windows(2).find(|pair| pair[1].1 <= half)?;
@@ -197,68 +201,71 @@ fn halved(curve: &[(f64, f64)]) -> Option<f64> {
 const LOGARITHMIC: Statement = Statement {
     name: "kappa-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
-    says: "In the limits of great cells and fine meshes the secant A/(A₀ y) falls with the \
+    says: "In the limits of large cells and fine meshes, the secant A/(A₀ y) falls with the \
            logarithm of k_upper/k_lower, and has no fractal limit.",
     place: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
-            area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) 433, \
-            take the secant to a limit by powers",
-    quantity: "exponent of the power of k_lower/k_upper that bends as the secant does in the middle of \
-               the spectra, each load of the fit",
+            area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) \
+            433, extrapolate the secant to a limit by powers",
+    quantity: "exponent of the power of k_lower/k_upper with the curvature of the secant in the \
+               middle of the spectra, at each load of the fit",
     expected: Expectation::Within(-0.2, 0.2),
-    because: "0 is a logarithm; a power with the exponent 0.2 has gone more than half of its way to the \
-              limit from a bandwidth of 2 to one of 128, and one below −0.2 falls faster than any \
-              logarithm",
+    because: "0 is a logarithm; a power with the exponent 0.2 covers more than half of the way to \
+              its limit between bandwidths of 2 and 128, and one with an exponent below −0.2 falls \
+              faster than any logarithm",
     figure: None,
 };
 
 const BETWEEN_THEORIES: Statement = Statement {
     name: "kappa-lies-between-theories-on-fine-meshes",
     origin: Origin::Ours,
-    says: "In the limits of great cells and fine meshes the secant lies between Persson's √(8/π) and \
-           √(2π) of Bush, Gibson & Thomas, for the narrowest spectrum of the study and for the widest.",
-    place: "beside section 8 of the paper, which finds it of the area corrected by π/8",
-    quantity: "(secant − √(8/π))/(√(2π) − √(8/π)) under the lightest load of the fit, up to 0.02",
+    says: "In the limits of large cells and fine meshes, the secant lies between √(8/π) of Persson \
+           and √(2π) of Bush, Gibson & Thomas, for the narrowest and the widest spectrum of the \
+           study.",
+    place: "compare section 8 of the paper, which finds this for the area corrected by π/8",
+    quantity: "(secant − √(8/π))/(√(2π) − √(8/π)) at the lightest load of the fit, if that is at \
+               most 0.02",
     expected: Expectation::Within(0.0, 1.0),
-    because: "0 in Persson's theory, 1 in that of asperities, as the load goes to zero; under the load \
-              0.02 Persson's secant is less than that by 3 in 10 000. Beyond the bandwidths of the study nothing \
-              is said: a logarithm leaves every interval",
+    because: "0 is Persson's theory, 1 that of asperities, both for a vanishing load; at the load \
+              0.02 Persson's secant is smaller by 0.03 %. The claim does not extend beyond the \
+              bandwidths of the study, because a logarithm leaves every interval",
     figure: None,
 };
 
 const CELL_IS_GREAT_ENOUGH: Statement = Statement {
     name: "sixteen-wavelengths-to-the-cell-are-enough",
     origin: Origin::Ours,
-    says: "Of a cell with sixteen of the longest wavelengths to its side the secant is that of an \
-           infinite one.",
-    place: "section 9.2 of the paper finds no convergence in k_lower up to 16, at a given k_upper: there \
-            the bandwidth falls as k_lower grows",
-    quantity: "what 1/k_lower = 1/16 adds to the secant, over the secant in the middle of the bandwidths, \
-               each load of the fit",
+    says: "The secant of a cell with sixteen longest wavelengths per side is that of an infinite \
+           cell.",
+    place: "section 9.2 of the paper finds no convergence in k_lower up to 16 at a given k_upper, \
+            where the bandwidth falls as k_lower grows",
+    quantity: "contribution of 1/k_lower = 1/16 to the secant, divided by the secant in the middle \
+               of the bandwidths, at each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "two per cent of the area, as spectra are called distinct elsewhere",
+    because: "2 % of the area, less than the 3 % that count as distinct in \
+              alpha-alone-does-not-decide",
     figure: None,
 };
 
 const MESH_IS_FINE_ENOUGH: Statement = Statement {
     name: "eight-nodes-to-the-wavelength-are-enough-once-corrected",
     origin: Origin::Ours,
-    says: "Corrected as in 2017, the secant on a mesh of eight nodes to the shortest wavelength is that \
-           on an infinitely fine one.",
-    place: "beside section 8 of the paper, whose coarsest meshes are of eight",
-    quantity: "what k_upper/nodes = 1/8 adds to the secant, over the secant in the middle of the \
-               bandwidths, each load of the fit",
+    says: "If the area is corrected as in 2017, the secant on a mesh of eight nodes per shortest \
+           wavelength is that on an infinitely fine mesh.",
+    place: "compare section 8 of the paper, whose coarsest meshes have eight nodes",
+    quantity: "contribution of k_upper/nodes = 1/8 to the secant, divided by the secant in the \
+               middle of the bandwidths, at each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "two per cent of the area; counted areas are too large by some ten",
+    because: "2 % of the area; counted areas are too large by about 10 %",
     figure: None,
 };
 
-/// Loads up to which κ is compared with what theories say of first touch.
+/// Largest load at which κ is compared with the theories for vanishing loads.
 const FIRST_TOUCH: f64 = 0.021;
-/// What a study without such a fit lacks.
+/// Requirement that a study without a fit of κ to its limits does not meet.
 const A_FIT: &str = "a `fit` stage with `law = \"limits\"`, `of = \"area_corrected / load\"` and terms of \
                      `1 / k_lower`, `k_lower / k_upper` and `k_upper / nodes`, from a `correct` stage with \
                      `correction = \"2017\"`";
-const DATA: &str = "area corrected by 2017, over its limits";
+const DATA: &str = "area corrected as in 2017, in its limits";
 
 pub fn of_limits(evidence: &Evidence) -> Vec<Claim> {
     let laws: Vec<KappaLaw> = evidence.kappa.iter().filter_map(KappaLaw::of).collect();
@@ -309,18 +316,18 @@ fn between_theories(laws: &[KappaLaw]) -> Quantities {
     quantities
 }
 
-/// κ as a law of the three small numbers.
+/// Law of κ as a function of the three small numbers.
 struct KappaLaw<'a> {
     points: &'a KappaPoints,
-    /// The form of each term, a logarithm of the bandwidth.
+    /// Form of each term; a logarithm for the bandwidth.
     forms: Vec<TermForm>,
-    /// The middle of ln(k_lower/k_upper).
+    /// Middle of ln(k_lower/k_upper).
     middle: f64,
 }
 
 impl<'a> KappaLaw<'a> {
-    /// Of the forms that the manifest names, those with the least of Akaike's criterion; `None` where none
-    /// can be fitted.
+    /// Selects the forms of the manifest with the smallest Akaike criterion, or `None` if no
+    /// combination can be fitted.
     fn of(points: &'a KappaPoints) -> Option<KappaLaw<'a>> {
         let [least, most] = points.bandwidths();
         let law = |forms| KappaLaw { points, forms, middle: 0.5 * (least + most) };
@@ -341,8 +348,8 @@ impl<'a> KappaLaw<'a> {
         best.map(|(law, _)| law)
     }
 
-    /// The law of the surfaces that count; with one more term of the bandwidth, of which it is given as
-    /// the logarithm of a number.
+    /// Fits the law to the weighted surfaces. `more` maps ε to a number whose logarithm becomes a
+    /// further term.
     fn fit(&self, weights: &Weights, more: Option<fn(f64) -> f64>) -> Option<LimitFit> {
         let mut points = self.points.points(weights);
         let mut forms = self.forms.clone();
@@ -355,21 +362,22 @@ impl<'a> KappaLaw<'a> {
         LimitProblem::new(points).ok()?.fit(&forms).ok()
     }
 
-    /// κ″/κ′ over ln ε in its middle.
+    /// Returns κ″/κ′ with respect to ln ε, at its middle.
     fn exponent(&self, weights: &Weights) -> Option<f64> {
-        // Of exp((ln ε)²) the logarithm is the square.
+        // The logarithm of exp((ln ε)²) is the square.
         let parabola = self.fit(weights, Some(|ratio| libm::exp(libm::log(ratio).powi(2))))?;
         let linear = parabola.coefficients[self.points.bandwidth];
         let square = *parabola.coefficients.last()?;
         Some(2.0 * square / (linear + 2.0 * square * self.middle))
     }
 
-    /// κ of a great cell on a fine mesh.
+    /// Returns κ of an infinite cell on an infinitely fine mesh.
     fn kappa(&self, fit: &LimitFit, ln_ratio: f64) -> f64 {
         fit.limit + fit.coefficients[self.points.bandwidth] * ln_ratio
     }
 
-    /// What a term adds, over κ in the middle of the bandwidths; `None` of a logarithm, which has no limit.
+    /// Returns the contribution of a term relative to κ in the middle of the bandwidths, or `None`
+    /// for a logarithm, which has no limit.
     fn added(&self, weights: &Weights, term: usize, small: f64) -> Option<f64> {
         let fit = self.fit(weights, None)?;
         let added = fit.coefficients[term] * libm::pow(small, fit.exponents[term]?);

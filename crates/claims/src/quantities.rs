@@ -1,23 +1,23 @@
-//! The quantities of a claim, gathered one by one; steps from an ensemble to the next in one
-//! cutoff.
+//! The quantities of a claim, steps between neighbouring ensembles, and texts on what a study
+//! lacks.
 
 use crate::evidence::{AreaCurves, Evidence, Spectrum};
 use crate::{Claim, ClaimOutcome, Judgement, Statement};
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::intervals::{Bound, FEWEST_SURFACES, Weights, jackknife};
 
-/// Quantities that one claim is about.
+/// The quantities that one claim is about.
 #[derive(Default)]
 pub struct Quantities {
     bounds: Vec<Bound>,
-    /// Whether there were some with too few surfaces to have an interval.
+    /// True if a quantity had too few surfaces for an interval.
     lacks_surfaces: bool,
-    /// Those that have no value, of all surfaces or without one of them.
+    /// Labels of quantities without a value, for all surfaces or for all but one of them.
     without_value: Vec<String>,
 }
 
 impl Quantities {
-    /// Adds one that rests on ensembles of these numbers of surfaces.
+    /// Adds a quantity of ensembles with these numbers of surfaces.
     pub fn add(
         &mut self,
         label: String,
@@ -33,7 +33,7 @@ impl Quantities {
         }
     }
 
-    /// The same of a quantity that has a systematic error besides.
+    /// Adds a quantity that also has a systematic error.
     pub fn add_rounded(
         &mut self,
         label: String,
@@ -48,7 +48,8 @@ impl Quantities {
         }
     }
 
-    /// The claim that all of them are as expected; `needs` says what a study without any lacks.
+    /// Judges the claim that all quantities are as expected. `needs` returns what the study lacks
+    /// if there is no quantity.
     pub fn judge(
         self,
         statement: Statement,
@@ -60,13 +61,12 @@ impl Quantities {
         let outcome = judgement.map_or_else(
             || {
                 let few = format!(
-                    "{FEWEST_SURFACES} surfaces or more of each spectrum: of fewer the scatter is \
-                     not known"
+                    "{FEWEST_SURFACES} surfaces or more of each spectrum, to know their scatter"
                 );
                 ClaimOutcome::NotComputed(match (self.lacks_surfaces, self.without_value.last()) {
                     (true, _) => few,
                     (false, Some(label)) => {
-                        format!("curves that tell it: it has no value for {label}")
+                        format!("curves that determine it: it has no value for {label}")
                     }
                     (false, None) => needs(),
                 })
@@ -77,30 +77,30 @@ impl Quantities {
     }
 }
 
-/// Words for the area under a correction.
+/// Returns the name of the area under a correction.
 pub fn data(correction: &str) -> &'static str {
     match correction {
         AS_COUNTED => "counted area",
         OF_2015 => "area corrected by π/8",
-        OF_2017 => "area corrected by 2017",
+        OF_2017 => "area corrected as in 2017",
         _ => "corrected area",
     }
 }
 
-/// What a study lacks for a claim about curves under a correction, at any of some loads, and about
-/// spectra of some sort: the first of these that is missing.
+/// Returns the first requirement that a study does not meet: curves under the correction, spectra
+/// of the paper, one of the loads, or else `spectra`.
 pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str) -> String {
     let all = evidence.under(correction);
     if all.is_empty() {
         return match correction {
-            AS_COUNTED => "a `measure` stage over contacts of random surfaces".to_owned(),
+            AS_COUNTED => "a `measure` stage on contacts of random surfaces".to_owned(),
             _ => format!("a `correct` stage with `correction = \"{correction}\"`"),
         };
     }
     let own = evidence.of_the_paper(correction);
     if own.is_empty() {
-        return "surfaces as the paper has them: `hurst = 0.8`, no plateau, eight nodes or more to the \
-                shortest wavelength"
+        return "surfaces like those of the paper: `hurst = 0.8`, no plateau, and at least eight \
+                nodes per shortest wavelength"
             .to_owned();
     }
     let has_one = |load: &&f64| own.iter().any(|ensemble| ensemble.at(**load).is_some());
@@ -115,12 +115,12 @@ pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str
     spectra.to_owned()
 }
 
-/// `load 0.06`, in as many digits as a reader needs.
+/// Returns a label such as `load 0.060`.
 pub fn under(load: f64) -> String {
     format!("load {:.3}", load)
 }
 
-/// Ensembles on one mesh and of one Hurst exponent, together.
+/// Groups ensembles by mesh and Hurst exponent.
 pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     let mut families: Vec<Vec<&AreaCurves>> = Vec::new();
     for &ensemble in ensembles {
@@ -133,7 +133,7 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     families
 }
 
-/// The places of a load in all of some ensembles, if less than four fifths touch there in each.
+/// Returns the index of a load in each ensemble, if at most 80 % of the area is in contact there.
 pub fn below_four_fifths(family: &[&AreaCurves], load: f64) -> Option<Vec<usize>> {
     let places: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
     let mut members = family.iter().zip(places.as_ref()?);
@@ -141,21 +141,21 @@ pub fn below_four_fifths(family: &[&AreaCurves], load: f64) -> Option<Vec<usize>
     places.filter(|_| are_below)
 }
 
-/// The surfaces of some ensembles.
+/// Returns the number of surfaces of each ensemble.
 pub fn surfaces(ensembles: &[&AreaCurves]) -> Vec<usize> {
     ensembles.iter().map(|ensemble| ensemble.surfaces()).collect()
 }
 
-/// How the logarithm of a quantity depends on two variables: c + s x₁ + t x₂ by least squares over
-/// ensembles. `None` where they do not tell the variables apart.
+/// Least-squares plane ln q = c + s x₁ + t x₂ for a quantity q of several ensembles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// s and t.
+    /// The slopes s and t.
     pub slopes: [f64; 2],
 }
 
 impl Plane {
-    /// Fits a quantity of each ensemble at a place, over ln k_lower and ln k_upper.
+    /// Fits a quantity of each ensemble against x₁ = ln k_lower and x₂ = ln k_upper. `indices`
+    /// selects a load of each ensemble.
     pub fn over_cutoffs(
         family: &[&AreaCurves],
         places: &[usize],
@@ -169,9 +169,10 @@ impl Plane {
         Plane::through(&points)
     }
 
-    /// Fits points (x₁, x₂, ln q).
+    /// Fits points (x₁, x₂, ln q). Returns `None` for fewer than four points or nearly proportional
+    /// variables.
     pub fn through(points: &[[f64; 3]]) -> Option<Plane> {
-        /// Variables that are this nearly proportional are one variable.
+        /// Determinant of normalised variables below which they count as proportional.
         const LEAST_DETERMINANT: f64 = 1e-6;
         let count = points.len() as f64;
         let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / count;
@@ -206,7 +207,8 @@ impl Cutoff {
         }
     }
 
-    /// Of what differs from a spectrum in this cutoff alone, the next one that is greater in it.
+    /// Returns the item whose spectrum differs from `from` only by the next larger value of this
+    /// cutoff.
     pub fn next<'a, T>(
         self,
         from: &Spectrum,
@@ -236,7 +238,7 @@ impl Cutoff {
     }
 }
 
-/// Two ensembles that differ in one cutoff alone, neighbours in it.
+/// Two ensembles that differ only in one cutoff and are neighbours in it.
 pub struct Step<'a> {
     pub lesser: &'a AreaCurves,
     pub greater: &'a AreaCurves,
@@ -252,14 +254,15 @@ impl<'a> Step<'a> {
         ensembles.iter().filter_map(step).collect()
     }
 
-    /// The places of a load in both, if less than four fifths touch there.
+    /// Returns the index of a load in both ensembles, if at most 80 % of the area is in contact
+    /// there.
     pub fn at(&self, load: f64) -> Option<[usize; 2]> {
         let places = [self.lesser.at(load)?, self.greater.at(load)?];
         let most = self.lesser.mean(places[0]).max(self.greater.mean(places[1]));
         (most <= 0.8).then_some(places)
     }
 
-    /// ln of the greater one's mean area over the lesser one's.
+    /// Returns ln(mean area of `greater` / mean area of `lesser`).
     pub fn ln_ratio(&self, [one, other]: [usize; 2], weights: &Weights) -> f64 {
         let greater = weights.mean(&self.greater.areas[other]);
         (greater / weights.mean(&self.lesser.areas[one])).ln()
@@ -269,14 +272,14 @@ impl<'a> Step<'a> {
         [self.lesser.surfaces(), self.greater.surfaces()]
     }
 
-    /// `k_lower 4, k_upper 32, k_lower 16 over it`.
+    /// Returns a label such as `k_lower 4, k_upper 32 → k_lower 16`.
     pub fn name(&self, evidence: &Evidence) -> String {
         let name = evidence.name(&self.lesser.spectrum);
         let greater = self.cutoff.of(&self.greater.spectrum);
-        format!("{name}, {} {greater} over it", self.cutoff.name())
+        format!("{name} → {} {greater}", self.cutoff.name())
     }
 
-    /// `k_lower 4, k_upper 32, k_lower 16 over it, load 0.060`.
+    /// Returns a label such as `k_lower 4, k_upper 32 → k_lower 16, load 0.060`.
     pub fn label(&self, evidence: &Evidence, place: usize) -> String {
         format!("{}, {}", self.name(evidence), under(self.lesser.loads[place]))
     }

@@ -1,8 +1,8 @@
-//! Spectra on meshes, and the one setting that claims rest on.
+//! Spectra on meshes, and the setting in which claims are tested.
 //!
-//! Spectra are compared with each other, and so are meshes and corrections. Whatever else a study
-//! varies – tolerance, modulus, slope, method – would put the same surfaces beside themselves, or
-//! make one curve of two: claims rest on one such setting and name the rows that they leave out.
+//! Claims compare spectra, meshes and corrections. A study may also vary the tolerance, modulus,
+//! slope or method; its rows then repeat surfaces or mix two curves. Therefore claims use the rows
+//! of one such setting and report the rows that they leave out.
 
 use std::cmp::Reverse;
 use std::fmt;
@@ -17,7 +17,7 @@ use asperity_stages::solve::GIVEN_UP;
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
-/// Parameters that claims compare.
+/// Names of the parameters that claims compare.
 const COMPARED: [&str; 9] = [
     HURST.name,
     K_LOWER.name,
@@ -33,7 +33,7 @@ const COMPARED: [&str; 9] = [
 /// Parameters of a grain. A ratio of 1 stands for isotropic surfaces, as null does.
 const OF_GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// What tells of surfaces that no claim is about.
+/// Parameters that describe rows that no claim uses.
 const NOT_COMPARED: [&str; 4] =
     [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
 
@@ -41,26 +41,25 @@ const NOT_COMPARED: [&str; 4] =
 /// an asperity model. Null, or a ratio of 1, stands for a surface without the property.
 const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
-/// What all rows have in common that claims rest on, and what is left out.
+/// Parameters that all rows used by claims share, and the rows left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Setting {
     pub point: Point,
-    /// Rows in other settings.
+    /// Rows with other values of these parameters.
     pub left_out: Vec<LeftOut>,
 }
 
-/// Rows that no claim looks at.
+/// Rows that no claim uses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
-    /// Where they differ from the setting.
+    /// Parameters in which the rows differ from the setting.
     pub differs: Point,
-    /// How many there are.
     pub rows: usize,
 }
 
 impl Setting {
-    /// The setting of most rows of random isotropic surfaces in these tables; of several, the one of the
-    /// tightest tolerance, or else the first.
+    /// Selects the setting with the most rows of random isotropic surfaces in these tables. Among
+    /// equals, it takes the tightest tolerance, then the first setting.
     pub fn of<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Setting {
         let mut settings = Counts::default();
         let mut not_drawn = Counts::default();
@@ -89,13 +88,14 @@ impl Setting {
         Setting { left_out: left_out.collect(), point: chosen }
     }
 
-    /// The rows of a table that are in the setting, as far as it has its columns; none of surfaces
-    /// with a grain, which no claim is about, or of asperity models (`of_asperities`).
+    /// Returns the rows of a table that agree with the setting in the columns that the table has.
+    /// Anisotropic surfaces, which no claim uses, and asperity models (see [`of_asperities`]) are
+    /// omitted.
     pub fn rows(&self, table: &Table) -> Table {
         self.rows_of_any(table, &WITHOUT)
     }
 
-    /// The rows that are in the setting and are without some properties ([`is_without`]).
+    /// Returns the rows in the setting that do not have these properties (see [`is_without`]).
     fn rows_of_any(&self, table: &Table, without: &[&str]) -> Table {
         let batch = table.batch();
         let asked = self.point.iter();
@@ -113,14 +113,13 @@ impl Setting {
     }
 }
 
-/// Returns whether a value of a column stands for a surface without the property.
+/// Returns true if the value of a column means that the surface does not have the property.
 fn is_without(name: &str, value: Option<&Value>) -> bool {
     value.is_none_or(|value| name == ANISOTROPY_RATIO.name && *value == Value::Real(1.0))
 }
 
-/// The rows of a table that are of asperity models, on surfaces in the setting: how these are solved
-/// besides is another matter. Loads that were given up are not among them, for their forces are far from
-/// balanced.
+/// Returns the rows of asperity models on surfaces in the setting, with any tolerance and limit of
+/// the solver. Loads that were given up are omitted, because their forces are not balanced.
 pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
     let Some(interactions) = table.batch().column_by_name(INTERACTION.name) else {
         return table.pick(&[]);
@@ -136,7 +135,7 @@ pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
     of_surfaces.rows_of_any(&table.pick(&rows), &[ANISOTROPY_RATIO.name])
 }
 
-/// Points in order of appearance, each with its number of rows.
+/// Points in order of appearance, with their numbers of rows.
 #[derive(Default)]
 struct Counts(Vec<(Point, usize)>);
 
@@ -155,29 +154,29 @@ impl fmt::Display for LeftOut {
     }
 }
 
-/// A spectrum on a mesh.
+/// Spectrum and number of nodes per side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum {
     pub hurst: f64,
     pub k_lower: i64,
-    /// End of the plateau.
+    /// Wavenumber at the end of the plateau.
     pub k_rolloff: i64,
     pub k_upper: i64,
     pub nodes: i64,
 }
 
 impl Spectrum {
-    /// Whether it has no plateau.
+    /// Returns true if the spectrum has no plateau.
     pub fn is_plain(&self) -> bool {
         self.k_lower == self.k_rolloff
     }
 
-    /// Whether the paper's words are about such spectra.
+    /// Returns true for spectra like those of the paper: H = 0.8 and no plateau.
     pub fn is_of_the_paper(&self) -> bool {
         self.hurst == 0.8 && self.is_plain()
     }
 
-    /// Nayak's parameter α over the modes of the cell.
+    /// Returns Nayak's parameter α over the modes of the cell.
     pub fn nayak(&self) -> Option<f64> {
         let whole = |k: i64| u32::try_from(k).ok();
         let spectrum = spectrum::Spectrum {
@@ -191,13 +190,14 @@ impl Spectrum {
     }
 }
 
-/// The columns of a table's spectra; none of surfaces that were not drawn from one.
+/// Returns the spectrum of a row, or `None` for surfaces on rectangles or not drawn from a
+/// spectrum.
 pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableError> {
     if !table.has(HURST.name) || table.reals(HURST.name)?.is_null(row) {
         return Ok(None);
     }
     let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));
-    // The paper has no rectangles.
+    // The paper only has squares.
     let Some(nodes) = Meshes::of(table)?.of_square(row) else {
         return Ok(None);
     };
@@ -210,13 +210,13 @@ pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableErro
     }))
 }
 
-/// What tells spectra from each other.
+/// Returns a key that identifies a spectrum.
 pub fn key(spectrum: &Spectrum) -> (u64, i64, i64, i64, i64) {
     let Spectrum { hurst, k_lower, k_rolloff, k_upper, nodes } = *spectrum;
     (hurst.to_bits(), k_lower, k_rolloff, k_upper, nodes)
 }
 
-/// What tells spectra from each other, besides their cutoffs.
+/// Parameters other than cutoffs that differ between spectra and therefore appear in their names.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Varied {
     hurst: bool,
@@ -224,7 +224,7 @@ pub struct Varied {
 }
 
 impl Varied {
-    /// What differs among some spectra.
+    /// Finds the parameters that differ among these spectra.
     pub fn among<'a>(spectra: impl Iterator<Item = &'a Spectrum> + Clone) -> Varied {
         let first = spectra.clone().next();
         let differs = |differ: fn(&Spectrum, &Spectrum) -> bool| {
@@ -237,7 +237,8 @@ impl Varied {
         }
     }
 
-    /// A spectrum among others: `k_lower 4, k_upper 32`, and what else varies.
+    /// Returns the name of a spectrum: `k_lower 4, k_upper 32`, followed by the other parameters
+    /// that vary.
     pub fn name(&self, spectrum: &Spectrum) -> String {
         let mut name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
         if !spectrum.is_plain() {

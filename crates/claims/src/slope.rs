@@ -1,4 +1,4 @@
-//! Claims on the slope of the area against the load (sections 5.2.2 and 6), on the contact
+//! Claims on the slope of the area against the load (sections 5.2.2 and 6), and on the contact
 //! evolution law and its κ (sections 5.2.1, 9.5 and appendix C).
 
 use crate::evidence::{AreaCurves, Evidence};
@@ -11,9 +11,9 @@ use asperity_statistics::Window;
 use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Kappa, Quantity};
 use asperity_statistics::intervals::Weights;
 
-/// Ends of three equal stretches of light load.
+/// Upper ends of three equal intervals of light load.
 const STRETCHES: [f64; 3] = [0.02, 0.04, 0.06];
-/// Loads that spread over the range of the claim as its curvature does.
+/// Loads that are closer together where the curvature is larger.
 const SPREAD: [f64; 3] = [0.005, 0.02, 0.06];
 
 const DECREASES: Statement = Statement {
@@ -22,17 +22,18 @@ const DECREASES: Statement = Statement {
     says: "“In all obtained curves, the slope of the contact area is a decreasing function of the \
            applied pressure”",
     place: "section 5.2.2, fig. 6",
-    quantity: "fall of the mean slope ΔA/Δy from one third of the loads up to 0.06 to the next",
+    quantity: "decrease of the mean slope ΔA/Δy from each third of the loads up to 0.06 to the \
+               next third",
     expected: Expectation::Positive,
-    because: "an order, so any difference will do",
+    because: "the claim states an order, so any decrease counts",
     figure: Some("slope"),
 };
 
 const DECREASES_CORRECTED: Statement = Statement {
     name: "corrected-slope-decreases",
     origin: Origin::Ours,
-    says: "The same of the area corrected as in 2017.",
-    place: "as slope-decreases",
+    says: "The slope of the area corrected as in 2017 decreases, too.",
+    place: "see slope-decreases",
     ..DECREASES
 };
 
@@ -42,18 +43,19 @@ const CONVEX: Statement = Statement {
     says: "“all curves are convex in the considered range (up to 10–14 % of the contact area \
            fraction)”, meaning their slopes; “a decreasing convex function”",
     place: "sections 5.2.2 and 9.6, fig. 6",
-    quantity: "third divided difference of the mean area over the loads 0, 0.005, 0.02, 0.06: a sixth \
-               of a mean third derivative",
+    quantity: "third divided difference of the mean area at loads 0, 0.005, 0.02, 0.06, which is a \
+               sixth of a mean third derivative",
     expected: Expectation::Positive,
-    because: "equal thirds would miss the steep start; less than convexity everywhere, as the paper has it",
+    because: "equal intervals would miss the steep start; the test is weaker than the paper's \
+              claim of convexity everywhere",
     figure: Some("slope"),
 };
 
 const CONVEX_CORRECTED: Statement = Statement {
     name: "corrected-slope-is-convex",
     origin: Origin::Ours,
-    says: "The same of the area corrected as in 2017.",
-    place: "as slope-is-convex",
+    says: "The slope of the area corrected as in 2017 is convex, too.",
+    place: "see slope-is-convex",
     ..CONVEX
 };
 
@@ -63,10 +65,10 @@ const CROSSES_PERSSON: Statement = Statement {
     says: "“Up to about 50 % of contacting area, the numerically predicted slope is steeper than this \
            predicted by the Persson's model and vice versa for greater contact area fractions.”",
     place: "section 6, inset of fig. 9",
-    quantity: "mean area at which the slope ΔA/Δy, by differences, falls below Persson's between the \
-               same loads",
+    quantity: "mean area at which the slope ΔA/Δy between neighbouring loads falls below Persson's \
+               slope between the same loads",
     expected: Expectation::Within(0.4, 0.6),
-    because: "“about 50 %” is taken as ten points",
+    because: "“about 50 %” is read as 40 to 60 %",
     figure: Some("area-full"),
 };
 
@@ -106,17 +108,17 @@ fn is_convex(evidence: &Evidence, correction: &str, statement: Statement) -> Cla
     quantities.judge(statement, data(correction), || all_of(evidence, correction, &SPREAD))
 }
 
-/// What a study lacks that has not all of some loads.
+/// Returns what a study lacks if it does not have all of these loads.
 fn all_of(evidence: &Evidence, correction: &str, loads: &[f64]) -> String {
     let missing = loads.iter().find(|&&load| {
         let own = evidence.of_the_paper(correction);
         !own.iter().any(|ensemble| ensemble.at(load).is_some())
     });
     let missing = missing.map_or_else(Vec::new, |&load| vec![load]);
-    needs(evidence, correction, &missing, "loads from first touch to 0.06")
+    needs(evidence, correction, &missing, "loads from first contact to 0.06")
 }
 
-/// The ensembles that have these loads, and their places.
+/// Returns the ensembles that have these loads, with the indices of the loads.
 fn with_loads<'a>(
     evidence: &'a Evidence,
     correction: &str,
@@ -132,14 +134,14 @@ fn with_loads<'a>(
     found.collect()
 }
 
-/// Loads and mean areas from nothing on.
+/// Returns the points (load, mean area), starting with (0, 0).
 fn curve(ensemble: &AreaCurves, places: [usize; 3], weights: &Weights) -> [(f64, f64); 4] {
     let [a, b, c] =
         places.map(|place| (ensemble.loads[place], weights.mean(&ensemble.areas[place])));
     [(0.0, 0.0), a, b, c]
 }
 
-/// Divided differences of neighbouring points.
+/// Returns the divided differences of neighbouring points.
 fn divided(points: &[(f64, f64); 4]) -> [f64; 3] {
     [0, 1, 2].map(|i| (points[i + 1].1 - points[i].1) / (points[i + 1].0 - points[i].0))
 }
@@ -160,18 +162,19 @@ fn crosses_persson(evidence: &Evidence) -> Claim {
         quantities.add(label, &[ensemble.surfaces()], |weights| crossing(ensemble, weights));
     }
     quantities.judge(CROSSES_PERSSON, data(AS_COUNTED), || {
-        needs(evidence, AS_COUNTED, &[0.5], "loads from first touch to two thirds of the area")
+        needs(evidence, AS_COUNTED, &[0.5], "loads from first contact to two thirds of the area")
     })
 }
 
-/// The mean area at which the slope falls below Persson's, interpolated between midpoints of loads.
+/// Returns the mean area at which the slope falls below Persson's, interpolated between midpoints
+/// of loads.
 fn crossing(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;
     for place in 1..ensemble.loads.len() {
         let [from, to] = [place - 1, place]
             .map(|place| (ensemble.loads[place], weights.mean(&ensemble.areas[place])));
         let area = 0.5 * (from.1 + to.1);
-        // At light load the slope of few surfaces scatters about anything.
+        // At light load the slopes of few surfaces scatter too much.
         if area < 0.2 {
             continue;
         }
@@ -195,10 +198,10 @@ const LEAST_CONVEX: Statement = Statement {
     says: "“a lower boundary for this parameter for which the numerical data points can be fitted \
            appropriately [that is, convexly]: κ ⪆ 1.055 √(2π)”, “quite subjective”",
     place: "section 5.2.1, eq. (cel_derivative), fig. 6",
-    quantity: "least κ/√(2π) for which the law's slopes, fitted to those of all spectra at loads up to \
-               0.06, are convex",
+    quantity: "smallest κ/√(2π) for which the slopes of the law, fitted for all spectra at loads \
+               up to 0.06, are convex",
     expected: Expectation::Within(1.0, 1.11),
-    because: "the paper calls its number subjective: five per cent either way",
+    because: "±5 %, because the paper calls its number subjective",
     figure: Some("slope"),
 };
 
@@ -208,9 +211,10 @@ const BOUND_FALLS: Statement = Statement {
     says: "“this lower boundary can be significantly decreased, if one takes into account the error \
            estimation based on the perimeter”",
     place: "section 5.2.1, section 8",
-    quantity: "ln of the least convex κ of the counted area over that of the area corrected by π/8",
+    quantity: "ln of the ratio of the smallest convex κ of the counted area to that of the area \
+               corrected by π/8",
     expected: Expectation::Within(0.05, f64::INFINITY),
-    because: "“significantly” is taken as five per cent",
+    because: "“significantly” is read as at least 5 %",
     figure: Some("area-corrected"),
 };
 
@@ -219,11 +223,11 @@ const DEPENDS_ON_K_LOWER: Statement = Statement {
     origin: Origin::Paper,
     says: "“the minimal value of κ is strongly dependent on the lower cutoff k_l”",
     place: "section 5.2.1",
-    quantity: "ln of the ratio of the least convex κ of the spectra of neighbouring k_lower, at equal \
-               k_upper, each spectrum by itself",
+    quantity: "ln of the ratio of the smallest convex κ of single spectra, for neighbouring \
+               k_lower (larger over smaller) at equal k_upper",
     expected: Expectation::Within(0.05, f64::INFINITY),
-    because: "“strongly” is taken as five per cent for each step, as “significantly” is elsewhere; that κ \
-              grows with k_lower is what is found, the paper gives no direction",
+    because: "“strongly” is read as at least 5 % for each step; the paper gives no direction, and \
+              growth with k_lower is what studies find",
     figure: Some("slope"),
 };
 
@@ -232,13 +236,13 @@ const EXPONENT: Statement = Statement {
     origin: Origin::Paper,
     says: "the mean contact pressure's derivative dp̄/dp₀ “decreases approximately as a power law of the \
            contact area”, β (A₀/A)^(1 − μ) with 0 < μ < 1",
-    place: "appendix C, eq. (b1), fig. 17; the figure has lines of −0.7 and −0.9, which hold for fewer of \
-            these spectra",
-    quantity: "m = μ − 1 of the contact evolution law with κ = 1.1 √(2π), fitted to the slopes at loads \
-               up to 0.06",
+    place: "appendix C, eq. (b1), fig. 17; the lines of slopes −0.7 and −0.9 in the figure hold \
+            for fewer of these spectra",
+    quantity: "m = μ − 1 of the contact evolution law with κ = 1.1 √(2π), fitted to the slopes at \
+               loads up to 0.06",
     expected: Expectation::Within(-1.0, 0.0),
-    because: "as printed; the law's own exponent, since logarithms of differences leave out those \
-              that fall",
+    because: "the printed range; the exponent of the law, because logarithms of differences would \
+              omit decreasing pressures",
     figure: Some("pressure-growth"),
 };
 
@@ -248,20 +252,20 @@ const FITS_WELL: Statement = Statement {
     says: "the contact evolution formula “fits well all our results at small contact area fractions \
            (< 20 %)”",
     place: "section 9.5, eq. (cel)",
-    quantity: "root mean square of what the law, with κ, β and μ free, leaves of the mean areas below \
-               a fifth, relative to each",
+    quantity: "rms relative residual of the law with free κ, β and μ, fitted to the mean areas \
+               below 20 %",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.01),
-    because: "“well” is taken as one per cent, what the mean of fifty surfaces is known to",
+    because: "“well” is read as at most 1 %, the precision of a mean of fifty surfaces",
     figure: Some("area-light"),
 };
 
-/// The loads that the paper calls light.
+/// Window of the loads that the paper calls light.
 const LIGHT: Window = Window { from: 0.0, to: 0.06 };
-/// Proportionality that the paper fits slopes with.
+/// The κ with which the paper fits slopes.
 const GIVEN_KAPPA: f64 = 1.1 * KAPPA_BGT;
-/// Loads of a curve that are enough to tell how its slope bends.
+/// Smallest number of light loads that determines the curvature of the slope.
 const ENOUGH_LOADS: usize = 10;
-const MANY_LOADS: &str = "ten loads or more from first touch to 0.06";
+const MANY_LOADS: &str = "ten loads or more from first contact to 0.06";
 
 pub fn of_kappa(evidence: &Evidence) -> Vec<Claim> {
     vec![
@@ -273,7 +277,7 @@ pub fn of_kappa(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Ensembles with enough light loads.
+/// Returns the ensembles with enough light loads.
 fn resolved<'a>(evidence: &'a Evidence, correction: &str) -> Vec<&'a AreaCurves> {
     let mut ensembles = evidence.of_the_paper(correction);
     let is_light = |load: &&f64| LIGHT.contains(**load);
@@ -292,13 +296,13 @@ fn fit(
     problem.fit(kappa).ok()
 }
 
-/// The least κ that makes the slopes of one ensemble convex.
+/// Returns the smallest κ that makes the slopes of one ensemble convex.
 fn own_kappa(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let problem = EvolutionProblem::new(&ensemble.curves(weights)?, Quantity::Slope, LIGHT).ok()?;
     Some(problem.fit(Kappa::LeastConvex).ok()?.law.kappa)
 }
 
-/// The least κ that makes the slopes of several convex.
+/// Returns the smallest κ that makes the slopes of all these ensembles convex.
 fn common_kappa(ensembles: &[&AreaCurves], weights: &Weights) -> Option<f64> {
     let own: Option<Vec<f64>> = ensembles.iter().map(|one| own_kappa(one, weights)).collect();
     own?.into_iter().reduce(f64::max)
@@ -344,7 +348,7 @@ fn depends_on_k_lower(evidence: &Evidence) -> Claim {
         });
     }
     quantities.judge(DEPENDS_ON_K_LOWER, data(AS_COUNTED), || {
-        let spectra = format!("spectra that differ in `k_lower` alone, and {MANY_LOADS}");
+        let spectra = format!("spectra that differ only in `k_lower`, and {MANY_LOADS}");
         needs(evidence, AS_COUNTED, &[0.06], &spectra)
     })
 }

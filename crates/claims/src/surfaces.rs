@@ -116,7 +116,7 @@ fn modes(evidence: &Evidence) -> Claim {
         });
         if let Some(wide) = wider.min_by_key(|wide| wide.spectrum.k_upper) {
             let k_upper = wide.spectrum.k_upper;
-            let label = format!("from {} to k_upper {k_upper}", evidence.name(&narrow.spectrum));
+            let label = format!("{} → k_upper {k_upper}", evidence.name(&narrow.spectrum));
             let surfaces = [narrow.values.len(), wide.values.len()];
             quantities.add(label, &surfaces, |weights| {
                 Some(weights.mean(&wide.values) / weights.mean(&narrow.values))

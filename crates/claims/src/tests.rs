@@ -1,4 +1,4 @@
-//! Claims on made-up tables, in which they must hold, must fail, or cannot be told.
+//! Claims on artificial tables, on which they must hold, fail, or remain undecided.
 
 use super::evidence::KindTable;
 use super::*;
@@ -14,12 +14,12 @@ use asperity_tables::table::Table;
 
 mod open_questions;
 
-/// A grid of spectra, each with surfaces that share their scatter with those of other spectra.
+/// A grid of spectra whose surfaces share a part of their scatter with other spectra.
 struct Campaign {
     surfaces: u64,
-    /// Relative scatter that a realization has in all spectra.
+    /// Relative scatter that a realization has in all spectra alike.
     shared: f64,
-    /// Relative scatter of each surface for itself.
+    /// Independent relative scatter of each surface.
     own: f64,
     area: fn(k_lower: i64, k_upper: i64, load: f64) -> f64,
     correction: &'static str,
@@ -64,7 +64,8 @@ impl Campaign {
     }
 }
 
-/// Six per cent more area for every doubling of k_lower, one per cent less for k_upper.
+/// Returns an area that grows by 6 % for each doubling of k_lower and falls by 1 % for each
+/// doubling of k_upper.
 fn as_the_paper_says(k_lower: i64, k_upper: i64, load: f64) -> f64 {
     let doublings = |cutoff: i64| (cutoff as f64).log2();
     let factor = 1.0 + 0.06 * doublings(k_lower) - 0.01 * doublings(k_upper);
@@ -97,7 +98,7 @@ fn judgement<'a>(claims: &'a [Claim], name: &str) -> &'a Judgement {
     }
 }
 
-/// What a study lacks for a claim that is not computed.
+/// Returns what the study lacks for a claim that is not computed.
 #[track_caller]
 fn lacking<'a>(claims: &'a [Claim], name: &str) -> &'a str {
     match &named(claims, name).outcome {
@@ -111,7 +112,7 @@ fn verdict(claims: &[Claim], name: &str) -> Verdict {
     judgement(claims, name).verdict
 }
 
-/// What a study without any data would be told.
+/// Returns the claims of a study without data.
 fn without_data() -> Vec<Claim> {
     all(&Evidence::of(&[]).unwrap())
 }
@@ -209,15 +210,15 @@ fn areas_of_the_bandwidth_alone_collapse_and_others_do_not() {
         assert!((bound.value - 0.04).abs() < 0.002, "{bound:?}");
     }
     assert_eq!(verdict(&claims, "alpha-alone-decides-corrected"), Verdict::Holds);
-    // With k_lower = 1 a cell has half as great an α again as its bandwidth would have elsewhere.
+    // With k_lower = 1, α of a cell is larger by half than for other k_lower with this bandwidth.
     let rather = "corrected-area-collapses-on-bandwidth-rather-than-alpha";
     assert_eq!(verdict(&claims, rather), Verdict::Holds);
     let of_both = Campaign { correction: OF_2017, ..CAMPAIGN };
     assert_eq!(verdict(&of_both.claims(), name), Verdict::DoesNotHold);
 }
 
-/// Surfaces of one pair of cutoffs and of these Hurst exponents, with areas that follow a function of
-/// both α and H.
+/// Creates claims for one pair of cutoffs and these Hurst exponents, with areas that are a function
+/// of α and H.
 fn of_exponents(exponents: &[f64], area: fn(alpha: f64, hurst: f64) -> f64) -> Vec<Claim> {
     let scatter = normal(5, 10);
     let mut rows = Vec::new();
@@ -266,12 +267,11 @@ fn areas_of_alpha_alone_collapse_whatever_the_exponent() {
 
 #[test]
 fn areas_that_hardly_differ_tell_no_collapse_on_alpha() {
-    // ln A has a root mean square of 0.006 about its mean: a line in anything leaves less than
-    // 0.01.
+    // ln A has an rms deviation of 0.006 from its mean, so every line leaves less than 0.01.
     let alike = of_exponents(&[0.2, 0.4, 0.6, 0.8], |alpha, _| alpha.powf(-0.04));
     let name = "corrected-area-collapses-on-alpha";
     let needs = lacking(&alike, name);
-    assert!(needs.contains("farther than 0.01"), "{needs}");
+    assert!(needs.contains("more than 0.01 rms"), "{needs}");
 }
 
 #[test]
@@ -281,14 +281,15 @@ fn two_spectra_do_not_tell_a_collapse_for_any_line_goes_through_both() {
     lacking(&of_two, name);
 }
 
-/// Surfaces that approach full contact with an exponent, more or less open than Persson's.
+/// Creates claims for surfaces that approach full contact with an exponent, with an open area of
+/// `share` times Persson's.
 fn approaching(exponent: f64, share: f64) -> Vec<Claim> {
     let loads: Vec<f64> = (0..12).map(|i| 0.8 + 0.06 * f64::from(i)).collect();
     let surfaces = 10;
     let scatter = normal(3, surfaces);
     let open = |load: f64| {
         let x = std::f64::consts::SQRT_2 * load;
-        // e^(−x^η) in place of the e^(−x²) that Persson's theory has in it.
+        // e^(−x^η) instead of the e^(−x²) of Persson's theory.
         share * persson::noncontact(load) * (x * x - x.powf(exponent)).exp()
     };
     let rows: Vec<(i64, f64, f64)> = (0..surfaces)
@@ -347,7 +348,7 @@ fn what_a_study_lacks_is_named_and_not_judged() {
     }
 }
 
-/// What a claim of a study needs.
+/// Returns what a claim needs if only some rows of a campaign are there.
 fn needs(campaign: &Campaign, keep: impl Fn(&Table, usize) -> bool, name: &str) -> String {
     let table = campaign.table();
     let rows: Vec<usize> = (0..table.rows()).filter(|&row| keep(&table, row)).collect();
@@ -365,7 +366,7 @@ fn a_missing_load_is_named_before_spectra_that_are_there() {
     assert!(lacks.contains("a load at 0.012 or 0.024 or 0.06"), "{lacks}");
     let one = |table: &Table, row| table.integers("k_upper").unwrap().value(row) == 32;
     let lacks = needs(&CAMPAIGN, one, "area-falls-with-alpha");
-    assert!(lacks.contains("differ in `k_upper`"), "{lacks}");
+    assert!(lacks.contains("differ only in `k_upper`"), "{lacks}");
 }
 
 #[test]
@@ -428,14 +429,15 @@ fn names_tell_claims_apart() {
     assert_eq!(names.len(), count);
 }
 
-/// Contacts of one spectrum on four meshes: A_N = A* + c S_d Δx, c scattering between surfaces.
+/// Creates claims for one spectrum on four meshes: A_N = A* + c S_d Δx, where c scatters between
+/// surfaces.
 fn on_meshes(coefficient: f64, scatter: f64) -> Vec<Claim> {
     let surfaces = 10;
     let noise = normal(5, surfaces);
     let mut rows = Vec::new();
     for nodes in [128, 256, 512, 1024] {
         for (surface, noise) in noise.iter().enumerate() {
-            // Ten edges to a node of the side: S_d Δx is 10/N of the cell.
+            // The perimeter has 10 N edges, so S_d Δx is 10/N of the cell.
             let edge = 10.0 / nodes as f64;
             let area = 0.13 + (coefficient + scatter * noise) * edge;
             rows.push((nodes, surface as i64, area));
@@ -496,8 +498,8 @@ fn counted_summits_are_two_pi_squared_times_the_tabulated_density() {
     let claims = closed_forms::of_closed_forms();
     let found = &judgement(&claims, "tabulated-density-of-summits").bounds[0];
     let exact = (2.0 * std::f64::consts::PI).powi(2);
-    // Sixteen nodes to the shortest wave miss few summits; the interval of twenty surfaces.
-    let [lower, upper] = found.together(1);
+    // A mesh of sixteen nodes per shortest wavelength misses 3 % of the summits.
+    let [lower, upper] = found.simultaneous(1);
     assert!(lower < exact && exact < upper * 1.03, "{found:?}");
 }
 

@@ -1,5 +1,5 @@
-//! A number of every surface under every load, how contact pressures are distributed, where the gap
-//! is sealed, and the points of fits that take κ = A/(A₀ y) to its limits.
+//! Quantities for each surface and load: distributions of contact pressures, sealing areas, and the
+//! points of fits of κ = A/(A₀ y) to its limits.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,37 +19,38 @@ use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
-/// One number of every surface of a spectrum under the loads that all of them have.
+/// One value per surface of a spectrum and load, for the loads that all surfaces have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PerLoad {
     pub spectrum: Spectrum,
-    /// The loads, ascending, in units of E* × rms slope.
+    /// Ascending loads, in units of E* × rms slope.
     pub loads: Vec<f64>,
-    /// The numbers, `[load][surface]`, surfaces by seed and realization.
+    /// Values, `[load][surface]`, with surfaces in the order of seed and realization.
     pub values: Vec<Vec<f64>>,
 }
 
-/// How contact pressures are distributed on the surfaces of a spectrum under one load.
+/// Distributions of contact pressure on the surfaces of a spectrum under one load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pressures {
     pub spectrum: Spectrum,
-    /// The load, in units of E* × rms slope.
+    /// Load in units of E* × rms slope.
     pub load: f64,
-    /// Ends of the bins, ascending, in units of E* × rms slope.
+    /// Edges of the bins, ascending, in units of E* × rms slope.
     pub bins: Vec<[f64; 2]>,
-    /// Shares of the nominal area whose pressure lies in a bin, `[bin][surface]`.
+    /// Fractions of the nominal area with a pressure in the bin, `[bin][surface]`.
     pub shares: Vec<Vec<f64>>,
 }
 
-/// The area, corrected as in 2017, at which the gap of each surface of a spectrum stops percolating.
+/// Contact area, corrected as in 2017, at which the gap stops percolating, for each surface of a
+/// spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SealingAreas {
     pub spectrum: Spectrum,
-    /// The areas, by seed and realization.
+    /// Area fractions in the order of seed and realization.
     pub values: Vec<f64>,
-    /// The standard error that the distance of the loads adds to that of their mean.
+    /// Standard error of the mean due to the spacing of the loads.
     pub rounding: f64,
-    /// Whether the loads are close enough to tell how they scatter.
+    /// True if the loads are close enough to determine the scatter of the areas.
     pub scatter_is_resolved: bool,
 }
 
@@ -58,7 +59,7 @@ impl PerLoad {
         self.values.first().map_or(0, Vec::len)
     }
 
-    /// The place of the load nearest to one, if it is within a tenth of it.
+    /// Returns the index of the load nearest to `load`, if it is within 10 %.
     pub fn at(&self, load: f64) -> Option<usize> {
         nearest(&self.loads, load)
     }
@@ -69,8 +70,8 @@ impl Pressures {
         self.shares.first().map_or(0, Vec::len)
     }
 
-    /// Shares of the area whose pressure lies between two ends of bins, surface by surface; `None` where
-    /// they are no ends of bins.
+    /// Returns the fraction of the area with a pressure from `low` to `high` for each surface, or
+    /// `None` if one of them is not an edge of a bin.
     pub fn between(&self, low: f64, high: f64) -> Option<Vec<f64>> {
         let first = self.bins.iter().position(|bin| decimal::is_same(bin[0], low))?;
         let last = self.bins.iter().position(|bin| decimal::is_same(bin[1], high))?;
@@ -80,7 +81,7 @@ impl Pressures {
     }
 }
 
-/// The place of the load nearest to one, if it is within a tenth of it.
+/// Returns the index of the load nearest to `load`, if it is within 10 %.
 pub(super) fn nearest(loads: &[f64], load: f64) -> Option<usize> {
     let nearest = (0..loads.len()).min_by(|&one, &other| {
         let distance = |place: usize| (loads[place] - load).abs();
@@ -90,12 +91,12 @@ pub(super) fn nearest(loads: &[f64], load: f64) -> Option<usize> {
 }
 
 impl Evidence {
-    /// A column of the measured contacts, by spectrum.
+    /// Returns the values of a column of the measured contacts, by spectrum.
     pub fn along_loads(&self, column: &str) -> Vec<PerLoad> {
         per_load(&self.contacts, |row| number(&self.contacts, column, row))
     }
 
-    /// A column of the asperity models of one interaction, by spectrum.
+    /// Returns the values of a column of the asperity models with one interaction, by spectrum.
     pub fn asperities_along_loads(&self, interaction: &str, column: &str) -> Vec<PerLoad> {
         let Ok(interactions) = self.asperities.texts(INTERACTION.name) else {
             return Vec::new();
@@ -106,9 +107,9 @@ impl Evidence {
         })
     }
 
-    /// The area, corrected as in 2017, at which the gap of each surface stops percolating, by spectrum;
-    /// none of a spectrum that has surfaces without a threshold among its loads, for the mean of the
-    /// others would be biased.
+    /// Returns the areas, corrected as in 2017, at which the gap of each surface stops percolating,
+    /// by spectrum. A spectrum is omitted if the loads of one surface do not include its threshold,
+    /// because the mean of the others would be biased.
     pub fn percolation_areas(&self) -> Vec<SealingAreas> {
         let table = &self.contacts;
         let is_told = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES]
@@ -117,13 +118,13 @@ impl Evidence {
         if is_told { thresholds(table).unwrap_or_default() } else { Vec::new() }
     }
 
-    /// How contact pressures are distributed, by spectrum and load.
+    /// Returns the distributions of contact pressure, by spectrum and load.
     pub fn pressures(&self) -> Vec<Pressures> {
         distributions(&self.pressures).unwrap_or_default()
     }
 }
 
-/// The first ensemble of each spectrum, by spectrum.
+/// Groups the ensembles of a table by spectrum.
 fn by_spectrum(table: &Table) -> Result<Vec<(Spectrum, Vec<Ensemble>)>, TableError> {
     let mut known: BTreeMap<_, (Spectrum, Vec<Ensemble>)> = BTreeMap::new();
     if table.rows() == 0 {
@@ -139,12 +140,12 @@ fn by_spectrum(table: &Table) -> Result<Vec<(Spectrum, Vec<Ensemble>)>, TableErr
     Ok(known.into_values().collect())
 }
 
-/// A value of each row, under the loads at which all surfaces have one.
+/// Collects the values of rows, by spectrum and by loads at which all surfaces have one.
 fn per_load(table: &Table, value: impl Fn(usize) -> Option<f64>) -> Vec<PerLoad> {
     let spectra = by_spectrum(table).unwrap_or_default().into_iter();
     let found = spectra.filter_map(|(spectrum, all)| {
         let curves = all.iter().map(|ensemble| curve(ensemble, &value));
-        // Several tolerances of one spectrum: the first stands for them.
+        // If a spectrum was solved with several tolerances, use the first.
         let (loads, values) = curves.into_iter().find(|(loads, _)| !loads.is_empty())?;
         Some(PerLoad { spectrum, loads, values })
     });
@@ -179,14 +180,14 @@ fn thresholds(table: &Table) -> Result<Vec<SealingAreas>, TableError> {
     Ok(spectra.filter_map(of_spectrum).collect())
 }
 
-/// Ends of a bin, and the share of the area in it, surface by surface.
+/// Edges of a bin, and the fraction of the area in it for each surface.
 type Bin = ([f64; 2], Vec<f64>);
 
 fn distributions(table: &Table) -> Result<Vec<Pressures>, TableError> {
     let mut distributions = Vec::new();
     for (spectrum, bins) in by_spectrum(table)? {
         let mut under: BTreeMap<u64, Vec<Bin>> = BTreeMap::new();
-        // Every bin is an ensemble of its own: its middle is a parameter.
+        // Each bin is a separate ensemble, because its middle is a parameter.
         for bin in &bins {
             let of = |column: &str| number(table, column, bin.first);
             let (Some(middle), Some(width)) =
@@ -198,7 +199,7 @@ fn distributions(table: &Table) -> Result<Vec<Pressures>, TableError> {
             let share = |row: usize| Some(width * number(table, PRESSURE_DENSITY.name, row)?);
             let (loads, shares) = curve(bin, &share);
             for (load, shares) in loads.into_iter().zip(shares) {
-                // Loads are positive: their bits are in their order.
+                // Loads are positive, so their bits have the same order.
                 under.entry(load.to_bits()).or_default().push((ends, shares));
             }
         }
@@ -212,41 +213,41 @@ fn distributions(table: &Table) -> Result<Vec<Pressures>, TableError> {
     Ok(distributions)
 }
 
-/// A fit of limits that a study has, and the rows that it reads.
+/// A fit of limits, and the rows that it reads.
 #[derive(Debug, Clone)]
 pub struct LimitsFit {
-    /// What is taken to which limits.
+    /// The quantity, its terms and their forms.
     pub choices: LimitChoices,
     pub window: Window,
     pub table: Table,
 }
 
-/// κ of the area corrected as in 2017, on many spectra and meshes under one load.
+/// κ from areas corrected as in 2017, for many spectra and meshes under one load.
 #[derive(Debug, Clone)]
 pub struct KappaPoints {
-    /// What tells it from others: `load 0.01`.
+    /// Name among other fits: `load 0.01`.
     pub label: String,
     pub load: f64,
-    /// κ of every surface, and the small numbers.
+    /// κ of each surface, and the small numbers.
     points: Vec<LimitPoint>,
-    /// The forms that each term may take.
+    /// Forms that each term may have.
     pub forms: Vec<Vec<TermForm>>,
-    /// The term of `k_lower / k_upper`.
+    /// Index of the term of `k_lower / k_upper`.
     pub bandwidth: usize,
-    /// The term of `1 / k_lower`.
+    /// Index of the term of `1 / k_lower`.
     pub cell: usize,
-    /// The term of `k_upper / nodes`.
+    /// Index of the term of `k_upper / nodes`.
     pub mesh: usize,
 }
 
 impl KappaPoints {
-    /// The points with the surfaces that count.
+    /// Returns the points of the weighted surfaces.
     pub fn points(&self, weights: &Weights) -> Vec<LimitPoint> {
         let points = self.points.iter().map(|point| LimitPoint {
             small: point.small.clone(),
             observed: match &point.observed {
                 Observed::Surfaces { values, .. } => {
-                    Observed::of_realizations(weights.values(values).collect())
+                    Observed::from_realizations(weights.values(values).collect())
                 }
                 estimate => estimate.clone(),
             },
@@ -254,13 +255,13 @@ impl KappaPoints {
         points.collect()
     }
 
-    /// How many surfaces its points have.
+    /// Returns the number of surfaces of each point.
     pub fn surfaces(&self) -> Vec<usize> {
         let counts = self.points.iter().map(|point| point.observed.surfaces());
         counts.collect()
     }
 
-    /// ln(k_lower/k_upper) of the widest and of the narrowest spectrum.
+    /// Returns ln(k_lower/k_upper) of the widest and the narrowest spectrum.
     pub fn bandwidths(&self) -> [f64; 2] {
         let all = self.points.iter().map(|point| libm::log(point.small[self.bandwidth]));
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], one| {
@@ -269,7 +270,7 @@ impl KappaPoints {
     }
 }
 
-/// The points of every fit that has κ = `area_corrected / load` and the three small numbers.
+/// Returns the points of each fit of κ = `area_corrected / load` with the three small numbers.
 pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPoints>, TableError> {
     let kappa = Expression::parse("area_corrected / load").expect("this is an expression");
     let mut all: Vec<KappaPoints> = Vec::new();
@@ -300,7 +301,7 @@ pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPo
                     cell,
                     mesh,
                 };
-                // Two stages may look at the same rows.
+                // Two stages may read the same rows.
                 let is_new = all.iter().all(|known| known.label != points.label);
                 all.extend(Some(points).filter(|points| is_new && !points.points.is_empty()));
             }
@@ -309,7 +310,7 @@ pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPo
     Ok(all)
 }
 
-/// The rows of a table that the correction of 2017 has made, within the setting.
+/// Returns the rows of the setting with the correction of 2017.
 fn corrected_as_in_2017(table: &Table, setting: &Setting) -> Result<Option<Table>, TableError> {
     if !table.has(CORRECTION.name) {
         return Ok(None);
@@ -321,7 +322,8 @@ fn corrected_as_in_2017(table: &Table, setting: &Setting) -> Result<Option<Table
     Ok((!own.is_empty()).then(|| table.pick(&own)))
 }
 
-/// The terms of the cell, the bandwidth and the mesh, where there is one of each and no other.
+/// Returns the indices of the terms of cell, bandwidth and mesh, if these are the three terms of
+/// the fit.
 fn small_numbers(choices: &LimitChoices) -> Option<[usize; 3]> {
     let of = |columns: &[&str]| {
         let columns: BTreeSet<&str> = columns.iter().copied().collect();

@@ -1,4 +1,4 @@
-//! Claims of ours on what the paper left open, on made-up tables.
+//! Claims of asperity on open questions of the paper, on artificial tables.
 
 use super::*;
 use crate::evidence::LimitsFit;
@@ -10,7 +10,7 @@ use asperity_tables::column::flags;
 
 const SURFACES: usize = 10;
 
-/// Columns of spectra without a plateau, H = 0.8, seed 1.
+/// Returns the columns of spectra without a plateau, H = 0.8, seed 1.
 fn of_spectra(
     rows: &[(i64, i64, i64, i64)],
 ) -> Vec<(asperity_tables::column::Column, arrow::array::ArrayRef)> {
@@ -30,8 +30,8 @@ fn judged(stages: &[KindTable]) -> Vec<Claim> {
     all(&Evidence::of(stages).unwrap())
 }
 
-/// κ of corrected areas on 27 spectra and meshes, as a function of (1/k_lower, k_lower/k_upper,
-/// k_upper/nodes), with a scatter between surfaces that spectra do not share.
+/// Creates claims for 27 spectra and meshes, whose κ is a function of (1/k_lower, k_lower/k_upper,
+/// k_upper/nodes) with independent scatter between surfaces.
 fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
     let (mut rows, mut areas) = (Vec::new(), Vec::new());
     for k_lower in [1, 4, 16] {
@@ -85,7 +85,7 @@ fn a_logarithm_of_the_bandwidth_is_told_from_a_power_of_it() {
     let found = judgement(&logarithm, name);
     assert_eq!(found.verdict, Verdict::Holds);
     assert!(found.bounds[0].value.abs() < 3.0 * found.bounds[0].error, "{found:?}");
-    // x^0.8 bends as exp(0.8 ln x): κ″/κ′ of the parabola through it is near 0.8.
+    // x^0.8 = exp(0.8 ln x), so κ″/κ′ of the fitted parabola is near 0.8.
     let power = kappa_claims(
         |[cell, ratio, mesh]| 1.8 + 0.8 * ratio.powf(0.8) + 0.1 * cell + 0.2 * mesh,
         0.002,
@@ -118,7 +118,7 @@ fn what_cells_and_meshes_add_is_told_at_sixteen_waves_and_at_eight_nodes() {
         "sixteen-wavelengths-to-the-cell-are-enough",
         "eight-nodes-to-the-wavelength-are-enough-once-corrected",
     );
-    // 0.08/16 of 2.2 are 0.2 %, 0.8/8 are 5 %.
+    // 0.08/16 is 0.2 % of 2.2, and 0.8/8 is 5 %.
     let claims = kappa_claims(
         |[cell, ratio, mesh]| 2.4 + 0.1 * ratio.ln() + 0.08 * cell + 0.8 * mesh,
         0.002,
@@ -130,12 +130,13 @@ fn what_cells_and_meshes_add_is_told_at_sixteen_waves_and_at_eight_nodes() {
     assert!((found.bounds[0].value - 0.1 / middle).abs() < 0.005, "{found:?}");
 }
 
-/// Contacts of cells with so many of the longest waves, sealed at a share of the area that scatters.
+/// Creates claims for contacts that are sealed at an area with this mean and scatter, as functions
+/// of k_lower.
 fn sealing(mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> Vec<Claim> {
     sealing_under(1, mean, scatter)
 }
 
-/// The same under loads so many thousandths apart.
+/// Creates the claims of [`sealing`] with loads that are `step` thousandths apart.
 fn sealing_under(step: usize, mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> Vec<Claim> {
     let loads: Vec<f64> =
         (200..=650).step_by(step).map(|thousandth| 0.001 * f64::from(thousandth)).collect();
@@ -148,7 +149,7 @@ fn sealing_under(step: usize, mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> 
             for &load in &loads {
                 rows.push((k_lower, 64, 512, surface as i64));
                 at.push(load);
-                // As much area as load.
+                // The area fraction equals the load.
                 open.push(load < threshold);
             }
         }
@@ -188,7 +189,7 @@ fn the_sealing_area_is_that_at_which_the_gap_stops_percolating() {
 fn loads_far_apart_tell_no_sealing_area_however_many_surfaces_agree() {
     let names =
         ["interface-is-sealed-at-0.415-of-the-area", "sealing-area-scatters-less-in-greater-cells"];
-    // All are sealed between 0.400 and 0.425, the middle of which is inside what is expected.
+    // All are sealed between 0.400 and 0.425, the middle of which is in the expected range.
     let coarse = sealing_under(25, |_| 0.4155, |_| 0.0005);
     let found = judgement(&coarse, names[0]);
     assert_eq!(found.verdict, Verdict::CannotSay);
@@ -204,7 +205,7 @@ fn surfaces_that_stay_open_leave_no_sealing_area() {
     assert!(needs.contains("from open to sealed"), "{needs}");
 }
 
-/// Mean gaps with y ∝ exp(−ū/u₀) up to a power of the load that depends on k_lower.
+/// Creates claims for mean gaps with K = y^(1 − bend), where the bend depends on k_lower.
 fn stiffness(bend: fn(i64) -> f64, scatter: f64) -> Vec<Claim> {
     let loads: [f64; 6] = [0.009, 0.01, 0.011, 0.045, 0.05, 0.055];
     let (mut rows, mut at, mut gaps) = (Vec::new(), Vec::new(), Vec::new());
@@ -245,12 +246,12 @@ fn the_exponent_of_the_stiffness_is_that_of_the_gaps() {
     assert_eq!(verdict(&of_the_material, finite), Verdict::CannotSay);
 }
 
-/// Asperity models whose area is a multiple of the solved one, and whose gap is another.
+/// Creates claims for asperity models with given ratios of area and gap to those of the solution.
 fn asperities(area: fn(&str, f64) -> f64, gap: fn(&str) -> f64, overlap: f64) -> Vec<Claim> {
     asperities_that_stop(|_, _| "converged", area, gap, overlap)
 }
 
-/// The same where the search for the contacts of a surface under a load has ended so.
+/// Creates the claims of [`asperities`] with given reasons for the end of each search.
 fn asperities_that_stop(
     stop: fn(usize, f64) -> &'static str,
     area: fn(&str, f64) -> f64,
@@ -319,7 +320,7 @@ fn asperity_models_are_put_beside_the_solution_of_the_same_surfaces() {
     for name in names_of_interaction {
         assert_eq!(verdict(&as_expected, name), Verdict::DoesNotHold, "{name}");
     }
-    // ln(1.02 + 2 (y − 0.016)) passes ln 1.1 at 0.056, which is between 0.032 and 0.064.
+    // ln(1.02 + 2 (y − 0.016)) reaches ln 1.1 at 0.056, between 0.032 and 0.064.
     let up_to = &judgement(&as_expected, names[2]).bounds[0];
     assert!((0.05..0.058).contains(&up_to.value), "{up_to:?}");
     let as_the_paper_says = |interaction: &str, _: f64| match interaction {
@@ -334,7 +335,7 @@ fn asperity_models_are_put_beside_the_solution_of_the_same_surfaces() {
     let found = names.map(|name| verdict(&too_little, name));
     assert_eq!(found[..3], [Verdict::DoesNotHold; 3]);
     assert_eq!(found[4], Verdict::DoesNotHold);
-    // The lightest load, beyond which nothing agrees, is exact.
+    // Without agreement at any load, the result is the lightest load.
     assert_eq!(judgement(&too_little, names[2]).bounds[0].value, 0.001);
 }
 
@@ -350,12 +351,12 @@ fn a_load_that_was_given_up_on_one_surface_tells_nothing_of_asperity_models() {
     assert_eq!(stopped + 1, whole);
 }
 
-/// Distributions of pressures: Persson's, as many times in each range of pressures.
+/// Creates claims for Persson's distribution of pressures times a function of the pressure.
 fn pressures(factor: fn(f64) -> f64, scatter: f64) -> Vec<Claim> {
     judged(&[pressures_on(256, factor, scatter)])
 }
 
-/// The same on a mesh.
+/// Creates the table of [`pressures`] for one mesh.
 fn pressures_on(nodes: i64, factor: impl Fn(f64) -> f64, scatter: f64) -> KindTable {
     let width = 0.025;
     let (mut rows, mut values) = (Vec::new(), Vec::new());
@@ -364,7 +365,7 @@ fn pressures_on(nodes: i64, factor: impl Fn(f64) -> f64, scatter: f64) -> KindTa
         for load in [0.02, 0.05, 0.1, 0.2, 0.4, 0.8] {
             for bin in 0..160 {
                 let [low, high] = [bin, bin + 1].map(|edge| width * f64::from(edge));
-                let density = persson::share_between(load, low, high) / width;
+                let density = persson::fraction_between(load, low, high) / width;
                 let middle = 0.5 * (low + high);
                 rows.push((2, 16, nodes, surface as i64));
                 values.push((load, middle, factor(middle) * density * (1.0 + scatter * noise)));
@@ -384,7 +385,7 @@ fn pressures_on(nodes: i64, factor: impl Fn(f64) -> f64, scatter: f64) -> KindTa
 #[test]
 fn how_a_density_begins_is_judged_by_what_refining_the_mesh_does_to_it() {
     let name = "pressure-density-is-linear-at-zero";
-    // 32, 64 and 128 nodes to the shortest wavelength.
+    // 32, 64 and 128 nodes per shortest wavelength.
     let refined = |exponent: f64| {
         let on = |nodes: i64| {
             let most = (nodes as f64).powf(-exponent);
@@ -396,13 +397,13 @@ fn how_a_density_begins_is_judged_by_what_refining_the_mesh_does_to_it() {
     let of_roots = refined(0.5);
     assert_eq!(verdict(&of_roots, name), Verdict::Holds);
     let bounds = &judgement(&of_roots, name).bounds;
-    // Two loads, and two refinements.
+    // Two loads and two refinements.
     assert_eq!(bounds.len(), 4);
     assert!((bounds[0].value - 0.5).abs() < 1e-9, "{bounds:?}");
     assert_eq!(verdict(&refined(0.0), name), Verdict::DoesNotHold);
     let of_one_mesh = pressures(|_| 1.0, 0.01);
     let needs = lacking(&of_one_mesh, name);
-    assert!(needs.contains("the mesh's"), "{needs}");
+    assert!(needs.contains("a single mesh"), "{needs}");
 }
 
 #[test]
@@ -417,7 +418,7 @@ fn shares_of_pressures_are_put_beside_the_same_shares_in_the_theory() {
     let found = names.map(|name| verdict(&persson, name));
     assert_eq!(found[..3], [Verdict::Holds; 3]);
     assert_ne!(found[3], Verdict::Holds);
-    // More of small pressures, fewer of high ones.
+    // More low pressures and fewer high ones.
     let meshed = pressures(
         |pressure| {
             if pressure < 0.5 {
