@@ -15,7 +15,7 @@ fn main() {
     divan::main();
 }
 
-/// Measures a convolution: forward transform, product, inverse transform.
+/// Measures the forward transform, product and inverse transform of a convolution.
 #[divan::bench(types = [f32, f64], args = NODES)]
 fn convolution<T: Real>(bencher: Bencher, nodes: usize) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");

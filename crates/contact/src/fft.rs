@@ -60,7 +60,7 @@ impl Real for f64 {
     }
 }
 
-/// Rows in a batch: threads split maps at multiples of this number.
+/// Number of rows in a batch; threads split maps at multiples of this number.
 pub const ROW_BATCH: usize = 8;
 
 /// Content of the scratch memory during a convolution.
@@ -165,7 +165,10 @@ impl<T: Real> Transform<T> {
     /// transformed.
     pub fn padded(map: [usize; 2], nodes: [usize; 2]) -> Self {
         assert!(map[0] * map[1] > 0, "a mesh has at least one node");
-        assert!(map[0] <= nodes[0] && map[1] <= nodes[1], "padding adds");
+        assert!(
+            map[0] <= nodes[0] && map[1] <= nodes[1],
+            "the padded mesh is not smaller than the map"
+        );
         Self {
             map,
             nodes,
@@ -248,12 +251,12 @@ impl<T: Real> Transform<T> {
         self.begin(&mut Source(field), scratch);
     }
 
-    /// Multiplies by a kernel: transforms columns forward, multiplies and transforms back, a few
+    /// Multiplies the spectrum by a kernel: transforms columns forward, multiplies and transforms back, a few
     /// columns at a time.
     ///
     /// Returns the sum of map × convolved map.
     pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {
-        assert_eq!(kernel.nodes, self.nodes, "a kernel is made for one mesh");
+        assert_eq!(kernel.nodes, self.nodes, "the kernel is for another mesh");
         let factors = &kernel.factors;
         match self.method(scratch) {
             Method::Packed(packed, threads, scratch) => packed.multiply(factors, threads, scratch),

@@ -74,13 +74,13 @@ impl Instructions {
     }
 }
 
-/// Error of [`Instructions::choose`].
+/// Error that [`Instructions::choose`] returns.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages describe the variants")]
 pub enum ChooseError {
-    #[error("no instructions `{name}`: this processor has {}", Names(names))]
+    #[error("unknown vector instructions `{name}`; this processor has {}", Names(names))]
     Unknown { name: String, names: Vec<&'static str> },
-    #[error("instructions are chosen before the first transform; `{in_use}` are in use")]
+    #[error("`{in_use}` are already in use; choose vector instructions before the first transform")]
     InUse { in_use: &'static str },
 }
 
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn unknown_instructions_are_refused_with_the_names_of_those_there_are() {
         let message = Instructions::choose("mmx").unwrap_err().to_string();
-        assert!(message.starts_with("no instructions `mmx`: this processor has `"));
+        assert!(message.starts_with("unknown vector instructions `mmx`; this processor has `"));
         assert!(message.ends_with("`portable`"), "{message}");
     }
 

@@ -1,25 +1,31 @@
-//! Presses a rigid rough surface into an elastic body, load after load.
+//! Solver for the contact of a rigid rough surface with an elastic half-space, load after load.
 //!
-//! The pressure p and the gap g between the bodies satisfy p ≥ 0, g ≥ 0 and p g = 0 at every node
-//! of a mesh, where g = u − h − offset: displacement u of the elastic body, height h of the rough
-//! surface, and the rigid offset that makes the mean pressure equal to the load. What the body is,
-//! an [`ElasticOperator`] says. Friction and adhesion are absent, so the solution is unique and
-//! owes nothing to the loads before it: they serve as a guess.
+//! At every node of a mesh the pressure p and the gap g satisfy p ≥ 0, g ≥ 0 and p g = 0, with g =
+//! u − h − δ: displacement u of the elastic body, height h of the rough surface, and the rigid
+//! offset δ for which the mean pressure equals the load. The body is an [`ElasticOperator`]. There
+//! is no friction and no adhesion, so the solution is unique. It does not depend on earlier loads,
+//! which only provide an initial guess.
 //!
-//! Materials yield. With a [`Hardness`] H the pressure is bounded, 0 ≤ p ≤ H, and where p = H the
-//! gap may be negative, by the depth that the material has yielded: a node is out of contact, in
-//! elastic contact, or saturated. This is a model of loading from the undeformed surfaces:
-//! unloading, hardening and the material that piles up around a contact are not in it (Almqvist,
-//! Sahlin, Larsson & Glavatskih, *Tribol. Int.* 40, 2007, 574).
+//! A material with a [`Hardness`] H yields: the pressure is bounded, 0 ≤ p ≤ H, and where p = H the
+//! gap may be negative, by the depth that the material has yielded. A node is out of contact, in
+//! elastic contact, or saturated. The model describes loading from the undeformed surfaces, without
+//! unloading, hardening or pile-up around a contact (Almqvist, Sahlin, Larsson & Glavatskih,
+//! *Tribol. Int.* 40, 2007, 574).
 //!
-//! `press` holds a load together. `start` guesses, or `nested` by way of coarser meshes; `load`
-//! keeps pressures within their bounds and of the load's mean. `search` has what an iteration works
-//! on, `conjugate_gradients` holds it, in the line of Polonsky & Keer (*Wear* 231, 1999, 206) with
-//! the preconditioners `extension` and `two_level`, `evaluation` evaluates where it led, and at
-//! last it is decided which nodes at the edge of contact belong to it, after which the pressures
-//! are evaluated once more: what is kept is what was evaluated. The search runs in single precision
-//! on increments; what it finds is evaluated in double precision, and the residual found there is
-//! where it goes on: iterative refinement.
+//! The modules in the order of the computation:
+//!
+//! - `press` solves one load;
+//! - `start` provides the initial guess, or `nested` with the help of coarser meshes;
+//! - `search` holds the state of an iteration, and `conjugate_gradients` iterates, as in Polonsky &
+//!   Keer (*Wear* 231, 1999, 206), with the preconditioners `extension` and `two_level`;
+//! - `evaluation` evaluates the result in double precision;
+//! - `load` keeps pressures within their bounds and their mean at the load.
+//!
+//! Iterations run in single precision, on increments of the pressure. The result is evaluated in
+//! double precision, and the next iterations start from the residual found there (iterative
+//! refinement). Finally `press` decides which nodes at the edge of contact belong to it and
+//! evaluates the pressures once more, so that the reported residual is that of the returned
+//! pressures.
 
 use super::elasticity;
 use super::elasticity::ElasticOperator;
@@ -55,19 +61,20 @@ use nested::Coarser;
 use passes::ReferencePressure;
 use search::Search;
 
-/// Bytes that a [`Solver`] holds for each node, with solutions of this tolerance: 59 were measured
-/// at the peak of runs on 2048² and 4096² nodes.
+/// Returns the bytes per node that a [`Solver`] needs for this tolerance.
+///
+/// 59 bytes were measured at the peak of runs on 2048² and 4096² nodes.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
     if ReferencePressure::is_map(tolerance) { 63.375 } else { 59.375 }
 }
 
-/// One rough surface, and its contact at the last load.
+/// One rough surface and its contact under the last load.
 ///
-/// Holds about 59 bytes a node: heights and pressure in double precision; heights, the search's
-/// pressure, the previous pressure, gap and previous gap, and what nodes last_step from iteration to
-/// iteration in single; a half spectrum, of either precision in turn, and three kernels of a
-/// quarter of the mesh; on coarser meshes, of a third of the nodes together, heights, what was
-/// found, and two kernels, in single. For tolerances below 1e-5, 4 more.
+/// A solver holds about 59 bytes a node: heights and pressure in double precision; heights, the
+/// pressure of the search, the previous pressure, gap and previous gap, and the last step of each
+/// node in single precision; a half spectrum that both precisions share, and three kernels of a
+/// quarter of the mesh. Coarser meshes, of a third of the nodes together, add heights, results and
+/// two kernels in single precision. Tolerances below 1e-5 take 4 bytes more.
 ///
 /// ```
 /// use asperity_contact::elasticity::PeriodicHalfSpace;
@@ -101,58 +108,60 @@ pub struct Solver {
     highest: f64,
     full_contact: Option<FullContact>,
     hardness: Option<Hardness>,
-    /// The least load under which the material was seen to yield.
+    /// Smallest load under which the material yielded so far.
     yields_from: f64,
 
-    /// Under the last load. Before the first one, that of full contact, of zero mean, if there is a
-    /// formula.
+    /// Pressure under the last load. Before the first load it is that of full contact with zero
+    /// mean, if known.
     pressure: Vec<f64>,
     earlier_pressure: Vec<f32>,
     earlier_load: f64,
 
-    /// Nodes in contact under the last load, and under the one before.
+    /// Nodes in contact under the last load and under the load before.
     contact_nodes: f64,
     earlier_contact_nodes: f64,
 
     earlier_gap: Vec<f32>,
     earlier_reference: f64,
-    /// Mean of the gap in contact, less the reference.
+    /// Mean gap in contact, less the reference.
     offset: f64,
     earlier_offset: f64,
-    /// Which nodes are expected in contact when the next search begins.
+    /// Nodes that are free at the start of the next search.
     expected: Expected,
 
     double: Transform<f64>,
     double_scratch: Scratch<f64>,
     displacement: Kernel<f64>,
 
-    /// Of the last load, whose gap it has.
+    /// Search for the last load; it holds the gap.
     search: Search,
-    /// Made when a load is the first to need it.
+    /// Coarser meshes, created by the first load that needs them.
     coarser: Option<Box<Coarser>>,
 }
 
-/// What the pressure that flattens a surface is like, of zero mean.
+/// Pressure of zero mean that flattens the surface.
 #[derive(Debug, Clone, Copy)]
 struct FullContact {
-    /// How far it is below zero, and so the least load that brings every node into contact.
+    /// Smallest load that brings every node into contact: minus the lowest pressure.
     load: f64,
     peak: f64,
 }
 
 impl Solver {
-    /// Prepares a surface of one height for each node of the body's grid, peaks towards the body,
-    /// in units of rms slope × the longer side of the cell: of unit rms slope where that is one.
-    /// Their mean is of no consequence.
+    /// Prepares a surface with one height for each node of the body's grid.
+    ///
+    /// Heights are positive towards the body, in units of rms slope × the longer side of the cell.
+    /// Their mean does not matter.
     pub fn new(body: impl ElasticOperator + 'static, heights: &[f64]) -> Self {
         Self::with_hardness(body, None, heights)
     }
 
-    /// The same on a material that yields under the hardness, if there is one.
+    /// Prepares a surface on a material that yields at the hardness, if there is one.
     ///
-    /// Loads whose elastic pressure nowhere passes it are solved as by [`Solver::new`], to the same
-    /// bytes (the first one in more pairs, if it was expected to pass it); from the first one on
-    /// that does, in ascending order, all are solved for both bounds.
+    /// Loads whose elastic pressure stays below the hardness are solved as by [`Solver::new`], to
+    /// the same bytes. If the first load was expected to exceed the hardness, it takes more pairs
+    /// of transforms. In ascending order, all loads from the first that exceeds the hardness are
+    /// solved with both bounds.
     pub fn with_hardness(
         body: impl ElasticOperator + 'static,
         hardness: Option<Hardness>,
@@ -161,7 +170,7 @@ impl Solver {
         Self::with_threads(Threads::one(), Box::new(body), hardness, heights)
     }
 
-    /// The same, prepared by several threads, which [work on it](Solver::set_threads) from then on.
+    /// Prepares a surface with several threads, which later [share the work](Solver::set_threads).
     pub fn with_threads(
         threads: Threads,
         body: Box<dyn ElasticOperator>,
@@ -169,7 +178,7 @@ impl Solver {
         heights: &[f64],
     ) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
-        assert_eq!(heights.len(), cells, "heights fill the mesh");
+        assert_eq!(heights.len(), cells, "one height per node");
         let CentredHeights { heights, single_heights, lowest, highest } =
             CentredHeights::new(&threads, heights, nodes[1]);
         let double = elasticity::transform(&*body);
@@ -209,8 +218,8 @@ impl Solver {
         }
     }
 
-    /// Lets these threads share the work from now on. Nothing else depends on them: with any
-    /// number, the same load has the same pressure, to the bit.
+    /// Sets the threads that share the work. Any number of threads gives the same pressures, to the
+    /// bit.
     pub fn set_threads(&mut self, threads: Threads) {
         self.double_scratch.set_threads(threads.clone());
         if let Some(coarser) = &mut self.coarser {
@@ -219,23 +228,25 @@ impl Solver {
         self.search.set_threads(threads);
     }
 
-    /// Who shares the work.
+    /// Returns the threads that share the work.
     pub fn threads(&self) -> &Threads {
         &self.search.threads
     }
 
-    /// The least load, in units of E* × rms slope, that brings every node into contact, if it is
-    /// known from a formula: not where the material yields before.
+    /// Returns the smallest load that brings every node into contact, in units of E* × rms slope.
+    ///
+    /// It is `None` if no formula gives this load, or if the material yields before.
     pub fn full_contact_load(&self) -> Option<f64> {
         let full = self.full_contact?;
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         (full.load + full.peak <= ceiling).then_some(full.load)
     }
 
-    /// What unit pressure on all nodes displaces each of them by, where displacements are absolute:
-    /// nothing on a body that a uniform pressure does not displace. Since two nodes do the same to
-    /// each other, the mean of p times this is the mean displacement under any pressure p. In units
-    /// of the longer side over E*.
+    /// Returns the displacement of each node under unit pressure on all nodes, in units of the
+    /// longer side over E*.
+    ///
+    /// It is `None` on a body that a uniform pressure does not displace. By reciprocity, the mean
+    /// of p times this displacement is the mean displacement under any pressure p.
     pub fn displacement_under_unit_pressure(&mut self) -> Option<Vec<f64>> {
         if self.body.has_zero_mean_displacement() {
             return None;
@@ -247,29 +258,35 @@ impl Solver {
         Some(sunk)
     }
 
-    /// The pressure under the last load, in units of E* × rms slope: exactly zero outside the
-    /// contact, exactly the hardness at saturated nodes, and of the load's mean to rounding.
+    /// Returns the pressure under the last load, in units of E* × rms slope.
+    ///
+    /// It is exactly zero outside the contact and exactly the hardness at saturated nodes. Its mean
+    /// is the load, to rounding.
     pub fn pressure(&self) -> &[f64] {
         &self.pressure
     }
 }
 
-/// At this tolerance contact counts on 1024² nodes are within 2 nodes of those at 1e-10 at each of
-/// 1320 loads on twelve surfaces of three spectra; of the nodes, 0.07 are wrong on average.
+/// Default value of [`Settings::tolerance`].
+///
+/// Contact counts on 1024² nodes are within 2 nodes of those at 1e-10 under each of 1320 loads on
+/// twelve surfaces of three spectra; on average 0.07 nodes are wrong.
 pub const DEFAULT_TOLERANCE: f64 = 5e-5;
 
-/// Far more than any load of a rough surface takes.
+/// Default value of [`Settings::pair_limit`], far more than any load of a rough surface needs.
 pub const DEFAULT_PAIR_LIMIT: u32 = 2000;
 
-/// When a load counts as solved, and when to give up.
+/// Stopping criteria of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Largest [`Outcome::residual`] of a solution, yielding or not. It is held to a tenth, too, of
-    /// what the mean pressure in contact displaces one node by: less than the default only where
-    /// that pressure is below 5e-4 E* × rms slope.
+    /// Largest [`Outcome::residual`] of a solution, with or without a hardness.
+    ///
+    /// The residual is also limited to a tenth of the displacement of one node under the mean
+    /// pressure in contact. This limit is below the default only if that pressure is below 5e-4 E*
+    /// × rms slope.
     pub tolerance: f64,
-    /// Transform pairs, forward and inverse, after which a load is given up; asked once an
-    /// iteration, so that a few more may be spent.
+    /// Maximum number of transform pairs, forward and inverse, for one load. It is checked once per
+    /// iteration, so a few more may be used.
     pub pair_limit: u32,
 }
 
@@ -279,57 +296,63 @@ impl Default for Settings {
     }
 }
 
-/// How a load ended.
+/// Reason why the solver stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// Within the tolerance.
+    /// The residual is within the tolerance.
     Converged,
     /// Every node is in contact, and the pressure follows from a formula.
     FullContact,
-    /// Out of transform pairs; the pressure is the best known.
+    /// The limit of transform pairs was reached; the pressure is the best found.
     PairLimit,
-    /// Told to stop.
+    /// The caller stopped the solver; the pressure is the best found.
     Interrupted,
 }
 
-/// What is known of a load besides its pressure.
+/// Result for one load, without the pressures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// How it ended.
+    /// Reason why the solver stopped.
     pub stop: Stop,
-    /// Transform pairs spent, in both precisions; those on coarser meshes by their nodes.
+    /// Transform pairs used, in both precisions; those on coarser meshes count in proportion to
+    /// their nodes.
     pub pairs: u32,
-    /// The largest violation of the conditions of contact by the pressures that are kept, evaluated
-    /// in double precision, in units of rms slope × the smaller mesh step: |g| in elastic contact,
-    /// the penetration −g outside contact, and g at saturated nodes, where only yielding may make
-    /// it negative. The gap is measured from its mean in elastic contact; the bounds of the
-    /// pressure hold exactly.
+    /// Largest violation of the contact conditions by the returned pressures, in units of rms slope
+    /// × the smaller mesh step.
+    ///
+    /// It is evaluated in double precision: |g| in elastic contact, the penetration −g outside
+    /// contact, and g at saturated nodes, where yielding allows negative gaps. Gaps are measured
+    /// from their mean in elastic contact. The bounds of the pressure hold exactly.
     pub residual: f64,
-    /// Nodes with pressure.
+    /// Number of nodes with pressure.
     pub contact_nodes: usize,
-    /// Of these, the ones that bear the hardness: none without one.
+    /// Number of nodes at the hardness; these are contact nodes too.
     pub saturated_nodes: usize,
-    /// Mean gap over the map, in units of rms slope × its longer side. Where the material has
-    /// yielded there is none.
+    /// Mean gap over the map, in units of rms slope × longer side. Yielded nodes have zero gap.
     pub mean_gap: f64,
-    /// The depth to which saturated nodes have yielded, −g ≥ 0, as its mean over the map: the
-    /// volume that has yielded, per area. In units of rms slope × longer side; zero without a
-    /// hardness.
+    /// Mean over the map of the yielded depth −g ≥ 0 of saturated nodes: the yielded volume per
+    /// area.
+    ///
+    /// In units of rms slope × longer side; zero without a hardness.
     pub yielded_depth: f64,
-    /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × longer side. What is
-    /// dissipated by yielding is not in it: the hardness × [`Outcome::yielded_depth`].
+    /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × longer side.
+    ///
+    /// It does not contain the energy dissipated by yielding, hardness ×
+    /// [`Outcome::yielded_depth`].
     pub energy: f64,
-    /// In units of E* × rms slope: the hardness, where a node is saturated.
+    /// Largest pressure, in units of E* × rms slope; equal to the hardness if any node is
+    /// saturated.
     pub peak_pressure: f64,
 }
 
-/// Is told once an iteration how far a load has come, and says whether it is to go on. A function
-/// without arguments is one that hears nothing: whether it has been interrupted.
+/// Receives the progress of a load once per iteration, and can stop it.
+///
+/// A closure `Fn() -> bool` is a `Watch` that only tells whether to stop.
 pub trait Watch {
-    /// Whether to stop here: the best pressure so far is the outcome.
+    /// Returns whether to stop; the outcome then has the best pressure so far.
     fn is_interrupted(&self) -> bool;
 
-    /// So many transform pairs have been spent on the load.
+    /// Reports the number of transform pairs used for the load so far.
     fn spent(&self, _pairs: u32) {}
 }
 

@@ -58,7 +58,7 @@ pub struct Threads {
 
 #[derive(Debug)]
 struct Cores {
-    /// `count − 1` workers; the calling thread is the last worker. A worker more would compete for
+    /// Pool of `count − 1` workers; the calling thread is the last worker. A worker more would compete for
     /// the core of the caller, because idle workers wake up whenever there is work.
     pool: ThreadPool,
     count: usize,

@@ -1,4 +1,4 @@
-//! Transforms of any mesh: rows by realfft, columns by rustfft.
+//! Transforms of any mesh with realfft for rows and rustfft for columns.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::rows::Aligned;
 use super::{Band, ROW_BATCH, Real, Row, Rows, Sink, Source, Stored, cut, cut_pairs};
 use crate::threads::{Threads, Workers};
 
-/// Columns transformed together.
+/// Number of columns that are transformed together.
 ///
 /// They fill one cache line in single precision or two in double precision, so every byte of a
 /// fetched line is used, and the tile stays in the second-level cache.
@@ -30,7 +30,6 @@ pub struct HalfSpectrum<T> {
 pub struct Scratch<T> {
     /// Half spectrum of the mesh, allocated by the first convolution.
     spectrum: Vec<Complex<T>>,
-    /// Buffers of each thread.
     buffers: Vec<Buffers<T>>,
 }
 
@@ -41,7 +40,6 @@ impl<T> Scratch<T> {
     }
 }
 
-/// Buffers of one thread.
 struct Buffers<T> {
     row: Vec<T>,
     tile: Vec<Complex<T>>,

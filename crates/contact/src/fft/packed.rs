@@ -1,33 +1,33 @@
-//! Convolutions of two rows at a time, as many numbers at a time as a register holds.
+//! Convolutions that transform two rows at a time, with full vector registers.
 //!
-//! Rows 2i and 2i + 1 of the map are real and imaginary part of row i of a complex map z, N_x/2 ×
-//! N_y. Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O belong to the even
-//! and the odd rows; that of the real map is E + wO at k_x and E − wO at k_x + N_x/2, with w =
-//! exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at these two. Then multiplying by
-//! them is
+//! Rows 2i and 2i + 1 of the map are the real and imaginary part of row i of a complex map z with
+//! N_x/2 × N_y nodes. Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O belong
+//! to the even and the odd rows. The transform of the real map is E + wO at k_x and E − wO at k_x +
+//! N_x/2, with w = exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at these two. Then
+//! the product is
 //!
 //! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2,
 //!
-//! so that nothing real is ever transformed, and no Nyquist column is left over.
+//! so no real transform is needed, and no separate Nyquist column remains.
 //!
-//! The work is laid out so that every instruction works on full registers of L numbers:
+//! The data are laid out so that every instruction works on full registers of L numbers:
 //!
-//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] cut the row in N_y/L blocks, each
-//!    a register, which stand for k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all rows is a
-//!    tile.
-//! 2. *Columns* (`columns`). A tile is small enough for the second-level cache and has contiguous
-//!    columns, one a lane. Stages cut them in blocks of L × L numbers, which are then transformed
-//!    along both sides, transposed in between. The blocks of k and −k meet, are multiplied, and go
-//!    the same way back.
-//! 3. *Rows* again, backwards.
+//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] split the row into N_y/L blocks.
+//!    Each block is a register and contains k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all
+//!    rows is a tile.
+//! 2. *Columns* (`columns`). A tile fits into the second-level cache and has contiguous columns,
+//!    one per lane. Stages split them into blocks of L × L numbers, which are then transformed
+//!    along both sides, with a transposition in between. The blocks of k and −k are multiplied
+//!    together and transformed back the same way.
+//! 3. *Rows* again, in reverse.
 //!
-//! A map on a corner of the mesh fills its first rows only. The others are neither transformed nor
-//! kept: a tile holds what it has of the first ones, and is completed by zeros where its columns
-//! are transformed.
+//! A map in the corner of the mesh fills only the first rows. The other rows are neither
+//! transformed nor stored: a tile contains the filled rows and is padded with zeros while its
+//! columns are transformed.
 //!
-//! Threads share rows by blocks of batches, of which each has its part of every tile, and columns
-//! by pairs of tiles. [`Store`] takes complex rows from a batch to the tiles, transformed or as
-//! they are, and [`Fetch`] back.
+//! Threads share rows by blocks of batches, each of which owns its part of every tile, and share
+//! columns by pairs of tiles. [`Store`] copies complex rows from a batch to the tiles, transformed
+//! or not, and [`Fetch`] copies them back.
 
 #![expect(
     clippy::needless_range_loop,
@@ -50,18 +50,20 @@ mod stages;
 use columns::Columns;
 use stages::Stages;
 
-/// Complex rows that are transformed and then dealt out to the tiles together, since fewer would
-/// leave a tile before a cache line's neighbours are written, and more the first-level cache.
+/// Complex rows that are transformed and then copied to the tiles together.
+///
+/// With fewer rows, neighbours in a cache line would be written too late; more would not fit into
+/// the first-level cache.
 const BATCH: usize = ROW_BATCH / 2;
 
-/// Cache lines between tiles, so that a row's registers in all of them do not compete for a few
-/// places in the cache.
+/// Cache lines between tiles, so that the registers of a row in all tiles fall into different cache
+/// sets.
 const PADDING: usize = 2;
 
-/// Plans of one mesh.
+/// Plans of the convolutions on one mesh.
 pub struct Packed<T> {
     nodes: [usize; 2],
-    /// Rows, whole batches of them, beyond which there are zeros.
+    /// Filled rows, rounded up to whole batches; all rows beyond are zero.
     filled_rows: usize,
     instructions: Instructions,
     rows: Stages<T, true>,
@@ -69,15 +71,14 @@ pub struct Packed<T> {
 }
 
 pub struct Scratch<T> {
-    /// Tile after tile: real parts, imaginary parts, padding. Counted in doubles, whatever `T` is,
-    /// so that transforms of both precisions may have it in turn.
+    /// All tiles, one after another: real parts, imaginary parts, padding. Stored as doubles for either `T`, so
+    /// that transforms of both precisions can share the memory.
     tiles: Aligned<f64>,
-    /// One for each thread.
     buffers: Vec<Buffers<T>>,
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes over the tiles of another one; what they hold is lost.
+    /// Takes the tiles of another scratch; their content is lost.
     pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         if other.tiles.len() > self.tiles.len() {
             self.tiles = std::mem::replace(&mut other.tiles, Aligned::zeros(0));
@@ -87,20 +88,20 @@ impl<T: Real> Scratch<T> {
     }
 }
 
-/// What a thread writes on the way.
 struct Buffers<T> {
-    /// A batch of rows.
     rows: Aligned<T>,
-    /// A tile, or two.
+    /// Space for one or two tiles.
     spare: Aligned<T>,
 }
 
-/// What a thread has of all tiles: some consecutive rows, real parts and imaginary ones.
+/// Consecutive rows of all tiles for one thread, as real and imaginary parts.
 type Shares<'a, T> = Vec<[&'a mut [T]; 2]>;
 
 impl<T: Real> Packed<T> {
-    /// For maps of so many rows, on a mesh of no fewer. None if either side is no multiple of the
-    /// lanes, that across the rows of twice the lanes, by factors of 2, 3 and 5.
+    /// Plans convolutions of maps with `rows` rows on a mesh of `nodes`.
+    ///
+    /// Returns `None` unless N_x is a multiple of twice the lanes and N_y of the lanes, with
+    /// quotients that have only the factors 2, 3 and 5.
     pub fn new(rows: usize, nodes: [usize; 2], instructions: Instructions) -> Option<Self> {
         let lanes = T::LANES;
         let [nodes_x, nodes_y] = nodes;
@@ -116,8 +117,9 @@ impl<T: Real> Packed<T> {
         })
     }
 
-    /// The kernel whose factors of one |k_y| and |k_x| = 0, 1, …, N_x/2 are set, as
-    /// [`Packed::multiply`] reads it.
+    /// Computes a kernel as [`Packed::multiply`] reads it.
+    ///
+    /// `factors` writes the factors of one |k_y| and |k_x| = 0, 1, …, N_x/2.
     pub fn kernel(
         &self,
         threads: &Threads,
@@ -126,19 +128,19 @@ impl<T: Real> Packed<T> {
         self.columns.kernel(threads, factors)
     }
 
-    /// Nothing yet: the first convolution makes room.
+    /// Creates an empty scratch, whose tiles the first convolution allocates.
     pub fn scratch(&self) -> Scratch<T> {
         Scratch { tiles: Aligned::zeros(0), buffers: Vec::new() }
     }
 
-    /// Numbers in all tiles.
+    /// Returns the count of numbers in all tiles.
     fn tiles_len(&self) -> usize {
         self.nodes[1] / T::LANES * self.tile_len()
     }
 
     fn buffers(&self) -> Buffers<T> {
         let [column, row] = self.nodes;
-        // Of a tile that is its own opposite, or of two that are to be completed.
+        // A copy of a tile that is its own opposite, or two tiles to be padded.
         let whole_tiles = if self.filled_rows < column { 2 } else { 1 };
         Buffers {
             rows: Aligned::zeros(ROW_BATCH * row),
@@ -154,10 +156,10 @@ impl<T: Real> Packed<T> {
         threads.workers(self.filled_rows * self.nodes[1])
     }
 
-    fn make_room(&self, scratch: &mut Scratch<T>) {
+    fn allocate(&self, scratch: &mut Scratch<T>) {
         let doubles = self.tiles_len() * size_of::<T>() / size_of::<f64>();
         if scratch.tiles.len() < doubles {
-            // What is too small goes before the other comes.
+            // Free the small buffer before allocating the large one.
             scratch.tiles = Aligned::zeros(0);
             scratch.tiles = Aligned::zeros(doubles);
         }
@@ -182,8 +184,7 @@ impl<T: Real> Packed<T> {
         pairs.iter().fold(0.0, |sum, pair| sum + pair.sum)
     }
 
-    /// Goes over all rows that are not zero for certain, which may come from the tiles and may go
-    /// there.
+    /// Visits all filled rows, read from the tiles and written to them as `from` and `to` say.
     pub fn pass(
         &self,
         from: Stored,
@@ -193,7 +194,7 @@ impl<T: Real> Packed<T> {
         scratch: &mut Scratch<T>,
     ) {
         if from == Stored::Nothing {
-            self.make_room(scratch);
+            self.allocate(scratch);
         }
         let nodes_y = self.nodes[1];
         let Scratch { tiles, buffers } = scratch;
@@ -230,7 +231,7 @@ impl<T: Real> Packed<T> {
         &mut bytemuck::cast_slice_mut(tiles)[..self.tiles_len()]
     }
 
-    /// Cuts all tiles at these rows.
+    /// Splits all tiles at these rows.
     fn cut_tiles<'a>(&self, tiles: &'a mut [T], firsts: &[usize]) -> Vec<Shares<'a, T>> {
         let ends = firsts[1..].iter().chain([&self.filled_rows]);
         let lengths: Vec<usize> =
@@ -316,12 +317,12 @@ impl<T: Real> Packed<T> {
     }
 }
 
-/// Takes a batch of complex rows to the tiles.
+/// Copies a batch of complex rows to the tiles.
 struct Store<'a, 'b, T> {
-    /// Of the transform that comes before, if any does.
+    /// Stages of the transform to apply before, if any.
     pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
-    /// The first complex row, of those at hand.
+    /// First complex row, counted within the block.
     pub first: usize,
     pub batch: &'a mut [T],
     pub tiles: &'a mut Shares<'b, T>,
@@ -352,9 +353,9 @@ impl<T: Real> Work<T> for Store<'_, '_, T> {
     }
 }
 
-/// Brings so many complex rows back from the tiles.
+/// Copies `ROWS` complex rows back from the tiles.
 struct Fetch<'a, const ROWS: usize, T, B> {
-    /// Of the transform that comes after, if any does.
+    /// Stages of the inverse transform to apply after, if any.
     pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
     pub first: usize,

@@ -56,7 +56,7 @@ pub trait Work<T> {
 /// A number that fits into registers.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Vectorize: Pod {
-    /// Numbers in a register: a power of two, at most [`MAX_LANES`].
+    /// Count of numbers in a register, a power of two, at most [`MAX_LANES`].
     const LANES: usize;
 
     /// Runs `work` with the registers of `instructions`.

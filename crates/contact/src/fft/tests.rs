@@ -1,11 +1,11 @@
-//! Transforms against the Fourier sum, convolutions against transforms.
+//! Compares transforms with the Fourier sum, and convolutions with transforms.
 
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 
 use super::*;
 
-/// Odd, even, prime, and wider than one tile of columns; and rectangles of these.
+/// Odd, even and prime sizes, sizes above one tile of columns, and rectangles of these.
 const MESHES: [[usize; 2]; 13] = [
     [1, 1],
     [2, 2],
@@ -45,7 +45,7 @@ fn naive(map: &[f64], [nodes_x, nodes_y]: [usize; 2]) -> Vec<Complex<f64>> {
     (0..nodes_x * columns).map(entry).collect()
 }
 
-/// An even kernel without further symmetry, so that swapped axes show.
+/// Returns the factors of an even kernel without further symmetry, so that swapped axes show.
 fn factor(k_x: usize, k_y: usize) -> f64 {
     1.0 / (1.0 + k_y as f64 + 0.3 * k_x as f64)
 }
@@ -99,7 +99,7 @@ fn power_is_the_same_in_space_and_in_the_spectrum() {
     }
 }
 
-/// Forward, multiply, inverse, one after the other, in double precision.
+/// Transforms, multiplies and transforms back in three steps, in double precision.
 fn convolved_apart(map: &[f64], nodes: [usize; 2]) -> Vec<f64> {
     let transform = Transform::new(nodes);
     let mut scratch = transform.scratch();
@@ -115,7 +115,7 @@ fn convolved_apart(map: &[f64], nodes: [usize; 2]) -> Vec<f64> {
     apart
 }
 
-/// The largest difference between a convolution and the same in three steps.
+/// Returns the largest difference between a convolution and the same in three steps.
 fn worst_error<T: Real>(nodes: [usize; 2], convolve: impl FnOnce(&[T], &mut [T])) -> f64 {
     let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
     let mut fused = vec![T::zero(); map.len()];
@@ -137,8 +137,8 @@ fn convolution_error<T: Real>(nodes: [usize; 2]) -> f64 {
     })
 }
 
-/// The same through registers, with the bits of the result, or none if the mesh does not fit into
-/// them.
+/// Returns the error of the packed convolution and the bits of its result, or `None` if the mesh
+/// does not fit into registers.
 fn packed_error<T: Real>(
     nodes: [usize; 2],
     instructions: Instructions,
@@ -211,19 +211,18 @@ fn meshes_of_other_factors_are_left_to_rustfft() {
     }
 }
 
-/// Meshes of either way to convolve.
+/// Meshes for both implementations.
 const EITHER_WAY: [[usize; 2]; 8] =
     [[1, 1], [7, 7], [36, 36], [64, 64], [480, 480], [5, 36], [96, 32], [32, 160]];
 
-/// Meshes of either way that are large enough to be shared among three threads.
+/// Meshes for both implementations that are large enough for three threads.
 const SHARED: [[usize; 2]; 4] = [[640, 640], [700, 601], [832, 480], [1, 500_000]];
 
 fn threads(count: usize) -> Threads {
     Threads::new(NonZeroUsize::new(count).unwrap())
 }
 
-/// The bits of a spectrum, of the map that comes back, and of convolutions of a corner with their
-/// work.
+/// Returns the bits of a spectrum, of its inverse, and of convolutions of a corner with their sums.
 fn bits_on<T: Real>(threads: &Threads, nodes: [usize; 2]) -> Vec<u64> {
     let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
     let transform = Transform::new(nodes);
@@ -296,7 +295,7 @@ fn every_row_is_seen_once_in_ascending_order() {
 
 #[test]
 fn a_turn_is_an_end_and_a_beginning() {
-    /// Hands rows on, three times as large.
+    /// Multiplies rows by three.
     struct Triple;
     impl Rows<f64> for Triple {
         fn row(&mut self, _: Row, values: &mut [f64]) {
@@ -366,7 +365,7 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
 
 #[test]
 fn a_map_that_was_kept_goes_on_as_one_that_was_written() {
-    /// Keeps what it sees, and leaves it so many times as large.
+    /// Records rows and multiplies them by a factor.
     struct Times<'a>(f64, Band<'a, f64>);
     impl Rows<f64> for Times<'_> {
         fn row(&mut self, row: Row, values: &mut [f64]) {
@@ -427,7 +426,7 @@ fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
     }
 }
 
-/// Maps on corners of larger meshes, of either way to convolve; rows may fill batches or not.
+/// Maps in the corners of larger meshes, for both implementations; rows may fill batches or not.
 const CORNERS: [([usize; 2], [usize; 2]); 8] = [
     ([1, 1], [2, 2]),
     ([5, 7], [10, 14]),
@@ -439,7 +438,7 @@ const CORNERS: [([usize; 2], [usize; 2]); 8] = [
     ([64, 32], [64, 64]),
 ];
 
-/// The map with zeros around it.
+/// Returns the map padded with zeros.
 fn padded(map: &[f64], [rows, row_nodes]: [usize; 2], nodes: [usize; 2]) -> Vec<f64> {
     let mut whole = vec![0.0; nodes[0] * nodes[1]];
     for (row, values) in whole.chunks_exact_mut(nodes[1]).enumerate().take(rows) {
@@ -470,7 +469,7 @@ fn a_corner_is_convolved_to_the_bytes_of_the_whole_mesh_with_zeros() {
 
 #[test]
 fn a_corner_turns_peeks_and_tells_its_work_as_the_whole_mesh_does() {
-    /// Hands rows on, and adds up what it sees.
+    /// Keeps rows and adds them up.
     #[derive(Default)]
     struct Sum(Vec<f64>);
     impl Rows<f64> for Sum {
@@ -503,7 +502,7 @@ fn a_corner_turns_peeks_and_tells_its_work_as_the_whole_mesh_does() {
         let pairs = Vec::from_iter(0..corner[0].div_ceil(2));
         transform.peek(&pairs, &mut peeked, &mut scratch);
         transform.finish_and_begin(&mut turned, &mut scratch);
-        // A peek may show a row beyond the map, of zeros.
+        // Pairs may contain a row of zeros beyond the map.
         let beyond = peeked.0.split_off(corner[0]);
         assert!(beyond.into_iter().all(|sum| sum == 0.0), "{corner:?}");
         assert_eq!(peeked.0, turned.0);

@@ -1,12 +1,12 @@
-//! Moves that keep the mean pressure although they are clipped at both bounds.
+//! Balance of the mean pressure while pressures are clipped at both bounds.
 //!
-//! Where the material yields, pressures cannot be scaled back to their mean after a move: what is
-//! saturated would leave its bound. So a direction is shifted, before it is followed, by as much as
-//! makes up for all that will be clipped: what that is, free nodes in a sample of rows show. And
-//! gaps ask from an offset which takes as much pressure from some as it gives to others. That
-//! matters where few nodes are elastic or none: their mean gap says nothing then, while nodes
-//! change places between both bounds. [`Nodes`] tell which shift of pressures within bounds changes
-//! their sum by as much as it should.
+//! If the material yields, pressures cannot be scaled back to their mean after a move, because
+//! saturated ones would leave their bound. Instead, a direction is shifted before the move by a
+//! constant that makes up for all that will be clipped, estimated from free nodes in a sample of
+//! rows. Similarly, the residual is measured from an offset for which it would add as much pressure
+//! to some nodes as it removes from others. This matters if few or no nodes are elastic: their mean
+//! gap then says nothing, and nodes jump between both bounds. [`Nodes`] finds the shift of
+//! pressures within bounds that changes their sum by a given amount.
 
 use super::evaluation::Convergence;
 use super::lanes::Wide;
@@ -14,13 +14,13 @@ use super::passes::{FEWEST_NODES, PeekGap, Seen};
 use super::search::Search;
 use super::{Hardness, Solver};
 
-/// Where the residual is yet to be reduced by less than this, moves are balanced by all free nodes.
+/// Remaining reduction of the residual below which all free nodes are used to balance moves.
 const BALANCED_REDUCTION: f64 = 1e-3;
 
-/// What a search under a hardness knows of its pressures besides the gap.
+/// Sums of a search under a hardness.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {
-    /// Σ pressure.
+    /// Sum of all pressures.
     pub sum: f64,
     /// Mean gap of free nodes.
     pub free_offset: f64,
@@ -33,16 +33,19 @@ impl Balance {
 }
 
 impl Search {
-    /// Whether a sample of rows shows too little of what pressures will lack, for a move after
-    /// which the residual is yet to be reduced by this factor. Near the end elastic pressures are
-    /// scaled by what is missing_load then; a few strips of nodes bear it, and their gaps open by more
-    /// than the tolerance.
+    /// Returns whether a sample of rows is too small to balance a move, given the remaining
+    /// reduction of the residual.
+    ///
+    /// Near the end, elastic pressures are scaled to restore the missing load. A few strips of
+    /// nodes bear it, and their gaps open by more than the tolerance.
     pub(super) fn must_balance(&self, reduction: f64) -> bool {
         self.bound.is_some() && reduction > BALANCED_REDUCTION
     }
 
-    /// What is to be subtracted from a direction so that it brings what pressures lack when they
-    /// are clipped, as far as the free nodes that were gathered in so many rows show it.
+    /// Returns the mean to subtract from a direction, so that clipped pressures gain the missing
+    /// load.
+    ///
+    /// The estimate uses the free nodes collected from `rows` rows.
     pub(super) fn balanced_mean(
         &mut self,
         [step, share]: [f64; 2],
@@ -56,9 +59,11 @@ impl Search {
         Some(-shift / step)
     }
 
-    /// The offset after a move from which gaps ask that pressures, kept within their bounds, change
-    /// by nothing in sum, were each node alone: what a sample of rows shows of it, or all if it
-    /// shows too little. Close to a solution, it is the mean gap of elastic nodes.
+    /// Returns the offset after a move for which the sum of bounded pressures would not change if
+    /// nodes did not interact.
+    ///
+    /// It is estimated from a sample of rows, or from all rows if the sample is too small. Close to
+    /// a solution it is the mean gap of elastic nodes.
     pub(super) fn peek_offset(
         &mut self,
         part: f64,
@@ -89,9 +94,11 @@ impl Search {
 }
 
 impl Solver {
-    /// The offset from which gaps ask that pressures, kept within their bounds, change by nothing
-    /// in sum, were each node alone. The mean gap of elastic nodes, from which errors are measured,
-    /// may be that of one or two.
+    /// Returns the offset for which the sum of bounded pressures would not change if nodes did not
+    /// interact.
+    ///
+    /// The mean gap of elastic nodes, from which errors are measured, may be that of one or two
+    /// nodes.
     pub(super) fn balanced_offset(&mut self, hardness: Hardness, convergence: Convergence) -> f64 {
         self.search.candidates.clear();
         self.gather(self.search.sample.pairs(), hardness, convergence);
@@ -102,7 +109,7 @@ impl Solver {
         convergence.offset + shift.unwrap_or(0.0) / self.search.nodal_stiffness
     }
 
-    /// Gathers nodes of pairs of rows whose gap may ask for another pressure.
+    /// Collects nodes of pairs of rows whose pressure may change.
     fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, convergence: Convergence) {
         let Convergence { offset, error } = convergence;
         for pair in pairs {
@@ -124,8 +131,8 @@ impl Solver {
     }
 }
 
-/// Shifts and sums are found to so much of the largest change, as far as single precision knows
-/// them, or in so many steps.
+/// Accuracy of shifts and sums relative to the largest change, and limits by single precision and
+/// by the number of steps.
 const PRECISION: f64 = 1e-6;
 
 const ROUNDING: f64 = 1e-7;
@@ -136,7 +143,7 @@ const STEPS: usize = 40;
 #[derive(Default)]
 pub struct Nodes {
     pressure: Vec<f32>,
-    /// What their pressure is to change by, but for a shift common to all.
+    /// Change of the pressure of each node, before the common shift.
     change: Vec<f32>,
 }
 
@@ -150,20 +157,20 @@ impl Nodes {
         self.pressure.len()
     }
 
-    /// Makes the changes `step` times as large, after `share` of other ones were added.
+    /// Adds `share` times `others` to the changes and multiplies them by `step`.
     pub fn follow(&mut self, step: f32, share: f32, others: &[f32]) {
         for (change, other) in self.change.iter_mut().zip(others) {
             *change = step * (*change + share * other);
         }
     }
 
-    /// Adds those that were gathered later.
+    /// Appends nodes that were collected later.
     pub fn append(&mut self, mut later: Self) {
         self.pressure.append(&mut later.pressure);
         self.change.append(&mut later.change);
     }
 
-    /// Adds the first of these, with what each is to change by. Copies of one size take a register.
+    /// Appends the first `first` nodes. Copying a fixed size uses one register.
     #[inline(always)]
     pub fn extend<const N: usize>(
         &mut self,
@@ -184,9 +191,10 @@ impl Nodes {
         self.change.push(change);
     }
 
-    /// The shift of all changes with which pressures, kept between zero and `ceiling`, come to
-    /// `missing_load` more than they do. Of several such shifts, any; none without nodes, or if even
-    /// all at their bounds do not.
+    /// Returns the shift of all changes with which the bounded pressures gain `missing_load` in
+    /// sum.
+    ///
+    /// If several shifts do, any of them. `None` without nodes, or if the sum is out of reach.
     pub fn shift(&self, missing_load: f64, ceiling: f32) -> Option<f64> {
         let count = self.len() as f64;
         let before: f64 = self.total(|pressure, _| pressure.clamp(0.0, ceiling));
@@ -205,7 +213,8 @@ impl Nodes {
         for _ in 0..STEPS {
             let by = shift as f32;
             let after = |pressure: f32, change: f32| pressure + (change + by);
-            // What is not clipped counts to its last digit, though pressures are much larger.
+            // Pressures that are not clipped count to their last digit, even if they are much
+            // larger than the changes.
             let gained = self.total(|p, change| {
                 let beyond = p - p.clamp(0.0, ceiling);
                 (change + by).clamp(-p, ceiling - p) + beyond
@@ -231,7 +240,7 @@ impl Nodes {
         f64::from(self.change.iter().fold(0.0, larger))
     }
 
-    /// Shifts with which all nodes are at one bound or the other.
+    /// Returns the shifts with which all nodes are at the lower or at the upper bound.
     fn range(&self, ceiling: f32) -> (f64, f64) {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         for (pressure, change) in self.pressure.iter().zip(&self.change) {
@@ -241,7 +250,7 @@ impl Nodes {
         (-f64::from(high), f64::from(ceiling) - f64::from(low))
     }
 
-    /// Σ term(pressure, change), in chunks that single precision bears.
+    /// Returns Σ term(pressure, change), in chunks that single precision can add up.
     fn total(&self, term: impl Fn(f32, f32) -> f32) -> f64 {
         const CHUNK: usize = 256;
         let chunks = self.pressure.chunks(CHUNK).zip(self.change.chunks(CHUNK));
@@ -284,14 +293,14 @@ mod tests {
 
     #[test]
     fn nodes_at_their_bounds_leave_it_to_the_others() {
-        // The first falls to zero, which takes away one; the last would pass the ceiling.
+        // The first falls to zero and loses one; the last would exceed the ceiling.
         let all = nodes(&[(1.0, -3.0), (2.0, 0.0), (3.0, 0.0), (4.0, 7.0)]);
         assert!((all.shift(0.0, 4.0).unwrap() - 0.5).abs() < 1e-6);
     }
 
     #[test]
     fn nodes_that_jump_from_bound_to_bound_are_chosen_by_how_much_they_want_to() {
-        // Two of three that want to rise may, for two fall.
+        // Two of three nodes that want to rise may, because two fall.
         let all = nodes(&[(0.0, 900.0), (0.0, 800.0), (0.0, 700.0), (1.0, -800.0), (1.0, -900.0)]);
         let shift = all.shift(0.0, 1.0).unwrap();
         assert!((-800.0..=-699.0).contains(&shift), "{shift}");

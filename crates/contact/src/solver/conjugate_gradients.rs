@@ -1,37 +1,35 @@
-//! Conjugate gradients on the nodes that are, or should be, in contact.
+//! Preconditioned conjugate gradients on the free nodes, in single precision.
 //!
-//! The elastic energy is quadratic in the pressure, its gradient is the gap, and the pressure must
-//! stay positive and keep its mean. One iteration takes two transform pairs:
+//! The elastic energy is quadratic in the pressure p and its gradient is the gap. The pressure must
+//! stay positive and keep its mean. One iteration takes two pairs of transforms:
 //!
-//! 1. *Correct.* On the free nodes, those with pressure or penetrating, the gap is turned into the
-//!    pressure that would close it ([`Search::correct`]): the preconditioner is the stiffness |q|/2
-//!    of the half-space between a continuation of the gap over all nodes and its transpose. Made
-//!    conjugate to the last move, the correction is the direction.
-//! 2. *Move.* The pressure follows the direction by a predicted step, is clipped at zero and
-//!    scaled back to its mean; the displacement of what did move updates the gap.
+//! 1. *Correct.* Free nodes have pressure or penetrate. Their gap above the offset is the residual
+//!    r. The preconditioner turns r into the pressure z that would close the gap
+//!    ([`Search::correct`]). The direction t is z made conjugate to the last move.
+//! 2. *Move.* The pressure follows t by a predicted step length τ, is clipped at zero and scaled
+//!    back to its mean. The displacement under this move updates the gap.
 //!
-//! An exact line search would need the displacement of the direction before it is clipped: a third
-//! pair, for nearly every move clips. But how long the move should have been is known after it at
-//! no cost. That teaches the step of the same iteration at the next load, and what was missed is
-//! made up for by the next move, whose direction contains the last one.
+//! An exact line search would need the displacement of the direction before clipping, a third pair,
+//! because nearly every move clips. But the best step length is known after the move at no cost. It
+//! improves the prediction for the same iteration of the next load. The missing part of the move is
+//! made up by the next direction, which contains the last move.
 //!
-//! On large meshes memory is the limit, and not arithmetic. So the mesh is gone over at the ends
-//! and beginnings of transforms, and only once from a correction to a move. What a pass would have
-//! to know in advance is had in other ways. The line search after a move follows from sums over the
-//! pass that made it and from the transform (`line_search`), and so does the offset of the gap,
-//! which here is its mean weighted by pressure. Scaling pressures back to their mean, and taking
-//! back what was too far, are left to the next pass (`PendingUpdate`). And what the corrections are
-//! like on the whole is seen in a sample of rows, before all of them are made.
+//! On large meshes memory bandwidth is the limit. The mesh is therefore visited only at the ends of
+//! transforms, and once between a correction and a move. Three things make this possible:
 //!
-//! Where the material yields, the pressure is clipped at the hardness too, and free are besides
-//! elastic nodes those that penetrate without pressure and those whose gap is open under the
-//! hardness. Saturated ones are fixed like those without pressure: the residual of elastic nodes is
-//! what is driven to zero. `balance` says how moves keep the mean. The first iterations are
-//! corrected by less than a pair, with a preconditioner of two levels (`two_level`).
+//! - Sums of the same pass and the transform yield the line search and the offset of the gap, which
+//!   here is the mean gap weighted by pressure (`line_search`).
+//! - Scaling and partial undoing of a move are left to the next pass (`PendingUpdate`).
+//! - The mean correction is estimated from a sample of rows, before all corrections are computed.
 //!
-//! In the preconditioner, the stiffness has the pressure for a displacement of all nodes;
-//! `extension` has the displacement for a gap of free nodes, and takes back to them the pressure
-//! that belongs on others.
+//! If the material yields, pressures are also clipped at the hardness. Free nodes are then elastic
+//! nodes, nodes that penetrate without pressure, and saturated nodes with an open gap. The residual
+//! to be reduced is that of elastic nodes. `balance` describes how moves keep the mean. The first
+//! iterations use a cheaper preconditioner of two levels (`two_level`).
+//!
+//! The preconditioner is Eᵀ K E: `extension` continues the residual of free nodes over all nodes
+//! (E), the stiffness |q|/2 of the half-space turns it into pressures (K), and the transpose
+//! returns the pressures of other nodes to free nodes (Eᵀ).
 
 use std::mem::take;
 
@@ -49,40 +47,39 @@ use super::start::Start;
 use super::{Solver, two_level};
 use crate::fft::Band;
 
-/// The part of its largest residual that a search in single precision is trusted to reach: far from
-/// its rounding, 1e-7. An evaluation in double precision and the start after it last as long as two
-/// iterations.
+/// Reduction of the largest residual for which single precision is trusted, well above its rounding
+/// of 1e-7. An evaluation in double precision and a new start take as long as two iterations.
 const SINGLE_REDUCTION: f64 = 1e-5;
 
-/// By which an iteration is expected to reduce the residual once contact is found: what comes that
-/// close to the goal is moved and evaluated in double precision at once.
+/// Expected reduction of the residual by one iteration once the contact is found. If it suffices to
+/// reach the goal, the move is evaluated in double precision directly.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
-/// The same on the strips of elastic nodes that are left where the material yields.
+/// Expected reduction on the strips of elastic nodes of a material that yields.
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
-/// Where iterations end.
+/// Result of a series of iterations.
 pub enum End {
-    /// At a residual that is low enough, or will not be lower without a new start: with this still
-    /// to be done to pressures, and gaps in contact about as high as the offset.
+    /// Iterations ended at a residual that is low enough or needs a new start, with this update
+    /// pending. Gaps in contact are about `offset`.
     Residual { pending: PendingUpdate, offset: f64, is_reached: bool },
-    /// At a move, made from this offset, that is expected to lead to such a residual; its gap is
-    /// not known.
+    /// Iterations ended with a move from the gap offset `offset` that should reach the goal; its
+    /// gap is not known yet.
     Move { line: LineSearch, balance: Option<Balance>, offset: f64 },
 }
 
-/// Where iterations are to lead.
+/// Goal of a series of iterations.
 #[derive(Clone, Copy)]
 pub struct Goal {
-    /// In mesh steps.
+    /// Residual to reach, in mesh steps.
     pub residual: f64,
-    /// Whether it is evaluated in double precision there, and the last move with it.
+    /// True if the result and the last move are evaluated in double precision.
     pub is_evaluated: bool,
 }
 
 impl Solver {
-    /// Iterates, at least once, until the residual is within the tolerance or single precision has
-    /// done what it can, and evaluates where that led.
+    /// Iterates at least once, until the tolerance is met or single precision is exhausted, and
+    /// evaluates the result.
     pub(super) fn refine(
         &mut self,
         history: &mut History,
@@ -104,8 +101,7 @@ impl Solver {
 }
 
 impl Search {
-    /// Iterates, at least once, until the residual is as low as it is wanted or single precision
-    /// has done what it can.
+    /// Iterates at least once, until the goal is met or single precision is exhausted.
     pub(super) fn iterate(
         &mut self,
         history: &mut History,
@@ -130,7 +126,7 @@ impl Search {
         }
         let mut largest = 0.0_f64;
         loop {
-            // The first one may be that of a solution under another load.
+            // The first residual may belong to a solution under another load.
             largest = largest.max(self.residual(convergence.error));
             let possible = self.within_single_precision(largest, convergence.offset);
             let goal = wanted.residual.max(possible);
@@ -175,7 +171,7 @@ impl Search {
                 balance.sum += made.pending.part * moved;
                 balance.free_offset = free_offset;
             }
-            // A move may be less than pressures are rounded by.
+            // A move may be smaller than the rounding of pressures.
             let stuck = made.pending.part == 0.0 || convergence == before;
             let is_reached = self.residual(convergence.error) <= goal;
             if is_reached || stuck || stop(self.pairs) {
@@ -189,15 +185,15 @@ impl Search {
         }
     }
 
-    /// What single precision can reduce residuals to that were `largest`, where gaps in contact are
-    /// about `offset`: their last digit, where that is far from the reference.
+    /// Returns the residual that single precision can reach from `largest`, with gaps in contact
+    /// near `offset`.
     fn within_single_precision(&self, largest: f64, offset: f64) -> f64 {
         let rounding = f64::from(f32::EPSILON) * offset.abs();
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
-    /// Follows a move that has been made with the gap. Says also what the mean gap of free nodes is
-    /// then, where the material yields.
+    /// Updates the gap after a move. Also returns the mean gap of free nodes if the material
+    /// yields.
     fn follow(
         &mut self,
         history: &mut History,
@@ -230,14 +226,14 @@ impl Search {
         (convergence, free_offset, made)
     }
 
-    /// Learns from a move of which the part `best` would have been right. Says which part to keep.
+    /// Adapts the step lengths to a move whose best part was `best`. Returns the part to keep.
     pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
         let part = history.learn(self.steps_mut(history.is_nested), best);
         self.extension.continues = history.continues();
         part
     }
 
-    /// Moves the gap after the pressures, and goes on with what it asks for.
+    /// Updates the gap after the pressures, and computes the residual.
     pub(super) fn update_gap<const YIELDS: bool>(
         &mut self,
         pending: PendingUpdate,
@@ -248,7 +244,7 @@ impl Search {
             on_move: (pending.part * pending.scale) as f32,
             on_pressure: (pending.part * (pending.scale - 1.0)) as f32,
             reference: (self.reference + self.height_reference) as f32,
-            // What is taken back in part leaves pressure wherever there was some.
+            // A move undone in part leaves pressure on every free node.
             pressed: if pending.part < 1.0 { FREE } else { PRESSED },
         };
         let mut pass = Wide(UpdateGap::<YIELDS> {
@@ -266,22 +262,24 @@ impl Search {
         self.free_nodes = seen.free_nodes;
         self.level = offset;
         let free_offset = offset + seen.free_sum / seen.free_nodes.max(1.0);
-        // In elastic bodies the sums are zero, and it is known already.
+        // For elastic bodies the sums are zero, and the offset is known.
         let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);
         (seen.extremes.convergence(offset), free_offset)
     }
 }
 
-/// The largest share of the last move in a direction: more would make it grow from one iteration
-/// to the next, which a predicted step does not bear.
+/// Largest share β of the last move in a direction. With more, the share would grow from iteration
+/// to iteration, which a predicted step length does not allow.
 const LARGEST_SHARE: f64 = 2.0;
 
 impl Search {
-    /// Looks at the corrections of a sample of rows, or of all if it shows too few free nodes.
-    /// Where the material yields, free nodes are gathered on the way; returns also in how many
-    /// rows.
+    /// Estimates mean corrections from a sample of rows, or from all rows if the sample has too few
+    /// free nodes.
+    ///
+    /// If the material yields, free nodes are collected as well. Also returns the number of rows
+    /// visited.
     fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
-        // Their memory serves again.
+        // Reuse the allocations.
         let (mut nodes, mut last_moves) = (take(&mut self.candidates), take(&mut self.last_moves));
         nodes.clear();
         last_moves.clear();
@@ -316,8 +314,8 @@ impl Search {
         (means, rows)
     }
 
-    /// Chooses a direction, conjugate to the last move. Where the material yields, it brings also
-    /// what pressures have missing_load since then.
+    /// Computes a direction conjugate to the last move. If the material yields, the direction also
+    /// restores the missing load.
     pub(super) fn direction(
         &mut self,
         last: Option<&LastMove>,
@@ -331,7 +329,7 @@ impl Search {
             let mean = self.balanced_mean([step, 0.0], missing_load, rows);
             return Direction::first(step, mean.unwrap_or(-means.correction));
         };
-        // Gaps count from the offset, and the offset has moved too.
+        // Gaps are measured from the offset, which has changed as well.
         let along = means.correction_on_image - last.offset_change * means.sampled_correction;
         let share = self.free_nodes * along / last.curvature + last.missed / step;
         let share = share.clamp(0.0, LARGEST_SHARE);
@@ -380,8 +378,7 @@ impl Search {
         pass.0.sums.total()
     }
 
-    /// Makes the rows of the correction, all but what is to be given to them: in one pair, after
-    /// which they are kept, or by blocks.
+    /// Computes the corrections, by one pair of transforms or by blocks, and stores them.
     pub(super) fn correct(&mut self, by_blocks: bool) {
         self.is_by_blocks = by_blocks;
         if by_blocks {
@@ -400,8 +397,7 @@ impl Search {
         self.extension.collect(&self.threads);
     }
 
-    /// Begins the transform of the gap above its level, on free nodes and continued over the
-    /// others.
+    /// Begins the transform of the extended residual.
     fn begin_correction(&mut self) {
         self.extension.extend(&self.threads);
         let mut pass = Wide(Extend {

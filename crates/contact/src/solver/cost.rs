@@ -1,4 +1,4 @@
-//! What a sweep of loads will cost, before it is begun.
+//! Expected cost of a series of loads.
 
 use std::time::{Duration, Instant};
 
@@ -9,39 +9,43 @@ use crate::elasticity::PeriodicHalfSpace;
 use crate::fft::Transform;
 use crate::grid::{Boundary, Cell, Grid};
 
-/// Cost of a whole iteration over that of its transforms, in pairs: 2.4 at 512² and 2.3 at 1024².
+/// Cost of a whole iteration over that of its transforms: 2.4 at 512² and 2.3 at 1024².
 const OVERHEAD: f64 = 2.3;
 
-/// Pairs of a load that is solved for on coarser meshes first, and what a tenth of the tolerance
-/// adds to them: 12 to 15 for loads of any size on 512² to 4096² nodes.
+/// Pairs of a load that is solved on coarser meshes first: 12 to 15 for any load on 512² to 4096²
+/// nodes.
 const NESTED: f64 = 13.0;
 
 const NESTED_PER_DECADE: f64 = 3.0;
 
-/// How long a pair is measured again and again.
+/// Time for repeated measurements of one pair.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// What a tenth of the tolerance adds to the pairs at the default one, counted down to 1e-10.
+/// Relative increase of the pairs for each tenth of the tolerance, down to 1e-10.
 const PER_DECADE: f64 = 0.18;
 
-/// What a pair takes where nothing lies around the map, in time: every other one is on a mesh of
-/// twice the nodes along both axes, most of which are known to be zero, and the rest on one of 1.25
-/// times the nodes.
+/// Time of a pair for a free boundary, over that of a periodic one.
+///
+/// Every second pair is on a mesh of twice the nodes along both axes, most of which are known to be
+/// zero, and the others are on one of 1.25 times the nodes.
 const FREE: f64 = 2.3;
 
-/// Seconds for each node that the kernels of a free half-space take.
+/// Seconds per node for the kernels of a free half-space.
 const FREE_KERNEL: f64 = 2e-7;
 
-/// Pairs where a material yields over those where it does not, in time: counts under hardnesses of
-/// 0.3 and 1 E* × rms slope are 1.1 to 1.3 on 128² nodes, to any tolerance, and 1 to 1.3 on 1024²;
-/// with iterations that take one pair and not two, each takes 1.3 times as long.
+/// Time of the pairs of a material that yields, over that of an elastic one.
+///
+/// Counts of pairs under hardnesses of 0.3 and 1 E* × rms slope are 1.1 to 1.3 times as many on
+/// 128² nodes, for any tolerance, and 1 to 1.3 on 1024². Because many iterations take one pair
+/// instead of two, each pair takes 1.3 times as long.
 const YIELDING: f64 = 1.45;
 
-/// Meshes beyond this are not measured, but a part of them: that costs seconds and gigabytes.
+/// Longest side of a mesh that is measured; a larger one takes seconds and gigabytes, so a part of
+/// it is measured.
 const LARGEST_MEASURED: usize = 2048;
 
-/// Seconds of one core that the preparation of a body is expected to take, besides what that of a
-/// periodic one does, which is next to nothing.
+/// Returns the core seconds that the preparation of a body takes, compared with a periodic one,
+/// whose preparation is negligible.
 pub fn preparation(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     match body.boundary {
         Boundary::Periodic => 0.0,
@@ -49,8 +53,9 @@ pub fn preparation(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     }
 }
 
-/// Transform pairs on the mesh of the map that ascending loads, in units of E* × rms slope, are
-/// expected to take, or what takes as long.
+/// Returns the expected number of transform pairs for ascending loads, in units of E* × rms slope.
+///
+/// Other work is converted to pairs of the same duration on the mesh of the map.
 pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let elastic = elastic_pairs(nodes, loads, tolerance);
     let pairs = elastic * body.hardness.map_or(1.0, |_| YIELDING);
@@ -60,20 +65,20 @@ pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolera
     }
 }
 
-/// The tolerance at which pairs were counted.
+/// Tolerance for which the pairs were counted.
 const COUNTED_AT: f64 = 6e-5;
 
-/// How many tenths of that a tolerance is.
+/// Returns the decades from that tolerance down to this one.
 fn decades(tolerance: f64) -> f64 {
     (COUNTED_AT / tolerance).log10()
 }
 
-/// The same on an elastic and periodic body.
+/// Returns the expected number of pairs for an elastic, periodic body.
 ///
-/// A rough fit to counts on self-affine surfaces, good to a tenth for means over several: loads
-/// near full contact are the easiest, coarser steps guess worse, on small meshes the first load has
-/// no guess to start from, and each doubling of the mesh adds a tenth. Loads far apart take as many
-/// wherever they are.
+/// A rough fit to counts on self-affine surfaces, with an error of a tenth for means over several
+/// surfaces. Loads near full contact are the easiest; larger steps between loads make worse
+/// guesses; on small meshes the first load has no guess; and each doubling of the mesh adds a
+/// tenth. Loads far apart take the same number of pairs at any load.
 fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let cell = Cell::square(1.0).expect("a side of one");
     let nested = Grid::new(nodes, cell).is_ok_and(is_nested);
@@ -94,8 +99,7 @@ fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     pairs.sum()
 }
 
-/// Seconds of one core that a pair takes on this machine, everything included; measured here and
-/// now, in a few transforms.
+/// Measures the core seconds of a pair on this machine, by a few transforms, overhead included.
 pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
     let longer = nodes.into_iter().max().filter(|longer| *longer > LARGEST_MEASURED);
     if let Some(longer) = longer {
@@ -115,8 +119,8 @@ pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
         transform.convolve(&kernel, &field, &mut out, &mut scratch);
         begun.elapsed().as_secs_f64()
     };
-    // The first one finds nothing in the caches. Of several, the fastest is the one that no other
-    // process disturbed.
+    // The first measurement warms the caches. The fastest of several is the least disturbed by
+    // other processes.
     pair();
     let begun = Instant::now();
     let mut fastest = pair().min(pair());
@@ -131,7 +135,7 @@ mod tests {
     use super::*;
     use crate::solver::Hardness;
 
-    /// The loads of the 2015 campaign.
+    /// Returns the loads of the 2015 campaign.
     fn campaign() -> Vec<f64> {
         let light = (1..=50).map(|i| 0.06 * f64::from(i) / 50.0);
         let heavy = (1..=40).map(|i| 0.06 * (1.7_f64 / 0.06).powf(f64::from(i) / 40.0));
@@ -146,7 +150,7 @@ mod tests {
             let ratio = elastic_pairs([nodes; 2], &campaign(), 6e-5) / counted;
             assert!((0.85..1.15).contains(&ratio), "{nodes}: {ratio}");
         }
-        // And of three sweeps at 1e-10.
+        // Mean of three series of loads at 1e-10.
         let ratio = elastic_pairs([1024; 2], &campaign(), 1e-10) / 2100.0;
         assert!((0.85..1.15).contains(&ratio), "{ratio}");
     }

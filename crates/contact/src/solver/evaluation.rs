@@ -1,5 +1,4 @@
-//! From single precision to double: what a search found is evaluated, and what a pass over the gap
-//! reveals of it: the contact, its offset, and how far off it is.
+//! Evaluation of a search in double precision: contact, offset and error of the gap.
 
 use pulp::Simd;
 
@@ -14,21 +13,21 @@ use super::passes::{
 use super::{Hardness, Settings, Solver};
 use crate::fft::Band;
 
-/// What only double precision tells.
+/// Result of an evaluation in double precision.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
     pub convergence: Convergence,
     pub contact_nodes: f64,
-    /// Mean of the gap over the map, zero where there is contact.
+    /// Mean gap over the map, where contact counts as zero.
     pub mean_gap: f64,
-    /// Mean over the map of how far the gap of saturated nodes is negative.
+    /// Mean over the map of the negative gaps of saturated nodes, as a positive depth.
     pub yielded_depth: f64,
     /// Half the mean of pressure × displacement.
     pub energy: f64,
 }
 
 impl Solver {
-    /// Measures the present pressure and renews the gap from it: one pair.
+    /// Computes the gap under the present pressure: one pair.
     pub(super) fn evaluate(&mut self) -> Evaluation {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
@@ -41,8 +40,10 @@ impl Solver {
         self.finish_gap()
     }
 
-    /// The same of a guess: twice, if it is no solution, but all that is seen of its error is how
-    /// gaps so far from their reference are rounded. A search would find nothing to do there.
+    /// Evaluates a guess, and evaluates it twice if it is no solution but its error is hidden by rounding.
+    ///
+    /// The rounding is that of gaps far from their reference. A search could not improve such a
+    /// guess.
     pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
         let evaluation = self.evaluate();
         let Convergence { offset, error } = evaluation.convergence;
@@ -54,8 +55,10 @@ impl Solver {
         self.evaluate()
     }
 
-    /// The same of the pressure where a search led. Gaps are to be counted from `offset`, near to
-    /// that which will be found, so that gaps in contact keep all their digits.
+    /// Evaluates the pressure to which a search led.
+    ///
+    /// Gaps are then counted from `offset`, close to the offset to be found, so that gaps in
+    /// contact keep all their digits.
     pub(super) fn evaluate_search(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
         if let Some(hardness) = self.search.bound {
             self.promote_yielding(hardness, pending);
@@ -75,7 +78,7 @@ impl Solver {
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
-    /// The same without so much of the last move.
+    /// Evaluates after undoing `part` of the last move.
     fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
         self.take_back(part);
         self.impose_load();
@@ -83,14 +86,14 @@ impl Solver {
         self.evaluate()
     }
 
-    /// Takes so much of the last move from the pressures.
+    /// Subtracts `part` of the last move from the pressures.
     pub(super) fn take_back(&mut self, part: f64) {
         let mut pass =
             TakeBack { part, hardness: self.search.ceiling(), last_step: &self.search.last_step };
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
     }
 
-    /// Evaluates a move at once, and once more if only a part of it is kept.
+    /// Evaluates a move, and once more if only a part of it is kept.
     pub(super) fn evaluate_move(
         &mut self,
         history: &mut History,
@@ -103,7 +106,7 @@ impl Solver {
         self.keep_move(history, line.best(curvature), curvature, evaluation, offset_change - offset)
     }
 
-    /// The same where the material yields: `balance` is of the pressures before the move.
+    /// Evaluates a move in a material that yields; `balance` belongs to the pressures before it.
     pub(super) fn evaluate_yielding_move(
         &mut self,
         history: &mut History,
@@ -120,7 +123,7 @@ impl Solver {
         self.keep_move(history, best, curvature, evaluation, 0.0)
     }
 
-    /// Multiplies, and sees where pressures of a move led that were scaled, and what it is worth.
+    /// Computes the gap after a move with scaled pressures, and the curvature along it.
     fn finish_move<const YIELDS: bool>(
         &mut self,
         scale: f64,
@@ -146,8 +149,8 @@ impl Solver {
         (self.evaluation(&statistics, work), curvature)
     }
 
-    /// Learns from a move that was evaluated, of which `best` would have been right, and keeps it,
-    /// or that part.
+    /// Adapts step lengths to an evaluated move with the best part `best`, and keeps it or that
+    /// part.
     fn keep_move(
         &mut self,
         history: &mut History,
@@ -214,11 +217,10 @@ impl Solver {
         };
         let mean_gap = match statistics.gap_sum {
             Some(sum) => sum / cells - convergence.offset,
-            // Displacements and heights have no mean.
+            // Displacements and heights have zero mean.
             None => -(self.search.reference + convergence.offset),
         };
-        // Where material has yielded there is no gap, and where all nodes touch none but for
-        // rounding.
+        // Yielded material has no gap. If all nodes touch, only rounding remains.
         let mean_gap = match yielded_depth {
             0.0 => mean_gap,
             depth => (mean_gap + depth).max(0.0),
@@ -233,18 +235,17 @@ impl Solver {
     }
 }
 
-/// Where a search stands.
+/// Offset and largest error of the gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// Mean of the gap over the contact, but where the material yields: where the rigid surface is
-    /// to be shifted to.
+    /// Mean gap in contact, or, if the material yields, the offset that the rigid surface should have.
     pub offset: f64,
-    /// The largest gap in contact, or penetration anywhere but where the material yields, measured
-    /// from the offset.
+    /// Largest |gap − offset| that violates the contact conditions: gaps in contact, and
+    /// penetration of nodes that have not yielded.
     pub error: f64,
 }
 
-/// The lowest gap but of saturated nodes, and the highest in contact.
+/// The lowest gap of nodes that are not saturated, and the highest gap in contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Extremes {
     pub highest_in_contact: f32,
@@ -254,7 +255,7 @@ pub struct Extremes {
 impl Extremes {
     pub const NONE: Self = Self { highest_in_contact: -f32::MAX, lowest: f32::MAX };
 
-    /// An offset that contradicts the least, where all contact is saturated.
+    /// Returns the offset of least contradiction if all contact is saturated.
     pub fn middle(self) -> f64 {
         let highest = f64::from(self.highest_in_contact);
         if self.lowest == Self::NONE.lowest {
@@ -284,17 +285,17 @@ impl Extremes {
     }
 }
 
-/// A convergence in the making, row by row.
+/// Sums and extremes of the gap, collected row by row.
 #[derive(Debug, Clone, Copy)]
 pub struct GapStatistics {
     pub contact_nodes: f64,
-    /// Of these, the ones that are not saturated.
+    /// Contact nodes that are not saturated.
     pub elastic_nodes: f64,
-    /// Σ gap over elastic nodes, left to whoever knows it in double precision,
+    /// Σ gap over elastic nodes, added by the caller in double precision.
     pub elastic_sum: f64,
-    /// and over saturated ones.
+    /// Σ gap over saturated nodes, added in the same way.
     pub saturated_sum: f64,
-    /// Σ gap over the map, likewise, where it tells what no mean displacement is.
+    /// Σ gap over the map, if displacements have a mean.
     pub gap_sum: Option<f64>,
     extremes: Extremes,
 }
@@ -322,12 +323,12 @@ impl Found for GapStatistics {
 }
 
 impl GapStatistics {
-    /// Nothing so far, of gaps that are to be summed or not.
+    /// Creates empty statistics, with or without a sum of gaps over the map.
     pub fn new(sums_gaps: bool) -> Self {
         Self { gap_sum: sums_gaps.then_some(0.0), ..Self::NOTHING }
     }
 
-    /// Adds a row of gaps, in double precision, and of numbers that are marked by pressure.
+    /// Adds the sums of a row of gaps in double precision; the flags are in `last_step`.
     #[inline(always)]
     pub fn add_gaps<const YIELDS: bool>(&mut self, gap: &[f64], last_step: &[f32]) {
         self.elastic_sum += sum_by(gap, last_step, |gap, last_step| {
@@ -344,7 +345,7 @@ impl GapStatistics {
         }
     }
 
-    /// Adds a row of gaps but to their sums, and of numbers that are marked by pressure.
+    /// Adds counts and extremes of a row of gaps; the flags are in `last_step`.
     #[inline(always)]
     pub fn add<S: Simd, const R: usize, const YIELDS: bool>(
         &mut self,

@@ -1,24 +1,25 @@
-//! Continues over all nodes what free ones ask for, and hands back to them what the others are
-//! asked for then.
+//! Extension E of the residual of free nodes over all nodes, and its transpose.
 //!
-//! Where the gap of free nodes is r, the pressure on them that closes it is that which the
-//! stiffness K has for r continued by the displacement that this pressure causes elsewhere. Of all
-//! continuations E r this one has the least energy ⟨E r, K E r⟩: it is ⟨r, S r⟩, where S is the
-//! stiffness of the free nodes alone. So Eᵀ K E is symmetric and no less than S for any linear E,
-//! and close to S if E r is about as smooth as displacements are. What zeros elsewhere cost is a
-//! jump at each edge of contact: then the eigenvalues of S⁻¹ Eᵀ K E reach from 1 to 5 or 20, as the
-//! logarithm of wavelength over spot (long waves ask for far too much), and with the present E to
-//! 1.2 or 1.4 on all meshes, for all spectra and from light loads to nearly full contact.
+//! Let r be the gap of free nodes above the offset. The pressure on free nodes that closes it is
+//! the stiffness K times r extended by the displacement that this pressure causes elsewhere. Of all
+//! extensions E r this one has the least energy ⟨E r, K E r⟩ = ⟨r, S r⟩, where S is the stiffness
+//! of the free nodes alone. So Eᵀ K E is symmetric and not less than S for any linear E, and close
+//! to S if E r is about as smooth as displacements are.
 //!
-//! E is a pyramid of means. Each block of 4 × 4 nodes, and of 2 × 2 blocks, and so on, takes the
-//! sum over its free nodes together with the value of the larger blocks around it, interpolated
-//! linearly, which weighs as much as [`WEIGHT`] of the block's nodes. Around the largest block is
-//! zero. So a value fades with the distance from contact over which contact is sparse: were it not
-//! to fade, what one node asks for would spread as far as there is no other.
+//! Extension by zeros has a jump at each edge of contact. The eigenvalues of S⁻¹ Eᵀ K E then reach
+//! from 1 to 5 or 20, growing as the logarithm of wavelength over spot size, because corrections of
+//! long waves are far too large. With the present E they reach 1.2 or 1.4 on all meshes, for all
+//! spectra, and from light loads to nearly full contact.
 //!
-//! Passes over the mesh work on a row of blocks at a time (`rows`): the rows of nodes in it are
-//! added up node by node, and then along the row. The pyramid has a sixteenth of the nodes
-//! (`levels`).
+//! E is a pyramid of means. Each block of 4 × 4 nodes, each block of 2 × 2 such blocks, and so on,
+//! gets a weighted mean: of its free nodes, and of the linearly interpolated value of the larger
+//! blocks around it, which counts as [`WEIGHT`] of the block's nodes. The value around the largest
+//! block is zero. So the extension decays with the distance from contact over which contact is
+//! sparse. Without decay the residual of an isolated node would spread to its nearest neighbours,
+//! however far.
+//!
+//! Passes over the mesh process one row of blocks at a time (`rows`): they add up its rows of
+//! nodes, and then the nodes along the row. The pyramid has a sixteenth of the nodes (`levels`).
 
 use super::lanes::over_rows;
 use crate::threads::Threads;
@@ -30,42 +31,42 @@ pub use rows::{ContinuedRows, GivenRows, ResidualRows, TakenRows};
 
 use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
 
-/// Nodes along a side of the smallest blocks: with 2, hardly fewer iterations.
+/// Nodes along a side of the smallest blocks; with 2, there are hardly fewer iterations.
 const SIDE: usize = 4;
 
-/// What the value around a block weighs, in nodes over those of the block. Largest eigenvalues from
-/// 0.006 to 1 E* × rms slope: 1.2 to 1.4; with half or double of it, 1.2 to 2.
+/// Weight of the value around a block, over the nodes of the block.
+///
+/// The largest eigenvalues from 0.006 to 1 E* × rms slope are 1.2 to 1.4; with half or double the
+/// weight 1.2 to 2.
 const WEIGHT: f32 = 0.25;
 
-/// The pyramid; its mesh is taken to repeat, for what is continued need not be exact.
+/// Pyramid of means on a mesh that is taken as periodic; the extension need not be exact.
 pub struct Extension {
     levels: Vec<Level>,
-    /// What rows of the smallest blocks have taken for the rows before them, and for those after.
+    /// Values that rows of the smallest blocks collected for the rows before and after them.
     for_neighbours: [Vec<f32>; 2],
-    /// Of the map, along x and y,
+    /// Nodes of the map along x and y.
     map: [usize; 2],
-    /// and of the mesh that it is a corner of.
+    /// Nodes of the mesh, of which the map is a corner.
     nodes: [usize; 2],
-    /// Else it continues by zeros: corrections are then less far-reaching, for a search that has
-    /// gone astray with others.
+    /// If false, the extension is zero: corrections reach less far, for a search that went astray.
     pub continues: bool,
 }
 
-/// Blocks of one size.
 struct Level {
-    /// Along x and y.
+    /// Blocks along x and y.
     blocks: [usize; 2],
-    /// What the value around each weighs, in nodes.
+    /// Weight of the value around each block, in nodes.
     around: f32,
-    /// Free nodes,
+    /// Number of free nodes in each block.
     free: Vec<f32>,
-    /// and sums over them, or what has become of these.
+    /// Sums over free nodes, or values derived from them.
     values: Vec<f32>,
 }
 
 impl Extension {
-    /// Over a mesh of `nodes`, of which the map is a corner or all: nodes around it ask for
-    /// nothing.
+    /// Creates the pyramid of a mesh of which the map is a corner; nodes around the map are not
+    /// free.
     pub fn new(map: [usize; 2], nodes: [usize; 2]) -> Self {
         let (mut side, mut levels) = (SIDE, Vec::new());
         loop {
@@ -93,7 +94,7 @@ impl Extension {
         }
     }
 
-    /// Makes of all rows that were asked for what is to be written.
+    /// Computes the extension from the sums of the residual.
     pub fn extend(&mut self, threads: &Threads) {
         if !self.continues {
             return self.levels[0].values.fill(0.0);
@@ -114,8 +115,7 @@ impl Extension {
         }
     }
 
-    /// Makes of all rows that were taken what is to be handed back: the transpose of
-    /// [`Extension::extend`].
+    /// Computes the transpose of [`Extension::extend`] from the collected values.
     pub fn collect(&mut self, threads: &Threads) {
         let smallest = &mut self.levels[0];
         let mut pass = JoinRows::new(smallest.blocks, &self.for_neighbours);
@@ -123,7 +123,7 @@ impl Extension {
         self.hand_down(threads);
     }
 
-    /// Hands what the smallest blocks have taken to those with free nodes.
+    /// Distributes the values of the smallest blocks to blocks with free nodes.
     fn hand_down(&mut self, threads: &Threads) {
         if !self.continues {
             return self.levels[0].values.fill(0.0);
@@ -143,20 +143,20 @@ impl Extension {
         }
     }
 
-    /// What lies there was not asked.
+    /// Clears values beyond the map, where no residual was added.
     fn clear_beyond_map(&mut self) {
         let smallest = &mut self.levels[0];
         let asked = self.map[0].div_ceil(SIDE) * smallest.blocks[1];
         smallest.values[asked..].fill(0.0);
     }
 
-    /// Around the largest block is zero.
+    /// Completes the largest block, around which the value is zero.
     fn divide_top(&mut self) {
         let top = self.levels.last_mut().expect("one block at least");
         top.values[0] /= top.free[0] + top.around;
     }
 
-    /// A level and the next one, of larger blocks.
+    /// Returns a level and the next one, of larger blocks.
     fn pair(&mut self, finer: usize) -> [&mut Level; 2] {
         self.levels.get_disjoint_mut([finer, finer + 1]).expect("there is a larger block")
     }

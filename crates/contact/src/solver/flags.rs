@@ -1,29 +1,27 @@
-//! What is known of a node besides numbers: two bits, or three where the material may yield, in a
-//! number that can spare them.
+//! Flags of nodes in the lowest bits of their last move, and groups of active nodes.
 //!
-//! Between passes, each node carries one number from iteration to iteration: its last move if it is
-//! free. It only steers the search, so that its lowest bits are as good as any to tell whether it
-//! is. A map of its own would be read and written in every pass.
+//! Each node keeps its last move from iteration to iteration. The move only steers the search, so
+//! its two or three lowest bits can hold flags. A separate map of flags would have to be read and
+//! written in every pass.
 //!
-//! [`ActiveGroups`] are the groups of neighbours that take part in the search. Contact is patches:
-//! on most of a lightly loaded mesh no node is free, no pressure is to be moved, and nothing was
-//! moved before. What passes over the mesh would read there is known, and on large meshes reading
-//! it is most of what they cost. A group is as many neighbours of a row as
-//! [`Lanes`] have; the rest of a row is always looked at.
+//! [`ActiveGroups`] are the groups of sixteen neighbours in a row ([`Lanes`]) that take part in the
+//! search; the remainder of a row is always visited. Contact consists of patches: on most of a
+//! lightly loaded mesh no node is free and no pressure changes. Skipping these groups saves most of
+//! the memory traffic of a pass over a large mesh.
 
 use pulp::Simd;
 
 use super::lanes::{Choice, LANES, Lanes};
 use crate::fft::{Band, Row};
 
-/// Takes part in the iteration: its pressure may change in the way in which its gap asks for.
+/// Flag of free nodes, whose pressure may change in the direction of the residual.
 pub const FREE: u32 = 1;
 
-/// Has pressure.
+/// Flag of nodes that have pressure.
 pub const PRESSED: u32 = 2;
 
-/// Has the pressure under which the material yields, and is pressed too. Without a hardness, no
-/// node is, and the bit belongs to the number.
+/// Flag of nodes with the pressure at which the material yields; these are pressed too. Without a hardness
+/// the bit belongs to the number.
 pub const SATURATED: u32 = 4;
 
 const MARKS: u32 = FREE | PRESSED;
@@ -39,7 +37,7 @@ pub fn mark<S: Simd, const R: usize>(
     last_step.with(MARKS, [(FREE, free), (PRESSED, pressed)])
 }
 
-/// The same where the material yields.
+/// Sets the flags if the material yields.
 #[inline(always)]
 pub fn mark_yielding<S: Simd, const R: usize>(
     last_step: Lanes<S, R>,
@@ -56,7 +54,7 @@ pub fn has(last_step: f32, mark: u32) -> bool {
     last_step.to_bits() & mark != 0
 }
 
-/// The number with the marks of such a pressure; whether it is free stays as it was.
+/// Sets the flags that follow from the pressure, and keeps the flag of free nodes.
 #[inline(always)]
 pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     let pressed = PRESSED * u32::from(pressure > 0.0);
@@ -64,19 +62,19 @@ pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     f32::from_bits((last_step.to_bits() & !(PRESSED | SATURATED)) | pressed | saturated)
 }
 
-/// For the rest of a row, node by node.
+/// Groups of the remainder of a row, node by node.
 pub const ALL: [bool; LANES] = [true; LANES];
 
-/// Groups of a mesh that have a free node, and those that have one or a pressure.
+/// Groups with a free node, and groups with a free node or a pressure.
 ///
-/// In groups that are not active, increments are what makes pressures zero, and carries are zero.
-/// In active ones without a free node all pressures are at a bound.
+/// In groups that are not active, pressures and last moves are zero. In active groups without a
+/// free node all pressures are at a bound.
 pub struct ActiveGroups {
     row_groups: usize,
     active: Vec<bool>,
     free: Vec<bool>,
-    /// Whether all are active, as in a fine search: the base is not zero where there is no
-    /// pressure.
+    /// True if all groups are active, as in a search to a small tolerance, where the reference
+    /// pressure is not zero outside contact.
     always: bool,
 }
 
@@ -91,24 +89,23 @@ impl ActiveGroups {
         }
     }
 
-    /// Gets ready for a search in which all groups are active, or only those that are found to be.
+    /// Prepares a search in which all groups are active, or only those found to be.
     pub fn prepare(&mut self, always: bool) {
         self.always = always;
     }
 
-    /// Which groups of a row are active,
+    /// Returns which groups of a row are active.
     #[inline(always)]
     pub fn row(&self, row: Row) -> &[bool] {
         Row::new(row.index(), self.row_groups).of(&self.active)
     }
 
-    /// and which have a free node.
+    /// Returns which groups of a row have a free node.
     #[inline(always)]
     pub fn free_row(&self, row: Row) -> &[bool] {
         Row::new(row.index(), self.row_groups).of(&self.free)
     }
 
-    /// All rows, to be set.
     pub fn band(&mut self) -> ActiveBand<'_> {
         ActiveBand {
             row_groups: self.row_groups,
@@ -119,16 +116,16 @@ impl ActiveGroups {
     }
 }
 
-/// Consecutive rows of groups, to be set.
+/// Consecutive rows of groups, mutable.
 pub struct ActiveBand<'a> {
     row_groups: usize,
     active: Band<'a, bool>,
     free: Band<'a, bool>,
-    /// Whether all are to stay active.
+    /// True if all groups stay active.
     pub always: bool,
 }
 
-/// The groups of a row, to be set.
+/// The groups of a row, mutable.
 pub struct GroupsOfRow<'r> {
     pub active: &'r mut [bool],
     pub free: &'r mut [bool],
@@ -187,7 +184,7 @@ mod tests {
 
     #[test]
     fn pressure_is_in_active_groups_alone() {
-        // Strips of contact along y, and along x, where rows end with nine nodes of no group.
+        // Strips of contact along y, and along x, where rows end with nine nodes outside groups.
         let grid = rectangle([96, 153], [1.0, 1.0]);
         let waves = Shape::Wave { amplitude: 0.1, waves: 2 }.draw(grid);
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), waves.heights());

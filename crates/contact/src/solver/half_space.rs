@@ -1,13 +1,12 @@
-//! The half-spaces that there are, by name ([`HalfSpace`]), the pressure that a material bears
-//! before it yields ([`Hardness`]), and the convolution from displacements to pressures
-//! ([`Stiffness`]).
+//! Half-spaces with a boundary condition ([`HalfSpace`]) and a hardness ([`Hardness`]), and the
+//! convolution from displacements to pressures ([`Stiffness`]).
 //!
-//! Pressures that repeat are convolved on the mesh of the map, and so are displacements. Where
-//! there is nothing around the map, the mesh of pressures is four times as large, so that nothing
-//! comes around; that of displacements is only as much larger as they need to fade in. Were they to
-//! end with the map, nodes near its edges would ask for up to 2.3 times too much (the largest
-//! eigenvalue of S⁻¹ Eᵀ K E, see `extension`), and with 1.25 times the nodes along both axes it is
-//! 1.44, with 1.5 or 2 times 1.37: as where the map repeats.
+//! Periodic pressures and displacements are convolved on the mesh of the map. For an isolated patch
+//! the mesh of pressures has four times the nodes, so that periodic images do not interact. The
+//! mesh of displacements needs only a margin in which they decay. Without the margin, corrections
+//! near the edges would be too large by a factor of up to 2.3 (the largest eigenvalue of S⁻¹ Eᵀ K
+//! E, see `extension`). With 1.25 times the nodes along both axes the factor is 1.44, and with 1.5
+//! or 2 times 1.37, as for periodic maps.
 
 use thiserror::Error;
 
@@ -18,7 +17,7 @@ use crate::fft::{Band, Kernel, Row, Rows, Scratch, Transform, in_corner};
 use crate::grid::{Boundary, Grid};
 use crate::threads::Threads;
 
-/// The half-space that a surface is pressed into.
+/// Half-space that a surface is pressed into.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -38,7 +37,7 @@ use crate::threads::Threads;
 /// let outcome = solver.press(load, &Settings::default(), &|| false);
 /// assert_eq!(outcome.peak_pressure, hardness.pressure());
 /// assert!(outcome.saturated_nodes > 0 && outcome.yielded_depth > 0.0);
-/// // Whoever yields needs a larger area.
+/// // A material that yields needs a larger contact area.
 /// let elastic = HalfSpace { hardness: None, ..body };
 /// let without = elastic.solver(grid, &heights).press(load, &Settings::default(), &|| false);
 /// assert!(outcome.contact_nodes > without.contact_nodes);
@@ -46,9 +45,9 @@ use crate::threads::Threads;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HalfSpace {
-    /// What lies beyond the edges of the map: the same pressures again, or none.
+    /// Boundary condition, periodic or free (no pressure beyond the edges of the map).
     pub boundary: Boundary,
-    /// The highest pressure that it bears; without one it is elastic under any.
+    /// Highest pressure that the material bears; `None` for an elastic material.
     pub hardness: Option<Hardness>,
 }
 
@@ -58,7 +57,7 @@ impl HalfSpace {
         self.solver_on(Threads::one(), grid, heights)
     }
 
-    /// The same, prepared by several threads, which [work on it](Solver::set_threads) from then on.
+    /// Prepares a surface with several threads, which later [share the work](Solver::set_threads).
     pub fn solver_on(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
         let body: Box<dyn ElasticOperator> = match self.boundary {
             Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),
@@ -67,8 +66,8 @@ impl HalfSpace {
         Solver::with_threads(threads, body, self.hardness, heights)
     }
 
-    /// Bytes that such a solver takes for each node while it is prepared and solves to this
-    /// tolerance.
+    /// Returns the bytes per node that such a solver needs for this tolerance, preparation
+    /// included.
     pub fn bytes_per_node(&self, tolerance: f64) -> f64 {
         let around = match self.boundary {
             Boundary::Periodic => 0.0,
@@ -79,17 +78,17 @@ impl HalfSpace {
     }
 }
 
-/// What a free half-space takes more, though it has no coarser meshes: one of twice the nodes along
-/// both axes, on which the factors of its kernels are made, and these kernels. 100 bytes a node in
-/// all were measured at the peak of runs on 2048², 4096² and 8192² nodes.
+/// Additional bytes per node of a free half-space, which has no coarser meshes: a mesh with twice
+/// the nodes along both axes for the factors of its kernels, and these kernels.
+///
+/// 100 bytes a node in all were measured at the peak of runs on 2048², 4096² and 8192² nodes.
 const FREE_BYTES: f64 = 44.0;
 
-/// What is gathered of nodes that may change, where many do at once: at the peak of a run on 2048²
-/// nodes.
+/// Additional bytes per node for lists of nodes that may change, measured at the peak of a run on
+/// 2048² nodes where many nodes change together.
 const YIELDING_BYTES: f64 = 10.0;
 
-/// A bound to the pressure, in units of E* × rms slope like all pressures of a solver: positive and
-/// finite.
+/// Upper bound of the pressure, in units of E* × rms slope: positive and finite.
 ///
 /// ```
 /// use asperity_contact::solver::{Hardness, HardnessError};
@@ -107,28 +106,28 @@ const YIELDING_BYTES: f64 = 10.0;
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Hardness(f64);
 
-/// Why a hardness is none, or does not bear a load.
+/// Error of an invalid hardness, or of a load that the hardness does not bear.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum HardnessError {
-    /// Not a positive, finite number.
-    #[error("a hardness is positive and finite, not {0}")]
+    /// The hardness is not a positive, finite number.
+    #[error("the hardness must be positive and finite, not {0}")]
     NotPositive(f64),
-    /// Beyond what the material bears.
+    /// The load is not below the hardness.
     #[error(
-        "a mean pressure of {load} takes a hardness above it, and this one is {hardness}: \
-         saturated all over, the surface bears no more"
+        "the mean pressure {load} is not below the hardness {hardness}; \
+         use a smaller load or a larger hardness"
     )]
     Overloaded {
-        /// The mean pressure,
+        /// Mean pressure of the load.
         load: f64,
-        /// and the hardness, in the same unit.
+        /// Hardness, in the same unit.
         hardness: f64,
     },
 }
 
 impl Hardness {
-    /// A hardness in units of E* × rms slope.
+    /// Creates a hardness, in units of E* × rms slope.
     pub fn new(pressure: f64) -> Result<Self, HardnessError> {
         if pressure.is_finite() && pressure > 0.0 {
             Ok(Self(pressure))
@@ -137,12 +136,12 @@ impl Hardness {
         }
     }
 
-    /// In units of E* × rms slope.
+    /// Returns the hardness in units of E* × rms slope.
     pub fn pressure(self) -> f64 {
         self.0
     }
 
-    /// Whether a mean pressure `load`, in the same units, can be borne: one below the hardness.
+    /// Checks that the mean pressure `load`, in the same unit, is below the hardness.
     pub fn bear(self, load: f64) -> Result<(), HardnessError> {
         if load < self.0 {
             Ok(())
@@ -153,25 +152,26 @@ impl Hardness {
     }
 }
 
-/// A convolution with the stiffness. It shares the transform of pressures, `single`, if that has
-/// the nodes of the map.
+/// Convolution of displacements with the stiffness.
+///
+/// It shares the transform of pressures, `single`, if both have the nodes of the map.
 pub struct Stiffness {
-    /// Nodes of the map, which is a corner of the mesh, or all of it.
+    /// Nodes of the map, which is a corner of the mesh or all of it.
     map: [usize; 2],
     kernel: Kernel<f32>,
     apart: Option<Apart>,
 }
 
-/// A mesh and a transform of its own.
+/// Separate transform for a mesh that is larger than the map.
 struct Apart {
     transform: Transform<f32>,
     scratch: Scratch<f32>,
-    /// What pressures moved by, on its way to the other mesh.
+    /// Moves of pressures, on the way to the mesh of pressures.
     moves: Vec<f32>,
 }
 
 impl Stiffness {
-    /// The stiffness of a body.
+    /// Prepares the stiffness of a body.
     pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
         let map = body.grid().nodes();
         let is_apart = body.stiffness_nodes() != map;
@@ -186,14 +186,14 @@ impl Stiffness {
         Self { map, kernel: elasticity::stiffness_on(threads, body), apart: is_apart.then(apart) }
     }
 
-    /// Lets these threads share the work from now on.
+    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: &Threads) {
         if let Some(apart) = &mut self.apart {
             apart.scratch.set_threads(threads.clone());
         }
     }
 
-    /// Begins the convolution of displacements, whose rows are written: all rows of its mesh.
+    /// Begins the convolution of the displacements that `rows` writes, on all rows of the mesh.
     pub fn begin(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -204,7 +204,7 @@ impl Stiffness {
         transform.begin(rows, scratch);
     }
 
-    /// Ends it: all rows of pressures are read, and kept.
+    /// Ends the convolution, stores all rows of pressures and lets `rows` read them.
     pub fn finish_and_store(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -216,7 +216,7 @@ impl Stiffness {
         transform.finish_and_store(rows, scratch);
     }
 
-    /// Reads these pairs of rows that were kept, on the map.
+    /// Reads these pairs of stored rows of the map.
     pub fn peek_stored(
         &mut self,
         pairs: &[usize],
@@ -228,7 +228,7 @@ impl Stiffness {
         in_corner(self.map, rows, |rows| transform.peek_stored(pairs, rows, scratch));
     }
 
-    /// Reads rows that were kept, on the map.
+    /// Reads the stored rows of the map.
     pub fn read_stored(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -239,7 +239,8 @@ impl Stiffness {
         in_corner(self.map, rows, |rows| transform.read_stored(rows, scratch));
     }
 
-    /// The same, and begins the convolution of the pressures by which they are replaced.
+    /// Reads the stored rows of the map, and begins the convolution of the pressures that replace
+    /// them.
     pub fn begin_from_stored(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -261,7 +262,7 @@ impl Stiffness {
     }
 }
 
-/// The transform that is apart, or the one that is shared.
+/// Returns the separate transform, or else the shared one.
 fn of_mesh<'a>(
     apart: &'a mut Option<Apart>,
     single: &'a Transform<f32>,
@@ -273,7 +274,7 @@ fn of_mesh<'a>(
     }
 }
 
-/// Keeps what rows are replaced by.
+/// Keeps a copy of the rows that a pass writes.
 struct KeepMoves<'a, P> {
     rows: P,
     moves: Band<'a, f32>,

@@ -1,5 +1,4 @@
-//! Heights as a solver keeps them, of zero mean and in both precisions, and what they alone tell
-//! before anything is pressed.
+//! Heights of zero mean in both precisions, and what is computed from heights alone.
 
 use pulp::Simd;
 
@@ -7,7 +6,6 @@ use super::lanes::{InOrder, LANES, Pass, greater, less, over_rows, total};
 use crate::fft::{Band, Row};
 use crate::threads::Threads;
 
-/// Heights of zero mean.
 pub struct CentredHeights {
     pub heights: Vec<f64>,
     pub single_heights: Vec<f32>,
@@ -78,14 +76,14 @@ impl Pass<f64> for Centre<'_> {
     }
 }
 
-/// The lowest and the highest number of a map with rows of so many.
+/// Returns the lowest and the highest number of a map.
 pub fn range(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
     let mut seen = RangeSoFar::NONE;
     over_rows(threads, map, row_nodes, &mut seen);
     seen.found()
 }
 
-/// What was lowest and highest so far, lane by lane.
+/// Lowest and highest numbers of each lane.
 #[derive(Clone, Copy)]
 pub struct RangeSoFar {
     lowest: [f64; LANES],
@@ -139,10 +137,10 @@ impl Pass<f64> for RangeSoFar {
     }
 }
 
-/// Heights that are told apart between two levels.
+/// Number of bins between two levels.
 const BINS: usize = 1024;
 
-/// Counts nodes by their height, from the higher level down. Goes over pressures.
+/// Histogram of the heights between two levels, from the higher level down; a pass over pressures.
 pub struct CountHeights<'a> {
     heights: &'a [f64],
     low: f64,
@@ -150,23 +148,23 @@ pub struct CountHeights<'a> {
     counts: [u32; BINS],
 }
 
-/// The highest nodes, down to two levels close to each other.
+/// Bin of a histogram that contains the level of a given number of nodes.
 #[derive(Debug, Clone, Copy)]
 pub struct Highest {
-    /// Nodes above the higher level.
+    /// Number of nodes above the higher level.
     pub above: f64,
     pub low: f64,
     pub high: f64,
 }
 
 impl<'a> CountHeights<'a> {
-    /// Of nodes above one level, and up to the other.
+    /// Counts nodes above `low` and not above `high`.
     pub fn between(low: f64, high: f64, heights: &'a [f64]) -> Self {
         Self { heights, low, high, counts: [0; BINS] }
     }
 
-    /// The levels between which there come to be so many nodes, `above` of which are not counted
-    /// here.
+    /// Returns the bin in which the count of the highest nodes reaches `nodes`; `above` nodes lie
+    /// above the histogram.
     pub fn highest(&self, mut above: f64, nodes: f64) -> Highest {
         let bin = self.counts.iter().position(|count| {
             above += f64::from(*count);
@@ -202,7 +200,7 @@ impl Pass<f64> for CountHeights<'_> {
         Self { counts: [0; BINS], ..*self }
     }
 
-    /// Counts are whole numbers, which come to the same in any order.
+    /// Counts are whole numbers, whose sum does not depend on the order.
     fn append(&mut self, later: Self) {
         for (count, later) in self.counts.iter_mut().zip(later.counts) {
             *count += later;
@@ -210,7 +208,8 @@ impl Pass<f64> for CountHeights<'_> {
     }
 }
 
-/// Sets pressures like those of Hertz' contacts, which grow with the square root of the height.
+/// Sets pressures as in Hertz' contacts, proportional to the square root of the height above a
+/// level.
 pub struct PressAbove<'a> {
     pub level: f64,
     pub heights: &'a [f64],
@@ -231,8 +230,8 @@ impl Pass<f64> for PressAbove<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Sets the earlier gap and pressure to those of a surface that nothing touches but at its highest
-/// node. Goes over gaps.
+/// Sets the previous gap and pressure to those of a surface that is touched at its highest node
+/// only; a pass over gaps.
 pub struct Untouched<'a> {
     pub highest: f64,
     pub heights: &'a [f64],
@@ -255,7 +254,7 @@ impl Pass<f32> for Untouched<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Sets heights in single precision, counted from a level.
+/// Sets heights in single precision, relative to a level.
 pub struct CountedFrom<'a> {
     pub level: f64,
     pub heights: &'a [f64],
@@ -284,7 +283,7 @@ mod tests {
 
     #[test]
     fn heights_are_centred_and_their_range_known_whoever_shares_the_work() {
-        // Rows of some groups and a rest, enough nodes for several threads.
+        // Rows of whole groups and a remainder, with enough nodes for several threads.
         let (rows, row_nodes) = (600, 1000);
         let bump = |node: usize| 3.0 + (node as f64).sin();
         let given: Vec<f64> = (0..rows * row_nodes).map(bump).collect();
@@ -296,7 +295,7 @@ mod tests {
 
         let mut heights = shared.heights;
         let mean = heights.iter().sum::<f64>() / heights.len() as f64;
-        // As far as so many roundings may add up.
+        // Bound on the sum of all rounding errors.
         assert!(mean.abs() < heights.len() as f64 * f64::EPSILON, "{mean}");
         let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);

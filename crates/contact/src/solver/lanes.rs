@@ -1,13 +1,13 @@
-//! Arithmetic on rows, sixteen numbers at a time, in as many registers as that takes.
+//! Arithmetic on rows, sixteen numbers at a time, in one or several registers.
 //!
-//! What is summed is summed in the same order on all processors: a register of one instruction set
-//! is a part of [`Lanes`], which always has sixteen numbers. All that runs on registers is
-//! `#[inline(always)]` and free of closures: only so is it compiled with the instructions of the
-//! [`Pass`] that it belongs to.
+//! Sums are added up in the same order on all processors: registers of one instruction set are
+//! parts of [`Lanes`], which always has sixteen numbers. Functions on registers are
+//! `#[inline(always)]` and contain no closures, because only then are they compiled with the
+//! instructions of their [`Pass`].
 //!
-//! Sums over the mesh are added up in the order of its rows ([`InOrder`]), for a sum of doubles
-//! depends on the order of its terms: threads keep what rows come to, and add it up when all are
-//! there, as if one thread had seen them, one after the other.
+//! A sum of doubles depends on the order of its terms, so sums over the mesh are added up in the
+//! order of its rows ([`InOrder`]). Threads keep the sums of their rows, and these are added when
+//! all are known, as if one thread had visited all rows.
 
 use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Range, Sub};
 
@@ -17,22 +17,22 @@ use crate::fft::{Band, ROW_BATCH, Real, Row, Rows};
 use crate::instructions::Instructions;
 use crate::threads::Threads;
 
-/// Partial sums of a row, and numbers in [`Lanes`].
+/// Numbers in [`Lanes`], and partial sums of a row.
 pub const LANES: usize = 16;
 
-/// What a pass over the mesh does with its rows, `R` registers of which have sixteen numbers.
+/// A pass over the rows of a map, in which `R` registers hold sixteen numbers.
 pub trait Pass<T>: Sized + Send {
-    /// As [`Rows::row`].
+    /// Visits a row, as [`Rows::row`].
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [T]);
 
-    /// As [`Rows::split_off`].
+    /// Splits the pass, as [`Rows::split_off`].
     fn split_off(&mut self, row: Row) -> Self;
 
-    /// As [`Rows::append`].
+    /// Merges a part, as [`Rows::append`].
     fn append(&mut self, later: Self);
 }
 
-/// A pass with the instructions in use.
+/// Runs a pass with the instructions in use.
 pub struct Wide<P>(pub P);
 
 impl<T, P: Pass<T>> Rows<T> for Wide<P> {
@@ -69,7 +69,7 @@ impl<P: Pass<T>, T, S: Simd, const R: usize> NullaryFnOnce for Run<'_, P, T, S, 
     }
 }
 
-/// Runs a pass over the rows of a map, with so many nodes in a row.
+/// Runs a pass over the rows of a map with `nodes` nodes in a row.
 pub fn over_rows<T: Send, P: Pass<T>>(
     threads: &Threads,
     map: &mut [T],
@@ -101,14 +101,14 @@ pub fn over_rows<T: Send, P: Pass<T>>(
     }
 }
 
-/// The numbers of a row, sixteen together, and the rest, one by one.
+/// Splits a row into groups of sixteen numbers and single remaining ones.
 #[inline(always)]
 pub fn split<S: Simd, const R: usize>(row: &[f32]) -> (&[[S::f32s; R]], &[[f32; 1]]) {
     let (whole, rest) = row.split_at(row.len() / LANES * LANES);
     (S::as_simd_f32s(whole).0.as_chunks().0, rest.as_chunks().0)
 }
 
-/// The same of a row to be written.
+/// Splits a mutable row in the same way.
 #[inline(always)]
 pub fn split_mut<S: Simd, const R: usize>(
     row: &mut [f32],
@@ -117,14 +117,14 @@ pub fn split_mut<S: Simd, const R: usize>(
     (S::as_mut_simd_f32s(whole).0.as_chunks_mut().0, rest.as_chunks_mut().0)
 }
 
-/// The instructions for the rest of a row.
+/// Instructions for the remainder of a row.
 pub const REST: Scalar = Scalar;
 
-/// Sixteen numbers, or one of the rest of a row.
+/// Sixteen numbers, or one of the remainder of a row.
 #[derive(Clone, Copy)]
 pub struct Lanes<S: Simd, const R: usize>(S, [S::f32s; R]);
 
-/// A choice for each of them.
+/// A mask of true or false for each lane.
 #[derive(Clone, Copy)]
 pub struct Choice<S: Simd, const R: usize>(S, [S::m32s; R]);
 
@@ -139,7 +139,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         Self(simd, [simd.splat_f32s(number); R])
     }
 
-    /// As many of one number.
+    /// Returns lanes that all hold `number`.
     #[inline(always)]
     pub fn like(self, number: f32) -> Self {
         Self::all(self.0, number)
@@ -181,7 +181,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         Choice(self.0, [self.0.less_than_f32s(zero, zero); R])
     }
 
-    /// self + a b, rounded once.
+    /// Returns self + a b, rounded once.
     #[inline(always)]
     pub fn plus(mut self, a: Self, b: Self) -> Self {
         for i in 0..R {
@@ -190,7 +190,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         self
     }
 
-    /// Whether `bit` of each number is set.
+    /// Returns whether `bit` is set in each number.
     #[inline(always)]
     pub fn has(self, bit: u32) -> Choice<S, R> {
         let mut set = self.none();
@@ -202,7 +202,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         set
     }
 
-    /// The numbers with the bits of `mask` replaced by those of `bits` that are chosen.
+    /// Replaces the bits of `mask` by those `bits` whose mask is true.
     #[inline(always)]
     pub fn with<const B: usize>(mut self, mask: u32, bits: [(u32, Choice<S, R>); B]) -> Self {
         let simd = self.0;
@@ -218,7 +218,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         self
     }
 
-    /// Their sum, by halves: of numbers eight apart, then four, two and one.
+    /// Returns the sum by halves: of numbers eight apart, then four, two and one.
     #[inline(always)]
     pub fn total(mut self) -> f64 {
         let mut registers = R;
@@ -264,7 +264,7 @@ impl<S: Simd, const R: usize> Choice<S, R> {
         self.choose(yes, Lanes::all(self.0, 0.0))
     }
 
-    /// Whether any is chosen.
+    /// Returns whether the mask is true anywhere.
     #[inline(always)]
     pub fn any(self) -> bool {
         let mut any = self.1[0];
@@ -279,7 +279,7 @@ impl<S: Simd, const R: usize> Choice<S, R> {
         self.0.reduce_max_f32s(ones) > 0.0
     }
 
-    /// This choice, but where `other` chooses.
+    /// Returns the mask without the lanes of `other`.
     #[inline(always)]
     pub fn unless(mut self, other: Self) -> Self {
         for i in 0..R {
@@ -290,7 +290,7 @@ impl<S: Simd, const R: usize> Choice<S, R> {
     }
 }
 
-/// Operators that work on each register by itself.
+/// Implements operators register by register.
 macro_rules! operators {
     ($($operator:ident::$method:ident for $numbers:ident: $on_registers:ident;)+) => {$(
         impl<S: Simd, const R: usize> $operator for $numbers<S, R> {
@@ -327,7 +327,6 @@ impl<S: Simd, const R: usize> Neg for Lanes<S, R> {
     }
 }
 
-/// One or zero.
 #[inline(always)]
 pub fn weight<T: Real>(counts: bool) -> T {
     T::from(u8::from(counts))
@@ -343,19 +342,19 @@ pub fn less<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
-/// Σ a, in the precision of its terms.
+/// Returns Σ a, in the precision of its terms.
 #[inline(always)]
 pub fn total<T: Real>(a: &[T]) -> f64 {
     sum_by(a, a, |a, _| a)
 }
 
-/// Σ term(a, b), in the precision of the term.
+/// Returns Σ term(a, b), in the precision of the term.
 #[inline(always)]
 pub fn sum_by<A: Copy, B: Copy, T: Real>(a: &[A], b: &[B], term: impl Fn(A, B) -> T) -> f64 {
     sum_over_groups(std::iter::repeat(&true), a, b, term)
 }
 
-/// The same, but for groups of sixteen neighbours whose terms are zero.
+/// Returns Σ term(a, b) without groups of sixteen neighbours whose terms are zero.
 #[inline(always)]
 pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
     groups: impl IntoIterator<Item = &'a bool>,
@@ -380,12 +379,12 @@ pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
     partial.into_iter().map(Into::into).sum()
 }
 
-/// What is found on the way over the mesh, and can be added to what was found before.
+/// A result that is accumulated over the mesh.
 pub trait Found: Copy {
-    /// Nothing was found yet.
+    /// The result for no row.
     const NOTHING: Self;
 
-    /// Adds what was found later.
+    /// Adds the result of later rows.
     fn add(&mut self, later: Self);
 }
 
@@ -397,7 +396,7 @@ impl Found for f64 {
     }
 }
 
-/// What was found in rows, in their order.
+/// Results of rows, in the order of the rows.
 pub struct InOrder<F>(Vec<F>);
 
 impl<F: Found> InOrder<F> {
@@ -427,7 +426,7 @@ mod tests {
 
     #[test]
     fn sums_do_not_depend_on_who_has_found_what() {
-        // Rounded otherwise in any other order.
+        // Any other order rounds differently.
         let terms = [1.0, 1e16, -1e16, 3.0, 1e-3];
         let one_by_one = terms.iter().fold(0.0, |sum, term| sum + term);
         for cut in 0..=terms.len() {

@@ -1,46 +1,47 @@
-//! What a move does, before the gap under it is known.
+//! Line search along a move, before the gap under it is known, and prediction of step lengths.
 //!
-//! A move m, from clipping alone, is followed by scaling all pressures by s, so that they keep
-//! their mean: together, from pressure p with gap g and displacement u, these are the move
-//! d = s m + (s − 1) p, with displacement A d = s A m + (s − 1) u. All that a line search asks for
-//! follows from sums over m, p, g and u, and from ⟨m, A m⟩.
+//! A move m is the clipped step. All pressures are then scaled by s to restore their mean. From
+//! pressure p with gap g and displacement u, both together change the pressure by d = s m + (s − 1)
+//! p, with displacement A d = s A m + (s − 1) u. The line search follows from sums over m, p, g and
+//! u, and from ⟨m, A m⟩.
 //!
-//! Where the material yields, saturated pressures are not to be scaled, and what scaling the
-//! elastic ones alone would displace is not known. There d = m, and what pressures lack to their
-//! mean is left to the next direction. The energy counts with the work of what they lack on the
-//! offset.
+//! If the material yields, saturated pressures must not be scaled, and the displacement of scaling
+//! elastic pressures alone is unknown. There d = m, and the next direction restores the missing
+//! load. The energy includes the work of the missing load on the offset.
 //!
-//! [`Steps`] say how far a direction is followed before it is known how far would have been best,
-//! and [`History`] what the iterations of one load have learnt of its moves.
+//! [`Steps`] predict how far to follow a direction before the best step length is known.
+//! [`History`] is what the iterations of one load have learnt from its moves.
 
 use super::passes::{PendingUpdate, Sums};
 
-/// The most that pressures may have to be scaled by after a move.
+/// Maximum factor by which pressures may have to be scaled after a move.
 const WORST_SCALE: f64 = 2.0;
 
-/// The whole move as a line from the pressure before it.
+/// The line from the pressure before a move through the pressure after it.
 #[derive(Debug, Clone, Copy)]
 pub struct LineSearch {
-    /// s
+    /// Factor s that restores the mean pressure.
     pub scale: f64,
-    /// By which pressures after the move would have to be scaled.
+    /// Factor that would restore the mean of the pressures after the move.
     needed_scale: f64,
-    /// ⟨d, g⟩: for d has no mean, whatever offset gaps are counted from.
+    /// Slope ⟨d, g⟩ of the energy; the offset of the gaps does not matter, because d has zero mean.
     slope: f64,
-    /// ⟨p, A d⟩
+    /// ⟨p, A d⟩.
     along: f64,
-    /// ⟨p, g⟩
+    /// ⟨p, g⟩.
     pressure_on_gap: f64,
-    /// ⟨m, u⟩ and ⟨p, u⟩
+    /// ⟨m, u⟩ and ⟨p, u⟩.
     move_on_displacement: f64,
     work: f64,
-    /// Σ p
+    /// Σ p.
     total: f64,
 }
 
 impl LineSearch {
-    /// A move whose pressures come to `reference_sum + sums.pressure_increment`, and are to come to `total`; gaps are
-    /// u less height and `reference`.
+    /// Creates the line of a move after which pressures add up to
+    /// `reference_sum + sums.pressure_increment` instead of `total`.
+    ///
+    /// Gaps are displacements minus heights and `reference`.
     pub fn new(sums: &Sums, reference_sum: f64, total: f64, reference: f64) -> Self {
         let after = reference_sum + sums.pressure_increment;
         let scale = total / after;
@@ -61,8 +62,9 @@ impl LineSearch {
         }
     }
 
-    /// The same where the material yields. The move starts from pressures that come to `before`,
-    /// and gaps of free nodes have the mean `offset`.
+    /// Creates the line of a move in a material that yields.
+    ///
+    /// Pressures add up to `before` before the move, and gaps of free nodes have the mean `offset`.
     pub fn yielding(
         sums: &Sums,
         reference_sum: f64,
@@ -82,8 +84,7 @@ impl LineSearch {
         }
     }
 
-    /// The same with elastic pressures scaled after the move, so that they come to what they
-    /// should.
+    /// Returns the line of the same move followed by scaling elastic pressures.
     pub fn then_scaled(self, scale: f64, offset: f64) -> Self {
         let missing_load = self.total - self.total / self.needed_scale;
         Self {
@@ -92,51 +93,56 @@ impl LineSearch {
         }
     }
 
-    /// ⟨d, A d⟩, twice the elastic energy of the move alone, from ⟨m, A m⟩.
+    /// Returns ⟨d, A d⟩, twice the elastic energy of d alone, from ⟨m, A m⟩.
     pub fn curvature(&self, own_work: f64) -> f64 {
         let rest = self.scale - 1.0;
         self.scale * self.scale * own_work
             + rest * (2.0 * self.scale * self.move_on_displacement + rest * self.work)
     }
 
-    /// Whether the move sheds so much of the load that it is better not made: all of it, perhaps,
-    /// if the direction follows a sample that missed what matters, or leads out of all numbers.
+    /// Returns whether the move loses so much of the load that it must be undone.
+    ///
+    /// This happens if a sample of rows missed the relevant nodes, or if numbers overflow.
     pub fn sheds_load(&self) -> bool {
         let scale = self.needed_scale;
         !(scale > 0.0 && scale <= WORST_SCALE && self.slope.is_finite())
     }
 
-    /// Which part of the move leads to the lowest energy; zero for a move of no length, without
-    /// curvature, or against the slope: only rounding is left in it.
+    /// Returns the part of the move with the lowest energy.
+    ///
+    /// Zero for a move of zero length, without curvature or against the slope, where only rounding
+    /// remains.
     pub fn best(&self, curvature: f64) -> f64 {
         if self.slope < 0.0 && curvature > 0.0 { -self.slope / curvature } else { 0.0 }
     }
 
-    /// The mean of the gap, weighted by pressure, after `part` of the move.
+    /// Returns the mean gap, weighted by pressure, after `part` of the move.
     pub fn offset(&self, part: f64, curvature: f64) -> f64 {
         let linear = self.slope + self.along;
         (self.pressure_on_gap + part * (linear + part * curvature)) / self.total
     }
 
-    /// What [`LineSearch::offset`] will be after the whole move, if that is about the best part.
+    /// Predicts [`LineSearch::offset`] after the whole move, if about all of it is best.
     pub fn expected_offset(&self) -> f64 {
         self.offset(1.0, self.slope.abs())
     }
 }
 
-/// Iterations of one load whose steps are told apart; later ones share the last.
+/// Iterations with separate step lengths; later iterations share the last one.
 const STEPS: usize = 16;
 
-/// The step before any was learnt. Corrections are too large by up to a third; with one half, first
-/// loads take half as many pairs again.
+/// Step length before any was learnt. Corrections are too large by up to a third; with one half, first loads take
+/// half as many pairs again.
 const UNTRIED_STEP: f64 = 0.9;
 
-/// Steps stay above what surfaces of all kinds were seen to need: a load that ends in rounding must
-/// not teach the next. More than the whole correction closes the gap only of nodes about to be let
-/// go; one load may have many of them, and the next one none.
+/// Range of step lengths that surfaces of all kinds were seen to need, so that a load that ends in
+/// rounding does not spoil the next.
+///
+/// More than 1 would only help nodes that are about to be released; one load may have many of them,
+/// and the next none.
 const STEP_RANGE: (f64, f64) = (0.1, 1.0);
 
-/// The steps that each iteration of a load learnt from earlier loads.
+/// Step length of each iteration, learnt from earlier loads.
 #[derive(Clone)]
 pub struct Steps([f64; STEPS]);
 
@@ -151,12 +157,12 @@ impl Steps {
         self.0[iteration.min(STEPS - 1)]
     }
 
-    /// All of them, in the order of iterations.
+    /// Returns all step lengths in the order of iterations.
     pub fn all(&self) -> &[f64] {
         &self.0
     }
 
-    /// Those that [`Steps::all`] has told, one after the other.
+    /// Restores the step lengths that [`Steps::all`] returned.
     pub fn restored<E>(mut next: impl FnMut() -> Result<f64, E>) -> Result<Steps, E> {
         let mut steps = Steps::default();
         for step in &mut steps.0 {
@@ -165,7 +171,7 @@ impl Steps {
         Ok(steps)
     }
 
-    /// Learns, by half, that `best` times the step would have been right.
+    /// Moves the step length half-way towards `best` times its value.
     pub fn learn(&mut self, iteration: usize, best: f64) {
         let (least, most) = STEP_RANGE;
         let step = &mut self.0[iteration.min(STEPS - 1)];
@@ -173,40 +179,41 @@ impl Steps {
     }
 }
 
-/// A move of which less than this part would have been best is taken back to that part. Below one
-/// half it would have raised the energy.
+/// A move with a best part below this is undone to that part. Below one half it would have raised
+/// the energy.
 const SMALLEST_PART: f64 = 0.5;
 
-/// Where less than this part would have been best, all of it is taken back, and the next steps are
-/// shortened: a small part would leave a trace of pressure on many nodes that should have none, so
-/// that directions would go on to count with them.
+/// A move with a best part below this is undone completely, and the next steps are shortened.
+///
+/// A small part would leave traces of pressure on many nodes that should have none and would
+/// disturb later directions.
 const RECKLESS_PART: f64 = 0.25;
 
-/// Where less than this part would have been best, the next step is shorter by as much: while many
-/// nodes change between free and bound, one step too long follows another.
+/// A best part below this shortens the next step accordingly: while many nodes change between free
+/// and fixed, one step too long follows another.
 const EXPECTED_PART: f64 = 0.8;
 
-/// While steps are shortened further than this, corrections go without a continuation of the gap.
-/// Where many nodes are clipped, the rest of what was meant for all may lead uphill.
+/// With a damping below this, the residual is not extended to other nodes. If many nodes are
+/// clipped, the rest of a correction meant for all may lead uphill.
 const CONTINUED_DAMPING: f64 = 0.5;
 
-/// Steps are shortened as far as this only if directions are wrong altogether: made for the rows of
-/// a sample, it may be, where contact follows the rows.
+/// A damping below this occurs only if directions are wrong altogether, for example if they fit the
+/// rows of a sample and contact follows the rows.
 const LEAST_DAMPING: f64 = 0.01;
 
-/// What iterations of one load leave to later ones, besides the steps.
+/// State that iterations of one load pass on, apart from the step lengths.
 pub struct History {
-    /// Whether they began where a coarser mesh led.
+    /// True if the iterations started from a coarser mesh.
     pub is_nested: bool,
     pub iteration: usize,
-    /// Shortens steps after one that went much too far. Without it, a step that clips too many
-    /// nodes to go downhill would be taken back and tried again for ever.
+    /// Factor that shortens steps after a step that was far too long. Without it, such a step would
+    /// be undone and repeated without end.
     pub damping: f64,
-    /// Shortens the step after one that went somewhat too far.
+    /// Factor that shortens the next step after one that was somewhat too long.
     pub caution: f64,
-    /// Whether all rows are looked at, and not a sample.
+    /// True if corrections of all rows are considered, not those of a sample.
     pub sees_all_rows: bool,
-    /// The last move, if it was evaluated.
+    /// The last move, if it was evaluated in double precision.
     pub last: Option<LastMove>,
 }
 
@@ -224,18 +231,18 @@ impl Default for History {
 }
 
 impl History {
-    /// Of iterations that begin where a coarser mesh led.
+    /// Creates the history of iterations that start from a coarser mesh.
     pub fn nested() -> Self {
         Self { is_nested: true, ..Self::default() }
     }
 
-    /// Learns from a move of which the part `best` would have been right. Says which part to keep.
+    /// Adapts the step lengths to a move whose best part was `best`. Returns the part to keep.
     pub fn learn(&mut self, steps: &mut Steps, best: f64) -> f64 {
         if self.damping == 1.0 {
             steps.learn(self.iteration, best * self.caution);
         }
-        // What the first move clips of a guess is not to be taken back, and tells of the next only
-        // where little is clipped: after a coarser mesh.
+        // The first move from a guess clips many nodes, which must not be undone. It says little
+        // about the next move, except after a coarser mesh, where few nodes are clipped.
         let is_first = self.iteration == 0;
         let short = !is_first && best < SMALLEST_PART;
         if !is_first || self.is_nested {
@@ -254,7 +261,7 @@ impl History {
         best
     }
 
-    /// Whether corrections are made with a continuation of the gap.
+    /// Returns whether corrections extend the residual to other nodes.
     pub fn continues(&self) -> bool {
         self.damping >= CONTINUED_DAMPING
     }
@@ -265,15 +272,15 @@ impl History {
     }
 }
 
-/// A move that has been made, but for its pending update.
+/// A move that has been made, except for its pending update.
 #[derive(Clone, Copy)]
 pub struct LastMove {
     pub pending: PendingUpdate,
-    /// ⟨move, its displacement⟩, twice the elastic energy of the move alone.
+    /// ⟨d, A d⟩, twice the elastic energy of the move alone.
     pub curvature: f64,
-    /// The part of the move that should be added to it.
+    /// Part of the move that should still be added to it.
     pub missed: f64,
-    /// How much higher the offset is after it.
+    /// Change of the offset by the move.
     pub offset_change: f64,
 }
 
@@ -312,7 +319,7 @@ mod tests {
         (a - b).abs() < 1e-12 * (1.0 + b.abs())
     }
 
-    /// Pressure and gap before, the move before scaling, and the line along it all.
+    /// Returns pressure, gap and move before scaling, and the line of the move.
     fn example() -> ([Vec<f64>; 3], LineSearch) {
         let (pressure, heights, reference) = (noise(1), noise(2), 0.3);
         let gap: Vec<f64> = sunk(&pressure)
@@ -323,7 +330,7 @@ mod tests {
         let after = noise(3);
         let moved: Vec<f64> = after.iter().zip(&pressure).map(|(a, p)| a - p).collect();
         let sums = Sums {
-            // Counted from a reference_sum of one.
+            // Relative to a reference pressure of one.
             pressure_increment: after.iter().map(|p| p - 1.0).sum(),
             move_on_gap: dot(&moved, &gap),
             pressure_on_gap: dot(&after, &gap),
@@ -371,7 +378,7 @@ mod tests {
         };
         let line = LineSearch::yielding(&sums, 1.0, [before, total], offset);
         let curvature = line.curvature(dot(&moved, &sunk(&moved)));
-        // Gaps count from the offset.
+        // Gaps are measured from the offset.
         let slope = moved.iter().zip(&gap).map(|(m, g)| m * (g - offset)).sum::<f64>();
         assert!(close(line.slope, slope));
         assert!(close(curvature, dot(&moved, &sunk(&moved))));
@@ -386,7 +393,7 @@ mod tests {
         let (_, line) = example();
         let with_slope = |slope| LineSearch { slope, ..line };
         assert_eq!(with_slope(-6.0).best(2.0), 3.0);
-        // Rounding may turn either sign.
+        // Rounding may produce either sign.
         for (slope, curvature) in [(6.0, 2.0), (6.0, -2.0), (-6.0, -2.0), (-6.0, 0.0), (0.0, 0.0)] {
             assert_eq!(with_slope(slope).best(curvature), 0.0);
         }

@@ -1,8 +1,7 @@
-//! The mean pressure that the load asks for, counts of the nodes that bear it, and pressures within
-//! their bounds: not above the hardness, and of that mean.
+//! Pressures within their bounds and with the mean that the load requires, and counts of nodes.
 //!
-//! Few nodes are in elastic contact where a material yields, strips around saturated ones. They are
-//! gathered, for their pressures may have to be scaled several times.
+//! In a material that yields, few nodes are in elastic contact, in strips around saturated ones.
+//! They are collected in a list, because their pressures may have to be scaled several times.
 
 use std::ops::RangeInclusive;
 
@@ -17,7 +16,7 @@ use super::{Hardness, Solver};
 use crate::fft::{Band, Row};
 
 impl Solver {
-    /// Brings the pressures to the mean that the load asks for, within their bounds.
+    /// Brings the pressures to the mean of the load, within their bounds.
     pub(super) fn impose_load(&mut self) {
         match self.search.bound {
             None => {
@@ -48,11 +47,11 @@ impl Solver {
         }
     }
 
-    /// What pressures without a bound are to be scaled by.
+    /// Returns the factor that brings unbounded pressures to the mean of the load.
     fn scale_to_load(&mut self) -> f64 {
         let mut sum = self.sum_of_pressures();
         if sum <= 0.0 {
-            // A search leaves nothing of a pressure too small for single precision.
+            // A search clears pressures that are too small for single precision.
             self.guess_from_heights(self.search.load);
             sum += self.sum_of_pressures();
         }
@@ -66,7 +65,7 @@ impl Solver {
     }
 }
 
-/// How many nodes bear a pressure, how many the hardness, and the largest pressure.
+/// Counts of nodes with pressure and of saturated nodes, and the largest pressure.
 #[derive(Debug, Clone, Copy)]
 pub struct PressureSummary {
     pub contact_nodes: usize,
@@ -91,7 +90,7 @@ impl Pass<f64> for Total {
     }
 }
 
-/// Multiplies pressures by one factor.
+/// Multiplies pressures by a factor.
 struct Scale(f64);
 
 impl Pass<f64> for Scale {
@@ -143,23 +142,23 @@ impl Pass<f64> for Count {
     }
 }
 
-/// What elastic pressures are scaled by after a search, and at least in any case: if they were to
-/// make still more room for saturated ones, rather all are scaled.
+/// Range of factors for elastic pressures after a search. If saturated nodes would need even
+/// smaller ones, all pressures are scaled instead.
 const SCALES: RangeInclusive<f64> = 0.5..=2.0;
 
-/// What is left of a load by saturated nodes that bear it all.
+/// Rounding of the remaining load if saturated nodes bear all of it, relative to the load.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// In so many rounds, scaling saturates the last node that it is going to, or there is hardly
-/// anything to scale.
+/// Maximum rounds of scaling, after which no further node saturates or hardly any elastic pressure
+/// remains.
 const ROUNDS: usize = 50;
 
 impl Solver {
-    /// Makes of the present pressure and gap, a solution that knew no hardness, a guess for the
-    /// same load that does, and evaluates it.
+    /// Turns a solution without hardness into a guess with it for the same load, and evaluates the
+    /// guess.
     ///
-    /// Pressures rise all over by what a lowered surface asks each node for, until those within
-    /// their bounds bear the load: the nodes that saturate spread to where the gap is smallest.
+    /// All pressures rise by the amount that corresponds to lowering the surface, until those
+    /// within their bounds bear the load. So saturation spreads to where the gap is smallest.
     pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
         self.search.bound = Some(hardness);
         for (p, gap) in self.pressure.iter_mut().zip(&self.search.gap) {
@@ -172,8 +171,10 @@ impl Solver {
         self.evaluate()
     }
 
-    /// Takes over the pressure where a search led, within its bounds and of the mean asked for, but
-    /// for what is to be taken back. Returns by how much elastic nodes were scaled.
+    /// Takes the pressure of a search, within its bounds and with the mean of the load, after
+    /// undoing the pending part of a move.
+    ///
+    /// Returns the factor by which elastic pressures were scaled.
     pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
         let mut promote = PromoteYielding {
             hardness: hardness.pressure(),
@@ -195,8 +196,9 @@ impl Solver {
         self.share_out(hardness)
     }
 
-    /// Shifts the pressure of nodes that were free, within its bounds, so that it comes to what it
-    /// should: there may be so few elastic nodes that these cannot make up for what others lack.
+    /// Shifts the bounded pressures of free nodes until their sum is right.
+    ///
+    /// Elastic nodes may be too few to make up for the difference.
     fn shift_free_nodes(&mut self, hardness: Hardness) {
         let hardness = hardness.pressure();
         let sum: f64 = self.pressure.iter().sum();
@@ -217,7 +219,7 @@ impl Solver {
         }
     }
 
-    /// Begins an evaluation of the present pressure; moves are kept.
+    /// Begins an evaluation of the present pressure, without clearing the last moves.
     pub(super) fn begin_with_moves_kept(&mut self, hardness: Hardness) {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
@@ -229,8 +231,10 @@ impl Solver {
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
-    /// Scales elastic pressures so that they bear what saturated ones leave, and returns by how
-    /// much; what passes the hardness on the way is saturated.
+    /// Scales elastic pressures to bear the load that saturated nodes leave, and returns the
+    /// factor.
+    ///
+    /// Pressures that exceed the hardness in the process become saturated.
     pub(super) fn share_out(&mut self, hardness: Hardness) -> f64 {
         let tally = self.tally(hardness);
         self.share_out_after(tally)
@@ -240,7 +244,7 @@ impl Solver {
         let mut scaled = 1.0;
         for _ in 0..ROUNDS {
             let scale = self.scale_after(&tally);
-            // Saturated nodes may bear it all.
+            // A factor of zero means that saturated nodes bear the whole load.
             let is_possible = scale >= *SCALES.start() && scale.is_finite() || scale == 0.0;
             if !is_possible {
                 break;
@@ -261,14 +265,14 @@ impl Solver {
         1.0
     }
 
-    /// Finds elastic nodes; those above the hardness are brought down to it.
+    /// Collects elastic nodes, and limits pressures to the hardness.
     fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut tally);
         tally
     }
 
-    /// By what elastic pressures are to be scaled.
+    /// Returns the factor by which elastic pressures are to be scaled.
     fn scale_after(&self, tally: &Tally) -> f64 {
         let total = self.search.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
@@ -279,8 +283,8 @@ impl Solver {
         rest / elastic
     }
 
-    /// The same where there are too many saturated nodes, or nearly no others: with none saturated,
-    /// or from the heights alone.
+    /// Restores the load if there are too many saturated nodes or almost no others: by scaling all
+    /// pressures, or from the heights.
     fn share_out_anew(&mut self) {
         let total = self.search.load * self.pressure.len() as f64;
         let sum: f64 = self.pressure.iter().sum();
@@ -292,13 +296,12 @@ impl Solver {
     }
 }
 
-/// Brings pressures up to date with their search, and tallies them. Single precision knows the
-/// hardness less well.
+/// Takes pressures from the search, and collects elastic nodes. Saturated pressures are set to the
+/// hardness, which single precision may not represent.
 pub struct PromoteYielding<'a> {
     pub hardness: f64,
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
-    /// Marked where nodes are saturated.
     pub last_step: &'a [f32],
     pub tally: Tally,
 }
@@ -323,17 +326,17 @@ impl Pass<f64> for PromoteYielding<'_> {
     }
 }
 
-/// Nodes in elastic contact, and how many saturated ones there are. As a pass of its own it brings
-/// down to the hardness what is above.
+/// List of nodes in elastic contact, and number of saturated nodes. As a pass it also limits
+/// pressures to the hardness.
 pub struct Tally {
     pub hardness: f64,
     pub saturated_nodes: f64,
-    /// Ascending. Meshes with more of them than this holds fit into no memory.
+    /// Indices of elastic nodes in ascending order. Meshes with more nodes than `u32` can index do not fit into
+    /// memory.
     elastic: Vec<u32>,
 }
 
 impl Tally {
-    /// Nothing so far, under this hardness.
     pub fn below(hardness: f64) -> Self {
         Self { hardness, saturated_nodes: 0.0, elastic: Vec::new() }
     }
@@ -351,7 +354,7 @@ impl Tally {
         self.gather(first, rest);
     }
 
-    /// Gathers elastic nodes of no more than a group of neighbours, from the first one on.
+    /// Collects elastic nodes among at most one group of neighbours, from index `first`.
     #[inline(always)]
     fn gather(&mut self, first: u32, pressures: &[f64]) {
         let mut elastic = [0; LANES];
@@ -375,7 +378,7 @@ impl Tally {
         self.elastic.append(&mut later.elastic);
     }
 
-    /// Σ of elastic pressures: row by row, sixteen partial sums in each.
+    /// Returns Σ of elastic pressures, with sixteen partial sums in each row.
     pub fn elastic_sum(&self, pressure: &[f64], row_nodes: usize) -> f64 {
         let mut sum = 0.0;
         for nodes in self
@@ -391,7 +394,7 @@ impl Tally {
         sum
     }
 
-    /// Scales elastic pressures, and says how many nodes are saturated then that were not.
+    /// Scales elastic pressures, and returns the number of nodes that become saturated.
     pub fn scale(&mut self, pressure: &mut [f64], scale: f64) -> usize {
         let before = self.elastic.len();
         let hardness = self.hardness;

@@ -1,12 +1,12 @@
-//! Which nodes are expected to come into contact under the next load.
+//! Prediction of the nodes that come into contact under the next load.
 //!
-//! On a straight line through two solutions gaps close too soon: towards an edge of contact they
-//! fall with the power 3/2 of the distance, so that what the next load will leave open seems to
-//! penetrate, under a load twice the last one half of the mesh. A search lets go of half of what it
-//! took for contact by mistake in an iteration. But how many nodes will be in contact is known to a
-//! per cent, for the contact grows with the load in proportion over a few steps; and first in
-//! contact are those whose gap is the smallest part of what it was before. So they alone are free
-//! when a search begins. If that is too few, gaps show it after the first move.
+//! On a straight line through two solutions gaps close too soon. Towards an edge of contact they
+//! fall with the power 3/2 of the distance, so nodes that the next load leaves open seem to
+//! penetrate: half of the mesh under a load twice the last one. A search needs an iteration to
+//! release half of the wrong nodes. But the number of nodes in contact can be predicted to a per
+//! cent, because contact grows in proportion to the load over a few steps. The first nodes to touch
+//! are those whose gap fell to the smallest part of its previous value. So only these are free when
+//! a search begins. If they are too few, the gap shows it after the first move.
 
 use pulp::Simd;
 
@@ -16,12 +16,14 @@ use super::lanes::{
 };
 use crate::fft::Row;
 
-/// Nodes that are free from the start, over those by which the contact is expected to grow.
+/// Nodes that are free at the start, over the expected growth of contact.
 const EXCESS: f64 = 1.1;
 
 impl Solver {
-    /// Which nodes are expected in contact so far beyond the last load, in units of the way to it
-    /// from the one before: fewer than all that seem to penetrate there, if any.
+    /// Predicts the nodes in contact at distance `reach` beyond the last load, in units of the last
+    /// step between loads.
+    ///
+    /// Returns `None` if they would be no fewer than the nodes that seem to penetrate.
     pub(super) fn nearing(&mut self, reach: f64) -> Option<Nearing> {
         let grown = self.contact_nodes - self.earlier_contact_nodes;
         if !(reach > 0.0 && grown > 0.0) {
@@ -38,16 +40,16 @@ impl Solver {
     }
 }
 
-/// Parts that are told apart.
+/// Number of bins of the histogram.
 const BINS: usize = 256;
 
-/// Nodes whose gap is less than a part of what it was under the load before.
+/// Nodes whose gap is less than a part of their gap under the previous load.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearing {
     pub part: f32,
-    /// Levels from which gaps are measured under the last load,
+    /// Level of the gaps under the last load.
     pub offset: f32,
-    /// and under the one before.
+    /// Level of the gaps under the load before.
     pub earlier_offset: f32,
 }
 
@@ -64,9 +66,9 @@ impl Nearing {
     }
 }
 
-/// Counts nodes without pressure that are near by how near they are. Goes over pressures.
+/// Histogram of nodes without pressure by the ratio of their gaps; a pass over pressures.
 pub struct CountNearing<'a> {
-    /// The farthest.
+    /// Largest ratio in the histogram.
     nearing: Nearing,
     gap: &'a [f32],
     earlier_gap: &'a [f32],
@@ -78,7 +80,8 @@ impl<'a> CountNearing<'a> {
         Self { nearing, gap, earlier_gap, counts: [0; BINS] }
     }
 
-    /// The nearest so many nodes, to a part in so many as are told apart; none if there are fewer.
+    /// Returns the ratio below which there are `nodes` nodes, rounded up to a bin, if there are
+    /// enough.
     pub fn first(&self, nodes: f64) -> Option<Nearing> {
         let mut counted = 0.0;
         let bin = self.counts.iter().position(|count| {
@@ -93,7 +96,7 @@ impl<'a> CountNearing<'a> {
         let above = gap - self.nearing.offset;
         let farthest = self.nearing.part * (earlier - self.nearing.earlier_offset);
         if pressure == 0.0 && above < farthest {
-            // What penetrates by rounding is nearest.
+            // Nodes that penetrate by rounding fall into the first bin.
             let bin = (above / farthest * BINS as f32) as usize;
             self.counts[bin.min(BINS - 1)] += 1;
         }
@@ -125,7 +128,7 @@ impl Pass<f64> for CountNearing<'_> {
         Self { counts: [0; BINS], ..*self }
     }
 
-    /// Counts are whole numbers, which come to the same in any order.
+    /// Counts are whole numbers, whose sum does not depend on the order.
     fn append(&mut self, later: Self) {
         for (count, later) in self.counts.iter_mut().zip(later.counts) {
             *count += later;
@@ -133,7 +136,7 @@ impl Pass<f64> for CountNearing<'_> {
     }
 }
 
-/// Adds up gaps where there is pressure. Goes over pressures.
+/// Adds up gaps where there is pressure; a pass over pressures.
 pub struct SumInContact<'a> {
     pub gap: &'a [f32],
     pub sum: InOrder<f64>,
@@ -156,19 +159,19 @@ impl Pass<f64> for SumInContact<'_> {
     }
 }
 
-/// Nodes that are expected in contact. Of others it is not shown that they penetrate.
+/// Nodes that may be free at the start of a search. Other nodes are treated as open.
 #[derive(Clone, Copy, Default)]
 pub enum Expected {
-    /// All that penetrate.
+    /// All nodes that penetrate the other body.
     #[default]
     All,
-    /// Those that are near, going on from the last load.
+    /// Nodes close to contact, by extrapolation from the last load.
     Near(Nearing),
-    /// Those of this height, or higher ones.
+    /// Nodes of at least this height.
     AsHighAs(f32),
 }
 
-/// A row of gaps as a search begins with them.
+/// A row of gaps, with a lower limit at nodes that must not be free.
 #[derive(Clone)]
 pub struct ShownGap(Vec<f32>);
 
@@ -177,8 +180,7 @@ impl ShownGap {
         Self(vec![0.0; row_nodes])
     }
 
-    /// Holds nodes that are not near above `level`, given their gaps under the last load and the
-    /// one before.
+    /// Limits nodes that are not near to `level`, given their gaps under the last two loads.
     #[inline(always)]
     pub fn hold_far<S: Simd, const R: usize>(
         &mut self,
@@ -195,7 +197,7 @@ impl ShownGap {
         hold_far(REST, level, nearing, last_held, last_gap, last_earlier);
     }
 
-    /// Holds nodes above `level` that are lower than the lowest.
+    /// Limits nodes lower than `lowest` to `level`.
     #[inline(always)]
     pub fn hold_low<S: Simd, const R: usize>(
         &mut self,
@@ -210,7 +212,7 @@ impl ShownGap {
         hold_low(REST, level, lowest, last_held, last_heights);
     }
 
-    /// The gap, and of nodes that are held as much as they are held at.
+    /// Returns the gaps, raised to the limits.
     #[inline(always)]
     pub fn of<S: Simd, const R: usize>(&mut self, simd: S, gap: &[f32]) -> &[f32] {
         let (held, last_held) = split_mut::<S, R>(&mut self.0);
@@ -275,12 +277,12 @@ mod tests {
         Solver::new(PeriodicHalfSpace::new(grid), surface.heights())
     }
 
-    /// Whether each node has pressure.
+    /// Returns which nodes have pressure.
     fn contact(solver: &Solver) -> Vec<bool> {
         solver.pressure().iter().map(|p| *p > 0.0).collect()
     }
 
-    /// Nodes outside the contact whose gap is less than a part of the one before.
+    /// Returns which nodes outside the contact have a gap below a part of the previous one.
     fn near(solver: &Solver, nearing: Nearing) -> Vec<bool> {
         let nodes = solver.search.gap.iter().zip(&solver.earlier_gap);
         let nodes = nodes.zip(solver.pressure());
@@ -298,7 +300,7 @@ mod tests {
 
     #[test]
     fn most_nodes_that_come_into_contact_are_expected_and_few_of_the_others_that_seem_to() {
-        // The second load from the first alone, and the third one from both.
+        // The second load is predicted from the first alone, the third from both.
         let mut solver = solver();
         let press = |solver: &mut Solver, load| {
             solver.press(load, &Settings::default(), &|| false);

@@ -1,16 +1,16 @@
-//! Nested iteration: where a search begins if no loads before lead there, or only loads far away.
+//! Nested iteration, the initial guess from coarser meshes, for loads far from earlier ones.
 //!
-//! The contact under a load is solved for on a mesh of every second node along both axes first, and
-//! there from one of every fourth, down to a mesh so small that it costs next to nothing (Brandt,
-//! *Math. Comput.* 31, 1977, 333). What pressure p and gap g are on a mesh is one map, s p − g:
-//! positive where there is pressure, negative where there is a gap. Between its nodes is
-//! interpolated, and with what is positive there the next finer search begins (`prolongation`). Its
-//! residual is a few tenths of a mesh step then, whatever the load and however large the mesh; on
-//! the straight line through two loads far apart it is one to a hundred steps.
+//! The contact is first solved on a mesh of every second node along both axes, and this one from a
+//! mesh of every fourth, down to a mesh of negligible cost (Brandt, *Math. Comput.* 31, 1977, 333).
+//! Pressure p and gap g of a mesh are combined in one map, s p − g, positive where there is
+//! pressure and negative where there is a gap. This map is interpolated, and its positive part is
+//! the pressure with which the next finer search starts (`prolongation`). The first residual is
+//! then a few tenths of a mesh step, for any load and mesh. By extrapolation between loads far
+//! apart it would be one to a hundred steps.
 //!
-//! All meshes but the smallest one search in single precision alone, to a hundredth of their own
-//! mesh step. As long as they do, what a finer mesh has of gap and pressure is of no use yet, and
-//! its memory is lent to them.
+//! All meshes except the smallest search in single precision only, to a hundredth of their own mesh
+//! step. Until then the maps of the finer mesh are not needed, so coarser meshes borrow their
+//! memory.
 
 use std::iter::successors;
 
@@ -25,23 +25,21 @@ use crate::elasticity::ElasticOperator;
 use crate::grid::Grid;
 use crate::threads::Threads;
 
-/// Nodes along the shorter side of the smallest mesh, at least.
+/// Minimum number of nodes along the shorter side of the smallest mesh.
 const FEWEST: usize = 128;
 
-/// Meshes to a surface, at least, its own among them: on 256² nodes a load takes longer by way of
-/// coarser ones.
+/// Minimum number of meshes, including the finest: on 256² nodes nested iteration takes longer.
 const FEWEST_MESHES: usize = 3;
 
-/// The largest residual on a coarser mesh, in steps of that mesh. With half or twice it as many
-/// pairs.
+/// Residual on coarser meshes, in steps of that mesh. Half or twice of it takes as many pairs.
 const TOLERANCE: f64 = 1e-2;
 
-/// Pairs of transforms after which a coarser mesh is left as it is: three times what most take.
+/// Maximum number of transform pairs on a coarser mesh: three times what most take.
 const PAIR_LIMIT: u32 = 60;
 
-/// The meshes on which a contact is solved for before it is on that of a surface.
+/// Coarser meshes of a surface.
 pub struct Coarser {
-    /// From the finest on.
+    /// Intermediate meshes, the finest first.
     levels: Vec<Level>,
     coarsest: Coarsest,
 }
@@ -51,15 +49,15 @@ struct Level {
     found: CoarseContact,
 }
 
-/// The smallest mesh, whose solvers press each load as a first one.
+/// The smallest mesh, which solves each load as a first one.
 struct Coarsest {
     elastic: Solver,
-    /// Where pressures are kept below the hardness.
+    /// Solver with pressures below the hardness.
     yielding: Option<Solver>,
     found: CoarseContact,
 }
 
-/// What is case of all meshes.
+/// Load, bound and observer, the same for all meshes.
 #[derive(Clone, Copy)]
 struct LoadCase<'a> {
     load: f64,
@@ -68,8 +66,10 @@ struct LoadCase<'a> {
 }
 
 impl Coarser {
-    /// Of a surface on a body; none if there are too few meshes of every second node, or if the
-    /// body is on none.
+    /// Prepares the coarser meshes of a surface.
+    ///
+    /// Returns `None` if there are too few meshes of every second node, or if the body has no
+    /// coarser version.
     pub fn new(
         threads: &Threads,
         body: &dyn ElasticOperator,
@@ -108,7 +108,7 @@ impl Coarser {
         })
     }
 
-    /// Lets these threads share the work from now on.
+    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: &Threads) {
         for level in &mut self.levels {
             level.search.set_threads(threads.clone());
@@ -119,8 +119,9 @@ impl Coarser {
         }
     }
 
-    /// Finds the contact under a load on all meshes, with pressures below a bound if there is one,
-    /// of which the body has told. The maps of the finer search are lost.
+    /// Solves a load on all coarser meshes, with pressures below the bound if there is one.
+    ///
+    /// The body must have the hardness `bound`. The maps of the finer search are overwritten.
     pub fn find(
         &mut self,
         finer: &mut Search,
@@ -133,7 +134,7 @@ impl Coarser {
     }
 }
 
-/// The grids of coarser meshes, if there are enough of them.
+/// Returns the grids of coarser meshes, if there are enough of them.
 fn coarser_grids(grid: Grid) -> Vec<Grid> {
     let grids: Vec<Grid> = successors(coarsened(&grid), coarsened).collect();
     if grids.len() + 1 < FEWEST_MESHES {
@@ -142,25 +143,25 @@ fn coarser_grids(grid: Grid) -> Vec<Grid> {
     grids
 }
 
-/// Whether loads far from those before are solved for on coarser meshes first.
+/// Returns whether loads far from earlier ones are solved on coarser meshes first.
 pub fn is_nested(grid: Grid) -> bool {
     !coarser_grids(grid).is_empty()
 }
 
-/// The grid of every second node, if it is large enough.
+/// Returns the grid of every second node, if it is large enough.
 fn coarsened(grid: &Grid) -> Option<Grid> {
     let coarser = grid.coarsened()?;
     let is_large = coarser.nodes().into_iter().all(|nodes| nodes >= FEWEST);
     is_large.then_some(coarser)
 }
 
-/// One height of so many along both axes.
+/// Returns the heights of every `stride`-th node along both axes.
 fn every_so_many(stride: usize, heights: &[f64], row_nodes: usize) -> impl Iterator<Item = f64> {
     let rows = heights.chunks_exact(row_nodes).step_by(stride);
     rows.flat_map(move |row| row.iter().step_by(stride).copied())
 }
 
-/// Finds the contact on the first of these levels, by way of the others.
+/// Solves the contact on the first of these levels, with the help of the others.
 fn find<'a>(
     levels: &'a mut [Level],
     coarsest: &'a mut Coarsest,
@@ -190,7 +191,7 @@ impl Level {
         Self { search, found: CoarseContact::nothing(body) }
     }
 
-    /// Finds the contact from what was found on the next coarser mesh.
+    /// Solves the contact, starting from the solution on the next coarser mesh.
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, case: LoadCase) {
         let Self { search, found } = self;
         search.prepare(case);
@@ -223,14 +224,15 @@ impl Search {
     fn prepare(&mut self, case: LoadCase) {
         self.load = case.load;
         self.bound = case.bound;
-        // Bits of a load are to depend on the loads before by what a solver keeps of them alone.
+        // The bits of a load may depend on earlier loads only through the saved state of the
+        // solver.
         self.nested_steps = Steps::default();
         self.extension.continues = true;
         self.pairs = 0;
     }
 
-    /// Iterates to where a finer mesh can begin: with this still to be done to pressures, and gaps
-    /// in contact about as high as that.
+    /// Iterates until a finer mesh can start. Returns the pending update and the offset of gaps in
+    /// contact.
     fn find_coarse(&mut self, mut start: Start, watch: &dyn Watch) -> (PendingUpdate, f64) {
         let goal = Goal { residual: TOLERANCE, is_evaluated: false };
         let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
@@ -248,15 +250,14 @@ impl Search {
         }
     }
 
-    /// Has no maps of gap and pressure, but when they are lent.
+    /// Frees the maps that are borrowed while the mesh is used.
     fn drop_maps(&mut self) {
         for map in self.lent_maps() {
             *map = Vec::new();
         }
     }
 
-    /// Takes over the maps of a finer mesh, whose first parts are enough, and what its transforms
-    /// write on the way.
+    /// Borrows the maps and the scratch of a finer mesh, which are large enough.
     fn borrow_from(&mut self, finer: &mut Self) {
         for (own, map) in self.lent_maps().into_iter().zip(finer.lent_maps()) {
             std::mem::swap(own, map);
@@ -269,25 +270,26 @@ impl Search {
     }
 }
 
-/// A load over the last one, or the other way around, from which on it is solved for on coarser
-/// meshes first. On 1024² and 2048² nodes that takes less time from 1.2 to 1.4 on, on 512² from 1.4
-/// to 1.6 on.
+/// Ratio of consecutive loads from which coarser meshes are used first.
+///
+/// On 1024² and 2048² nodes this saves time from ratios of 1.2 to 1.4 on, on 512² from 1.4 to 1.6.
 const FAR: f64 = 1.3;
 
-/// Where the tolerance is more than this many times the last digit, in single precision, of the
-/// highest displacement, a search begins in single precision. With 3.1 and less it ended above the
-/// tolerance, by rounding, on 4096² and 8192² nodes, and went on from there; beginning in double
-/// precision takes a tenth more time.
+/// A search starts in single precision if the tolerance is more than this many times the rounding
+/// error of the highest displacement.
+///
+/// With 3.1 or less, rounding kept the residual above the tolerance on 4096² and 8192² nodes, and a
+/// further search was needed. Starting in double precision takes a tenth more time.
 const DIGITS: f64 = 3.5;
 
-/// Whether a load is far from the last one, or the first.
+/// Returns whether a load is far from the last one, or the first.
 pub fn is_far(last: Option<f64>, load: f64) -> bool {
     last.is_none_or(|last| load > FAR * last || last > FAR * load)
 }
 
 impl Solver {
-    /// The outcome under a load, if it is far from the last one and the mesh is large enough for
-    /// coarser ones.
+    /// Solves a load with coarser meshes if it is far from the last one and the mesh is large
+    /// enough.
     pub(super) fn press_far(
         &mut self,
         load: f64,
@@ -315,8 +317,8 @@ impl Solver {
         outcome
     }
 
-    /// Solves by way of coarser meshes. Elastic loads owe nothing to a hardness that they do not
-    /// pass, so that coarser meshes are case without it first.
+    /// Solves a load with coarser meshes, first without the hardness, because loads that do not
+    /// exceed it must not depend on it.
     fn press_from(
         &mut self,
         coarser: &mut Coarser,
@@ -346,7 +348,7 @@ impl Solver {
         Some(self.yield_if_passed(outcome, settings, watch))
     }
 
-    /// Solves from what was found on coarser meshes, for pressures below a bound if there is one.
+    /// Solves from the solution on coarser meshes, with pressures below a bound if there is one.
     fn solve_from(
         &mut self,
         found: &CoarseContact,
@@ -358,7 +360,7 @@ impl Solver {
         self.search.extension.continues = true;
         self.search.pairs += found.finer_pairs();
         let mut history = History::nested();
-        // The mean displacement is zero, and that of a node in contact its height above the
+        // The mean displacement is zero; that of a node in contact is its height above the
         // reference.
         let displacement = self.highest + found.reference;
         let digit = self.search.residual(f64::from(f32::EPSILON) * displacement);

@@ -1,4 +1,4 @@
-//! What happens to the rows of the mesh between two transforms.
+//! Passes over the rows of the mesh between two transforms.
 
 mod begin;
 mod evaluate;

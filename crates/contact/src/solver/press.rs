@@ -1,11 +1,10 @@
-//! One load, from a guess to a solution, and which nodes at the edge of contact belong to it.
+//! Solution of one load, from the initial guess to the decision about nodes at the edge of contact.
 //!
-//! A solution within the tolerance leaves two kinds of nodes open. Some still bear a little
-//! pressure although their gap is positive: they were in contact at an earlier load or in an
-//! earlier iteration, and their pressure has not yet faded to zero. Others bear none although they
-//! penetrate by less than the tolerance. Both are moved to the side on which a tighter solution has
-//! them. The result is evaluated again, so that the residual is always that of the pressures that
-//! are kept.
+//! A solution within the tolerance leaves two kinds of nodes undecided. Some bear a small pressure
+//! although their gap is positive: they were in contact before, and their pressure has not yet
+//! faded to zero. Others bear no pressure although they penetrate by less than the tolerance. Both
+//! are moved to the side on which a tighter solution has them. The result is evaluated again, so
+//! that the residual is that of the returned pressures.
 
 use pulp::Simd;
 
@@ -19,28 +18,28 @@ use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 use crate::fft::Row;
 
-/// The largest residual over the displacement of one node under the mean pressure in contact.
-/// Beyond it, contact would be whatever a guess took for it.
+/// Largest residual over the displacement of one node under the mean pressure in contact. With a
+/// larger one, the contact would depend on the guess.
 const SHARE_OF_DISPLACEMENT: f64 = 0.1;
 
-/// The largest part of the tolerance by which the residual may be rounded.
+/// Largest rounding error of the residual, over the tolerance.
 const ROUNDED_PART: f64 = 0.01;
 
-/// How often the undecided nodes of a solution are decided. What comes after the last time is a
-/// solution within the tolerance all the same.
+/// Number of times that undecided nodes are decided. A later solution within the tolerance is
+/// accepted as it is.
 const DECISIONS: u32 = 2;
 
 impl Solver {
-    /// Finds the contact under a mean pressure `load` > 0, in units of E* × rms slope: one that the
-    /// hardness bears, if there is one ([`Hardness::bear`]).
+    /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
     ///
-    /// Loads may come in any order; those in ascending order are found fastest. However light the
-    /// load, and however it ends, some node bears it. Whoever watches is told of every iteration
-    /// and may end it: `&|| false` goes on to the end.
+    /// The load must be below the hardness, if there is one ([`Hardness::bear`]). Loads may come in
+    /// any order; ascending loads are fastest. Some node always bears pressure, even under the
+    /// lightest load and after an interruption. `watch` is called in every iteration and can stop
+    /// the solver; `&|| false` never stops it.
     pub fn press(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
-        assert!(load.is_finite() && load > 0.0, "a load presses");
+        assert!(load.is_finite() && load > 0.0, "the load must be positive and finite");
         if let Some(hardness) = self.hardness {
-            hardness.bear(load).expect("the caller has asked");
+            hardness.bear(load).expect("the load is below the hardness");
         }
         self.search.pairs = 0;
         self.expected = Expected::All;
@@ -68,7 +67,7 @@ impl Solver {
         self.yield_if_passed(outcome, settings, watch)
     }
 
-    /// The outcome under the hardness, if the pressures of this one pass it.
+    /// Solves again with the hardness if the pressures of `outcome` exceed it.
     pub(super) fn yield_if_passed(
         &mut self,
         outcome: Outcome,
@@ -86,8 +85,9 @@ impl Solver {
         }
     }
 
-    /// The outcome under a first load that is expected to make the material yield, if it does: then
-    /// it need not be solved for without the hardness.
+    /// Solves a first load with the hardness if it is expected to yield.
+    ///
+    /// Returns `None` if yielding was not expected or did not occur.
     fn press_if_yielding(
         &mut self,
         load: f64,
@@ -109,7 +109,7 @@ impl Solver {
         Some(outcome)
     }
 
-    /// Solves from a guess, for pressures below the bound if there is one.
+    /// Solves from the initial guess, with pressures below the bound if there is one.
     fn solve_within_bound(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
         let mut history = History::default();
         let evaluation = match self.guess(load) {
@@ -119,15 +119,15 @@ impl Solver {
         self.solve(history, evaluation, settings, watch)
     }
 
-    /// Whether the load presses all nodes into contact and makes none of them yield.
+    /// Returns whether the load presses all nodes into contact without yielding.
     pub fn is_flattened_by(&self, load: f64) -> bool {
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         self.full_contact.is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
     }
 
-    /// Iterates from an evaluation until it is a solution, with its undecided nodes decided.
+    /// Iterates until the evaluation is a solution and its undecided nodes are decided.
     ///
-    /// What is returned has been evaluated: no pressure changes after the residual is known.
+    /// No pressure changes after the last evaluation.
     pub(super) fn solve(
         &mut self,
         mut history: History,
@@ -165,7 +165,7 @@ impl Solver {
         }
     }
 
-    /// Iterates to where the tolerance is met, or as far as single precision reaches.
+    /// Iterates until the tolerance is met, or as far as single precision allows.
     pub(super) fn approach(
         &mut self,
         history: &mut History,
@@ -186,8 +186,10 @@ impl Solver {
         self.search.residual(evaluation.convergence.error) <= tolerance
     }
 
-    /// Whether the residual is known no better than a small part of the tolerance: gaps are kept in
-    /// single precision, and those in contact are too far from the reference that they count from.
+    /// Returns whether rounding makes the residual uncertain by more than a small part of the
+    /// tolerance.
+    ///
+    /// Gaps are stored in single precision and may be far from their reference.
     fn is_rounded(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
         let Evaluation { convergence, contact_nodes, .. } = evaluation;
         let rounding = f64::from(f32::EPSILON) * convergence.offset.abs();
@@ -195,8 +197,10 @@ impl Solver {
         self.search.residual(rounding) > ROUNDED_PART * tolerance
     }
 
-    /// The tolerance asked for, or what tells which of so many nodes bear the load, if that is less
-    /// and heights are known so well.
+    /// Returns the residual to reach: the tolerance of the settings, or less if the contact nodes
+    /// would otherwise be undetermined.
+    ///
+    /// It is not below the rounding error of heights.
     fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
         let mean_pressure = self.search.load * self.pressure.len() as f64 / contact_nodes;
         let share = SHARE_OF_DISPLACEMENT * self.search.nodal_compliance * mean_pressure;
@@ -209,8 +213,7 @@ impl Solver {
         Outcome {
             stop,
             pairs: self.search.pairs,
-            // Where all contact is saturated, the error is below zero by what is left to the
-            // bounds.
+            // If all contact is saturated, the error may be negative.
             residual: self.search.residual(evaluation.convergence.error.max(0.0)),
             contact_nodes: summary.contact_nodes,
             saturated_nodes: summary.saturated_nodes,
@@ -222,23 +225,27 @@ impl Solver {
     }
 }
 
-/// A node is let go if its pressure would close less than this part of its own gap. With 0.675, as
-/// many nodes are let go too early as too late in sweeps on 256² to 1024² nodes.
+/// A node loses its pressure if this pressure would close less than this part of its own gap.
+///
+/// With 0.675, as many nodes are released too early as too late in series of loads on 256² to 1024²
+/// nodes.
 const UNDECIDED: f64 = 0.675;
 
-/// The largest part of the load on elastic nodes that may change. Where saturated nodes bear nearly
-/// all of the load, a residual within the tolerance is worth more pressure than all elastic nodes
-/// have, and says nothing about single nodes.
+/// Largest part of the load on elastic nodes that decisions may change.
+///
+/// If saturated nodes bear nearly all of the load, the tolerance is worth more pressure than all
+/// elastic nodes have, and says nothing about single nodes.
 const LARGEST_CHANGE: f64 = 0.1;
 
 impl Solver {
-    /// Moves the undecided nodes of a solution, whose gaps in elastic contact have the mean
-    /// `offset`, into contact or out of it, and restores the mean pressure. Returns whether any
-    /// pressure changed, so that the solution has to be evaluated again.
+    /// Moves undecided nodes into contact or out of it, and restores the mean pressure.
     ///
-    /// A node is let go if its pressure is too small to close its gap. The node with the lowest gap
-    /// stays in contact. A node without pressure that penetrates gets the pressure that closes its
-    /// own gap: of 31 such nodes under twenty loads of two surfaces, 27 are in contact in a
+    /// `offset` is the mean gap in elastic contact. Returns whether any pressure changed, so that
+    /// the solution has to be evaluated again.
+    ///
+    /// A node is released if its pressure is too small to close its gap. The node with the lowest
+    /// gap stays in contact. A node without pressure that penetrates gets the pressure that closes
+    /// its own gap: of 31 such nodes under twenty loads of two surfaces, 27 are in contact in a
     /// solution with a residual of 1e-10.
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
         let decision = Decision { compliance: self.search.nodal_compliance, offset };
@@ -261,10 +268,10 @@ impl Solver {
     }
 }
 
-/// What a node's pressure and gap say about whether it is in contact.
+/// Criterion whether a node is in contact, from its pressure and gap.
 #[derive(Clone, Copy)]
 struct Decision {
-    /// Displacement of a node under a unit pressure of its own.
+    /// Displacement of a node under a unit pressure on itself.
     compliance: f64,
     offset: f64,
 }
@@ -273,7 +280,7 @@ impl Decision {
     /// Returns the pressure of the node after the decision.
     #[inline(always)]
     fn pressure(self, pressure: f64, gap: f32) -> f64 {
-        // The lowest gap in contact is not above the mean, but rounding may put it there.
+        // The lowest gap in contact is not above the mean, except for rounding.
         let rounding = f64::from(f32::EPSILON * gap.abs());
         let above = f64::from(gap) - self.offset;
         let closing = (-above - rounding).max(0.0) / self.compliance;
@@ -282,7 +289,7 @@ impl Decision {
     }
 }
 
-/// Counts the nodes whose pressure a decision changes, and sums up by how much.
+/// Counts the nodes whose pressure a decision changes, and adds up the changes.
 struct Changes<'a> {
     decision: Decision,
     gap: &'a [f32],
@@ -310,7 +317,7 @@ impl Pass<f64> for Changes<'_> {
     }
 }
 
-/// Changes the pressures as a decision has them.
+/// Applies a decision to the pressures.
 struct Decide<'a> {
     decision: Decision,
     gap: &'a [f32],
@@ -336,7 +343,7 @@ mod tests {
     use crate::solver::tests::{rough, solver};
     use crate::solver::{Settings, Stop};
 
-    /// Nodes that are in contact.
+    /// Returns which nodes are in contact.
     fn contact(solver: &super::Solver) -> Vec<bool> {
         solver.pressure().iter().map(|p| *p > 0.0).collect()
     }
@@ -357,7 +364,7 @@ mod tests {
             let rounding = f64::from(f32::EPSILON * gap.abs());
             assert!(*p > 0.0 || f64::from(*gap) - loose.offset >= -rounding);
         }
-        // Those that are decided are few: of nodes in one of both alone hardly any.
+        // Few nodes are decided, and few of these differ between the two solutions.
         let (found, exact) = (contact(&loose), contact(&tight));
         let wrong = found.iter().zip(&exact).filter(|(a, b)| a != b).count();
         let edge = exact.windows(2).filter(|pair| pair[0] != pair[1]).count();

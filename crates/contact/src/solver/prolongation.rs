@@ -1,5 +1,4 @@
-//! What was found of a contact on a coarser mesh, and from there the pressures with which a search
-//! on the next finer one begins.
+//! Contact on a coarser mesh, and the pressures that it provides for the next finer one.
 
 use pulp::Simd;
 
@@ -16,24 +15,24 @@ use crate::fft::{Band, Row};
 /// Nodes of a mesh over those of the next coarser one.
 pub const RATIO: f64 = 4.0;
 
-/// s over the displacement of one node of the finer mesh under unit pressure. With 1 or 2 as many
-/// pairs.
+/// The factor s over the displacement of one node of the finer mesh under unit pressure. Values of
+/// 1 and 2 take as many pairs.
 const COMPLIANCES: f64 = 1.5;
 
-/// A contact on a coarser mesh.
+/// Contact on a coarser mesh.
 pub struct CoarseContact {
-    /// s p − g
+    /// The map s p − g.
     pressure_less_gap: Vec<f32>,
     nodes: [usize; 2],
-    /// From which gaps count.
+    /// Level from which gaps are counted.
     pub reference: f64,
     pub peak_pressure: f64,
-    /// Transform pairs, those of coarser meshes by their nodes.
+    /// Transform pairs used, those of coarser meshes in proportion to their nodes.
     pub pairs: f64,
 }
 
 impl CoarseContact {
-    /// Of a body that was not pressed.
+    /// Creates the contact of a body that was not pressed.
     pub fn nothing(body: &dyn ElasticOperator) -> Self {
         let nodes = body.grid().nodes();
         Self {
@@ -45,25 +44,25 @@ impl CoarseContact {
         }
     }
 
-    /// The map s p − g.
+    /// Returns the map s p − g.
     pub fn map(&self) -> CoarseMap<'_> {
         CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
     }
 
-    /// Transform pairs in those of the next finer mesh.
+    /// Returns the number of transform pairs, converted to those of the next finer mesh.
     pub fn finer_pairs(&self) -> u32 {
         (self.pairs / RATIO).round() as u32
     }
 
-    /// Has no pressure anywhere.
+    /// Sets the pressure to zero everywhere.
     pub fn clear(&mut self) {
         self.pressure_less_gap.clear();
         self.pressure_less_gap.resize(self.nodes[0] * self.nodes[1], 0.0);
         self.peak_pressure = 0.0;
     }
 
-    /// Takes over what a search has led to, with this still to be done to pressures, and gaps in
-    /// contact about as high as the offset.
+    /// Takes the result of a search with a pending update, whose gaps in contact are about
+    /// `offset`.
     pub fn take_search(
         &mut self,
         search: &Search,
@@ -87,7 +86,7 @@ impl CoarseContact {
         self.reference = search.reference + offset;
     }
 
-    /// Takes over the last solution of a solver, whose outcome this was.
+    /// Takes the last solution of a solver and its outcome.
     pub fn take_solution(&mut self, solver: &Solver, outcome: &Outcome, compliance: f64) {
         let (gap, offset) = (&solver.search.gap, solver.offset);
         let nodes = solver.pressure.iter().zip(gap);
@@ -101,17 +100,17 @@ impl CoarseContact {
 }
 
 impl Search {
-    /// s, for a map to begin from.
+    /// Returns s, for the map from which a finer mesh starts.
     pub fn compliance(&self) -> f64 {
         COMPLIANCES * self.nodal_compliance
     }
 }
 
-/// How far gaps of nodes that may change are expected from those in contact, in mesh steps.
+/// Distance from the gaps in contact within which nodes may change, in mesh steps.
 const NEAR: f64 = 1.0;
 
 impl Solver {
-    /// Evaluates the pressures to which a coarser mesh has led; none if there is no pressure.
+    /// Evaluates the pressures from a coarser mesh, if there are any.
     pub(super) fn evaluate_prolonged(
         &mut self,
         coarse: &CoarseContact,
@@ -130,8 +129,7 @@ impl Solver {
 }
 
 impl Search {
-    /// Begins where a coarser mesh has led: one pair, in single precision. None if there is no
-    /// pressure.
+    /// Begins from a coarser mesh in single precision, if there is any pressure: one pair.
     pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<Start> {
         let prolonged = self.prolonged(coarse)?;
         self.reference_pressure.clear();
@@ -139,7 +137,7 @@ impl Search {
         Some(self.begin_pressed(StartPressure::OfCoarserMesh(prolonged)))
     }
 
-    /// Begins once more where it has ended, gaps in contact about as high as the offset: one pair.
+    /// Begins again where the search ended, with gaps in contact near `offset`: one pair.
     pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> Start {
         self.reference += offset;
         let done = LastMoveDone::new(pending, self.ceiling());
@@ -185,8 +183,7 @@ impl Search {
         Start { convergence, reference_sum: 0.0, balance }
     }
 
-    /// Pressures of the mean that is searched for, or of what the bounds leave of that; none if
-    /// there are none.
+    /// Returns pressures with the mean of the load, as far as the bounds allow, if there are any.
     fn prolonged<'a>(&mut self, coarse: &'a CoarseContact) -> Option<Prolonged<'a>> {
         let ceiling = self.ceiling();
         let per_pressure = 1.0 / self.compliance();
@@ -209,31 +206,32 @@ impl Search {
     }
 }
 
-/// Cubic interpolation half-way between nodes: shares of the two nearest, and of the two beyond.
+/// Weights of cubic interpolation half-way between nodes: the two nearest nodes, and the two
+/// beyond.
 const INNER: f32 = 9.0 / 16.0;
 
 const OUTER: f32 = -1.0 / 16.0;
 
-/// Nodes that a row has more, before and after.
+/// Additional nodes of a row, before and after.
 const BEFORE: usize = 1;
 
 const AFTER: usize = 2;
 
-/// A map on every second node along both axes, which comes again beyond its edges.
+/// Periodic map on every second node along both axes.
 #[derive(Clone, Copy)]
 pub struct CoarseMap<'a> {
     pub values: &'a [f32],
-    /// Its nodes along x and y.
+    /// Nodes of the map along x and y.
     pub nodes: [usize; 2],
 }
 
-/// Rows of pressures on the finer mesh, as far as they are positive.
+/// Rows of pressures on the finer mesh: the positive part of the interpolated map.
 pub struct Prolonged<'a> {
     map: CoarseMap<'a>,
-    /// Pressure over what is interpolated.
+    /// Ratio of pressure to interpolated value.
     factor: f32,
     ceiling: f32,
-    /// A row between nodes of the coarser mesh, with some more before and after.
+    /// A row interpolated across rows, with additional nodes before and after.
     coarse: Vec<f32>,
 }
 
@@ -251,7 +249,7 @@ impl<'a> Prolonged<'a> {
         Self { coarse: self.coarse.clone(), ..*self }
     }
 
-    /// Sets a row of pressures.
+    /// Writes a row of pressures.
     #[inline(always)]
     pub fn set_row(&mut self, row: Row, pressure: &mut [f32]) {
         let nodes = self.map.nodes[1];
@@ -283,7 +281,7 @@ impl<'a> Prolonged<'a> {
 }
 
 impl<'a> CoarseMap<'a> {
-    /// So many rows beyond one.
+    /// Returns the row `by` rows after row `at`.
     #[inline(always)]
     fn row(&self, at: usize, by: isize) -> &'a [f32] {
         let rows = self.nodes[0] as isize;
@@ -297,7 +295,7 @@ fn half_way(a: f32, b: f32, c: f32, d: f32) -> f32 {
     INNER * (b + c) + OUTER * (a + d)
 }
 
-/// Adds up what the pressures come to.
+/// Adds up the prolonged pressures.
 pub struct SumProlonged<'a> {
     pub prolonged: Prolonged<'a>,
     pub row: Vec<f32>,
@@ -320,7 +318,7 @@ impl Pass<f32> for SumProlonged<'_> {
     }
 }
 
-/// Sets pressures of a mesh, in double precision.
+/// Writes the prolonged pressures in double precision.
 pub struct SetProlonged<'a> {
     pub prolonged: Prolonged<'a>,
     pub hardness: f64,
@@ -332,7 +330,7 @@ impl Pass<f64> for SetProlonged<'_> {
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         self.prolonged.set_row(row, &mut self.row);
         for (p, prolonged) in pressure.iter_mut().zip(&self.row) {
-            // Single precision may not hold the hardness.
+            // The hardness may not be a single-precision number.
             let bears = *prolonged >= self.prolonged.ceiling;
             *p = if bears { self.hardness } else { f64::from(*prolonged) };
         }
@@ -351,7 +349,7 @@ mod tests {
 
     use super::*;
 
-    /// All rows of what is interpolated, where it is positive.
+    /// Returns all rows of the interpolated map, where it is positive.
     fn prolonged(values: &[f32], nodes: [usize; 2]) -> Vec<f32> {
         let map = CoarseMap { values, nodes };
         let mut prolonged = Prolonged::new(map, 1.0, f64::INFINITY);
@@ -363,7 +361,7 @@ mod tests {
         all
     }
 
-    /// A map by its places on the mesh of twice the nodes.
+    /// Samples a function of the position on the mesh of twice the nodes.
     fn drawn(
         [rows, row_nodes]: [usize; 2],
         stride: usize,
@@ -397,7 +395,7 @@ mod tests {
         let found = prolonged(&coarse, nodes);
         for (node, (found, exact)) in found.iter().zip(drawn([48, 64], 1, wave)).enumerate() {
             let [i, j] = [node / 64, node % 64];
-            // 3/128 (2 q)⁴ along x, with q = 2π/24, and next to nothing along y.
+            // The error is 3/128 (2 q)⁴ along x, with q = 2π/24, and negligible along y.
             assert!((found - exact).abs() < 2e-3, "{i}, {j}: {found}, {exact}");
             if i % 2 == 0 && j % 2 == 0 {
                 assert_eq!(*found, coarse[i / 2 * 32 + j / 2]);
@@ -412,7 +410,7 @@ mod tests {
         let mut prolonged = Prolonged::new(map, 0.5, 2.0);
         let mut row = [0.0; 8];
         prolonged.set_row(Row::new(6, 8), &mut row);
-        // Half of 6, 4, 2 and 0, and between them.
+        // Half of 6, 4, 2 and 0, and values between them.
         assert_eq!([row[0], row[2], row[4], row[6]], [2.0, 2.0, 1.0, 0.0]);
         assert!(row.iter().all(|p| (0.0..=2.0).contains(p)));
     }

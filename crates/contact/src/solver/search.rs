@@ -1,7 +1,7 @@
-//! A search in single precision on one mesh: gap, pressure and all that iterations last_step along.
+//! State of a search in single precision on one mesh.
 //!
-//! It knows nothing of the loads before, nor of double precision: a [`Solver`](super::Solver) tells
-//! it where to begin, and evaluates where it led.
+//! A search does not depend on earlier loads or on double precision. A [`Solver`](super::Solver)
+//! provides its start and evaluates its result.
 
 use super::Hardness;
 use super::balance::Nodes;
@@ -19,38 +19,40 @@ use crate::threads::Threads;
 /// Everything that an iteration reads and writes.
 pub struct Search {
     pub nodes: [usize; 2],
-    /// Mesh steps, the smaller ones, in the longer side.
+    /// Number of smaller mesh steps in the longer side.
     pub steps_per_side: f64,
-    /// Heights less their reference.
     pub heights: Vec<f32>,
+    /// Level that is subtracted from heights.
+    /// Level that is subtracted from heights.
     pub height_reference: f64,
-    /// Mean pressure that is searched for.
+    /// Mean pressure to be reached.
     pub load: f64,
-    /// The hardness, for as long as pressures are kept below it.
+    /// The hardness, while pressures are kept below it.
     pub bound: Option<Hardness>,
     pub steps: Steps,
-    /// Those of iterations that began where a coarser mesh led.
+    /// Step lengths of iterations that started from a coarser mesh.
     pub nested_steps: Steps,
 
-    /// Gap less the gap reference.
     pub gap: Vec<f32>,
+    /// Level that is subtracted from gaps.
+    /// Level that is subtracted from gaps.
     pub reference: f64,
-    /// From which gaps ask for a correction, less the reference.
+    /// Level from which the residual is measured, minus `reference`.
     pub level: f64,
-    /// Pressures are counted from here,
+    /// Part of the pressure that does not change during the search.
     pub reference_pressure: ReferencePressure,
-    /// and are higher by this.
+    /// Difference of pressure and reference pressure.
     pub pressure_increment: Vec<f32>,
-    /// The last move of free nodes. Marked, see `flags`.
+    /// Last move of free nodes, with flags in the lowest bits (`flags`).
     pub last_step: Vec<f32>,
     pub active: ActiveGroups,
     pub sample: Sample,
     pub free_nodes: f64,
     pub extension: Extension,
     pub two_level: TwoLevel,
-    /// Whether it makes the corrections of the present iteration.
+    /// True if the two-level preconditioner computes the present corrections.
     pub is_by_blocks: bool,
-    /// Nodes that ask for a change, and their last moves, where the material yields.
+    /// Nodes whose pressure may change and their last moves, if the material yields.
     pub candidates: Nodes,
     pub last_moves: Vec<f32>,
 
@@ -61,14 +63,14 @@ pub struct Search {
     pub nodal_stiffness: f64,
     pub nodal_compliance: f64,
 
-    /// Transform pairs spent on the present load.
+    /// Transform pairs used for the present load.
     pub pairs: u32,
 
     pub threads: Threads,
 }
 
 impl Search {
-    /// Gets ready to search on the mesh of a body, given heights, one for each node.
+    /// Prepares a search on the mesh of a body, with one height for each node.
     pub fn new(threads: &Threads, body: &dyn ElasticOperator, heights: Vec<f32>) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         let extension = Extension::new(nodes, body.stiffness_nodes());
@@ -109,7 +111,7 @@ impl Search {
         }
     }
 
-    /// Lets these threads share the work from now on.
+    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: Threads) {
         self.scratch.set_threads(threads.clone());
         self.stiffness.set_threads(&threads);
@@ -117,7 +119,7 @@ impl Search {
         self.threads = threads;
     }
 
-    /// The steps of iterations that began where a coarser mesh led, or anywhere else.
+    /// Returns the step lengths for iterations that started from a coarser mesh, or for all others.
     pub fn steps(&self, is_nested: bool) -> &Steps {
         if is_nested { &self.nested_steps } else { &self.steps }
     }
@@ -130,12 +132,12 @@ impl Search {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// The highest pressure that may be used.
+    /// Returns the highest allowed pressure.
     pub fn ceiling(&self) -> f64 {
         self.bound.map_or(f64::INFINITY, Hardness::pressure)
     }
 
-    /// An error of the gap in mesh steps of a surface of unit rms slope.
+    /// Converts an error of the gap to mesh steps of a surface of unit rms slope.
     pub fn residual(&self, error: f64) -> f64 {
         self.steps_per_side * error
     }

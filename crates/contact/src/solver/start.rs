@@ -1,14 +1,14 @@
-//! Where the search at a new load starts: on the straight line through the two solutions before it,
-//! of which the surface that nothing touches is the first, or from a guess.
+//! Initial guess of a search: extrapolation from the last two solutions, or heights, or full
+//! contact.
 //!
-//! Where no load was pressed before, the guess is the heights, or the pressure of full contact. A
-//! light load bends the half-space by less than nodes differ in height. Most of what any other
-//! guess presses on would have to be let go again, in moves so much larger than the pressure that
-//! single precision would clear it. What else is known of contact at first is how much of it there
-//! will be, within a factor, and that it is where the surface is highest as long as there is little
-//! of it. Of the nodes in contact under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²),
-//! the highest so many are 71 in 100, and the ones with the largest pressure of full contact 46;
-//! under 0.3, 85 and 90.
+//! Of the two solutions the first may be the surface without contact. Without an earlier load the
+//! guess is made from the heights or from the pressure of full contact. A light load bends the
+//! half-space by less than nodes differ in height. Most of the pressure of another guess would have
+//! to be removed again, in moves so much larger than the final pressure that single precision would
+//! lose it. For other first loads, the contact area is known within a factor, and a small contact
+//! is where the surface is highest. Of the nodes in contact under 0.006 E* × rms slope (k_lower =
+//! 4, k_upper = 64, 1024²), 71 of 100 are among as many highest nodes, and 46 among as many nodes
+//! with the largest pressure of full contact; under 0.3, 85 and 90.
 
 use std::mem::{swap, take};
 use std::ops::RangeInclusive;
@@ -24,31 +24,28 @@ use super::{Hardness, Solver};
 use crate::elasticity;
 use crate::fft::{Band, Transform};
 
-/// How far from the last load, in units of the way to it from the one before, a straight line
-/// through both solutions is a better guess than the last one scaled: back to the one before, or
-/// some steps on.
+/// Distances from the last load, in units of the last step between loads, within which
+/// extrapolation is better than scaling the last solution.
 const REACH: RangeInclusive<f64> = -1.0..=4.0;
 
-/// The largest pressure of one node under a light load, in units of E* × rms slope, if it bears
-/// all.
+/// Largest pressure of one node that bears a whole light load, in units of E* × rms slope.
 const LIGHT: f64 = 1.0;
 
-/// Where a search starts: what its first correction is to close is in the single-precision
-/// transform.
+/// Start of a search whose first residual is in the single-precision transform.
 pub struct Start {
     pub convergence: Convergence,
-    /// Σ of what pressures are counted from.
+    /// Σ of the reference pressure.
     pub reference_sum: f64,
-    /// If the material may yield, what pressures lack.
+    /// Balance of pressures, if the material may yield.
     pub balance: Option<Balance>,
 }
 
 impl Solver {
-    /// Replaces pressure and gap by a guess at `load`, of that mean pressure, and begins the search
-    /// there, if the gap is known without an evaluation.
+    /// Replaces pressure and gap by a guess of mean pressure `load`.
     ///
-    /// A straight line through two solutions costs no transform, for gaps are linear in pressures.
-    /// It may leave pressures below zero, which the first move of a search clips.
+    /// Returns the start of the search if the gap is known without an evaluation. An extrapolation
+    /// needs no transform, because gaps are linear in pressures. It may leave negative pressures,
+    /// which the first move of a search clips.
     pub(super) fn guess(&mut self, load: f64) -> Option<Start> {
         let is_light = self.is_light(load);
         self.count_heights_from(if is_light { self.highest } else { 0.0 });
@@ -72,9 +69,10 @@ impl Solver {
         load * (self.pressure.len() as f64) < LIGHT
     }
 
-    /// How far beyond the last load this one is, if the straight line through the last two
-    /// solutions reaches so far. To a light load it leads up from lighter ones alone: from heavier
-    /// ones it would press on all that they do.
+    /// Returns the distance of the load from the last one, if extrapolation reaches it.
+    ///
+    /// A light load is extrapolated only from lighter loads: heavier ones have pressure at too many
+    /// nodes.
     fn reach(&self, load: f64) -> Option<f64> {
         let reach = (load - self.search.load) / (self.search.load - self.earlier_load);
         let ascend = self.earlier_load <= self.search.load && self.search.load <= load;
@@ -82,7 +80,8 @@ impl Solver {
         (self.search.load > 0.0 && leads_there).then_some(reach)
     }
 
-    /// Fills the pressure with that of full contact under `load`: exact, if it is nowhere negative.
+    /// Sets the pressure to that of full contact under `load`, which is exact if it is nowhere
+    /// negative.
     pub(super) fn set_full_contact(&mut self, load: f64) {
         self.save_previous();
         self.fill_with_full_contact();
@@ -93,8 +92,8 @@ impl Solver {
         self.search.reference = 0.0;
     }
 
-    /// Along the straight line through the last two solutions. While the contact does not change,
-    /// the solution is linear in the load.
+    /// Extrapolates linearly from the last two solutions. While the contact does not change, this
+    /// is exact.
     fn extrapolate(&mut self, reach: f64) -> Start {
         let extrapolation = |last: f64, earlier: &mut f64| {
             let guess = last + reach * (last - *earlier);
@@ -112,7 +111,7 @@ impl Solver {
         self.begin(self.offset, Some(reach))
     }
 
-    /// Begins a search where pressure and gap are.
+    /// Begins a search from the present pressure and gap.
     pub(super) fn initial_residual(&mut self, convergence: Convergence) -> Start {
         let offset = match self.search.bound {
             None => convergence.offset,
@@ -121,7 +120,7 @@ impl Solver {
         self.begin(offset, None)
     }
 
-    /// Begins a search `reach` beyond pressure and gap, or where they are.
+    /// Begins a search from the present pressure and gap, or from their extrapolation by `reach`.
     fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
         match self.search.bound {
             None => self.begin_as::<false>(offset, reach),
@@ -168,7 +167,8 @@ impl Solver {
         }
     }
 
-    /// Makes the last solution the earlier one: that of no load, if there is none. The gap is lost.
+    /// Saves the last solution as the previous one, or the surface without contact. The gap is
+    /// lost.
     pub(super) fn save_previous(&mut self) {
         self.earlier_contact_nodes = self.contact_nodes;
         if self.search.load == 0.0 {
@@ -184,8 +184,8 @@ impl Solver {
         self.earlier_load = self.search.load;
     }
 
-    /// Mean over the last contact of the gap before it: the level that the mean gap in contact was
-    /// on, where nothing was in contact.
+    /// Returns the mean previous gap over the last contact: the level of the mean gap in contact
+    /// when nothing was in contact.
     fn mean_earlier_gap(&mut self) -> f64 {
         let mut pass = SumInContact { gap: &self.earlier_gap, sum: InOrder::new() };
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
@@ -204,7 +204,7 @@ impl Solver {
         self.earlier_load = 0.0;
     }
 
-    /// Goes back to where no load has been pressed.
+    /// Resets the solver to the state before the first load.
     pub(super) fn reset(&mut self) {
         self.search.steps = Steps::default();
         self.search.nested_steps = Steps::default();
@@ -212,8 +212,10 @@ impl Solver {
         self.contact_nodes = 0.0;
     }
 
-    /// Single precision tells displacements from heights best where heights are small: under a
-    /// light load, they are to be so in the highest nodes.
+    /// Sets the level from which heights are counted in single precision.
+    ///
+    /// Rounding is smallest where heights are small. Under a light load this should be at the
+    /// highest nodes.
     pub(super) fn count_heights_from(&mut self, height: f64) {
         if self.search.height_reference == height {
             return;
@@ -224,25 +226,24 @@ impl Solver {
     }
 }
 
-/// Contact over load, in units of 1 / (E* × rms slope), of rough surfaces under light loads: from
-/// 2 to 2.5 by all of theory and calculation.
+/// Contact area over load, in units of 1 / (E* × rms slope), of rough surfaces under light loads: 2
+/// to 2.5 by theories and computations.
 const CONTACT_OVER_LOAD: f64 = 2.4;
 
-/// The share of the mesh below which contact is where heights are high, rather than where the
-/// pressure of full contact is.
+/// Largest contact area fraction for a guess from the highest nodes, not from full contact.
 const SMALL_SHARE: f64 = 0.2;
 
 /// Nodes with pressure in a guess from heights, over those expected in contact.
 const PRESSED: f64 = 1.5;
 
-/// Halvings that find a shift of a pressure to the last bit.
+/// Bisections that find the shift of a pressure to the last bit.
 const BISECTIONS: u32 = 60;
 
-/// Nodes that are raised are gathered when there are that many others to each.
+/// Ratio of all nodes to raised ones from which the raised ones are copied.
 const MANY: usize = 4;
 
 impl Solver {
-    /// Guesses where no load was pressed before.
+    /// Guesses the pressure under a first load.
     pub(super) fn guess_first(&mut self, load: f64) {
         let share = 1.0 - (-CONTACT_OVER_LOAD * load).exp();
         if self.search.bound.is_none() && share < SMALL_SHARE {
@@ -252,22 +253,24 @@ impl Solver {
         }
     }
 
-    /// The part of the full-contact pressure, or of what the stiffness has for it, above a plane
-    /// that leaves the mean `load`.
+    /// Guesses the pressure of full contact, shifted and clipped at zero so that its mean is
+    /// `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
         let [lowest, highest] =
             range(&self.search.threads, &mut self.pressure, self.search.nodes[1]);
         let most = match self.search.bound {
             Some(hardness) => hardness.pressure() - lowest,
-            // With less than the load everywhere there would be none at the lowest.
+            // With less than the load everywhere, the lowest node would have none.
             None => self.full_contact.map_or(load - lowest, |full| full.load),
         };
         self.raise_to(load, (-highest, most));
     }
 
-    /// Pressures like those of Hertz' contacts, which grow with the square root of the height, on
-    /// the highest nodes: the share of them that is expected in contact, and half as many besides.
+    /// Guesses pressures on the highest nodes as in Hertz' contacts, proportional to the square
+    /// root of the height.
+    ///
+    /// They cover the area expected in contact, and half as much in addition.
     fn guess_from_highest(&mut self, share: f64) {
         let nodes = share * self.heights.len() as f64;
         let [level, expected] = self.levels_above([PRESSED * nodes, nodes]);
@@ -278,8 +281,8 @@ impl Solver {
         self.expected = Expected::AsHighAs(expected as f32);
     }
 
-    /// The levels that so many nodes are above, or some more: found among as many as are counted at
-    /// once, and again within the step between two of them.
+    /// Returns the levels above which there are this many nodes or slightly more, by two
+    /// histograms.
     fn levels_above<const N: usize>(&mut self, nodes: [f64; N]) -> [f64; N] {
         let all = nodes.map(|nodes| (nodes, 0.0));
         let coarse = self.highest_between(self.lowest, self.highest, all);
@@ -291,7 +294,7 @@ impl Solver {
         levels
     }
 
-    /// Where there come to be so many nodes, and so many of them above the higher level.
+    /// Returns the bins of a histogram that contain the levels for these numbers of nodes.
     fn highest_between<const N: usize>(
         &mut self,
         low: f64,
@@ -303,10 +306,12 @@ impl Solver {
         nodes.map(|(nodes, above)| counts.highest(above, nodes))
     }
 
-    /// Whether the guess from full contact, under a first load, passes the hardness: raised until
-    /// its peak does, the pressure of full contact bears less than the load. The contact of the
-    /// guess is larger than that of the solution, and its peak lower as a rule. Where the stiffness
-    /// is not exact, nothing is known.
+    /// Returns whether a first load is expected to exceed the hardness, by the guess from full
+    /// contact.
+    ///
+    /// If the pressure of full contact is raised until its peak equals the hardness, it bears less
+    /// than the load. The guess has a larger contact than the solution and usually a lower peak. If
+    /// the stiffness is not exact, nothing is known.
     pub(super) fn is_expected_to_pass(&self, hardness: Hardness, load: f64) -> bool {
         let Some(full) = self.full_contact.filter(|_| !self.is_light(load)) else {
             return false;
@@ -316,8 +321,9 @@ impl Solver {
         borne < load * self.pressure.len() as f64
     }
 
-    /// What the highest nodes would bear if none displaced another: exact if one bears all, and
-    /// where the material is so soft that it hardly bends.
+    /// Guesses the pressures of nodes that do not displace each other.
+    ///
+    /// This is exact if one node bears all the load, or if the material hardly bends.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
         for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
             *p = (height - self.highest) / self.search.nodal_compliance;
@@ -332,11 +338,11 @@ impl Solver {
         self.search.reference = highest * self.search.nodal_compliance - self.highest;
     }
 
-    /// Raises the pressure so far that what is then within its bounds has the mean `load`, and says
-    /// how far: within the range.
+    /// Adds a constant to the pressure so that its mean within the bounds is `load`. Returns the
+    /// constant, within the given range.
     pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
         let (cells, most) = (self.pressure.len() as f64, self.search.ceiling());
-        // Those that may be raised above zero, in their order: the others add nothing to any sum.
+        // Pressures that may be raised above zero, in order; the others add nothing to the sum.
         let mut few: Option<Vec<f64>> = None;
         for _ in 0..BISECTIONS {
             let shift = 0.5 * (low + high);
@@ -356,15 +362,15 @@ impl Solver {
                 low = shift;
             }
         }
-        // The upper end, where the sum is positive for certain.
+        // At the upper end the sum is certainly positive.
         for p in &mut self.pressure {
             *p = (*p + high).max(0.0).min(most);
         }
         high
     }
 
-    /// Fills the pressure with the one of zero mean that flattens the heights, as far as the
-    /// stiffness is exact: one pair.
+    /// Sets the pressure to that of zero mean that flattens the heights, if the stiffness is exact:
+    /// one pair.
     pub(super) fn fill_with_full_contact(&mut self) {
         let stiffness = elasticity::stiffness_on(&self.search.threads, &*self.body);
         let transform = Transform::padded(self.search.nodes, self.body.stiffness_nodes());
@@ -422,7 +428,7 @@ mod tests {
         solver.press(0.01, &Settings::default(), &|| false);
         assert_eq!((solver.earlier_load, solver.earlier_contact_nodes), (0.0, 0.0));
         assert!(solver.earlier_pressure.iter().all(|p| *p == 0.0));
-        // Gaps are open but at the crest.
+        // Gaps are open except at the crest.
         let closed = solver.earlier_gap.iter().filter(|gap| **gap == 0.0);
         assert_eq!(closed.count(), 64);
     }

@@ -1,6 +1,7 @@
-//! What a solver hands out besides pressures: displacement and gap under a pressure that was found;
-//! and what it knows between two loads, as bytes: everything that its guess at the next load, and
-//! so that load's last bits, depend on.
+//! Displacement and gap under a given pressure, and the state of a solver between two loads.
+//!
+//! The state contains everything that the next guess, and so the last bits of the next solution,
+//! depend on.
 
 use std::io;
 use std::io::{Read, Write};
@@ -9,12 +10,14 @@ use super::Solver;
 use super::line_search::Steps;
 
 impl Solver {
-    /// The displacement u of the elastic body under a pressure on every node, in units of E* × rms
-    /// slope: in units of rms slope × the longer side, positive into the body. On a body that a
-    /// uniform pressure does not displace its mean is zero.
+    /// Returns the displacement u of the elastic body under a pressure on every node.
+    ///
+    /// The pressure is in units of E* × rms slope, the displacement in units of rms slope × longer
+    /// side and positive into the body. Its mean is zero on a body that a uniform pressure does not
+    /// displace.
     ///
     /// # Panics
-    /// When there are more or fewer pressures than nodes.
+    /// Panics if the number of pressures differs from that of nodes.
     ///
     /// ```
     /// use std::f64::consts::PI;
@@ -23,7 +26,7 @@ impl Solver {
     /// use asperity_contact::grid::Grid;
     /// use asperity_contact::solver::Solver;
     ///
-    /// // A wave of pressure of length λ displaces by λ/(π E*) times itself.
+    /// // A wave of pressure of length λ causes a displacement of λ/(π E*) times itself.
     /// let grid = Grid::square(32, 1.0)?;
     /// let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0] as f64 / 32.0).cos();
     /// let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect();
@@ -35,22 +38,23 @@ impl Solver {
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn displacement_under(&mut self, pressure: &[f64]) -> Vec<f64> {
-        assert_eq!(pressure.len(), self.pressure.len(), "pressures fill the mesh");
+        assert_eq!(pressure.len(), self.pressure.len(), "one pressure per node");
         let mut displacement = vec![0.0; pressure.len()];
         let scratch = &mut self.double_scratch;
         self.double.convolve(&self.displacement, pressure, &mut displacement, scratch);
         displacement
     }
 
-    /// The gap between the bodies under a pressure that solves the contact: u − h less its mean in
-    /// elastic contact, in the units of [`Solver::displacement_under`].
+    /// Returns the gap between the bodies under a pressure that solves the contact.
     ///
-    /// Zero at nodes in elastic contact, where the solution leaves no more than its residual; the
-    /// depth of yielding, negative, at saturated nodes; elsewhere the distance, which may be below
-    /// zero by the residual. Where no node is in elastic contact, all that bear are taken for it.
+    /// The gap is u − h minus its mean in elastic contact, in the units of
+    /// [`Solver::displacement_under`]. At nodes in elastic contact it is set to zero, where the
+    /// solution leaves at most its residual. At saturated nodes it is negative, by the yielded
+    /// depth. Elsewhere it is the distance, which may be negative by the residual. If no node is in
+    /// elastic contact, all nodes with pressure count as elastic.
     ///
     /// # Panics
-    /// As [`Solver::displacement_under`].
+    /// Panics as [`Solver::displacement_under`].
     pub fn gap_under(&mut self, pressure: &[f64]) -> Vec<f64> {
         let hardness = self.hardness.map_or(f64::INFINITY, |bound| bound.pressure());
         let mut gap = self.displacement_under(pressure);
@@ -68,7 +72,7 @@ impl Solver {
     }
 }
 
-/// The mean of values over the nodes whose pressure is so; none if there is no such node.
+/// Returns the mean of values over the nodes whose pressure matches, if there are any.
 fn mean_where(values: &[f64], pressure: &[f64], is_so: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     for (value, _) in values.iter().zip(pressure).filter(|(_, p)| is_so(**p)) {
@@ -79,10 +83,10 @@ fn mean_where(values: &[f64], pressure: &[f64], is_so: impl Fn(f64) -> bool) -> 
 }
 
 impl Solver {
-    /// Writes what the next load depends on: 24 bytes a node.
+    /// Writes the state that the next load depends on: 24 bytes a node.
     ///
     /// # Errors
-    /// When nothing can be written.
+    /// Fails if writing fails.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         let numbers = [
             self.search.load,
@@ -114,10 +118,10 @@ impl Solver {
         Ok(())
     }
 
-    /// Makes a new solver of the same surface, body and hardness go on where another one was.
+    /// Reads the state of another solver of the same surface, body and hardness.
     ///
     /// # Errors
-    /// When there are fewer bytes than [`Solver::save`] has written; the solver is of no use then.
+    /// Fails if there are fewer bytes than [`Solver::save`] wrote; the solver is then unusable.
     pub fn restore(&mut self, from: &mut dyn Read) -> io::Result<()> {
         let mut numbers = [0.0; 10];
         for number in &mut numbers {
@@ -226,11 +230,11 @@ mod tests {
     fn press(solver: &mut Solver, load: f64, settings: &Settings) -> (String, Vec<u64>) {
         let outcome = solver.press(load, settings, &|| false);
         let bits = solver.pressure().iter().map(|p| p.to_bits()).collect();
-        // Where there is no mean gap it is no number, which equals none.
+        // A missing mean gap is NaN, which is not equal to itself.
         (format!("{outcome:?}"), bits)
     }
 
-    /// From the lightest, where heights are the guess, to full contact, and back.
+    /// From the lightest load, where heights are the guess, to full contact and back.
     const LOADS: [f64; 12] = [1e-9, 1e-5, 2e-5, 0.001, 0.01, 0.02, 0.03, 0.2, 0.5, 1.0, 4.0, 0.1];
 
     #[test]

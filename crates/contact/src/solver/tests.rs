@@ -1,5 +1,5 @@
-//! What the tests of the solver share, and the contacts that independent code has solved to
-//! rounding: on rectangles, with free boundaries, and of materials that yield.
+//! Helpers for the tests of the solver, and contacts that independent code has solved to rounding:
+//! on rectangles, with free boundaries, and of materials that yield.
 
 use super::*;
 use crate::elasticity::PeriodicHalfSpace;
@@ -13,7 +13,7 @@ mod hardness;
 mod invariants;
 mod loads;
 
-/// Where double precision ends on the meshes used here.
+/// Accuracy of double precision on the meshes used here.
 const TIGHT: Settings = Settings { tolerance: 1e-12, pair_limit: 4000 };
 
 fn map(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
@@ -21,7 +21,7 @@ fn map(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..nodes * nodes).map(|node| height(place(node / nodes), place(node % nodes))).collect()
 }
 
-/// A solver of a square surface on a periodic half-space.
+/// Returns the solver of a square surface on a periodic half-space.
 pub(super) fn solver(nodes: usize, heights: &[f64]) -> Solver {
     Solver::new(PeriodicHalfSpace::new(square(nodes, 1.0)), heights)
 }
@@ -40,13 +40,13 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Heights in units of rms slope × longer side.
+/// Returns heights in units of rms slope × longer side.
 fn reduced(surface: &Surface) -> Vec<f64> {
     let unit = Moments::from_surface(surface).rms_slope() * surface.grid().cell().longer_side();
     surface.heights().iter().map(|h| h / unit).collect()
 }
 
-/// White noise, and so a spectrum up to the Nyquist wave, of no particular slope.
+/// Returns white noise: a spectrum up to the Nyquist wave, of arbitrary slope.
 fn noise(nodes: usize, seed: u64) -> Vec<f64> {
     let mut state = seed;
     let mut draw = || {
@@ -57,7 +57,8 @@ fn noise(nodes: usize, seed: u64) -> Vec<f64> {
     (0..nodes * nodes).map(|_| (draw() + draw() + draw()) / slope).collect()
 }
 
-/// Noise smoothed by the half-space: a self-affine spectrum with a wavelength as long as the cell.
+/// Returns noise smoothed by the half-space: a self-affine spectrum whose longest wavelength is the
+/// cell.
 pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     let transform = Transform::<f64>::new([nodes; 2]);
     let mut heights = vec![0.0; nodes * nodes];
@@ -66,7 +67,7 @@ pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     heights.iter().map(|height| height * nodes as f64).collect()
 }
 
-/// Gap by its definition, from kernels alone, less its mean in elastic contact.
+/// Computes the gap from its definition, from kernels alone, minus its mean in elastic contact.
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     let transform = elasticity::transform::<f64>(&*solver.body);
     let mut gap = vec![0.0; heights.len()];
@@ -78,7 +79,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
         nodes.filter(|(_, p)| chosen(**p)).map(|(gap, _)| *gap).collect()
     };
     let elastic = of(&|p| p > 0.0 && p < solver.search.ceiling());
-    // Without elastic nodes, the highest of saturated ones must be below all others.
+    // Without elastic nodes, the highest saturated node must be below all others.
     let saturated = of(&|p| p >= solver.search.ceiling());
     let offset = if elastic.is_empty() {
         saturated.into_iter().fold(f64::MIN, f64::max)
@@ -89,7 +90,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
 }
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
-    // Row by row: many equal numbers one after the other are all rounded the same way.
+    // Row by row, because equal terms in a long sum would all be rounded the same way.
     let rows = solver.pressure().chunks_exact(solver.search.nodes[1]);
     let total: f64 = rows.map(|row| row.iter().sum::<f64>()).sum();
     assert!((total / solver.pressure().len() as f64 / load - 1.0).abs() < 1e-12);
@@ -97,8 +98,8 @@ fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: 
     assert!(violation <= tolerance, "{violation} > {tolerance}");
 }
 
-/// The largest violation of the conditions of contact by the stored pressures, in the units of
-/// [`Outcome::residual`], from kernels alone.
+/// Computes the largest violation of the contact conditions by the stored pressures, in the units
+/// of [`Outcome::residual`], from kernels alone.
 fn violation(solver: &Solver, heights: &[f64]) -> f64 {
     let hardness = solver.search.ceiling();
     let nodes = solver.pressure().iter().zip(gap(solver, heights));
@@ -129,7 +130,7 @@ fn assert_told_truly_at(
     let rounding = 1e-13 * solver.search.steps_per_side * range;
     let tolerance = match outcome.stop {
         Stop::Converged | Stop::FullContact => settings.tolerance,
-        // What did not converge is told in single precision.
+        // Without convergence the outcome is known in single precision only.
         _ => outcome.residual + f64::from(f32::EPSILON) * solver.search.steps_per_side * range,
     };
     assert_complementary(solver, heights, load, 1.02 * tolerance + rounding);
@@ -139,7 +140,7 @@ fn assert_told_truly_at(
     outcome
 }
 
-/// A folder of surfaces in `tests/data`, and the table of what they were solved for.
+/// A folder of surfaces in `tests/data`, and the table of their solutions.
 struct Reference {
     folder: &'static str,
     table: &'static str,
@@ -181,8 +182,8 @@ impl Reference {
         Surface::new(rectangle(nodes, size), heights).unwrap()
     }
 
-    /// Maps in the order of loads, bits most significant first, as NumPy packs them, from the file
-    /// of that ending.
+    /// Reads maps in the order of loads, packed by NumPy with the most significant bit first, from
+    /// the file with this ending.
     pub fn maps(&self, surface: &str, ending: &str, grid: Grid) -> Vec<Vec<bool>> {
         let bytes = self.file(&format!("{surface}_{ending}.npy"));
         let bits = |byte: &u8| (0..8).rev().map(|bit| byte >> bit & 1 == 1).collect::<Vec<_>>();
@@ -192,7 +193,7 @@ impl Reference {
     }
 }
 
-/// An array of doubles as NumPy writes it, row after row.
+/// Reads an array of doubles that NumPy wrote, row by row.
 fn npy_array(bytes: &[u8]) -> ([usize; 2], Vec<f64>) {
     let (header, data) = bytes.split_at(128);
     let header = String::from_utf8_lossy(&header[10..]);

@@ -1,18 +1,18 @@
-//! The preconditioner while it is yet to be found which nodes are elastic: the stiffness on a mesh
-//! of blocks, and of each node its own.
+//! Two-level preconditioner for the first iterations: a stiffness on a mesh of blocks, and a nodal
+//! stiffness.
 //!
-//! Where the material yields, most iterations of a load go by until the strips of elastic nodes are
-//! where they belong, and until then corrections need not be good to a third, as those of
-//! `conjugate_gradients` are. With r the gap of free nodes, P r its means over the blocks of
-//! `extension`, whose other nodes are continued, and Π r its means over the free nodes of each
-//! block, the correction is
+//! If the material yields, most iterations of a load only move the strips of elastic nodes to their
+//! place. Until then corrections need not be as accurate as those of `conjugate_gradients`. Let r
+//! be the gap of free nodes, P r its means over the blocks of `extension`, with other nodes
+//! extended, and Π r its means over the free nodes of each block. The correction is
 //!
 //! s (r − Π r) + Pᵀ K P r,
 //!
-//! symmetric and positive like the other. s is a stiffness for all that is shorter than a block,
-//! and K is |q|/2 over what a mean over a block takes from a wave: convolved on a sixteenth of the
-//! nodes, it is no pair of transforms at all. An iteration lasts two thirds as long, and takes
-//! about as far (docs/notes/solver-pairs.md).
+//! symmetric and positive like the accurate one. s is a stiffness for waves shorter than a block. K
+//! is |q|/2 divided by the factor by which block means reduce a wave. It is convolved on a
+//! sixteenth of the nodes, which costs almost nothing compared with a pair of transforms. An
+//! iteration takes two thirds of the time and makes about the same progress
+//! (docs/notes/solver-pairs.md).
 
 use std::f64::consts::PI;
 
@@ -23,30 +23,32 @@ use crate::elasticity::ElasticOperator;
 use crate::fft::{Kernel, Scratch, Transform};
 use crate::threads::Threads;
 
-/// s over the stiffness of a node alone: twice it takes a tenth more pairs.
+/// The stiffness s over the nodal stiffness; twice as much takes a tenth more pairs.
 const SHORT_WAVES: f64 = 0.45;
 
-/// Iterations of a load that are corrected like this where the material yields; with four or eight,
-/// as many pairs or a few more.
+/// Iterations per load with this preconditioner if the material yields; four or eight take as many
+/// pairs or slightly more.
 pub const YIELDING_ITERATIONS: usize = 6;
 
-/// The same of those that begin where a coarser mesh led, whose errors are of short waves; with two
-/// or four, as many pairs, with none a tenth to a third more.
+/// Iterations with this preconditioner after a start from a coarser mesh, whose errors are short
+/// waves.
+///
+/// Two or four take as many pairs, none takes a tenth to a third more.
 pub const NESTED_ITERATIONS: usize = 3;
 
-/// The stiffness of blocks, and of what is shorter than a block.
+/// Two-level preconditioner with a stiffness of blocks and one of shorter waves.
 pub struct TwoLevel {
     transform: Transform<f32>,
     scratch: Scratch<f32>,
     kernel: Kernel<f32>,
-    /// Sums over the free nodes of blocks, and what is given to them.
+    /// Sums over the free nodes of blocks, and the pressures for them.
     sums: Vec<f32>,
-    /// s
+    /// Stiffness s of waves shorter than a block.
     stiffness: f32,
 }
 
 impl TwoLevel {
-    /// For a body of this nodal stiffness, and `blocks` of its mesh along x and y.
+    /// Prepares the preconditioner of a body, with `blocks` along x and y.
     pub fn new(
         threads: &Threads,
         body: &dyn ElasticOperator,
@@ -70,12 +72,12 @@ impl TwoLevel {
         }
     }
 
-    /// Lets these threads share the work from now on.
+    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: &Threads) {
         self.scratch.set_threads(threads.clone());
     }
 
-    /// Makes of all rows that the extension was asked for what it is to give to corrections.
+    /// Turns the residual that was added to the extension into corrections per block.
     pub fn correct(&mut self, threads: &Threads, extension: &mut Extension) {
         let mut means = Wide(extension.extend_means(threads, &mut self.sums));
         self.transform.begin(&mut means, &mut self.scratch);
@@ -85,13 +87,13 @@ impl TwoLevel {
         extension.collect_means(threads, &self.sums);
     }
 
-    /// The rest of corrections of the gap above a level: s r.
+    /// Returns the nodal part of the corrections, s r.
     pub fn nodal<'a>(&self, gap: &'a [f32], level: f64) -> Nodal<'a> {
         Nodal { gap, level: level as f32, stiffness: self.stiffness }
     }
 }
 
-/// The amplitude that is left of a wave, of so many periods over so many blocks, in their means.
+/// Returns the factor by which means over blocks reduce the amplitude of a wave.
 fn part_in_means(waves: usize, blocks: usize) -> f64 {
     let half = PI * waves as f64 / blocks as f64;
     if waves == 0 { 1.0 } else { half.sin() / half }
@@ -112,7 +114,7 @@ mod tests {
     use crate::solver::flags::{FREE, has};
     use crate::solver::lanes::Pass;
 
-    /// A body with free nodes, and what corrects gaps on them.
+    /// A body with free nodes and their preconditioner.
     struct Body {
         nodes: [usize; 2],
         last_step: Vec<f32>,
@@ -140,7 +142,7 @@ mod tests {
             nodes.map(|(value, last_step)| value * free(last_step)).collect()
         }
 
-        /// What a gap asks for on free nodes.
+        /// Returns the corrections of a gap on free nodes.
         fn corrected(&mut self, gap: &[f32]) -> Vec<f32> {
             let (threads, [rows, row_nodes]) = (Threads::one(), self.nodes);
             let gap = self.on_free(gap);
@@ -158,7 +160,7 @@ mod tests {
         }
     }
 
-    /// Keeps rows with what is given to them.
+    /// Keeps rows after adding the result of the transpose.
     struct Keep<'a> {
         given: GivenRows<'a>,
         rows: Vec<f32>,
@@ -184,7 +186,7 @@ mod tests {
         products.sum()
     }
 
-    /// Strips, spots and single nodes.
+    /// Selects strips, spots and single nodes.
     fn patches(node: usize) -> bool {
         node.is_multiple_of(7) || node % 40 < 11 || (node / 97).is_multiple_of(5)
     }
@@ -216,7 +218,7 @@ mod tests {
         let half_space = PeriodicHalfSpace::new(grid);
         let own = SHORT_WAVES * half_space.nodal_stiffness(&Threads::one());
         let mut body = Body::new(&half_space, |_| true);
-        // Fewer periods than would be taken for others in sixteen blocks.
+        // Few enough periods to avoid aliasing on sixteen blocks.
         for waves in [[1, 0], [2, 3], [5, 4], [0, 7]] {
             let wave = |node: usize| {
                 let [i, j] = grid.indices(node);
@@ -224,7 +226,7 @@ mod tests {
             };
             let gap: Vec<f32> = (0..grid.count()).map(wave).collect();
             let asked = dot(&gap, &body.corrected(&gap)) / dot(&gap, &gap);
-            // Means over four nodes and over all between them.
+            // Means over four nodes, and over all between them.
             let half = waves.map(|waves| PI * waves as f64 / 64.0);
             let of_nodes = |half: f64| (4.0 * half).sin() / (4.0 * half.sin());
             let mean: f64 =

@@ -1,10 +1,11 @@
-//! Columns forward, times the kernel, and back, for a tile and its opposite at a time.
+//! Transforms of columns, product with the kernel and inverse transforms, for a tile and its
+//! opposite.
 //!
-//! Frequencies are counted as (k, p) for k + pM, where M is the number of blocks: k says which
-//! block, p where in it. The opposite frequency is in block M − k, at L − 1 − p, but for k = 0,
-//! whose opposite is itself with p and L − p exchanged. It has the same factors, so that these are
-//! kept for half of the blocks alone: block k of a tile meets block M − k of its opposite, and
-//! block k of the opposite block M − k of the tile.
+//! Frequencies are written as (k, p) for k + pM with M blocks: k is the block and p the index in
+//! the block. The opposite frequency is in block M − k at L − 1 − p. For k = 0 it is in the same
+//! block at L − p (0 if p = 0). Opposite frequencies have the same kernel factors, so these are
+//! stored for half of the blocks. Block k of a tile is multiplied with block M − k of the opposite
+//! tile, and block k of the opposite tile with block M − k of the tile.
 
 use std::f64::consts::TAU;
 
@@ -21,12 +22,12 @@ pub struct Columns<T> {
     nodes: [usize; 2],
     lanes: usize,
     stages: Stages<T, false>,
-    /// cos 2πk_x/N_x, then sin, of the L frequencies of each block whose factors are kept.
+    /// cos 2πk_x/N_x, then sin, for the L frequencies of each block with stored factors.
     turns: Aligned<T>,
 }
 
 impl<T: Real> Columns<T> {
-    /// Plans columns of half of the nodes along x.
+    /// Plans columns of N_x/2 complex numbers.
     pub fn new(nodes: [usize; 2], lanes: usize) -> Option<Self> {
         let length = nodes[0];
         let blocks = length / 2 / lanes;
@@ -45,9 +46,11 @@ impl<T: Real> Columns<T> {
         })
     }
 
-    /// S and D of a kernel, one register each, for each frequency p along a row of each block, and
-    /// of each tile, up to its own opposite. Doubled, for half as many numbers are transformed as
-    /// there are nodes.
+    /// Computes S and D of a kernel for each tile, block and frequency p along a row, one register
+    /// each.
+    ///
+    /// Only tiles and blocks up to their own opposites are stored. Both are doubled, because only
+    /// half as many complex numbers are transformed as there are nodes.
     pub fn kernel(
         &self,
         threads: &Threads,
@@ -80,13 +83,13 @@ impl<T: Real> Columns<T> {
         kernel
     }
 
-    /// Numbers in the kernel of a tile.
+    /// Returns the count of numbers in the kernel of a tile.
     fn kernel_of_tile(&self) -> usize {
         let blocks = self.nodes[0] / 2 / self.lanes;
         (blocks / 2 + 1) * 2 * self.lanes * self.lanes
     }
 
-    /// Each tile with its opposite; `block_indices` says where that of each k is.
+    /// Pairs each tile with its opposite; `block_indices` are the indices of the tiles by k.
     pub fn pairs<'a>(
         &self,
         tiles: impl Iterator<Item = &'a mut [T]>,
@@ -107,23 +110,23 @@ impl<T: Real> Columns<T> {
     }
 }
 
-/// A tile and its opposite, which is the same one or another.
+/// A tile and its opposite, which may be the same tile.
 pub struct Pair<'a, T> {
     near: &'a mut [T],
     far: Option<&'a mut [T]>,
-    /// S and D of the first.
+    /// S and D of the tile `near`.
     kernel: &'a [T],
-    /// Whether it is that of the lowest frequencies.
+    /// True for the tile of the lowest frequencies.
     lowest: bool,
-    /// Set to their share in Σ of map × convolved map.
+    /// Share of this pair in Σ map × convolved map, the result.
     pub sum: f64,
 }
 
-/// The work on a pair.
+/// Convolution of the columns of a pair of tiles.
 pub struct Convolve<'a, 'b, T> {
     pub columns: &'a Columns<T>,
     pub pair: &'a mut Pair<'b, T>,
-    /// Room for a whole tile, or two where rows are missing.
+    /// Space for a whole tile, or for two if rows are missing.
     pub spare: &'a mut [T],
 }
 
@@ -141,8 +144,8 @@ impl<T: Real> Work<T> for Convolve<'_, '_, T> {
         let alone = far.is_none();
         let mut pair = if !is_whole {
             let (first, second) = spare.split_at_mut(nodes);
-            complete(r, near, first);
-            complete(r, far.as_deref().unwrap_or(near), second);
+            pad_tile(r, near, first);
+            pad_tile(r, far.as_deref().unwrap_or(near), second);
             [first, second]
         } else if let Some(far) = &mut far {
             [&mut *near, &mut **far]
@@ -164,17 +167,17 @@ impl<T: Real> Work<T> for Convolve<'_, '_, T> {
         }
         if !is_whole {
             let (first, second) = spare.split_at(nodes);
-            shorten(first, near);
+            truncate_tile(first, near);
             if let Some(far) = far {
-                shorten(second, far);
+                truncate_tile(second, far);
             }
         }
     }
 }
 
-/// Copies what there is of a tile, with zeros for the rows that it lacks.
+/// Copies a tile and pads its missing rows with zeros.
 #[inline(always)]
-fn complete<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
+fn pad_tile<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
     let half = tile.len() / 2;
     let whole_half = whole.len() / 2;
     let parts = whole.chunks_exact_mut(whole_half);
@@ -184,9 +187,9 @@ fn complete<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
     }
 }
 
-/// Copies the rows back that a tile has.
+/// Copies the filled rows of a whole tile back.
 #[inline(always)]
-fn shorten<V: Copy>(whole: &[V], tile: &mut [V]) {
+fn truncate_tile<V: Copy>(whole: &[V], tile: &mut [V]) {
     let half = tile.len() / 2;
     let parts = whole.chunks_exact(whole.len() / 2);
     for (tile, whole) in tile.chunks_exact_mut(half).zip(parts) {
@@ -200,9 +203,11 @@ fn total<R: Registers<Number: Real>>(lanes: R::Lanes) -> f64 {
     numbers.iter().map(|number| (*number).into()).sum()
 }
 
-/// Finishes the transforms of a tile and of its opposite, multiplies, and begins the way back.
-/// Returns the sums, over either tile, of what it was times what it is: by Parseval's theorem, over
-/// both, those of map × convolved map.
+/// Finishes the transforms of a tile and its opposite, multiplies, and begins the inverse
+/// transforms.
+///
+/// Returns Σ before × after for either tile; by Parseval's theorem their total is Σ map × convolved
+/// map.
 #[inline(always)]
 fn multiply<R: Registers<Number: Real>>(
     r: R,
@@ -222,36 +227,36 @@ fn multiply<R: Registers<Number: Real>>(
         let opposite = (blocks - k) % blocks;
         let order = Order::opposite(k == 0);
         let tile_order = Order::opposite(lowest_tile);
-        let mut x = enter(r, here, block_indices[k], Order::Ascending);
-        let mut y = enter(r, there, block_indices[opposite], order);
+        let mut x = transform_block(r, here, block_indices[k], Order::Ascending);
+        let mut y = transform_block(r, there, block_indices[opposite], order);
         let [own, other] = &mut sums;
         for p in 0..R::LANES {
             let q = tile_order.index(p, R::LANES);
             let factors = [kernel[2 * p], kernel[2 * p + 1]];
-            meet(r, factors, turn, [&mut x[p], &mut y[q]], [own, other]);
+            multiply_pair(r, factors, turn, [&mut x[p], &mut y[q]], [own, other]);
         }
-        leave(r, here, block_indices[k], Order::Ascending, &mut x);
-        leave(r, there, block_indices[opposite], order, &mut y);
+        inverse_block(r, here, block_indices[k], Order::Ascending, &mut x);
+        inverse_block(r, there, block_indices[opposite], order, &mut y);
         if opposite == k {
             continue;
         }
-        let mut x = enter(r, there, block_indices[k], Order::Ascending);
-        let mut y = enter(r, here, block_indices[opposite], order);
+        let mut x = transform_block(r, there, block_indices[k], Order::Ascending);
+        let mut y = transform_block(r, here, block_indices[opposite], order);
         for p in 0..R::LANES {
             let q = tile_order.index(p, R::LANES);
             let factors = [kernel[2 * p], kernel[2 * p + 1]];
-            meet(r, factors, turn, [&mut x[q], &mut y[p]], [other, own]);
+            multiply_pair(r, factors, turn, [&mut x[q], &mut y[p]], [other, own]);
         }
-        leave(r, there, block_indices[k], Order::Ascending, &mut x);
-        leave(r, here, block_indices[opposite], order, &mut y);
+        inverse_block(r, there, block_indices[k], Order::Ascending, &mut x);
+        inverse_block(r, here, block_indices[opposite], order, &mut y);
     }
     sums
 }
 
-/// Multiplies a frequency and its opposite with S and D, given cos θ and sin θ, and adds what they
-/// were times what they are.
+/// Multiplies a frequency and its opposite by S and D, given cos θ and sin θ, and adds before ×
+/// after to the sums.
 #[inline(always)]
-fn meet<R: Registers>(
+fn multiply_pair<R: Registers>(
     r: R,
     [sum, difference]: [R::Lanes; 2],
     [cos, sin]: [R::Lanes; 2],
@@ -259,7 +264,7 @@ fn meet<R: Registers>(
     [own, other]: [&mut R::Lanes; 2],
 ) {
     let direct = r.sub_product(sum, difference, sin);
-    // At −k the sine is the same and both D and the cosine change sign.
+    // At −k, the sine is the same; D and the cosine change sign.
     let direct_opposite = r.add_product(sum, difference, sin);
     let crossed = r.mul(difference, cos);
     let (a, b) = (*here, *there);
@@ -277,13 +282,13 @@ fn meet<R: Registers>(
     }
 }
 
-/// Where the frequencies of a block go.
+/// Order of the frequencies of a block.
 #[derive(Clone, Copy)]
 enum Order {
     Ascending,
-    /// Each to where its opposite is in [`Order::Ascending`].
+    /// Each frequency at the index that its opposite has in [`Order::Ascending`].
     Descending,
-    /// The same in block 0.
+    /// The descending order of block 0.
     DescendingFromZero,
 }
 
@@ -303,8 +308,8 @@ impl Order {
     }
 }
 
-/// The same as [`fourier`], with one of the processor's registers that make one of ours after the
-/// other: these have not got room for more.
+/// Applies [`fourier`] to one part of the registers after another, because the processor has too
+/// few registers for whole ones.
 #[inline(always)]
 fn fourier_in_parts<R: Registers<Number: Real>>(r: R, x: &mut [Complex<R::Lanes>]) {
     if R::PARTS == 1 {
@@ -335,10 +340,11 @@ fn parts_mut<R: Registers>(lanes: &mut R::Lanes) -> &mut [PartOf<R>] {
     bytemuck::cast_slice_mut(std::slice::from_mut(lanes))
 }
 
-/// Transforms a block along both sides. Columns come as lanes and frequencies along them leave as
-/// lanes, in `order`.
+/// Transforms a block along both sides.
+///
+/// On entry lanes are columns; on return lanes are frequencies along them, in `order`.
 #[inline(always)]
-fn enter<R: Registers<Number: Real>>(
+fn transform_block<R: Registers<Number: Real>>(
     r: R,
     tile: &[R::Lanes],
     block: usize,
@@ -367,9 +373,9 @@ fn enter<R: Registers<Number: Real>>(
     x
 }
 
-/// Undoes [`enter`], times L².
+/// Inverts [`transform_block`], up to a factor of L².
 #[inline(always)]
-fn leave<R: Registers<Number: Real>>(
+fn inverse_block<R: Registers<Number: Real>>(
     r: R,
     tile: &mut [R::Lanes],
     block: usize,
@@ -382,7 +388,7 @@ fn leave<R: Registers<Number: Real>>(
     let im_out = &mut im_out[block * R::LANES..][..R::LANES];
     let zero = r.splat(R::Number::default());
     let (mut re, mut im) = ([zero; MAX_LANES], [zero; MAX_LANES]);
-    // Real and imaginary parts are exchanged on the way, which makes the transforms inverse ones.
+    // Exchanging real and imaginary parts makes the transforms inverse.
     for p in 0..R::LANES {
         x[p] = Complex { re: x[p].im, im: x[p].re };
     }

@@ -1,9 +1,9 @@
-//! Transforms of many columns at once, down to blocks and back.
+//! Stages of a Fourier transform, down to blocks of one register's length.
 //!
-//! Forward, each stage cuts blocks in as many parts as its radix, by decimation in frequency; the
-//! inverse joins them again, by decimation in time. What is in between sits where it falls, in an
-//! order that [`Stages::block_indices`] tells, and nothing is ever reordered.
-//! The parts of a block are Fourier sums of a few terms, in registers.
+//! Forward, each stage splits blocks into as many parts as its radix (decimation in frequency). The
+//! inverse joins them again (decimation in time). Between the two, blocks stay in the order of
+//! [`Stages::block_indices`]; nothing is reordered. The parts of a block are short Fourier sums,
+//! computed in registers.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -13,12 +13,10 @@ use crate::fft::Real;
 use crate::fft::registers::{PartOf, Registers};
 use crate::fft::rows::Aligned;
 
-/// The stages of a transform of `length` numbers, from the whole down to blocks of the registers'
-/// lanes.
+/// Stages of a transform of `length` numbers, down to blocks of the registers' lanes.
 ///
-/// Numbers of one transform either sit in registers one after another, all lanes of a register
-/// belonging to one transform (`ALONG`), or one to a register, each lane belonging to another
-/// transform.
+/// If `ALONG`, consecutive numbers of one transform share a register. Otherwise each lane belongs
+/// to another transform.
 pub struct Stages<T, const ALONG: bool> {
     stages: Vec<Stage<T>>,
     block_indices: Vec<usize>,
@@ -26,15 +24,15 @@ pub struct Stages<T, const ALONG: bool> {
 
 struct Stage<T> {
     radix: usize,
-    /// Registers in a block that is cut by this stage.
+    /// Registers in a block that this stage splits.
     block: usize,
-    /// exp(−2πi jq/length) for each j of a part and each part q from 1: real, imaginary, each one
-    /// register long if `ALONG`, else one number.
+    /// exp(−2πi jq/length) for each j of a part and each part q from 1: real and imaginary, each
+    /// one register long if `ALONG`, otherwise one number.
     twiddles: Aligned<T>,
 }
 
 impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
-    /// None if there is no way from `length` to `lanes` by factors of 2, 3 and 5.
+    /// Returns `None` unless `length / lanes` has only the factors 2, 3 and 5.
     pub fn new(length: usize, lanes: usize) -> Option<Self> {
         let radices = radices(length / lanes)?;
         let width = if ALONG { lanes } else { 1 };
@@ -43,7 +41,7 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         let mut block = length;
         for radix in radices {
             let part = block / radix;
-            // A frequency's lowest digit is the part that it falls in.
+            // The lowest digit of a frequency is the part that contains it.
             block_indices = (0..radix)
                 .flat_map(|q| block_indices.iter().map(move |index| index + q * part / lanes))
                 .collect();
@@ -57,8 +55,8 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         Some(Self { stages, block_indices })
     }
 
-    /// The place of the block with the frequencies k, k + K, k + 2K, … for each k < K, K being the
-    /// number of blocks.
+    /// Returns, for each k < K, the index of the block with the frequencies k, k + K, k + 2K, …,
+    /// where K is the number of blocks.
     pub fn block_indices(&self) -> &[usize] {
         &self.block_indices
     }
@@ -81,7 +79,7 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         }
     }
 
-    /// Undoes [`Stages::forward`], times the number of blocks.
+    /// Inverts [`Stages::forward`], times the number of blocks.
     #[inline(always)]
     pub fn inverse<R: Registers<Number = T>>(
         &self,
@@ -89,7 +87,7 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         re: &mut [R::Lanes],
         im: &mut [R::Lanes],
     ) {
-        // With real and imaginary parts exchanged, forward turns into inverse.
+        // Exchanging real and imaginary parts turns a forward transform into an inverse one.
         for stage in self.stages.iter().rev() {
             match stage.radix {
                 2 => stage.join::<2, ALONG, R>(r, im, re),
@@ -164,7 +162,7 @@ impl<T: Real> Stage<T> {
         }
     }
 
-    /// The twiddles of each j in turn.
+    /// Returns the twiddle factors of each j in turn.
     #[inline(always)]
     fn twiddles_of<const RADIX: usize, const ALONG: bool, R: Registers<Number = T>>(
         &self,
@@ -179,7 +177,7 @@ fn at<V: Copy>(re: &[V], im: &[V], index: usize) -> Complex<V> {
     Complex { re: re[index], im: im[index] }
 }
 
-/// The twiddle of part `q` among those of one j, for one part of a register.
+/// Returns the twiddle factor of part `q`, for one part of a register.
 #[inline(always)]
 fn twiddle<const ALONG: bool, R: Registers>(
     part: R::Part,
@@ -211,7 +209,7 @@ fn twiddles<T: Real>(length: usize, radix: usize, width: usize) -> Aligned<T> {
     twiddles.into_iter().collect()
 }
 
-/// Factors of `n`, as many eights as possible without a stage of two.
+/// Factors `n` into radices, preferring eights but avoiding a stage of two.
 fn radices(mut n: usize) -> Option<Vec<usize>> {
     let mut radices = Vec::new();
     for odd in [5, 3] {
@@ -233,7 +231,7 @@ fn radices(mut n: usize) -> Option<Vec<usize>> {
     Some(radices)
 }
 
-/// Complex numbers in as many lanes, real and imaginary parts in registers of their own.
+/// Complex numbers in the lanes of two registers.
 #[derive(Clone, Copy)]
 pub struct Complex<V> {
     pub re: V,
@@ -258,19 +256,19 @@ fn minus<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Comp
     Complex { re: r.sub(a.re, b.re), im: r.sub(a.im, b.im) }
 }
 
-/// a + i b
+/// Returns a + i b.
 #[inline(always)]
 fn plus_i<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
     Complex { re: r.sub(a.re, b.im), im: r.add(a.im, b.re) }
 }
 
-/// a − i b
+/// Returns a − i b.
 #[inline(always)]
 fn minus_i<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
     Complex { re: r.add(a.re, b.im), im: r.sub(a.im, b.re) }
 }
 
-/// a + f b
+/// Returns a + f b.
 #[inline(always)]
 fn plus_scaled<R: Registers>(
     r: R,
@@ -281,7 +279,7 @@ fn plus_scaled<R: Registers>(
     Complex { re: r.add_product(a.re, f, b.re), im: r.add_product(a.im, f, b.im) }
 }
 
-/// a − f b
+/// Returns a − f b.
 #[inline(always)]
 fn minus_scaled<R: Registers>(
     r: R,
@@ -302,7 +300,7 @@ fn constant<R: Registers>(r: R, value: f64) -> R::Lanes {
     r.splat(R::Number::nearest(value))
 }
 
-/// X_k = Σ x_j exp(−2πi jk/n) in the place of x, for n of 2, 3, 4, 5, 8 and 16.
+/// Replaces x by X_k = Σ x_j exp(−2πi jk/n), for n of 2, 3, 4, 5, 8 and 16.
 #[inline(always)]
 pub fn fourier<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     match x {
@@ -350,12 +348,12 @@ fn five<R: Registers>(r: R, [a, b, c, d, e]: [Complex<R::Lanes>; 5]) -> [Complex
     ]
 }
 
-/// Two sums of four, of the even and of the odd terms.
+/// Combines two sums of four: those of the even and of the odd terms.
 #[inline(always)]
 fn eight<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     let even = four(r, [x[0], x[2], x[4], x[6]]);
     let odd = four(r, [x[1], x[3], x[5], x[7]]);
-    // An eighth of a turn, and three, multiply by √½ (1 − i) and −√½ (1 + i).
+    // exp(−2πi/8) = √½ (1 − i) and exp(−2πi · 3/8) = −√½ (1 + i).
     let half_root = constant(r, FRAC_1_SQRT_2);
     let one_eighth = minus_i(r, odd[1], odd[1]);
     let five_eighths = plus_i(r, odd[3], odd[3]);
@@ -369,7 +367,7 @@ fn eight<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     x[7] = plus_scaled(r, even[3], half_root, five_eighths);
 }
 
-/// Four sums of four of every fourth term, turned, and four sums of four of those.
+/// Combines four sums of four, each of every fourth term, by four more sums of four.
 #[inline(always)]
 fn sixteen<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     let mut columns = [[x[0]; 4]; 4];
@@ -395,7 +393,7 @@ const FIFTHS: [[f64; 2]; 2] = [
     [0.587_785_252_292_473_2, -0.809_016_994_374_947_3],
 ];
 
-/// Sine and cosine of so many sixteenths of a turn.
+/// Sine and cosine of multiples of a sixteenth of a turn.
 const SIXTEENTHS: [(f64, f64); 10] = {
     const SIN: f64 = 0.382_683_432_365_089_8;
     const COS: f64 = 0.923_879_532_511_286_7;

@@ -1,8 +1,8 @@
-//! From blocks of one size to those of another: passes over the rows of either.
+//! Passes between the levels of the pyramid.
 //!
-//! Between blocks and their parts is interpolated linearly along each side, and back by its
-//! transpose. A part of a block lies between the centre of its own block and that of the one before
-//! or after. Rows begin and end with one block more, of the row's other end.
+//! Values of blocks are interpolated linearly along each side to their parts, and collected by the
+//! transpose. A part of a block lies between the centre of its own block and that of a neighbour.
+//! Rows are stored with one more block at each end, because they are periodic.
 
 use pulp::Simd;
 
@@ -12,11 +12,11 @@ use crate::solver::lanes::Pass;
 /// Blocks along a side of a larger one.
 const HALVES: usize = 2;
 
-/// Sets larger blocks to sums over their quarters.
+/// Sets larger blocks to the sums of their quarters.
 pub struct SumQuarters<'a> {
     fine: [usize; 2],
     values: &'a [f32],
-    /// Sums of two rows, with a block more if theirs is an odd number.
+    /// Sums of two rows, padded to an even number of blocks.
     sums: Vec<f32>,
 }
 
@@ -46,15 +46,15 @@ impl Pass<f32> for SumQuarters<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Turns sums over blocks into means with what is around them.
+/// Turns sums over blocks into means with the values around them.
 pub struct MixAround<'a> {
     free: &'a [f32],
     around: f32,
     coarse: [usize; 2],
     values: &'a [f32],
-    /// A row of larger blocks, with one more before and after,
+    /// A row of larger blocks with one more before and after.
     mixed: Vec<f32>,
-    /// and between them.
+    /// The same row interpolated to smaller blocks.
     between: Vec<f32>,
 }
 
@@ -97,7 +97,7 @@ impl Pass<f32> for MixAround<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Adds to the smallest blocks what the rows after and before them have taken for them.
+/// Adds the values that neighbouring rows collected for the smallest blocks.
 pub struct JoinRows<'a> {
     blocks: [usize; 2],
     for_neighbours: &'a [Vec<f32>; 2],
@@ -127,7 +127,7 @@ impl Pass<f32> for JoinRows<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Divides by the number of nodes and the weight of what is around.
+/// Divides by the number of free nodes and the weight of the value around.
 pub struct Divide<'a> {
     free: &'a [f32],
     around: f32,
@@ -155,13 +155,13 @@ impl Pass<f32> for Divide<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Sets larger blocks to what they have a share in, being around smaller ones.
+/// Sets larger blocks to the sums of their shares in smaller ones.
 pub struct GatherAround<'a> {
     fine: [usize; 2],
     weight: f32,
     coarse: [usize; 2],
     values: &'a [f32],
-    /// What a row of larger blocks has in rows of smaller ones, with two more before and after.
+    /// Weighted rows of smaller blocks with two more before and after.
     sums: Vec<f32>,
 }
 
@@ -202,7 +202,7 @@ impl Pass<f32> for GatherAround<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Hands what larger blocks have to their quarters.
+/// Adds the values of larger blocks to their quarters.
 pub struct AddWhole<'a> {
     coarse: [usize; 2],
     values: &'a [f32],
@@ -239,20 +239,20 @@ fn add(sums: &mut [f32], values: &[f32], factor: f32) {
     }
 }
 
-/// The share of the own block and of the other one in part `part` of `SIDE`.
+/// Returns the weights of the own and of the neighbouring block for part `part` of `SIDE`.
 #[inline(always)]
 pub fn shares<const SIDE: usize>(part: usize) -> [f32; 2] {
     let other = (2 * part + 1).abs_diff(SIDE) as f32 / (2 * SIDE) as f32;
     [1.0 - other, other]
 }
 
-/// Whether the other block is the one before.
+/// Returns whether the neighbouring block of a part is the one before.
 #[inline(always)]
 pub fn is_before<const SIDE: usize>(part: usize) -> bool {
     part < SIDE / 2
 }
 
-/// The blocks around a part: its own and the other, of `blocks` which repeat, with their shares.
+/// Returns the own and the neighbouring block of a part, with their weights; `blocks` are periodic.
 #[inline(always)]
 pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 2] {
     let (block, part) = (index / SIDE, index % SIDE);
@@ -262,7 +262,7 @@ pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 
     [(block, own), (neighbour, other)]
 }
 
-/// Sets the first of a row and the last, which are not of it, as if it repeated.
+/// Sets the first and the last element of a row to periodic copies.
 #[inline(always)]
 pub fn repeat<V: Copy>(row: &mut [V]) {
     let last = row.len() - 1;
@@ -282,7 +282,7 @@ pub fn interpolate<const SIDE: usize>(blocks: &[f32], parts: &mut [[f32; SIDE]])
     }
 }
 
-/// The transpose: what blocks have a share in, of parts which begin and end with those of one more.
+/// Applies the transpose of [`interpolate`]; parts begin and end with those of one more block.
 #[inline(always)]
 pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
     for (block, near) in blocks.iter_mut().zip(parts.windows(3)) {
@@ -290,7 +290,7 @@ pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
         let (mut of_block, mut of_others) = (0.0, 0.0);
         for (part, own) in own.iter().enumerate() {
             let [of_own, of_other] = shares::<SIDE>(part);
-            // The first parts of the block after lie towards this one.
+            // The first parts of the next block lie towards this one.
             let other = if is_before::<SIDE>(part) { after[part] } else { before[part] };
             of_block += of_own * own;
             of_others += of_other * other;
@@ -299,7 +299,7 @@ pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
     }
 }
 
-/// Sums over the parts of blocks.
+/// Adds up the parts of each block.
 #[inline(always)]
 pub fn sum<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
     for (block, parts) in blocks.iter_mut().zip(parts) {

@@ -1,8 +1,7 @@
-//! Rows of the mesh to the smallest blocks, and back: what passes over the mesh work with to
-//! continue what free nodes ask for, and to hand back what other nodes are residual for; and the means
-//! of these blocks, which a stiffness between blocks works with.
+//! Rows of the mesh and rows of the smallest blocks: sums of the residual, the extension, its
+//! transpose, and means of blocks for the two-level preconditioner.
 //!
-//! Threads part at multiples of [`SIDE`] rows, so that a row of blocks is one thread's.
+//! Threads split passes at multiples of [`SIDE`] rows, so that one thread owns each row of blocks.
 
 use pulp::Simd;
 
@@ -15,18 +14,19 @@ use crate::threads::Threads;
 
 const _: () = assert!(ROW_BATCH.is_multiple_of(SIDE));
 
-/// Rows of what free nodes ask for, to be added up.
+/// Rows of the residual of free nodes, which are added up to blocks.
 pub struct ResidualRows<'a> {
     rows: usize,
     blocks: usize,
     free: Band<'a, f32>,
     values: Band<'a, f32>,
-    /// Free nodes in a row of blocks so far, and what they ask for.
+    /// Count of free nodes and sum of residuals in the present row of blocks, for each column of
+    /// nodes.
     sums: [Vec<f32>; 2],
 }
 
 impl Extension {
-    /// All rows of what free nodes ask for.
+    /// Returns all rows of the residual.
     pub fn residual_rows(&mut self) -> ResidualRows<'_> {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
@@ -39,15 +39,15 @@ impl Extension {
         }
     }
 
-    /// All rows of the continuation.
+    /// Returns all rows of the extension.
     pub fn continued_rows(&self) -> ContinuedRows<'_> {
         ContinuedRows::new(&self.levels[0])
     }
 }
 
 impl ResidualRows<'_> {
-    /// Adds a row, with zeros where nodes are not free, and of numbers that are marked where they
-    /// are: in groups with a free node alone.
+    /// Adds a row of the residual, which is zero where nodes are not free; only groups with a free
+    /// node count.
     #[inline(always)]
     pub fn add_row<S: Simd, const R: usize>(
         &mut self,
@@ -108,14 +108,13 @@ fn add_residual<S: Simd, const R: usize>(
     }
 }
 
-/// Rows of the continuation.
 pub struct ContinuedRows<'a> {
     smallest: &'a Level,
-    /// A row of blocks, with one more before and after.
+    /// A row of blocks with one more before and after.
     near: Vec<f32>,
-    /// The rows of blocks before, here and after, interpolated along the row,
+    /// The previous, present and next row of blocks, interpolated along the row.
     rows: [Vec<f32>; 3],
-    /// and which of them is here.
+    /// Index of the present row of blocks.
     here: Option<usize>,
 }
 
@@ -130,8 +129,9 @@ impl<'a> ContinuedRows<'a> {
         }
     }
 
-    /// The two rows, of no fewer nodes, that the continuation of a row lies between, with their
-    /// shares.
+    /// Returns the two rows between which a row of the extension lies, with their weights.
+    ///
+    /// They may be longer than the row.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> [(&[f32], f32); 2] {
         let (block, part) = (row.index() / SIDE, row.index() % SIDE);
@@ -171,24 +171,25 @@ impl<'a> ContinuedRows<'a> {
     }
 }
 
-/// Whether a row is the last of its blocks.
+/// Returns whether a row is the last of its row of blocks.
 #[inline(always)]
 pub fn ends_blocks(row: Row, rows: usize) -> bool {
     row.index() % SIDE == SIDE - 1 || row.index() + 1 == rows
 }
 
-/// Rows of what nodes that are not free are residual for, to be taken.
+/// Rows of pressures on nodes that are not free, collected for blocks.
 pub struct TakenRows<'a> {
     rows: usize,
     blocks: usize,
-    /// For the rows of blocks before, here and after,
+    /// Values for the previous, present and next row of blocks.
     bands: [Band<'a, f32>; 3],
-    /// and in the present one so far, with a block more before and after.
+    /// Sums for these rows of blocks, for each column of nodes, with one block more before and
+    /// after.
     sums: [Vec<f32>; 3],
 }
 
 impl Extension {
-    /// All rows of what the other nodes are residual for.
+    /// Returns all rows of the pressures to collect.
     pub fn taken_rows(&mut self) -> TakenRows<'_> {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
@@ -201,7 +202,7 @@ impl Extension {
         }
     }
 
-    /// All rows of what is handed back.
+    /// Returns all rows of the result of the transpose.
     pub fn given_rows(&self) -> GivenRows<'_> {
         GivenRows::new(&self.levels[0])
     }
@@ -212,8 +213,8 @@ fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
 }
 
 impl TakenRows<'_> {
-    /// Takes a row, where nodes are not marked as free, as no node is but in these groups, and
-    /// beyond the marks.
+    /// Collects a row of pressures except at free nodes; only `groups` have free nodes, and none
+    /// lie beyond the flags.
     #[inline(always)]
     pub fn take_row<S: Simd, const R: usize>(
         &mut self,
@@ -292,12 +293,12 @@ fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], va
     }
 }
 
-/// Rows of what is handed back: the same to all nodes of a block, of which only free ones matter.
+/// Rows of the result of the transpose, constant in each block; only free nodes use it.
 pub struct GivenRows<'a> {
     smallest: &'a Level,
-    /// A row of blocks, for each node,
+    /// The present row of blocks, repeated for each node.
     nodes: Vec<f32>,
-    /// and which.
+    /// Index of the present row of blocks.
     here: Option<usize>,
 }
 
@@ -306,7 +307,7 @@ impl<'a> GivenRows<'a> {
         Self { smallest, nodes: vec![0.0; SIDE * smallest.blocks[1]], here: None }
     }
 
-    /// Adds it to a row, in groups with a free node.
+    /// Adds the result to a row, in groups with a free node.
     #[inline(always)]
     pub fn give_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
         let block = row.index() / SIDE;
@@ -341,17 +342,17 @@ fn give(values: &mut [f32], given: &[f32]) {
     }
 }
 
-/// Nodes of a whole block. Those that a block at an end of the mesh lacks count as not free.
+/// Nodes of a whole block. Nodes missing at the end of the mesh count as not free.
 const AREA: f32 = (SIDE * SIDE) as f32;
 
 impl Extension {
-    /// The smallest blocks along x and y.
+    /// Returns the number of smallest blocks along x and y.
     pub fn blocks(&self) -> [usize; 2] {
         self.levels[0].blocks
     }
 
-    /// Makes of all rows that were residual for the means of the blocks, whose other nodes are
-    /// continued, and sets `sums` to those over free nodes.
+    /// Computes means of blocks from the residual of free nodes and its extension, and sets `sums`
+    /// to the sums over free nodes.
     pub fn extend_means<'a>(&'a mut self, threads: &Threads, sums: &'a mut [f32]) -> Means<'a> {
         self.clear_beyond_map();
         sums.copy_from_slice(&self.levels[0].values);
@@ -359,8 +360,10 @@ impl Extension {
         Means { smallest: &self.levels[0], sums }
     }
 
-    /// Rows of what the means of blocks are residual for. To be given to free nodes, by `sums`, is
-    /// what their mean is residual for less `stiffness` times that mean.
+    /// Returns rows that collect the pressures of block means.
+    ///
+    /// `sums` is replaced by the pressures for free nodes: that of their mean, minus `stiffness`
+    /// times their mean.
     pub fn taken_means<'a>(&'a mut self, stiffness: f32, sums: &'a mut [f32]) -> TakenMeans<'a> {
         let smallest = &mut self.levels[0];
         TakenMeans {
@@ -371,8 +374,7 @@ impl Extension {
         }
     }
 
-    /// Makes of all rows that were taken what is to be handed back, with what is to be given
-    /// besides: the transpose of [`Extension::extend_means`].
+    /// Computes the transpose of [`Extension::extend_means`], and adds `given`.
     pub fn collect_means(&mut self, threads: &Threads, given: &[f32]) {
         self.hand_down(threads);
         let smallest = &mut self.levels[0];
@@ -383,7 +385,7 @@ impl Extension {
 /// Means of blocks, row by row.
 pub struct Means<'a> {
     smallest: &'a Level,
-    /// Over free nodes.
+    /// Sums of the residual over free nodes.
     sums: &'a [f32],
 }
 
@@ -404,12 +406,12 @@ impl Pass<f32> for Means<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// What means of blocks are residual for, row by row.
+/// Pressures of block means, row by row.
 pub struct TakenMeans<'a> {
     stiffness: f32,
     free: &'a [f32],
     for_others: Band<'a, f32>,
-    /// Sums over free nodes before.
+    /// Sums over free nodes, replaced by the pressures for them.
     given: Band<'a, f32>,
 }
 
@@ -436,7 +438,6 @@ impl Pass<f32> for TakenMeans<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Adds a map.
 struct Add<'a>(&'a [f32]);
 
 impl Pass<f32> for Add<'_> {

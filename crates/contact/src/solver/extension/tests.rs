@@ -1,4 +1,4 @@
-//! Extensions on meshes of all sizes.
+//! Tests of extensions on meshes of all sizes.
 
 use pulp::Scalar512b;
 
@@ -7,7 +7,7 @@ use crate::fft::Row;
 use crate::solver::flags::{FREE, has};
 use crate::solver::lanes::weight;
 
-/// The same numbers for the same seed, from −0.5 to 0.5.
+/// Returns numbers from −0.5 to 0.5, the same for the same seed.
 pub fn noise(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed;
     let mut draw = || {
@@ -21,7 +21,7 @@ fn rows([rows, row_nodes]: [usize; 2]) -> impl Iterator<Item = Row> {
     (0..rows).map(move |index| Row::new(index, row_nodes))
 }
 
-/// Calls `see` on all rows, by two passes that part at each of these rows.
+/// Calls `see` on all rows, by passes split at each of these rows.
 fn over<P>(
     nodes: [usize; 2],
     cuts: &[usize],
@@ -42,7 +42,7 @@ fn over<P>(
     }
 }
 
-/// What is residual for where the marks are free, continued over the mesh that the map is a corner of.
+/// Returns the extension of the residual of free nodes over the mesh of which the map is a corner.
 fn continued(
     extension: &mut Extension,
     cuts: &[usize],
@@ -103,7 +103,7 @@ fn marks(seed: u64, count: usize, share: f32) -> Vec<f32> {
     noise(seed, count).into_iter().map(marked).collect()
 }
 
-/// A map on the mesh that it is a corner of, and `beyond` around it.
+/// Returns a map in the corner of a mesh, with the value `beyond` around it.
 fn in_corner(map: &[f32], [own, nodes]: [[usize; 2]; 2], beyond: f32) -> Vec<f32> {
     let mut all = vec![beyond; nodes[0] * nodes[1]];
     for (values, row) in all.chunks_mut(nodes[1]).zip(rows(own)) {
@@ -148,7 +148,7 @@ fn what_all_nodes_ask_for_is_continued_nearly_as_it_is() {
     let residual = vec![2.0; 96 * 80];
     let last_step = vec![f32::from_bits(FREE); 96 * 80];
     let values = continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step);
-    // Zero around the whole map counts for a fifth of it, and that for a fifth of its quarters.
+    // The zero around the whole map has a weight of a fifth, and the whole map one in its quarters.
     assert!(values.iter().all(|value| (1.99..=2.0).contains(value)));
 }
 
@@ -171,7 +171,7 @@ fn the_map_repeats() {
         (residual[node], last_step[node]) = (1.0, f32::from_bits(FREE));
         continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step)
     };
-    // Half a side on, all blocks but the largest lie as before.
+    // Shifted by half a side, all blocks except the largest are as before.
     let (corner, middle) = (from(0), from(32 * 65));
     for x in 0..64 {
         for y in 0..64 {
@@ -199,7 +199,7 @@ fn rows_of_several_threads_come_to_the_same_bits() {
             [continued, given].map(|map| map.into_iter().map(f32::to_bits).collect::<Vec<_>>())
         };
         let alone = both(&[]);
-        // The last part may have no row.
+        // The last part may have no rows.
         for cuts in [vec![8], vec![24, 32], vec![16, 40, nodes[0]]] {
             assert_eq!(both(&cuts), alone);
         }

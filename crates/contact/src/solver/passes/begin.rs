@@ -1,7 +1,8 @@
-//! Gets ready for a search: from a gap and its pressure to what the first correction is to close;
-//! from the pressures with which a search in single precision begins to their gap, and from where
-//! it ends to what a finer mesh takes up. Increments are all there is of such pressures, counted
-//! from a [`ReferencePressure`].
+//! Passes that begin or end a search.
+//!
+//! They compute the first residual from a gap and its pressure, start a single-precision search
+//! from given pressures, and combine the result of a search for a finer mesh. Pressures are stored
+//! as increments to a [`ReferencePressure`].
 
 use pulp::Simd;
 
@@ -16,39 +17,38 @@ use crate::solver::lanes::{
 use crate::solver::nearing::{Expected, ShownGap};
 use crate::solver::prolongation::Prolonged;
 
-/// Goes over pressures. Starts from the last gap and pressure, or from a guess along the straight
-/// line through them.
+/// Computes the first residual from the last gap and pressure, or from their extrapolation; a pass
+/// over pressures.
 pub struct InitialResidual<'a, const YIELDS: bool> {
-    /// Where to go on to first.
     pub extrapolation: Option<Extrapolation<'a>>,
-    /// Which nodes that penetrate are free.
+    /// Nodes that may be free if they penetrate.
     pub expected: Expected,
     pub shown: ShownGap,
     pub heights: &'a [f32],
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
-    /// The pressure at which nodes are saturated.
+    /// Pressure at which nodes are saturated.
     pub hardness: f64,
-    /// Marked by pressure; the last move on free nodes, if there is one to go on from.
+    /// Last move of free nodes, if there is one to continue from; flags are set by pressure.
     pub last_step: Band<'a, f32>,
-    /// Set where there are free nodes, or pressures to be moved.
+    /// Set where there are free nodes or pressures to change.
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
-    /// A row of what free nodes ask for.
+    /// A row of the residual.
     pub row: Vec<f32>,
     pub reference_pressure: ReferenceBand<'a>,
-    /// Set to the pressure above the reference_pressure.
+    /// Set to the pressure minus the reference pressure.
     pub pressure_increment: Band<'a, f32>,
     pub seen: InOrder<Seen>,
-    /// Σ reference_pressure.
+    /// Sum of the reference pressures.
     pub reference_sum: InOrder<f64>,
-    /// Where the material yields, Σ pressure within its bounds.
+    /// Σ pressure within its bounds, if the material yields.
     pub bounded_sum: InOrder<f64>,
 }
 
-/// The straight line through the last gap and pressure and the ones before.
+/// Straight line through the last two solutions.
 pub struct Extrapolation<'a> {
-    /// How far, in units of the way from the earlier ones to the last.
+    /// Distance from the last solution, in units of that between the two.
     pub reach: f64,
     /// Set to the last pressure.
     pub earlier_pressure: Band<'a, f32>,
@@ -56,7 +56,7 @@ pub struct Extrapolation<'a> {
     pub earlier_gap: Band<'a, f32>,
 }
 
-/// Keeps pressures in single precision. Goes over them.
+/// Saves pressures in single precision; a pass over pressures.
 pub struct SavePressure<'a>(pub Band<'a, f32>);
 
 impl Pass<f64> for SavePressure<'_> {
@@ -130,7 +130,7 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
         for (active, increments) in found.active.iter_mut().zip(groups) {
             *active |= always || increments.iter().any(|increment| *increment != 0.0);
             if !*active {
-                // As clipping leaves them.
+                // The sign that clipping leaves.
                 increments.fill(-0.0);
             }
         }
@@ -185,9 +185,10 @@ fn extrapolate(reach: f64, pressure: &mut [f64], earlier: &mut [f32]) {
     }
 }
 
-/// The same of pressures up to the hardness. What bears it under both loads goes on to bear it: of
-/// the earlier pressure single precision is left, whose difference from the last one is rounding
-/// there.
+/// Extrapolates pressures up to the hardness.
+///
+/// Nodes at the hardness under both loads stay there: the previous pressure is in single precision,
+/// and its difference from the last one is rounding.
 #[inline(always)]
 fn extrapolate_bounded(reach: f64, hardness: f64, pressure: &mut [f64], earlier: &mut [f32]) {
     let nearest = hardness as f32;
@@ -216,7 +217,7 @@ fn extrapolate_single<S: Simd, const R: usize>(
     }
 }
 
-/// What makes pressures of increments and moves when a search ends.
+/// Turns increments and last moves into pressures when a search ends.
 #[derive(Clone, Copy)]
 pub struct LastMoveDone {
     scale: f32,
@@ -233,16 +234,16 @@ impl LastMoveDone {
         }
     }
 
-    /// Of an increment, and a move if it is marked as that of a free node.
+    /// Returns the pressure of a node; the last move counts if the node is free.
     #[inline(always)]
     fn pressure(&self, increment: f32, last_step: f32) -> f32 {
         let last_move = weight::<f32>(has(last_step, FREE)) * last_step;
-        // Rounding must not leave a pressure below zero, or above the ceiling.
+        // Rounding must not leave a pressure below zero or above the ceiling.
         greater(self.scale * increment - self.taken_back * last_move, 0.0).min(self.ceiling)
     }
 }
 
-/// The pressures from which a search is to go on.
+/// Pressures from which a search starts.
 pub enum StartPressure<'a> {
     OfCoarserMesh(Prolonged<'a>),
     OfLastMove(LastMoveDone),
@@ -270,24 +271,22 @@ impl StartPressure<'_> {
     }
 }
 
-/// Begins the convolution of the pressures, from which the search is to go on: with the gap that
-/// there is without any, which their displacement is to be added to.
+/// Begins the convolution of the pressures from which a search starts, and sets the gap without
+/// displacements, which are added later.
 pub struct BeginPressed<'a, const YIELDS: bool> {
     pub start: StartPressure<'a>,
     pub ceiling: f32,
     pub heights: &'a [f32],
-    /// Subtracted from gaps.
     pub reference: f32,
     pub gap: Band<'a, f32>,
     pub pressure_increment: Band<'a, f32>,
-    /// Marked by pressure; no node has moved yet.
+    /// Flags are set by pressure; last moves are zero.
     pub last_step: Band<'a, f32>,
     /// Set where there is pressure.
     pub active: ActiveBand<'a>,
     pub sums: InOrder<PressedSums>,
 }
 
-/// Sums over the mesh.
 #[derive(Clone, Copy)]
 pub struct PressedSums {
     pub pressure: f64,
@@ -332,7 +331,7 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
         for (active, increments) in groups.active.iter_mut().zip(increments) {
             *active = always || increments.iter().any(|increment| *increment > 0.0);
             if !*active {
-                // As clipping leaves them.
+                // The sign that clipping leaves.
                 increments.fill(-0.0);
             }
         }
@@ -360,11 +359,10 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
     }
 }
 
-/// Sets s × pressure − gap, of pressures that are increments. Goes over that map.
+/// Computes s × pressure − gap of a search whose reference pressure is zero; a pass over that map.
 pub struct PressureLessGap<'a> {
-    /// s
     pub compliance: f32,
-    /// From which gaps are counted.
+    /// Level from which gaps are counted.
     pub offset: f32,
     pub done: LastMoveDone,
     pub pressure_increment: &'a [f32],
@@ -396,13 +394,14 @@ impl Pass<f32> for PressureLessGap<'_> {
     }
 }
 
+/// Tolerance below which pressures are increments to a reference pressure.
+///
 /// Single precision holds a pressure to 6e-8 of it, and a gap to about as much of a mesh step at
-/// unit rms slope. A finer search counts pressures from where it started.
+/// unit rms slope.
 const FINE: f64 = 1e-5;
 
-/// Zero, or for a fine search a map of its own.
+/// Reference pressure of a search: zero, or a map if the tolerance is small.
 pub struct ReferencePressure {
-    /// A row of them.
     zeros: Vec<f32>,
     rows: usize,
     map: Vec<f32>,
@@ -413,30 +412,29 @@ impl ReferencePressure {
         Self { zeros: vec![0.0; row_nodes], rows, map: Vec::new() }
     }
 
-    /// Gets ready for a search to a residual of `tolerance`.
+    /// Prepares a search to a residual of `tolerance`.
     pub fn prepare(&mut self, tolerance: f64) {
         let cells = self.rows * self.zeros.len();
         let is_map = Self::is_map(tolerance);
         self.map.resize(if is_map { cells } else { 0 }, 0.0);
     }
 
-    /// Counts pressures from zero.
+    /// Sets the reference pressure to zero.
     pub fn clear(&mut self) {
         self.map.fill(0.0);
     }
 
-    /// Whether such a search needs a map of its own.
+    /// Returns whether a search to this tolerance needs a map.
     pub fn is_map(tolerance: f64) -> bool {
         tolerance < FINE
     }
 
-    /// The nodes of a row.
+    /// Returns a row of the reference pressure.
     #[inline(always)]
     pub fn row(&self, row: Row) -> &[f32] {
         self.map.get(row.range()).unwrap_or(&self.zeros)
     }
 
-    /// All rows, to be set.
     pub fn band(&mut self) -> ReferenceBand<'_> {
         ReferenceBand {
             zeros: &self.zeros,
@@ -445,15 +443,14 @@ impl ReferencePressure {
     }
 }
 
-/// Consecutive rows of a reference_pressure, to be set.
+/// Consecutive rows of a reference pressure, mutable.
 pub struct ReferenceBand<'a> {
     zeros: &'a [f32],
     map: Option<Band<'a, f32>>,
 }
 
 impl ReferenceBand<'_> {
-    /// Sets a row to what single precision holds of pressures, if this search is a fine one.
-    /// Returns it.
+    /// Sets a row to the pressures in single precision if there is a map. Returns the row.
     #[inline(always)]
     pub fn set_row(&mut self, row: Row, pressure: &[f64]) -> &[f32] {
         let Some(map) = &mut self.map else {
@@ -485,7 +482,7 @@ mod tests {
             [0, 1, 2, 3].map(|node| done.pressure(after[node], marked[node]))
         };
         let close = |found: [f32; 4], exact: [f32; 4]| {
-            // Marks are in the lowest bits of moves.
+            // Flags are in the lowest bits of moves.
             let apart = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
             assert!(apart.into_iter().all(|by| by < 1e-6), "{found:?}, {exact:?}");
         };
@@ -493,7 +490,7 @@ mod tests {
         close(left(PendingUpdate::NOTHING, f64::INFINITY), after);
         let half = PendingUpdate { scale: 1.0, part: 0.5 };
         close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
-        // What is no move is not taken back.
+        // Without the flag of free nodes the number is no move.
         let done = LastMoveDone::new(PendingUpdate::ALL_BACK, f64::INFINITY);
         let unmarked = f32::from_bits(0.25_f32.to_bits() & !FREE | PRESSED);
         assert_eq!(done.pressure(1.0, unmarked), 1.0);

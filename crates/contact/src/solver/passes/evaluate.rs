@@ -1,4 +1,4 @@
-//! From pressure to gap, in double precision: the way to the displacement, and the way back.
+//! Passes from pressure to gap in double precision, before and after the convolution.
 
 use pulp::Simd;
 
@@ -11,14 +11,14 @@ use crate::solver::flags::{
 };
 use crate::solver::lanes::{InOrder, Lanes, Pass, REST, greater, split, split_mut, weight};
 
-/// Transforms a pressure as it is.
+/// Writes pressures for a convolution.
 pub struct PressureInput<'a> {
     pub pressure: &'a [f64],
-    /// The pressure at which nodes are saturated.
+    /// Pressure at which nodes are saturated.
     pub hardness: f64,
-    /// Marked by pressure,
+    /// Last moves, whose flags are set by pressure.
     pub last_step: Band<'a, f32>,
-    /// and emptied, unless moves are to be kept.
+    /// False to clear the last moves.
     pub keeps_moves: bool,
 }
 
@@ -39,9 +39,9 @@ impl Pass<f64> for PressureInput<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Brings pressures up to date with their search, and transforms them.
+/// Computes the pressures of a search in double precision, and writes them for a convolution.
 pub struct PromotedInput<'a> {
-    /// Brings pressures to their mean.
+    /// Factor that restores the mean of the pressures.
     pub scale: f64,
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
@@ -77,7 +77,7 @@ pub fn promote(factor: f64, reference_pressure: &[f32], increment: &[f32], press
     }
 }
 
-/// Brings pressures up to date with their search, where no transform is to follow.
+/// Computes the pressures of a search in double precision.
 pub struct Promote<'a> {
     pub factor: f64,
     pub reference_pressure: &'a ReferencePressure,
@@ -102,12 +102,11 @@ impl Pass<f64> for Promote<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Takes a part of the last move back from pressures.
+/// Undoes a part of the last move.
 pub struct TakeBack<'a> {
     pub part: f64,
-    /// The highest pressure.
     pub hardness: f64,
-    /// Moves of free nodes, marked.
+    /// Last moves of free nodes, with flags.
     pub last_step: &'a [f32],
 }
 
@@ -116,7 +115,7 @@ impl Pass<f64> for TakeBack<'_> {
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (p, last_step) in pressure.iter_mut().zip(row.of(self.last_step)) {
             let last_move = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
-            // Rounding must not leave a pressure below zero, or above the hardness.
+            // Rounding must not leave a pressure below zero or above the hardness.
             *p = greater(*p - self.part * last_move, 0.0).min(self.hardness);
         }
     }
@@ -128,15 +127,14 @@ impl Pass<f64> for TakeBack<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Turns displacements into gaps, and surveys them.
+/// Turns displacements into gaps, and computes their statistics.
 pub struct GapOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
-    /// Subtracted from the gap before it is rounded to single precision.
+    /// Subtracted from gaps before they are rounded to single precision.
     pub reference: f64,
     pub gap: Band<'a, f32>,
-    /// Marked by pressure.
     pub last_step: &'a [f32],
-    /// Whether gaps are to be summed over the whole map.
+    /// True if gaps are added up over the whole map.
     pub sums_gaps: bool,
     pub statistics: InOrder<GapStatistics>,
 }
@@ -173,12 +171,12 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
     }
 }
 
-/// The same after a move that was followed at once; sees what the move did.
+/// Turns displacements after a move into gaps, and computes the effect of the move.
 pub struct MoveOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
     pub scaling: MoveScaling,
-    /// Whether gaps are to be summed over the whole map.
+    /// True if gaps are added up over the whole map.
     pub sums_gaps: bool,
     pub statistics: InOrder<GapStatistics>,
     /// Σ move × displacement under it.
@@ -186,19 +184,19 @@ pub struct MoveOutput<'a, const YIELDS: bool> {
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
     pub gap: Band<'a, f32>,
-    /// Moves of free nodes, before pressures were scaled, to be scaled too; emptied elsewhere.
+    /// Moves of free nodes before pressures were scaled; they are scaled too, and cleared
+    /// elsewhere.
     pub last_step: Band<'a, f32>,
     /// Set to displacements under the move.
     pub sample: SampleBand<'a>,
-    /// A row of gaps.
     pub found: Vec<f32>,
 }
 
-/// What each node does.
+/// Scaling of a move, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct MoveScaling {
     pub scale: f32,
-    /// How much higher the reference is.
+    /// Increase of the gap reference.
     pub reference_change: f32,
 }
 
@@ -263,7 +261,8 @@ impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
 }
 
 impl MoveScaling {
-    /// Takes over the gaps that were `found`, and turns them into displacements under the move.
+    /// Stores the gaps `found`, and turns them into displacements under the move.
+    ///
     /// Returns Σ move × displacement.
     #[inline(always)]
     fn finish<S: Simd, const R: usize, const YIELDS: bool>(
@@ -290,7 +289,7 @@ impl MoveScaling {
             let pressure = Lanes::of(simd, *reference_pressure) + Lanes::of(simd, *increment);
             let scaled = c.plus(scaling, pressure);
             let moved = if YIELDS {
-                // What is saturated is not scaled.
+                // Saturated pressures are not scaled.
                 free.or_zero(c.has(SATURATED).choose(c, scaled))
             } else {
                 free.or_zero(scaled)

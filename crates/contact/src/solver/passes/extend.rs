@@ -1,6 +1,5 @@
-//! The gap of free nodes over the whole map, and the corrections of the map on free nodes; and
-//! corrections that are each node's own, with no transform between the gap and a pass that sees
-//! them.
+//! Passes before and after the convolution with the stiffness, and nodal corrections, which need no
+//! transform.
 
 use pulp::Simd;
 
@@ -10,18 +9,17 @@ use crate::solver::flags::{ALL, ActiveGroups, FREE};
 use crate::solver::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
 use crate::threads::Threads;
 
-/// Transforms the gap where nodes are free, and its continuation elsewhere.
+/// Writes the residual of free nodes and its extension elsewhere for a transform.
 ///
-/// The map may be a corner of the mesh; around it everything is continued.
+/// The map may be a corner of the mesh; the extension covers the rest.
 pub struct Extend<'a> {
-    /// Its nodes.
+    /// Nodes of the map along x and y.
     pub map: [usize; 2],
-    /// From which gaps count.
+    /// Level from which the residual is measured.
     pub level: f32,
     pub gap: &'a [f32],
-    /// Marked where nodes are free.
     pub last_step: &'a [f32],
-    /// Where they may be.
+    /// Groups that may have free nodes.
     pub active: &'a ActiveGroups,
     pub continued: ContinuedRows<'a>,
 }
@@ -71,7 +69,7 @@ fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], o
     }
 }
 
-/// Between the gap above its level and what lies between two rows.
+/// Choice between the residual and the extension, interpolated between two rows.
 #[derive(Clone, Copy)]
 struct Choose {
     level: f32,
@@ -110,13 +108,12 @@ impl Choose {
     }
 }
 
-/// Takes from rows of corrections what belongs on nodes that are not free.
+/// Collects the pressures on nodes that are not free from rows of corrections.
 pub struct TakeOthers<'a> {
-    /// Nodes of the map, around which none is free.
+    /// Nodes of the map, around which no node is free.
     pub map: [usize; 2],
-    /// Marked where nodes are free.
     pub last_step: &'a [f32],
-    /// Where they may be.
+    /// Groups that may have free nodes.
     pub active: &'a ActiveGroups,
     pub taken: TakenRows<'a>,
 }
@@ -141,7 +138,7 @@ impl Pass<f32> for TakeOthers<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// A stiffness times the gap above a level.
+/// Nodal corrections, a stiffness times the gap above a level.
 #[derive(Clone, Copy)]
 pub struct Nodal<'a> {
     pub gap: &'a [f32],
@@ -150,7 +147,7 @@ pub struct Nodal<'a> {
 }
 
 impl Nodal<'_> {
-    /// Lets a pass see these pairs of rows of a map of `nodes`. Pairs ascend.
+    /// Shows these ascending pairs of rows of corrections to a pass, for a map of `nodes`.
     pub fn peek<P: Pass<f32>>(
         self,
         threads: &Threads,
@@ -163,7 +160,7 @@ impl Nodal<'_> {
         });
     }
 
-    /// Begins the convolution of the map by which a pass replaces them.
+    /// Shows all corrections to a pass, and begins the convolution of the rows that replace them.
     pub fn begin<P: Pass<f32>>(
         self,
         row_nodes: usize,
@@ -186,7 +183,7 @@ impl Nodal<'_> {
     }
 }
 
-/// Rows of them, and the pass that sees them.
+/// Rows of nodal corrections, and the pass that visits them.
 struct NodalRows<'a, P> {
     of: Nodal<'a>,
     pass: P,

@@ -1,5 +1,5 @@
-//! A look at corrections or gaps in a sample of rows, where a sum over all would cost a pass of its
-//! own, or in all.
+//! Passes over a sample of rows of corrections or gaps, where sums over all rows would cost a
+//! separate pass.
 
 use pulp::Simd;
 
@@ -10,37 +10,37 @@ use crate::solver::extension::{Extension, GivenRows};
 use crate::solver::flags::{ActiveGroups, FREE, PRESSED, SATURATED, has};
 use crate::solver::lanes::{Found, InOrder, LANES, Pass, sum_over_groups, weight};
 
-/// Free nodes of which a sample must show so many, or else all rows are looked at.
+/// Minimum number of free nodes in a sample; with fewer, all rows are visited.
 pub const FEWEST_NODES: f64 = 64.0;
 
-/// Means over free nodes; nothing, where none were seen.
+/// Means over free nodes, or zero if there are none.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Means {
     pub correction: f64,
-    /// The last move, before it was scaled.
+    /// Last move, before it was scaled.
     pub last_move: f64,
-    /// Correction, in the sample alone,
+    /// Correction, for rows of the sample only.
     pub sampled_correction: f64,
-    /// and times the displacement under the last move.
+    /// Correction × displacement under the last move, for rows of the sample only.
     pub correction_on_image: f64,
 }
 
-/// Sums for them.
+/// Adds up the sums for [`Means`].
 pub struct Peek<'a> {
-    /// Last moves, marked where nodes are free.
+    /// Last moves, with flags of free nodes.
     last_step: &'a [f32],
-    /// Where they may be.
+    /// Groups that may have free nodes.
     groups: &'a ActiveGroups,
     /// Displacements under the last move.
     sample: &'a Sample,
-    /// What is to be given to corrections.
+    /// Result of the transpose of the extension, to be added to corrections.
     given: GivenRows<'a>,
     sums: InOrder<PeekSums>,
-    /// Where the material yields, free nodes and what they ask for.
+    /// Collects free nodes, if the material yields.
     candidates: Option<GatherCandidates<'a>>,
 }
 
-/// What a row comes to, of free nodes: their number, and sums for [`Means`].
+/// Sums of a row over free nodes.
 #[derive(Clone, Copy)]
 struct PeekSums {
     free_nodes: f64,
@@ -71,17 +71,16 @@ impl Found for PeekSums {
     }
 }
 
-/// Free nodes, gathered for the balance of a direction.
+/// Collects free nodes, to balance a direction.
 pub struct GatherCandidates<'a> {
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
-    /// How much of the last move is still to be added to pressures.
+    /// Factor of the last move that is still to be added to pressures.
     pub of_move: f32,
-    /// Their pressures and what corrections take from them,
+    /// Pressures and their changes by corrections.
     pub nodes: Nodes,
-    /// and their last moves.
+    /// Last moves of these nodes.
     pub last_moves: Vec<f32>,
-    /// Rows that were looked at.
     pub rows: usize,
 }
 
@@ -103,7 +102,7 @@ impl GatherCandidates<'_> {
         self.rows += 1;
     }
 
-    /// Gathers from no more than [`LANES`] nodes, without a jump at each.
+    /// Collects free nodes among at most [`LANES`] nodes, without a branch for each.
     #[inline(always)]
     fn gather_nodes(
         &mut self,
@@ -158,13 +157,13 @@ impl<'a> Peek<'a> {
         }
     }
 
-    /// Whether too little was seen to go by: a direction that does not keep the mean pressure may
-    /// shed all of it.
+    /// Returns whether there were too few free nodes. A direction that does not keep the mean
+    /// pressure may lose all of it.
     pub fn saw_too_little(&self) -> bool {
         self.sums.total().free_nodes < FEWEST_NODES
     }
 
-    /// What was gathered, if it was to be.
+    /// Returns the collected nodes, if the material yields.
     pub fn candidates(&mut self) -> Option<GatherCandidates<'a>> {
         self.candidates.take()
     }
@@ -235,29 +234,26 @@ impl Pass<f32> for Peek<'_> {
     }
 }
 
-/// Nodes that a gap may ask to change, after a move, in rows of the displacement under it, or as
-/// they are.
+/// Collects nodes whose pressure may change, from rows of the displacement under a move.
 pub struct PeekGap<'a> {
-    /// Before the move.
     pub gap: &'a [f32],
     pub reference_pressure: &'a ReferencePressure,
-    /// After the move.
     pub pressure_increment: &'a [f32],
-    /// Moves of free nodes, and marks by the pressure after them.
+    /// Moves of free nodes, with flags by the pressure after them.
     pub last_step: &'a [f32],
-    /// How much of the move is kept.
+    /// Part of the move that is kept.
     pub part: f32,
-    /// What unit gaps take from pressures.
+    /// Decrease of the pressure per unit gap.
     pub stiffness: f32,
-    /// The highest gap of nodes without pressure, and the lowest of saturated ones, that count.
+    /// Highest gap of nodes without pressure and lowest gap of saturated nodes that count.
     pub range: [f32; 2],
-    /// The pressures, and what gaps less `level` take from them.
+    /// Pressures, and their changes for gaps above `level`.
     pub nodes: Nodes,
     pub level: f32,
 }
 
 impl PeekGap<'_> {
-    /// Whether too little was seen to go by.
+    /// Returns whether there were too few nodes.
     pub fn saw_too_little(&self) -> bool {
         (self.nodes.len() as f64) < FEWEST_NODES
     }
@@ -300,19 +296,19 @@ impl Pass<f32> for PeekGap<'_> {
     }
 }
 
-/// The fewest pairs of rows in a sample: on smaller meshes, it is the whole mesh.
+/// Minimum number of pairs of rows in a sample; smaller meshes are sampled completely.
 const FEWEST: usize = 32;
 
-/// The sparsest sample, one pair of rows in so many.
+/// Maximum distance of the pairs of rows in a sample.
 const SPARSEST: usize = 8;
 
-/// Rows of a map, evenly spread over it in pairs.
+/// Sample of rows of a map, in evenly distributed pairs.
 pub struct Sample {
     geometry: Geometry,
     kept: Vec<f32>,
 }
 
-/// Which rows are in a sample.
+/// Selection of the rows of a sample.
 #[derive(Clone, Copy)]
 struct Geometry {
     rows: usize,
@@ -330,41 +326,41 @@ impl Sample {
         }
     }
 
-    /// The pairs of rows in the sample.
+    /// Returns the pairs of rows in the sample.
     pub fn pairs(&self) -> Vec<usize> {
         let Geometry { rows, stride, .. } = self.geometry;
         (stride / 2..rows.div_ceil(2)).step_by(stride).collect()
     }
 
-    /// The pairs of rows that are not.
+    /// Returns the pairs of rows outside the sample.
     pub fn other_pairs(&self) -> Vec<usize> {
         let Geometry { rows, stride, .. } = self.geometry;
         let pairs = 0..rows.div_ceil(2);
         pairs.filter(|pair| pair % stride != stride / 2).collect()
     }
 
-    /// What is kept of a row, if it is in the sample.
+    /// Returns the stored values of a row, if it is in the sample.
     #[inline(always)]
     pub fn row(&self, row: Row) -> Option<&[f32]> {
         let kept_row = self.geometry.kept_row(row)?;
         Some(kept_row.of(&self.kept))
     }
 
-    /// All rows, to be kept.
     pub fn band(&mut self) -> SampleBand<'_> {
         SampleBand { geometry: self.geometry, kept: Band::new(&mut self.kept) }
     }
 }
 
 impl Geometry {
-    /// Where a row of the sample is kept.
+    /// Returns the index of a row among those of the sample, if it is one of them.
     fn kept_row(&self, row: Row) -> Option<Row> {
         let (pair, second) = (row.index() / 2, row.index() % 2);
         let sampled = pair % self.stride == self.stride / 2;
         sampled.then(|| Row::new(pair / self.stride * 2 + second, self.row_nodes))
     }
 
-    /// Where rows are kept from this one on, which begins a pair or ends them.
+    /// Returns the index of the first row of the sample from `row` on, which begins a pair or ends
+    /// the map.
     fn kept_before(&self, row: Row) -> Row {
         let pairs = row.index().div_ceil(2);
         let sampled = (pairs + self.stride - 1 - self.stride / 2) / self.stride;
@@ -372,7 +368,7 @@ impl Geometry {
     }
 }
 
-/// What is kept of consecutive rows.
+/// Consecutive rows of a sample, mutable.
 pub struct SampleBand<'a> {
     geometry: Geometry,
     kept: Band<'a, f32>,
@@ -386,7 +382,7 @@ impl SampleBand<'_> {
         }
     }
 
-    /// Keeps the rows before one, which begins a pair, and hands on the others.
+    /// Keeps the rows before `row`, which begins a pair, and returns the others.
     pub fn split_off(&mut self, row: Row) -> Self {
         Self { geometry: self.geometry, kept: self.kept.split_off(self.geometry.kept_before(row)) }
     }

@@ -1,4 +1,4 @@
-//! From the displacement under a move to the gap after it, and to what free nodes ask of the next.
+//! Pass from the displacement under a move to the gap after it and the next residual.
 
 use pulp::Simd;
 
@@ -11,49 +11,48 @@ use crate::solver::flags::{
 };
 use crate::solver::lanes::{Found, InOrder, Lanes, Pass, REST, split, split_mut};
 
-/// Moves the gap by the displacement of a move, frees nodes, and adds up the gap of free ones,
-/// which the next correction is to close.
+/// Updates the gap by the displacement of a move, frees nodes, and computes the residual of free
+/// nodes.
 ///
-/// Free are nodes that have pressure or penetrate; where the material yields, saturated ones only
-/// if their gap is open.
+/// Free nodes have pressure or penetrate. If the material yields, saturated nodes are free only if
+/// their gap is open.
 pub struct UpdateGap<'a, const YIELDS: bool> {
     pub response: GapUpdate,
     pub heights: &'a [f32],
     pub gap: Band<'a, f32>,
-    /// Moves of free nodes.
+    /// Moves of free nodes, with flags.
     pub last_step: Band<'a, f32>,
-    /// Where there are free nodes.
+    /// Set where there are free nodes.
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
     pub sample: SampleBand<'a>,
     pub seen: InOrder<Seen>,
 }
 
-/// What each node does.
+/// Update of the gap, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct GapUpdate {
     /// Level of the gap after the move.
     pub offset: f32,
-    /// Of the displacement under the move before it is scaled.
+    /// Factor of the displacement under the move before scaling.
     pub on_move: f32,
-    /// Of the displacement under the pressure before the move.
+    /// Factor of the displacement under the pressure before the move.
     pub on_pressure: f32,
-    /// Subtracted from gaps.
     pub reference: f32,
-    /// The mark of nodes that may have pressure.
+    /// Flag of nodes that may have pressure.
     pub pressed: u32,
 }
 
-/// What is seen on the way.
+/// Counts, sums and extremes of the gap.
 #[derive(Clone, Copy)]
 pub struct Seen {
     pub free_nodes: f64,
     pub extremes: Extremes,
-    /// Where the material yields, nodes that have pressure and are not saturated,
+    /// Nodes with pressure that are not saturated, if the material yields.
     pub elastic_nodes: f64,
-    /// Σ gap less offset over them,
+    /// Σ (gap − offset) over elastic nodes.
     pub elastic_sum: f64,
-    /// and over free nodes.
+    /// Σ (gap − offset) over free nodes.
     pub free_sum: f64,
 }
 
@@ -122,7 +121,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
 }
 
 impl GapUpdate {
-    /// To a gap that has not moved.
+    /// Returns the update that leaves the gap as it is.
     pub fn to_a_start(offset: f64) -> Self {
         Self {
             offset: offset as f32,
@@ -133,13 +132,14 @@ impl GapUpdate {
         }
     }
 
-    /// Whether a part of the move is to be taken back: then what it saturated is so no more.
+    /// Returns whether a part of the move is undone, so that nodes saturated by it are elastic
+    /// again.
     #[inline(always)]
     fn takes_back(self) -> bool {
         self.pressed == FREE
     }
 
-    /// Moves gaps, and turns displacements into those under the whole move.
+    /// Updates gaps, and turns displacements into those under the whole move.
     #[inline(always)]
     fn shift<S: Simd, const R: usize>(
         self,
@@ -160,8 +160,7 @@ impl GapUpdate {
         }
     }
 
-    /// Turns a row into what the next correction is to close, with zeros where nodes are not free:
-    /// in groups that have a free one then.
+    /// Writes a row of the residual, zero where nodes are not free, in groups with a free node.
     #[inline(always)]
     pub fn residual_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,

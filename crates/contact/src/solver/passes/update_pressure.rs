@@ -1,4 +1,4 @@
-//! From correction to move.
+//! Pass from the correction to the move of the pressures.
 
 use pulp::Simd;
 
@@ -8,12 +8,12 @@ use crate::solver::extension::GivenRows;
 use crate::solver::flags::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
 use crate::solver::lanes::{Found, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups};
 
-/// What is still to be done to pressures after a move: scale them, and take part of it back.
+/// Update of pressures that is still to be done after a move: scaling, and undoing a part.
 #[derive(Debug, Clone, Copy)]
 pub struct PendingUpdate {
-    /// The move that the pressures took was to be scaled by this after it.
+    /// Factor of all pressures after the move.
     pub scale: f64,
-    /// And so much of all that was to be done.
+    /// Part of the move and of the scaling to keep.
     pub part: f64,
 }
 
@@ -22,14 +22,13 @@ impl PendingUpdate {
 
     pub const ALL_BACK: Self = Self { scale: 1.0, part: 0.0 };
 
-    /// What pressures are to be multiplied by, before the rest of the move is taken back.
+    /// Returns the factor of the pressures, before the rest of the move is undone.
     pub fn of_pressure(self) -> f64 {
         1.0 + self.part * (self.scale - 1.0)
     }
 }
 
-/// The pressure at which the material yields, as single precision holds it: two numbers, so that
-/// differences from it clear nothing.
+/// Hardness as the sum of two single-precision numbers, so that differences from it are accurate.
 #[derive(Debug, Clone, Copy)]
 pub struct Ceiling {
     nearest: f32,
@@ -43,19 +42,18 @@ impl Ceiling {
     }
 }
 
-/// Makes of a correction a direction, conjugate to the last move, and moves the pressures along it
-/// as far as they stay positive and below the ceiling.
+/// Turns a correction into a direction conjugate to the last move, and moves the pressures along it
+/// within their bounds.
 pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub direction: Direction,
-    /// Of no consequence where nothing yields.
     pub ceiling: Ceiling,
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: Band<'a, f32>,
-    /// Where there is anything to be done.
+    /// Groups in which pressures may change.
     pub active: &'a ActiveGroups,
-    /// What is to be given to rows of the correction.
+    /// Result of the transpose of the extension, to be added to corrections.
     pub given: GivenRows<'a>,
-    /// Moves of free nodes.
+    /// Moves of free nodes, with flags.
     pub last_step: Band<'a, f32>,
     pub gap: &'a [f32],
     pub heights: &'a [f32],
@@ -120,23 +118,23 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     }
 }
 
-/// What each node does.
+/// Direction and step length, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct Direction {
-    /// Of the pressure, and of the last move, still to be added.
+    /// Factors of the pressure and of the last move in the pending update.
     of_pressure: f32,
     of_move: f32,
-    /// Of the last move, and of the pressure, in the direction.
+    /// Factors of the last move and of the pressure in the direction.
     share: f32,
     scaling: f32,
-    /// Subtracted from the direction, to keep the mean pressure were nothing clipped.
+    /// Subtracted from the direction, which keeps the mean pressure if nothing is clipped.
     mean: f32,
-    /// How far the direction is followed.
+    /// Step length τ along the direction.
     step: f32,
 }
 
 impl Direction {
-    /// Down the correction, from pressures that are as they should be.
+    /// Returns the direction of the correction, for pressures without a pending update.
     pub fn first(step: f64, mean: f64) -> Self {
         Self {
             of_pressure: 0.0,
@@ -148,7 +146,7 @@ impl Direction {
         }
     }
 
-    /// With `share` of the last move, of which `pending` is still to be done.
+    /// Returns the direction with `share` of the last move, whose update is `pending`.
     pub fn next(pending: PendingUpdate, share: f64, step: f64, mean: f64) -> Self {
         let share = share * pending.part;
         Self {
@@ -213,7 +211,7 @@ impl Direction {
             } else {
                 free.choose(moved, -b)
             };
-            // Of what was stored before, so that rounding is part of the move.
+            // The difference of stored pressures, so that rounding is part of the move.
             let m = (new - r) - due;
             let next = free.or_zero(m);
             *value = m.numbers();
@@ -245,18 +243,17 @@ impl Direction {
     }
 }
 
-/// Sums over the mesh; the move is the one before the pressures are scaled to their mean. Where the
-/// material yields, there are none over heights.
+/// Sums over the mesh, for the move before scaling. If the material yields, those over heights are
+/// zero.
 #[derive(Default, Clone, Copy)]
 pub struct Sums {
-    /// Σ pressure after the move − reference_pressure, in double precision.
+    /// Σ (pressure after the move − reference pressure), in double precision.
     pub pressure_increment: f64,
-    /// Where the material yields, what saturated nodes bear more than that, for the hardness is
-    /// rounded.
+    /// Correction of this sum for saturated nodes, because the hardness is rounded.
     pub rounded: f64,
     /// Σ move × gap.
     pub move_on_gap: f64,
-    /// Σ pressure after the move × gap; of elastic nodes alone, where the material yields.
+    /// Σ pressure after the move × gap; over elastic nodes only, if the material yields.
     pub pressure_on_gap: f64,
     /// Σ move × height.
     pub move_on_height: f64,

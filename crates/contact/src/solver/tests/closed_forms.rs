@@ -1,5 +1,5 @@
-//! Closed forms and contacts solved by independent code: on squares, on rectangles of square cells
-//! and of others, and with nothing outside the map.
+//! Closed forms and contacts solved by independent code: on squares, on rectangles with square and
+//! other cells, and with free boundaries.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ use crate::morphology::clusters::Clusters;
 use crate::morphology::map::ContactMap;
 use crate::topography::moments::Moments;
 
-/// Cosines of wavenumbers 2 to 8 with phases from irrational numbers, of unit rms slope.
+/// Returns cosines of wavenumbers 2 to 8 with phases from irrational numbers, of unit rms slope.
 fn golden(nodes: usize) -> Vec<f64> {
     let mut heights = vec![0.0; nodes * nodes];
     let mut square_slope = 0.0;
@@ -46,7 +46,7 @@ fn golden_surface_is_the_one_described() {
 
 #[test]
 fn golden_surface_touches_as_independent_code_has_it() {
-    // Load, contact nodes, peak pressure, energy, mean gap, by a Polonsky–Keer code in NumPy.
+    // Load, contact nodes, peak pressure, energy and mean gap by a Polonsky–Keer code in NumPy.
     const SOLVED: [(f64, usize, f64, f64, f64); 6] = [
         (0.005, 51, 9.275987339141e-01, 7.555533864426e-05, 1.062850730015e-01),
         (0.02, 176, 1.221057218635, 4.558053163728e-04, 7.226002921518e-02),
@@ -77,7 +77,7 @@ fn full_contact_adds_the_load_to_the_pressure_that_flattens() {
     // Parseval: the variance is a quarter of the mean square slope.
     let variance = mean(&solver.pressure().iter().map(|p| (p - load).powi(2)).collect::<Vec<_>>());
     assert!((variance - 0.25).abs() < 1e-13);
-    // And the energy, a quarter of Σ |q| |ĥ|², is half the work on the heights.
+    // The energy, a quarter of Σ |q| |ĥ|², is half the work on the heights.
     let work = solver.pressure().iter().zip(&heights).map(|(p, h)| (p - load) * h).sum::<f64>();
     assert!((outcome.energy / (0.5 * work / (nodes * nodes) as f64) - 1.0).abs() < 1e-12);
 }
@@ -104,7 +104,7 @@ fn a_wave_touches_along_strips_of_the_width_of_westergaard() {
         let outcome = solved(&mut solver, part * full);
         let half_width = f64::sqrt(part).asin() / PI;
         let area = outcome.contact_nodes as f64 / (nodes * nodes) as f64;
-        // Either edge may fall one node off.
+        // Each edge may be off by one node.
         assert!((area - 2.0 * half_width).abs() < 2.0 / nodes as f64);
 
         let pressure = |x: f64| {
@@ -116,7 +116,7 @@ fn a_wave_touches_along_strips_of_the_width_of_westergaard() {
             .enumerate()
             .map(|(i, x)| (solver.pressure()[i * nodes] - pressure(x)).abs())
             .collect();
-        // Of order 3/2 in the mesh: the last nodes inside the edge are off by their half power.
+        // The error is of order 3/2 in the mesh, from the last nodes inside the edge.
         assert!(mean(&error) < 5e-4 * full, "{part}: {}", mean(&error) / full);
     }
 }
@@ -132,10 +132,10 @@ fn crossed_waves_touch_in_discs_at_first_and_part_in_discs_at_last() {
         let nodes_in_contact = solved(&mut solver, part * full).contact_nodes;
         nodes_in_contact as f64 / (nodes * nodes) as f64
     };
-    // Discs of 15 nodes across, dilated by the mesh by a few per cent of their area.
+    // Discs of 15 nodes across; the mesh enlarges their area by a few per cent.
     let light = PI * (3.0 * 0.005 / (8.0 * PI)).powf(2.0 / 3.0);
     assert!((area(0.005) / light - 1.0).abs() < 0.12);
-    // Gaps of 12 nodes across, shrunk by as much; the expansion itself is first order.
+    // Gaps of 12 nodes across, reduced by as much; the expansion itself is of first order.
     let gap = 1.5 / PI * 0.01;
     assert!(((1.0 - area(0.99)) / gap - 1.0).abs() < 0.2);
 }
@@ -151,7 +151,7 @@ fn a_sphere_touches_as_hertz_has_it() {
     let contact_radius = 10.0 / nodes as f64;
     let load = 4.0 / 3.0 * contact_radius.powi(3) / radius;
     let outcome = solved(&mut solver, load);
-    // First order in the mesh over the radius of ten nodes; images are at 1e-3.
+    // First order in the mesh over the radius of ten nodes; periodic images contribute 1e-3.
     let peak = 2.0 * contact_radius / (PI * radius);
     assert!((outcome.peak_pressure / peak - 1.0).abs() < 0.01);
     let area = outcome.contact_nodes as f64 / (nodes * nodes) as f64;
@@ -173,7 +173,7 @@ fn a_flat_punch_presses_hardest_at_its_rim() {
         let r = node as f64 / nodes as f64 / radius;
         let pressure = solver.pressure()[(nodes / 2 + node) * nodes + nodes / 2];
         let punch = mean_pressure / 2.0 / (1.0 - r * r).sqrt();
-        // First order in the mesh: half a node out of a radius of twelve, squared.
+        // First order in the mesh: half a node in a radius of twelve, squared.
         assert!((pressure / punch - 1.0).abs() < 0.08, "{r}: {pressure} against {punch}");
     }
 }
@@ -235,15 +235,14 @@ fn a_ball_in_the_middle_of_a_large_periodic_cell_is_nearly_alone() {
 
 #[test]
 fn nothing_leaks_over_an_edge() {
-    // A bump at one edge, in contact right up to it: the opposite edge knows nothing of it.
+    // A bump at one edge, in contact up to the edge, must not affect the opposite edge.
     let (nodes, radius) = (64, 0.5);
     let heights = map(nodes, |x, y| -(x * x + (y - 0.5).powi(2)) / (2.0 * radius));
     let mut at_edge = free(nodes, &heights);
     solved(&mut at_edge, 1e-3);
     let touches = |i: usize, j: usize| at_edge.pressure()[i * nodes + j] > 0.0;
     assert!(touches(0, nodes / 2) && !touches(nodes - 1, nodes / 2));
-    // The same on twice as long a map: the part that is beyond is never touched, and nothing else
-    // changes.
+    // On a map of twice the length, the additional part is not touched, and nothing else changes.
     let twice = rectangle([2 * nodes, nodes], [2.0, 1.0]);
     let longer: Vec<f64> = (0..twice.count())
         .map(|node| {
@@ -267,7 +266,7 @@ fn heavy_loads_bring_all_nodes_into_contact() {
     let outcome = solved(&mut solver, 1.0);
     assert_eq!(outcome.contact_nodes, 32 * 32);
     assert!(outcome.mean_gap.abs() < 1e-12, "{outcome:?}");
-    // A uniform displacement takes more pressure at the edges.
+    // A uniform displacement requires more pressure at the edges.
     assert!(outcome.peak_pressure > 2.0);
 }
 

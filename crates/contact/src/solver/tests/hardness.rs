@@ -1,5 +1,4 @@
-//! Materials that yield: against independent code, in the limits of hard and soft, and for any
-//! surface.
+//! Tests of materials that yield: independent code, hard and soft limits, and random surfaces.
 
 use std::f64::consts::{PI, TAU};
 
@@ -74,7 +73,7 @@ fn what_does_not_yield_keeps_every_bit() {
             HalfSpace { boundary, hardness }.solver(square(48, 1.0), &heights)
         };
         let peak = |load| solved(&mut elastic(), load).peak_pressure;
-        // The second yields under the last load.
+        // The second surface yields under the last load.
         let between = 0.5 * (peak(0.1) + peak(0.4));
         let [mut elastic, mut hard, mut softer] = [elastic(), solver(1e9), solver(between)];
         for load in [0.01, 0.03, 0.1, 0.4] {
@@ -162,11 +161,11 @@ fn a_ball_yields_first_where_hertz_has_the_peak() {
         let mut solver = half_space(hardness).solver(square(nodes, 1.0), &heights);
         (solved(&mut solver, load), solver)
     };
-    // Within the mesh's error of the peak.
+    // Within the error of the mesh at the peak.
     assert_eq!(pressed(1.005 * hertz).0.saturated_nodes, 0);
     let (outcome, solver) = pressed(0.95 * hertz);
-    // Hertz' pressure is above 0.95 of its peak within r² < (1 − 0.95²) a²; what that disc does not
-    // bear, it bears as a wider one.
+    // Hertz' pressure is above 0.95 of its peak for r² < (1 − 0.95²) a²; the load that this disc
+    // does not bear widens the disc.
     let disc = PI * (1.0 - 0.95_f64.powi(2)) * a * a * (nodes * nodes) as f64;
     let ratio = outcome.saturated_nodes as f64 / disc;
     assert!((1.0..2.0).contains(&ratio), "{ratio}");
@@ -204,7 +203,7 @@ fn a_search_that_sees_a_sample_of_rows_finds_what_one_that_sees_all_does() {
         assert_eq!(outcome.stop, Stop::Converged, "{load}: {outcome:?}");
         assert!(outcome.pairs < 250, "{load}: {outcome:?}");
         let tolerance = Settings::default().tolerance;
-        // Nodes that are let go, and the mean after them.
+        // Nodes that are released, and the mean after that.
         assert_complementary(&solver, &heights, load, 1.5 * tolerance);
     }
 }
@@ -225,7 +224,7 @@ fn full_contact_has_a_formula_only_as_long_as_nothing_yields() {
     assert!((hard.full_contact_load().unwrap() / full - 1.0).abs() < 1e-12);
     let outcome = press(&mut hard, 1.4 * full, &TIGHT);
     assert_eq!((outcome.stop, outcome.saturated_nodes), (Stop::FullContact, 0));
-    // Beyond 1.5 p* the crests yield, in full contact all the same.
+    // Beyond 1.5 p* the crests yield, but the contact is still full.
     let outcome = solved(&mut hard, 1.8 * full);
     assert_eq!(outcome.contact_nodes, nodes * nodes);
     assert!(outcome.saturated_nodes > 0 && outcome.yielded_depth > 0.0);
@@ -252,7 +251,7 @@ fn yielding_in_any_order_of_loads_is_the_same() {
 
 #[test]
 fn two_elastic_nodes_far_from_where_gaps_were_counted_from_are_found_to_their_last_digit() {
-    // 42 nodes yield at once. Found by the property below.
+    // 42 nodes yield together. Found by the property test below.
     let (nodes, hardness) = (7, 10_f64.powf(-3.7070496578738408));
     let heights = noise(nodes, 18270964029254293781);
     let mut solver = yielding(nodes, hardness, &heights);
@@ -290,8 +289,7 @@ proptest! {
         assert_complementary(&solver, &heights, load, 1.1e-10);
     }
 
-    // Whether they touch more is no such fact: two nodes that yield may sink a third below contact
-    // elsewhere.
+    // The contact area is not compared: two nodes that yield may lower a third one out of contact.
     #[test]
     fn yielded_depth_is_the_slope_of_the_energy_on_the_hardness_and_grows_as_materials_soften(
         nodes in 8_usize..=32, seed: u64, part in 0.01..0.9_f64,

@@ -1,6 +1,8 @@
-//! What holds for any surface, and the surfaces that are hardest: what an outcome says about the
-//! stored pressures is true of them (the residual, recomputed from the elastic kernel alone, the
-//! mean pressure and the bounds), and solutions owe nothing to the number of threads.
+//! Properties of all surfaces, tested on random and difficult ones.
+//!
+//! The outcome describes the stored pressures correctly (the residual, recomputed from the elastic
+//! kernel alone, the mean pressure and the bounds), and solutions do not depend on the number of
+//! threads.
 
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
@@ -82,7 +84,7 @@ fn an_unreachable_tolerance_ends_at_the_pair_limit_and_spoils_no_later_load() {
 #[test]
 fn unloading_along_a_line_asks_no_more_of_single_precision_than_it_holds() {
     // On the line through the last two solutions the gap in contact is nearly closed, but pressures
-    // are far below zero. Found by the property below.
+    // are far below zero. Found by the property test below.
     let heights = rough(14, 16071871414132732062);
     let mut solver = super::solver(14, &heights);
     let full = solver.full_contact_load().unwrap();
@@ -150,14 +152,14 @@ proptest! {
         let (fresh_outcome, worn_outcome) = (solved(&mut fresh, load), solved(&mut worn, load));
         prop_assert_eq!(fresh_outcome.contact_nodes, worn_outcome.contact_nodes);
         for (fresh, worn) in fresh.pressure().iter().zip(worn.pressure()) {
-            // Twice the tolerance on the gap, 1e-12/N, stiffened by |q|/2 ≤ πN/√2: 4.4e-12, and as
-            // much again for its rounding.
+            // Twice the tolerance on the gap, 1e-12/N, times the stiffness |q|/2 ≤ πN/√2 is
+            // 4.4e-12. The bound allows as much again for its rounding.
             prop_assert!((fresh - worn).abs() < 1e-11);
         }
     }
 }
 
-/// White noise, not periodic in any sense that would make it special.
+/// Returns white noise on a grid, without any special periodicity.
 fn noise_on(grid: Grid, seed: u64) -> Vec<f64> {
     let nodes = grid.count();
     let square = noise(nodes.isqrt() + 1, seed);
@@ -209,7 +211,8 @@ fn no_loaded_node_is_dropped_on_elongated_cells() {
                 for part in [1e-6, 1e-3, 0.03, 0.3] {
                     let load = part * full;
                     let outcome = assert_told_truly(&mut solver, &heights, load);
-                    // Where mesh steps along x and y are this unlike, many loads do not converge.
+                    // With mesh steps along x and y as different as this, many loads do not
+                    // converge.
                     if outcome.stop != Stop::Converged {
                         continue;
                     }
@@ -270,15 +273,15 @@ proptest! {
     }
 }
 
-/// Outcomes and pressures, bit by bit, under a light load, some in reach of each other, and a heavy
-/// one.
+/// Returns outcomes and pressures, bit by bit, under a light load, under some loads close to each
+/// other, and under a heavy one.
 fn solved_on(threads: &Threads, mut solver: Solver, tolerance: f64) -> Vec<(String, Vec<u64>)> {
     let settings = Settings { tolerance, ..Settings::default() };
     solver.set_threads(threads.clone());
     let press = |load: f64| {
         let outcome = press(&mut solver, load, &settings);
         let bits = solver.pressure().iter().map(|p| p.to_bits()).collect();
-        // Where there is no mean gap it is no number, which equals none.
+        // A missing mean gap is NaN, which is not equal to itself.
         (format!("{outcome:?}"), bits)
     };
     [1e-8, 0.02, 0.03, 0.04, 0.3].into_iter().map(press).collect()
@@ -297,7 +300,8 @@ fn same_on_any_threads(tolerance: f64, solver: impl Fn() -> Solver) {
 
 #[test]
 fn a_square_is_pressed_to_the_same_bits() {
-    // By registers, with a base of its own, and by rustfft, whose rows fill no registers.
+    // With packed convolutions, with a reference pressure, and with rustfft and rows that do not
+    // fill registers.
     for (nodes, tolerance) in [(640, 6e-5), (640, 1e-8), (637, 6e-5)] {
         let heights = rough(nodes, 5);
         same_on_any_threads(tolerance, || super::solver(nodes, &heights));

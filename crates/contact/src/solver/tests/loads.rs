@@ -1,5 +1,5 @@
-//! Loads so light that a few nodes bear them, or one, or plateaus at next to no pressure; and loads
-//! far from those before, which are solved for on coarser meshes first.
+//! Very light loads, borne by a few nodes, by one, or by plateaus at almost no pressure; and loads
+//! far from earlier ones, which are solved on coarser meshes first.
 
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
@@ -36,21 +36,21 @@ fn shapes(nodes: usize) -> Vec<Vec<f64>> {
     shapes.map(|each| shape(nodes, each)).into()
 }
 
-/// A measured surface, which the repository has and the package of this crate has not.
+/// Reads a measured surface of the repository; the published package does not contain it.
 fn measured() -> Option<Vec<f64>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/measured/afm_10um_256.npy");
     let (_, heights) = npy_array(&std::fs::read(path).ok()?);
     Some(reduced(&Surface::new(square(256, 1e-5), heights).unwrap()))
 }
 
-/// Heights in steps, as converters of instruments give them.
+/// Rounds heights to steps, as converters of instruments do.
 fn stepped(heights: &[f64], steps: f64) -> Vec<f64> {
     let top = heights.iter().fold(0.0, |top: f64, h| top.max(*h));
     let step = top / steps;
     heights.iter().map(|h| (h / step).round() * step).collect()
 }
 
-/// Heights on meshes of either kind of transform.
+/// Returns heights on meshes for both implementations of the convolution.
 fn surfaces() -> Vec<(usize, Vec<f64>)> {
     let mut surfaces = vec![(256, random(256, 0.8, 4, 0))];
     surfaces.extend(measured().map(|heights| (256, heights)));
@@ -129,7 +129,7 @@ fn a_flat_face_touches_as_a_whole_however_light_the_load() {
         let outcome = press(&mut solver, load, &Settings::default());
         assert_eq!(outcome.stop, Stop::Converged);
         assert_eq!(outcome.contact_nodes, face, "{load}");
-        // Singular at the rim.
+        // The pressure is singular at the rim.
         assert!(outcome.peak_pressure > 1.5 * load * (128 * 128) as f64 / face as f64);
     }
 }
@@ -179,10 +179,10 @@ fn loads_in_any_order_are_solved() {
     }
 }
 
-/// The fewest nodes a side from which on there are coarser meshes.
+/// Minimum nodes per side for coarser meshes.
 const NODES: usize = 512;
 
-/// Of unit rms slope, with no wave shorter than so many nodes.
+/// Returns a surface of unit rms slope without waves shorter than `shortest` nodes.
 fn smooth(nodes: usize, shortest: u32, seed: u64) -> Vec<f64> {
     let surface = samples::random(2, nodes as u32 / shortest, seed);
     surface.draw(square(nodes, 1.0)).into_heights()
@@ -252,7 +252,7 @@ fn all_bodies_and_meshes_satisfy_the_conditions_of_contact() {
             let settings = Settings { tolerance, ..Settings::default() };
             let outcome = press(&mut solver, load, &settings);
             assert_eq!(outcome.stop, Stop::Converged, "{load}");
-            // What is decided in the end moves gaps by a part of the residual.
+            // The final decision changes gaps by a part of the residual.
             assert_complementary(&solver, heights, load, 1.5 * tolerance);
         }
     }
@@ -272,7 +272,7 @@ fn shapes_and_noise_are_pressed_from_the_first_touch_on() {
         let slope = Moments::from_surface(&surface).rms_slope();
         surface.heights().iter().map(|h| h / slope).collect()
     });
-    // The last one has nothing in common with what its every second node shows.
+    // Every second node of the last map says nothing about the others.
     let ripple = map(NODES, |x, y| {
         let [fast, slow] = [TAU * 256.0 * x, TAU * (255.0 * y + x)];
         1e-3 * (fast.cos() + slow.cos())
@@ -294,7 +294,7 @@ fn a_hardness_that_no_pressure_passes_changes_no_bit_and_one_that_some_pass_is_b
     let mut elastic = solver(NODES, &heights);
     let loads = [0.001, 0.01, 0.05];
     let peaks = loads.map(|load| press(&mut elastic, load, &Settings::default()).peak_pressure);
-    // Above all but the last peak, by so little that a coarser mesh may pass it.
+    // Above all peaks but the last, by so little that a coarser mesh may exceed it.
     let hardness = peaks[1].max(peaks[0]) * (1.0 + 1e-6);
     assert!(hardness < peaks[2]);
     let (mut elastic, mut bounded) = (solver(NODES, &heights), yielding(hardness, &heights));
@@ -315,7 +315,7 @@ fn a_hardness_that_no_pressure_passes_changes_no_bit_and_one_that_some_pass_is_b
 #[test]
 fn a_load_ends_where_it_is_told_to_on_a_coarser_mesh_and_can_be_taken_up_again() {
     let heights = smooth(NODES, 8, 5);
-    // A quarter of which many add up without rounding.
+    // Many quarters add up without rounding.
     for hardness in [None, Some(0.25)] {
         let mut solver = match hardness {
             None => solver(NODES, &heights),
