@@ -343,7 +343,7 @@ fn theories_beside_worn_surfaces_carry_a_caveat_with_its_numbers() {
     let told = text(&told.stdout);
     assert!(told.contains("no isotropic Gaussian roughness: "), "{told}");
     let (_, page) = report(&bench);
-    let caveat = "of isotropic Gaussian roughness, unlike worn.npy (";
+    let caveat = "assume isotropic Gaussian roughness, unlike worn.npy (";
     assert!(page.matches(caveat).count() >= 2, "{page}");
 
     // Draws from an isotropic spectrum carry none.

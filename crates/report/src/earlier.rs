@@ -62,7 +62,11 @@ impl Basis {
         match page.as_deref().map(Basis::of_page) {
             Ok(Some(basis)) => self.lacks(&basis),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Ok(None) | Err(_) => vec!["what it rests on, which it does not say".to_owned()],
+            Ok(None) | Err(_) => vec![
+                "unknown contents, because the page does not list \
+                                       them"
+                    .to_owned(),
+            ],
         }
     }
 

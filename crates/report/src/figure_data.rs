@@ -217,8 +217,8 @@ impl<'a> FigureData<'a> {
         };
         let range = if least == most { least } else { format!("{least} to {most}") };
         Ok(format!(
-            "By the correction of 2017, the mesh adds {range} % to the counted area under the \
-             load nearest to {LIGHT}."
+            "According to the correction of 2017, {range} % of the counted area at the load \
+             nearest to {LIGHT} is an error of the mesh."
         ))
     }
 
@@ -445,7 +445,7 @@ fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportEr
     }
     let yields = |stage: &FinishedStage| stage.table.has(HARDNESS.name);
     let of_materials = if finished.stages.iter().any(yields) {
-        " Theories are of elastic contact, and not of materials with a hardness."
+        " The theories assume elastic contact without a hardness."
     } else {
         ""
     };
@@ -458,7 +458,7 @@ fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportEr
         told.push(format!("{hidden} more"));
     }
     Ok(format!(
-        " Theories and Nayak's α are of isotropic Gaussian roughness, unlike {}.{of_materials}",
+        " The theories and Nayak's α assume isotropic Gaussian roughness, unlike {}.{of_materials}",
         told.join("; ")
     ))
 }

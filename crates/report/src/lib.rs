@@ -87,37 +87,37 @@ pub enum ReportError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// A table is not what its kind of stage writes.
-    #[error("cannot use a table of the study")]
+    #[error("cannot read a table of the study")]
     Table(#[from] TableError),
     /// Means over surfaces cannot be taken.
-    #[error("cannot tell what the study's surfaces are like")]
+    #[error("cannot determine to which surfaces the theories do not apply")]
     Caveats(#[source] StageError),
     /// A surface cannot be drawn again.
-    #[error("cannot show a surface")]
+    #[error("cannot draw a surface for a figure")]
     Surface(#[source] StageError),
     /// A figure cannot be turned into pixels.
-    #[error("cannot make `{name}.png`")]
+    #[error("cannot convert `{name}.svg` to PNG")]
     Pixels { name: &'static str, source: PixelsError },
     /// Another page is there, which shows what this one would not.
     #[error(
-        "`{}` shows more than is there to be shown now: {}; `asperity run` computes what is \
-         missing, `--output FOLDER` writes the page elsewhere, `--replace` in the place of the \
-         other",
+        "`{}` shows more than a new page would: {}; compute the missing results with `asperity \
+         run`, choose another folder with `--output FOLDER`, or overwrite the page with \
+         `--replace`",
         page.display(),
         lacks.join(", "),
     )]
     ShowsLess { page: PathBuf, lacks: Vec<String> },
     /// The file in the page's place is not a report.
     #[error(
-        "`{}` was not written by `asperity report` and is not replaced; `--output` names another \
-         folder",
+        "`{}` was not written by `asperity report` and will not be overwritten; choose another \
+         folder with `--output`",
         page.display()
     )]
     NoReport { page: PathBuf },
     /// A file in the report's place is not part of an earlier report of the study.
     #[error(
-        "`{}` is not part of a report of `{study}`, or was changed since; `--replace` overwrites \
-         it, `--output` names another folder",
+        "`{}` is not part of a report of `{study}`, or was changed since; overwrite it with \
+         `--replace`, or choose another folder with `--output`",
         path.display()
     )]
     Taken { path: PathBuf, study: String },

@@ -174,7 +174,7 @@ fn completeness(subject: &Subject) -> String {
     if done == planned {
         format!("complete: all {planned} tasks are done")
     } else {
-        format!("unfinished: {done} of {planned} tasks are done, all figures are of these")
+        format!("unfinished: {done} of {planned} tasks are done; the figures show these tasks")
     }
 }
 

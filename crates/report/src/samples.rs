@@ -126,7 +126,7 @@ pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportEr
 }
 
 /// What figures of measured surfaces need where a file is lost.
-pub const FILE_IS_GONE: &str = "the file of a measured surface, which is gone or has changed";
+pub const FILE_IS_GONE: &str = "the file of a measured surface, which is missing or has changed";
 
 /// Heights are counted up to so many rms heights below and above their mean.
 pub const RANGE: f64 = 5.0;

@@ -71,11 +71,11 @@ pub const FONT: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 /// A drawing cannot be turned into pixels.
 #[derive(Debug, thiserror::Error)]
 pub enum PixelsError {
-    #[error("the drawing is no SVG")]
+    #[error("the drawing is not valid SVG")]
     Svg(#[from] resvg::usvg::Error),
-    #[error("a drawing of {width} × {height} pixels cannot be made")]
+    #[error("cannot create an image of {width} × {height} pixels")]
     Size { width: u32, height: u32 },
-    #[error("the pixels cannot be encoded: {reason}")]
+    #[error("cannot encode the image as PNG: {reason}")]
     Encode { reason: String },
 }
 

@@ -45,7 +45,7 @@ fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if !chart.has_curves() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        let needs = "measured contacts under at least two loads up to 0.06";
+        let needs = "measured contacts at two or more loads up to 0.06";
         return Ok(Drawn::missing(needs, lines));
     }
     let lightest = secants.series.iter().flat_map(|series| &series.points);
@@ -58,9 +58,9 @@ fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
         chart.series.extend(asperity_curves(quantity, range));
     }
     let caption = format!(
-        "Contact area fraction against load and, to the right, its secant under loads from \
-         {SECANT_FROM} on, over the logarithm of the load, from {}; area as counted on the mesh. Points are means over the \
-         surfaces at some of the loads that the lines join, bars {}. {}{}",
+        "Counted contact area fraction against load (left), and its secant at loads of at least \
+         {SECANT_FROM} (right), from {}. Lines are means over the surfaces; points with bars show \
+         some of them, and bars are {}. {}{}",
         sample(&data.sample()),
         data.bars,
         data.share_of_mesh()?,
@@ -86,7 +86,7 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if !chart.has_curves() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing("measured contacts under several loads up to 0.06", lines));
+        return Ok(Drawn::missing("measured contacts at several loads up to 0.06", lines));
     }
     for stage in data.finished.with(&["law", "kappa", "beta", "mu", "fitted_to"]) {
         for fit in fits(&stage.table)? {
@@ -106,15 +106,14 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
         .series
         .push(Series::curve(persson::slope, range, Spacing::Linear, persson).named("Persson 2001"));
     let fits = if kappas.is_empty() {
-        "The study has no fit of the contact evolution law with a given κ to the counted area."
+        "The study does not fit the contact evolution law with a given κ to the counted area."
             .to_owned()
     } else {
         let kappas = kappas.join(", ");
         format!("Lines are least-squares fits of the contact evolution law with {kappas}.")
     };
     let caption = format!(
-        "Slope of the mean area curve between neighbouring loads, from {}; area as counted on the \
-         mesh. Bars are {}. {fits}{}",
+        "Slope of the mean counted area between neighbouring loads, from {}. Bars are {}. {fits}{}",
         sample(&data.sample()),
         data.bars,
         data.caveat,
@@ -156,8 +155,11 @@ pub const ASPERITIES: Definition = Definition {
 };
 
 /// Interactions in the order of what they know.
-const INTERACTIONS: [(&str, &str); 3] =
-    [("none", "no interaction"), ("mean-field", "mean field"), ("explicit", "each by all others")];
+const INTERACTIONS: [(&str, &str); 3] = [
+    ("none", "no interaction"),
+    ("mean-field", "mean field"),
+    ("explicit", "explicit interaction"),
+];
 
 fn draw_asperities(data: &FigureData) -> Result<Drawn, ReportError> {
     let wanted = [SURFACE.name, LOAD.name, INTERACTION.name, ASPERITY_AREA_FRACTION.name];
@@ -197,10 +199,11 @@ fn draw_asperities(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     share_the_axis(&mut charts);
     let caption = format!(
-        "Contact area of Hertz' ellipses at the summits over that of the boundary-element solution, {}, surface \
-         by surface, from {}: without interaction, in the mean field of the pressure, and each summit \
-         displaced by the forces of all others. Points are means over the surfaces, bars {}. Where ellipses \
-         overlap the models count area twice.",
+        "Ratio of the area of asperity models (Hertzian ellipses at the summits) to the area of \
+         the boundary-element solution, {}, from {}. The ratio is computed for each surface: \
+         without interaction, with the mean field of the pressure, and with all summits displaced \
+         by the forces of all others. Points are means over the surfaces, bars are {}. The models \
+         count the common area of overlapping ellipses twice.",
         match correction {
             Some(correction) => format!("corrected as in `{correction}`"),
             None => "as counted on the mesh".to_owned(),
@@ -244,7 +247,7 @@ fn chart(data: &FigureData, title: &str, ratios: &[(&EnsembleCurves, Vec<Mean>)]
     let range = chart.x.ends(points.map(|point| point.x));
     let style = Style::line(Colour::Text, Dash::Dashed, 1.4);
     let line = Series::curve(|_| 1.0, range, Spacing::Logarithmic, style);
-    chart.series.push(line.named("as solved"));
+    chart.series.push(line.named("solution"));
     chart
 }
 

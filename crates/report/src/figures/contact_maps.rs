@@ -36,13 +36,13 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     let (mut rows, mut sliders) = (Vec::new(), Vec::new());
     let samples = extremes(samples::of(data.finished)?);
     let which = if samples.iter().all(|sample| sample.random().is_some()) {
-        "with the smallest and of the one with the largest lower cutoff"
+        "parameter points with the smallest and the largest lower cutoff"
     } else {
-        "and of the last parameter point"
+        "first and the last parameter point"
     };
     for sample in samples {
         let Some(pressed) = Pressed::of(data, &sample)? else {
-            return Ok(Drawn::gone("contact maps, which are in the store no more"));
+            return Ok(Drawn::gone("contact maps, which are no longer in the store"));
         };
         if pressed.states.is_empty() {
             continue;
@@ -57,9 +57,9 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::missing("solved loads", lines));
     }
     let caption = format!(
-        "Contact, dark, of the first surface {which}, as counted on the mesh. Last of each: all \
-         loads together, the darkest touches under the lightest of them, the lightest under the \
-         heaviest alone."
+        "Contact (dark) on the first surface of the {which}, as counted on the mesh. The last map \
+         of each surface shows all loads: the darkest nodes are in contact from the lightest load, \
+         the lightest nodes only at the heaviest."
     );
     let panel = panel_of_map(rows.iter().flatten(), 265.0);
     Ok(Drawn::figure(Figure { rows, panel }, caption).with_sliders(sliders))

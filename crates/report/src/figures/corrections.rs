@@ -55,9 +55,9 @@ fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::missing("areas corrected by π/8", data.lines_of_corrections()));
     }
     let caption = format!(
-        "Half the distance of the bounds on the true area over the counted area, (π/8) S_d Δx/A, \
-         against the counted area fraction and, to the right, against load; S_d is the Manhattan \
-         perimeter, Δx the mesh step. Means over {}; bars are {}.",
+        "Half the distance between the bounds of the true area, relative to the counted area: \
+         (π/8) S_d Δx/A against the counted area fraction (left) and against load (right). S_d is \
+         the Manhattan perimeter, Δx the mesh step. Means over {}; bars are {}.",
         sample(&surfaces),
         data.bars,
     );
@@ -68,19 +68,19 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
     let corrections = data.corrections();
     if corrections.is_empty() {
         let lines = data.lines_of_corrections();
-        return Ok(Drawn::missing("areas under a correction other than \"none\"", lines));
+        return Ok(Drawn::missing("areas with a correction other than \"none\"", lines));
     }
     let rows =
         corrections.iter().take(2).filter_map(|correction| charts(data, correction).transpose());
     let rows = rows.collect::<Result<Vec<_>, ReportError>>()?;
     if rows.is_empty() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing("corrected areas under at least two loads up to 0.06", lines));
+        return Ok(Drawn::missing("corrected areas at two or more loads up to 0.06", lines));
     }
     let surfaces: Vec<usize> = data.under(corrections[0]).map(|one| one.surfaces).collect();
     let caption = format!(
-        "Corrected contact area (points at some of the loads; bars are {}) beside the \
-         counted one (lines of the same colour) and, to the right, the secants of both, from {}; \
+        "Corrected contact area (points at some of the loads, bars are {}) and counted area (lines \
+         of the same colour) on the left, and the secants of both on the right, from {}; \
          corrections: {}.{}",
         data.bars,
         sample(&surfaces),
@@ -108,7 +108,7 @@ fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, Rep
     }
     let range = [LIGHT * 1e-3, LIGHT];
     let counted = Style::line(Colour::Text, Dash::Solid, 1.0);
-    area.series.push(Series::new([], counted).named("lines: as counted on the mesh"));
+    area.series.push(Series::new([], counted).named("lines: counted on the mesh"));
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {
         chart.series.push(persson_curve(quantity, range));
         chart.series.push(asymptote(quantity, range));
@@ -200,16 +200,16 @@ fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if !data.under(OF_2017).any(|_| true) || charts.is_empty() {
         return Ok(Drawn::missing(
-            "areas of three spectra or more, corrected as in 2017",
+            "areas of three or more spectra, corrected as in 2017",
             data.lines_of_corrections(),
         ));
     }
     let (meaning, symbol) = abscissa.meaning();
     let caption = format!(
-        "Secants A/(A₀ y) against {meaning}, at the loads that stand beside them, with lines by least \
-         squares in ln {symbol}; from {}; bars are {}. As counted, the areas of one {symbol} differ with \
-         k_lower, for the mesh adds more where wavelengths are short; corrected by π/8 they differ the \
-         other way.",
+        "Secants A/(A₀ y) against {meaning}, at the loads next to the curves, from {}; bars are \
+         {}. Lines are least-squares fits in ln {symbol}. At equal {symbol}, counted areas grow \
+         with k_lower, because the error of the mesh is larger for short wavelengths; areas \
+         corrected by π/8 fall with k_lower.",
         sample(&surfaces),
         data.bars,
     );

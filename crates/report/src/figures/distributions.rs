@@ -50,10 +50,11 @@ fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
     let logarithmic =
         row(SHARE, |highest| Axis::logarithmic("density").within(SHARE * highest, 2.0 * highest));
     let caption = format!(
-        "Probability density of the contact pressure over the nominal area, linear and logarithmic, from \
-         {}. Markers are means over the surfaces at some of the bins, bars {}; lines join all bins. What is \
-         out of contact has no pressure and is not counted, so that a curve holds the area fraction. Nodes at \
-         the edges of contact have pressures near zero: there the density depends on the mesh.",
+        "Probability density of the contact pressure over the nominal area, linear and \
+         logarithmic, from {}. Markers are means over the surfaces for some of the bins, bars are \
+         {}; lines join all bins. Only nodes in contact are counted, so the integral of a curve is \
+         the area fraction. Nodes at the edges of contact have pressures near zero, so the density \
+         there depends on the mesh.",
         sample(&surfaces(&measured)),
         data.bars,
     );
@@ -72,7 +73,7 @@ fn persson(theory: &Distribution, load: f64) -> Option<Series> {
 pub const GAPS: Definition =
     Definition { name: "gap-distribution", title: "Distribution of gaps", draw: draw_gaps };
 
-const GAP_LABEL: &str = "gap over the rms height";
+const GAP_LABEL: &str = "gap/rms height";
 
 fn draw_gaps(data: &FigureData) -> Result<Drawn, ReportError> {
     let measured = distributions(data, [GAP, GAP_DENSITY])?;
@@ -89,9 +90,9 @@ fn draw_gaps(data: &FigureData) -> Result<Drawn, ReportError> {
     });
     let charts: Vec<Chart> = charts.collect();
     let caption = format!(
-        "Probability density of the gap over the nominal area, from {}. Markers are means over the surfaces \
-         at some of the bins, bars {}; lines join all bins. What is in contact has no gap and is not counted, \
-         so that a curve holds the share out of contact.",
+        "Probability density of the gap over the nominal area, from {}. Markers are means over the \
+         surfaces for some of the bins, bars are {}; lines join all bins. Only nodes out of \
+         contact are counted, so the integral of a curve is the open fraction of the area.",
         sample(&surfaces(&measured)),
         data.bars,
     );
@@ -102,7 +103,7 @@ fn draw_gaps(data: &FigureData) -> Result<Drawn, ReportError> {
 pub const CLUSTERS: Definition =
     Definition { name: "clusters", title: "Clusters of contact", draw: draw_clusters };
 
-const CLUSTER_LABEL: &str = "area of a cluster over A₀";
+const CLUSTER_LABEL: &str = "area of a cluster/A₀";
 
 fn draw_clusters(data: &FigureData) -> Result<Drawn, ReportError> {
     let numbers = distributions(data, [CLUSTER_AREA, CLUSTER_DENSITY])?;
@@ -127,13 +128,14 @@ fn draw_clusters(data: &FigureData) -> Result<Drawn, ReportError> {
         row(CLUSTER_DENSITY, &|[least, most]| {
             Axis::logarithmic("clusters per ln(area)").within(0.5 * least, 2.0 * most)
         })?,
-        row(CLUSTER_AREA_SHARE, &|_| Axis::linear("share of A₀ covered"))?,
+        row(CLUSTER_AREA_SHARE, &|_| Axis::linear("covered fraction of A₀"))?,
         row(CLUSTER_COMPACTNESS, &|_| Axis::linear("4π area/perimeter²").within(0.0, 1.3))?,
     ];
     let caption = format!(
-        "Clusters of contact nodes that share edges, by their area, from {}: how many there are, how much of \
-         the nominal area they cover together, and how compact they are (1 is a disc). Markers are means \
-         over the surfaces, bars {}; of the compactness only where each surface has clusters of that size.",
+        "Clusters of contact nodes that share edges, against their area, from {}: their number, \
+         the fraction of the nominal area that they cover together, and their compactness (1 for a \
+         disc). Markers are means over the surfaces, bars are {}. The compactness is only shown \
+         for sizes of which each surface has clusters.",
         sample(&surfaces(&numbers)),
         data.bars,
     );

@@ -56,10 +56,10 @@ fn draw_sealing(data: &FigureData) -> Result<Drawn, ReportError> {
     let surfaces = table.integers(SURFACES.name)?.values().iter();
     let surfaces: Vec<usize> = surfaces.map(|count| count.unsigned_abs() as usize).collect();
     let caption = format!(
-        "Contact area and load from which on no channel of gap leads through the cell, mean of both \
-         directions and of the surfaces, from {}; bars are intervals by resampling of whole surfaces. The \
-         area is corrected for the mesh. Single surfaces scatter the more, the fewer of their longest waves \
-         fit the cell.",
+        "Contact area and load at which the last channel of the gap through the cell closes, \
+         averaged over both directions and the surfaces, from {}; bars are intervals from \
+         resampling whole surfaces. The area is corrected for the mesh. The scatter between \
+         surfaces is larger for small k_lower.",
         sample(&surfaces),
     );
     Ok(Drawn::figure(Figure::of_two(areas, loads), caption))
@@ -108,14 +108,14 @@ fn draw_flow(data: &FigureData) -> Result<Drawn, ReportError> {
         }
     }
     let sealed = if thresholds.iter().all(Vec::is_empty) {
-        "A fit with `law = \"gap-percolation\"` adds the loads from which on the gap is sealed."
+        "A fit with `law = \"gap-percolation\"` adds the loads above which the gap is sealed."
     } else {
-        "Dotted lines are the mean loads from which on the gap does not percolate along this direction."
+        "Dotted lines are the mean loads above which the gap does not percolate in this direction."
     };
     let caption = format!(
-        "Flow factor of the gap against load, from {}: flow over that between smooth walls at the mean gap. \
-         Points are means over the surfaces, those without flow counted as zero, bars {}, where they end \
-         above a tenth of the mean. {sealed}",
+        "Flow factor of the gap against load, from {}: the ratio of the flow to that between \
+         smooth walls at the mean gap. Points are means over the surfaces, with zero for sealed \
+         ones. Bars are {}; bars that reach below a tenth of the mean are omitted. {sealed}",
         sample(&data.sample()),
         data.bars,
     );

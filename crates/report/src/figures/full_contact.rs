@@ -38,7 +38,7 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
     if heaviest <= LIGHT * (1.0 + 1e-9) {
         let lines =
             data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing("measured contacts under loads beyond 0.06", lines));
+        return Ok(Drawn::missing("measured contacts at loads above 0.06", lines));
     }
     let range = [0.0, heaviest];
     chart.x = chart.x.within(0.0, 1.03 * heaviest);
@@ -51,10 +51,10 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
     chart.y = chart.y.within(0.0, top);
     mark_shown_loads(&mut chart, [heaviest, top]);
     let caption = format!(
-        "Contact area fraction against load up to the first surface in full contact, from {}; \
-         area as counted on the mesh. To the right the slope of the mean curves. The dashed line is \
-         Persson's theory, the dotted one the asymptote of the model of Bush, Gibson & Thomas; \
-         letters mark the loads near which contact maps are shown. {}{}",
+        "Counted contact area fraction against load up to the first surface in full contact \
+         (left), and the slope of the mean curves (right), from {}. The dashed line is Persson's \
+         theory, the dotted line the asymptote of the model of Bush, Gibson & Thomas. Letters mark \
+         the loads near which contact maps are shown. {}{}",
         sample(&data.sample()),
         data.share_of_mesh()?,
         data.caveat,
@@ -118,7 +118,7 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
     if heaviest < 2.0 * FROM {
         let lines =
             data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing("measured contacts under loads up to 1 and beyond", lines));
+        return Ok(Drawn::missing("measured contacts at loads up to 1 or more", lines));
     }
     let range = [FROM, heaviest];
     let curve = |of: fn(f64) -> f64, colour, dash, width| {
@@ -139,7 +139,10 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
         |load: f64| 1.0 - (-2.0 * load * load).exp() / (load * std::f64::consts::TAU.sqrt());
     chart.series.extend([
         curve(persson::area, Colour::Text, Dash::Dashed, 1.8).named("Persson 2001"),
-        curve(asymptote, Colour::Text, Dash::Dotted, 1.8).named("its asymptote, η = 2"),
+        curve(asymptote, Colour::Text, Dash::Dotted, 1.8).named(
+            "asymptote of Persson's theory, η \
+                                                                 = 2",
+        ),
         curve(|y| 1.0 - full_contact::noncontact(y), Colour::Text, Dash::Solid, 1.2)
             .named("isolated cracks, 1 − ¾ erfc(√2 y)"),
     ]);
@@ -167,11 +170,11 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     chart.y = chart.y.within((least - 0.05).max(0.0), 1.01);
     let caption = format!(
-        "Contact area near full contact from {}; area as counted on the mesh. Points are means up \
-         to the first surface in full contact, bars {}; grey lines are error \
-         functions of a scaled load. To the right what is left open over what Persson's theory \
-         leaves, where its scatter is below a third; below F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to \
-         2 y² in Persson's theory.{}",
+        "Counted contact area near full contact, from {}. Points are means up to the first surface \
+         in full contact, bars are {}; grey lines are error functions of a scaled load. Right: \
+         ratio of the open area to that in Persson's theory, where the bar is below a third of the \
+         open area. Below: F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to 2 y² in Persson's \
+         theory.{}",
         sample(&data.sample()),
         data.bars,
         data.caveat,

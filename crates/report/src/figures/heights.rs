@@ -69,19 +69,20 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
 
 fn caption_of_maps(is_any_measured: bool, are_all_measured: bool, has_holes: bool) -> String {
     let measured = if is_any_measured {
-        "Heights of the measured surfaces: as measured, with the form removed that the \
-             manifest removes, and as pressed, where that is not the same. "
+        "Heights of the measured surfaces: as measured, without the form that the manifest \
+         removes, and, if different, as pressed.  "
     } else {
         ""
     };
     let others = match (is_any_measured, are_all_measured) {
         (true, true) => "D",
-        (true, false) => "Of other parameter points the first surface: d",
+        (true, false) => "The first surface of each other parameter point: d",
         (false, _) => "The first surface of each parameter point: d",
     };
-    let holes = if has_holes { " Red where nothing was measured." } else { "" };
+    let holes = if has_holes { "  Points without a measurement are red." } else { "" };
     format!(
-        "{measured}{others}ark blue valleys, yellow peaks, each over its own range of heights.{holes}"
+        "{measured}{others}ark blue valleys and yellow peaks; each map has its own range of \
+         heights.{holes}"
     )
 }
 
@@ -214,15 +215,16 @@ fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
 fn caption_of_densities(shown: &[Densities]) -> String {
     let surfaces: Vec<usize> = shown.iter().map(|densities| densities.surfaces).collect();
     format!(
-        "Probability density of heights over their rms: linear, close to the tail, logarithmic. \
-         Black the mean over {}, dashed one standard deviation between surfaces to either side, \
-         vermilion the normal density, other colours three single surfaces. Bins are joined to {POINTS}.",
+        "Probability density of heights divided by their rms height: linear, the upper tail, and \
+         logarithmic. Black: mean over {}; dashed: ± one standard deviation between surfaces; \
+         vermilion: normal density; other colours: three single surfaces. Bins are joined to \
+         {POINTS}.",
         sample(&surfaces),
     )
 }
 
 fn density_charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
-    let x = Axis::linear("height over its rms");
+    let x = Axis::linear("height/rms height");
     let y = Axis::linear("density");
     let label = data.styles.label(&densities.point).unwrap_or_default();
     let axes = [
@@ -388,8 +390,8 @@ fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     let x = Axis::linear(format!("height, {unit}")).within(-RANGE * largest, RANGE * largest);
     let chart = |y| Chart { series: series.clone(), ..Chart::new(x.clone(), y) };
     let caption = format!(
-        "Probability density of the heights of measured surfaces, as they are pressed, about their \
-         mean, linear and logarithmic; dashed the Gaussian of the same rms height: {}.",
+        "Probability density of the heights of measured surfaces as pressed, relative to their \
+         mean, linear and logarithmic. Dashed: Gaussian of the same rms height: {}.",
         told.join("; "),
     );
     Some((axes.map(chart).into(), caption))

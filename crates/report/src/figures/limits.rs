@@ -39,7 +39,7 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if coefficients.is_empty() {
         let lines = data.lines_of_meshes();
-        return Ok(Drawn::missing("the same surfaces on at least two meshes", lines));
+        return Ok(Drawn::missing("the same surfaces on two or more meshes", lines));
     }
     let points = coefficients.iter().map(|coefficient| &coefficient.point);
     let styles = Styles::of(points, &data.files);
@@ -52,10 +52,10 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
         }
     }
     let caption = format!(
-        "Coefficient c of A_N = A* + c S_d Δx for each load, over all meshes and surfaces, with \
-         bootstrap intervals; and the deviation of the area from A* on each mesh under the load \
-         nearest to {LIGHT}, as counted and corrected. S_d is the Manhattan perimeter, Δx the mesh \
-         step; from {}.",
+        "Coefficient c of A_N = A* + c S_d Δx at each load, from all meshes and surfaces, with \
+         bootstrap intervals; and deviation of the counted and the corrected area from A* on each \
+         mesh, at the load nearest to {LIGHT}. S_d is the Manhattan perimeter, Δx the mesh step; \
+         from {}.",
         sample(&data.sample()),
     );
     Ok(Drawn::figure(Figure::of_charts(in_pairs(charts), [430.0, 310.0]), caption))
@@ -64,7 +64,7 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
 fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
     let mut chart =
         Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("coefficient c").within(0.0, 0.45));
-    chart.title = "what the mesh adds".to_owned();
+    chart.title = "coefficient of the error".to_owned();
     let mut loads: Vec<f64> = coefficients.iter().map(|one| one.load).collect();
     loads.sort_by(f64::total_cmp);
     let range = [0.8 * loads[0], 1.25 * loads[loads.len() - 1]];
@@ -100,10 +100,8 @@ fn error_chart(
         AS_COUNTED => "as counted".to_owned(),
         _ => format!("correction {correction}"),
     };
-    let mut chart = Chart::new(
-        Axis::logarithmic("nodes per shortest wavelength"),
-        Axis::linear("area over A* − 1, %"),
-    );
+    let mut chart =
+        Chart::new(Axis::logarithmic("nodes per shortest wavelength"), Axis::linear("A/A* − 1, %"));
     chart.title = title;
     for coefficient in at_light_load(coefficients) {
         let of_point = ensembles.iter().filter(|one| is_at(&one.point, &coefficient.point));
@@ -213,10 +211,10 @@ fn draw_limits(data: &FigureData) -> Result<Drawn, ReportError> {
         count => format!(" {count} more quantities are in the table."),
     };
     let caption = format!(
-        "Fitted limits under each load, one marker for each combination of forms; bars are intervals by \
-         resampling of whole surfaces, and markers of one load stand beside each other. Where a term is a \
-         logarithm there is no limit: the value is that at which the term vanishes. Which form the data \
-         prefer is in the column akaike_weight.{left_out}",
+        "Fitted limits at each load, with one marker for each combination of forms. Bars are \
+         intervals from resampling whole surfaces; markers of the same load are shifted sideways. \
+         A logarithmic term has no limit, so the value is that at which the term vanishes. The \
+         column akaike_weight shows which forms the data prefer.{left_out}",
     );
     let figure = Figure::of_charts(in_pairs(charts), [430.0, 310.0]);
     Ok(Drawn::figure(figure, caption))

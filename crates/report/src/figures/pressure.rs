@@ -35,7 +35,10 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
             "{ to = 0.06, steps = 50 }\n\
              bodies = [{ youngs_modulus = 210e9, poisson_ratio = 0.3 }]",
         );
-        return Ok(Drawn::missing("loads on bodies with a modulus: pressures in its unit", lines));
+        return Ok(Drawn::missing(
+            "loads on bodies with a modulus, for pressures in its unit",
+            lines,
+        ));
     }
     let gaps = gaps(data, pressed.iter().copied())?;
     let mut pressures = Vec::new();
@@ -61,9 +64,9 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     let persson = Style::line(Colour::Text, Dash::Dashed, 1.2);
     areas.series.push(Series::new([], persson).named("Persson 2001"));
     let caption = format!(
-        "Contact area fraction and, to the right, mean gap against the mean pressure, from {}; \
-         area as counted on the mesh. E* = {}. Points are means over the surfaces, bars {}. An exponential \
-         relation of pressure and gap is a straight line. {}{}",
+        "Counted contact area fraction (left) and mean gap (right) against the mean pressure, from \
+         {}. E* = {}. Points are means over the surfaces, bars are {}. An exponential relation of \
+         pressure and gap is a straight line. {}{}",
         sample(&pressed.iter().map(|one| one.surfaces).collect::<Vec<_>>()),
         moduli.join(", "),
         data.bars,
@@ -128,20 +131,19 @@ fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
     if !chart.has_curves() {
         let lines =
             data.lines_of_loads("{ from = 0.001, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing("measured contacts under several loads", lines));
+        return Ok(Drawn::missing("measured contacts at several loads", lines));
     }
     let drawn = chart.series.len();
     for stage in data.finished.with(&["decay_length", "closing_load", "window_lower"]) {
         chart.series.extend(relations(data, &stage.table, &gaps)?);
     }
     let fits = if chart.series.len() > drawn {
-        "Lines are least-squares fits of p₀ = p_c exp(−ū/u₀), over the loads that they span."
+        "Lines are least-squares fits of p₀ = p_c exp(−ū/u₀) over the loads that they cover."
     } else {
         "A fit with `law = \"load-separation\"` adds the exponential relation."
     };
     let caption = format!(
-        "Mean gap ū against load, from {}. Points are means over the surfaces, bars {}. \
-         {fits}",
+        "Mean gap ū against load, from {}. Points are means over the surfaces, bars are {}. {fits}",
         sample(&data.sample()),
         data.bars,
     );
@@ -238,13 +240,13 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let Some(extent) = Extent::of(&chart.series) else {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing("measured contacts under several light loads", lines));
+        return Ok(Drawn::missing("measured contacts at several light loads", lines));
     };
     let fits = fits(data, extent.areas)?;
     let told = if fits.is_empty() {
         "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra."
     } else {
-        "Lines in colours are the fitted power laws."
+        "Coloured lines are the fitted power laws."
     };
     chart.series.extend(fits);
     let [least, most] = extent.growths;
@@ -255,10 +257,10 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
     // Bars that reach far down, or below zero, would take the axis with them.
     chart.y = chart.y.within(least / 1.5, 3.0 * most.max(top));
     let caption = format!(
-        "Derivative of the mean contact pressure p̄ with respect to the mean pressure p₀, by \
-         differences of the mean curves, against the area fraction up to {MOST}; from {}, area as \
-         counted on the mesh; bars are {}. Straight black and grey lines are guides. {told} In \
-         {} of {all} steps of the load p̄ falls: these have no logarithm and are left out.",
+        "Derivative of the mean contact pressure p̄ with respect to the mean pressure p₀, from \
+         differences of the mean curves, against the counted area fraction up to {MOST}, from {}; \
+         bars are {}. Straight black and grey lines are guides. {told} Steps of the load in which \
+         p̄ falls have no logarithm and are omitted: {} of {all}.",
         sample(&data.sample()),
         data.bars,
         all - rising,

@@ -40,7 +40,7 @@ fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let (charts, captions): (Vec<Chart>, Vec<String>) = found.into_iter().unzip();
     let figure = Figure::of_charts(vec![charts], [430.0, 340.0]);
-    Ok(Drawn::figure(figure, captions.join(" To the right: ")))
+    Ok(Drawn::figure(figure, captions.join("  Right:  ")))
 }
 
 /// The densities that random surfaces are drawn from, and what is drawn.
@@ -74,9 +74,10 @@ fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, Repo
         return Ok(None);
     }
     let caption = format!(
-        "Power spectral density of {} of the study's spectra: points are means over rings of one \
-         integer wavenumber, of the first surface of each; lines are the densities that they are \
-         drawn from, scaled to the same rms slope h′. L is the side of the periodic cell.",
+        "Power spectral density of {} of the study's spectra. Points are means over rings of one \
+         integer wavenumber, for the first surface of each spectrum; lines are the densities from \
+         which surfaces are drawn, scaled to the same rms slope h′. L is the side of the periodic \
+         cell.",
         chart.series.len() / 2,
     );
     Ok(Some((chart, caption)))
@@ -131,18 +132,18 @@ fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, Tabl
 fn caption(laws: &[String]) -> String {
     let shown = laws.len().min(MOST_LAWS);
     let fits = match laws.len() {
-        0 => "A fit with `law = \"self-affine\"` of a measured spectrum adds its law.".to_owned(),
+        0 => "A fit with `law = \"self-affine\"` to a measured spectrum adds its law.".to_owned(),
         count if count > shown => format!(
-            "Dashed the fitted self-affine laws: {}; and {} more.",
+            "Dashed: fitted self-affine laws: {}; and {} more.",
             laws[..shown].join("; "),
             count - shown
         ),
-        _ => format!("Dashed the fitted self-affine laws: {}.", laws.join("; ")),
+        _ => format!("Dashed: fitted self-affine laws: {}.", laws.join("; ")),
     };
     format!(
-        "Power spectral density C(q) over rings of wavevectors, with ∫ C d²q/(2π)² the mean square \
-         height; under Hann's window where a map is not periodic. Rings that are close on the axis \
-         are joined. {fits}"
+        "Power spectral density C(q), averaged over rings of wavevectors, where ∫ C d²q/(2π)² is \
+         the mean square height. Maps that are not periodic are multiplied by a Hann window. Rings \
+         that are close on the axis are joined. {fits}"
     )
 }
 
@@ -303,9 +304,9 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
         let series = Series::new(points, style);
         chart.series.push(series.named(format!("{label}, along {along}")));
     }
-    let caption = "Slope of the straight lines between points a distance ℓ apart, root mean square \
-                   over all pairs of nodes, along x and, dashed, along y. It grows towards small \
-                   scales as far as the instrument resolves the roughness.";
+    let caption = "Rms slope of the straight lines between nodes at the distance ℓ, along x \
+                   (solid) and along y (dashed). The slope grows towards small distances as far as \
+                   the instrument resolves the roughness.";
     Ok(Drawn::figure(Figure::of(chart), caption))
 }
 

@@ -85,18 +85,18 @@ fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
     }
     if curves.values().map(BTreeMap::len).sum::<usize>() < 2 {
         let lines = data.lines_of_surfaces();
-        return Ok(Drawn::missing("random surfaces of at least two spectra", lines));
+        return Ok(Drawn::missing("random surfaces of two or more spectra", lines));
     }
     let surfaces = curves.values().flat_map(Curve::values);
     let counts: Vec<usize> = surfaces.map(|one| one.values.len()).collect();
     let caption = format!(
-        "{}: means over {}, bars {}, and, as lines, the closed form over continuous \
-         wavenumbers{}. Periodic cells with few long waves differ from it.",
+        "{}: points are means over {}, bars are {}; lines are the closed form over continuous \
+         wavenumbers{}. Periodic cells with few long waves deviate from it.",
         quantity.meaning,
         sample(&counts),
         data.bars,
         if has_other(&curves) {
-            format!(", in dashes those of the paper's other Hurst exponent, {OTHER_HURST}")
+            format!(", dashed for the other Hurst exponent of the paper, {OTHER_HURST}")
         } else {
             String::new()
         },

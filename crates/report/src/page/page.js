@@ -1,6 +1,6 @@
 "use strict";
-// Sorts a table by the column whose heading is pressed: numbers by size, words by the alphabet,
-// what is not known last.
+// Sorts a table by the column whose heading is clicked: numbers by size, texts alphabetically, and
+// unknown values last.
 document.querySelectorAll("th button").forEach((button) => {
   button.addEventListener("click", () => {
     const heading = button.parentElement;
@@ -26,23 +26,23 @@ document.querySelectorAll("th button").forEach((button) => {
   });
 });
 
-// Shows the map of one surface under the load that its slider stands at, and what is told of it. Without
-// a script there is no slider, and the figure above it all the same.
+// Shows the map of a surface at the load of its slider, with load, area and mean gap. Without
+// scripts the slider stays hidden, and only the figure above it is visible.
 document.querySelectorAll(".loads").forEach((loads) => {
   const maps = [...loads.querySelectorAll("img")];
   const slider = loads.querySelector("input");
   const output = loads.querySelector("output");
   const show = () => {
     const step = Number(slider.value);
-    maps.forEach((map, place) => { map.hidden = place !== step });
+    maps.forEach((map, index) => { map.hidden = index !== step });
     const { load, area, gap } = maps[step].dataset;
-    const told = [["load y", load], ["area", area], ["mean gap", gap]];
-    output.replaceChildren(...told.flat().map((text) => {
+    const shown = [["load y", load], ["area", area], ["mean gap", gap]];
+    output.replaceChildren(...shown.flat().map((text) => {
       const part = document.createElement("span");
       part.textContent = text;
       return part;
     }));
-    slider.setAttribute("aria-valuetext", told.map((pair) => pair.join(" ")).join(", "));
+    slider.setAttribute("aria-valuetext", shown.map((pair) => pair.join(" ")).join(", "));
   };
   slider.addEventListener("input", show);
   loads.hidden = false;
