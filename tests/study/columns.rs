@@ -42,7 +42,7 @@ fn every_column_of_every_shipped_manifest_has_a_meaning_and_every_number_a_unit(
             assert!(described.columns.len() > 1, "{place}");
             for column in described.columns {
                 let silent =
-                    column.meaning.is_empty() || column.meaning == "as the query computes it";
+                    column.meaning.is_empty() || column.meaning == "value computed by the query";
                 assert!(!silent, "{place}: {column:?}");
                 let lacks_unit = column.kind == "real" && column.unit.is_empty();
                 assert!(!lacks_unit, "{place}: {column:?}");
@@ -71,7 +71,8 @@ fn a_file_describes_its_columns_in_plain_json_too() {
     assert_eq!(told, json!(columns));
     let mean =
         told.as_array().unwrap().iter().find(|column| column["name"] == "area_corrected_mean");
-    assert_eq!(mean.unwrap()["meaning"], "mean of: estimate of the true share of the area");
+    let expected = "mean of: estimate of the true contact area over the nominal area";
+    assert_eq!(mean.unwrap()["meaning"], expected);
 }
 
 #[test]
@@ -94,12 +95,12 @@ columns = { twice = { unit = "1/2", meaning = "double the area" } }
             [
                 "load",
                 "E* × rms slope",
-                "reduced pressure p₀/(E* h′): mean pressure over the nominal area, over effective \
-                 modulus × rms slope of the surface; where loads are given in pascals it follows from \
+                "reduced load p₀/(E* h′): mean pressure over the nominal area, divided by effective \
+                 modulus × rms slope. Where loads are given as pressures it is derived from \
                  `pressure`"
             ],
             ["result", "1/2", "double the area"],
-            ["result", "", "as the query computes it"],
+            ["result", "", "value computed by the query"],
         ]
     );
     assert_kept(&bench, "small", &bench.path("study.toml"));

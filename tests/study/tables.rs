@@ -111,14 +111,14 @@ fn a_deep_query_is_answered_and_a_deeper_one_refused() {
     let answer = table(&bench, &["--sql", &sum(200), "--json"]);
     assert_eq!(answer.lines().count(), 16);
     let refused = refusal(&bench, &["--sql", &sum(3000)], 2);
-    assert!(refused.contains("within one another"), "{refused}");
+    assert!(refused.contains("nests more than"), "{refused}");
     let stage =
         format!("[stage.deep]\nkind = \"aggregate\"\nfrom = \"area\"\nsql = \"{}\"", sum(3000));
     let path = bench.write(&format!("{STUDY}\n{stage}"));
     let output = bench.output(&["check", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     let told = text(&output.stderr);
-    assert!(told.contains("within one another"), "{told}");
+    assert!(told.contains("nests more than"), "{told}");
 }
 
 #[test]

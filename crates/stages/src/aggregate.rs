@@ -1,4 +1,4 @@
-//! Reduces whole tables to statistics.
+//! Stages that compute statistics of groups of rows or answer SQL queries.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -28,10 +28,10 @@ pub use groups::reduce as grouped;
 pub use statistics::Statistic;
 pub use theory::{Model, OF_THE_SPECTRUM};
 
-/// Version of the numbers, part of every key: raised whenever they change.
+/// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 5;
 
-/// Reduces tables to statistics.
+/// Definition of `aggregate` stages.
 pub const STAGE: Definition = Definition {
     name: "aggregate",
     version: VERSION,
@@ -47,7 +47,7 @@ pub const STAGE: Definition = Definition {
     },
 };
 
-/// One reduction.
+/// Parameters of one task.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Params {
@@ -59,11 +59,13 @@ pub enum Params {
 /// Statistics of columns within groups.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Groups {
-    /// Columns that name a group; `None` for every coordinate but surface, seed and realization.
+    /// Columns whose values define a group; `None` for all coordinates except surface, seed and
+    /// realization.
     pub group_by: Option<Vec<String>>,
+    /// Columns whose statistics are computed.
     pub over: Vec<String>,
     pub statistics: Vec<Statistic>,
-    /// Theories whose areas stand beside.
+    /// Theories whose predicted areas are added.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub models: Vec<Model>,
 }
@@ -74,7 +76,7 @@ impl Groups {
         self.statistics.contains(&Statistic::Sem) || !self.levels().is_empty()
     }
 
-    /// The levels of the confidence intervals that are asked for.
+    /// Returns the levels of the requested confidence intervals.
     fn levels(&self) -> Vec<f64> {
         let level = |statistic: &Statistic| match statistic {
             Statistic::Confidence(level) => Some(*level),
@@ -112,7 +114,7 @@ impl Stage for Params {
         Reach::All
     }
 
-    /// Theories read further columns, and a query names its own.
+    /// Keeps all columns for theories and queries, which read further columns.
     fn needed(&self, table: Table) -> Table {
         let Params::Groups(groups) = self else {
             return table;
@@ -140,7 +142,7 @@ impl Stage for Params {
         }
     }
 
-    /// A theory that integrates over summits takes milliseconds a load.
+    /// Counts 5 ms per load for each theory that integrates over summits.
     fn effort(&self, extent: Extent) -> Effort {
         let slow_models = match self {
             Params::Groups(groups) => {
@@ -153,35 +155,35 @@ impl Stage for Params {
     }
 }
 
-/// A query.
+/// SQL query over the tables of stages.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sql {
     pub query: String,
-    /// Names under which the query sees the inputs, and how many input tables each holds; none of
-    /// a table that it does not read, and none before the study is planned.
+    /// Names of the inputs in the query, each with its number of tables; empty before the study is
+    /// planned.
     pub tables: Vec<(String, usize)>,
-    /// Units and meanings of columns that no input has. They are wording and no part of the recipe.
+    /// Units and meanings of columns that no input has. They are wording and not part of the recipe.
     #[serde(skip)]
     pub columns: BTreeMap<String, Meaning>,
 }
 
 impl Sql {
-    /// The same query of inputs with these names, each of so many tables.
+    /// Returns the query for inputs with these names and numbers of tables.
     pub fn over(&self, tables: Vec<(String, usize)>) -> Sql {
         Sql { tables, ..self.clone() }
     }
 }
 
-/// What a column means.
+/// Description of a column of a query's result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Meaning {
-    /// Unit of its values; empty where units make no sense.
+    /// Unit of the values; empty for values without a unit.
     pub unit: String,
     pub meaning: String,
 }
 
-/// Every column that statistics may add, but those of the reduced columns themselves: these are
-/// called after them, as in `area_fraction_mean`.
+/// Returns the columns that a stage may add, except the statistics of columns, which are named after
+/// them like `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
     groups::OWN.into_iter().chain(models).collect()

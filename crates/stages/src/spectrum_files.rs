@@ -1,35 +1,35 @@
-//! Power spectral densities in files: tables of wavenumbers and densities, as CSV or Parquet.
+//! Files of power spectral densities: tables of wavenumbers and densities, as CSV or Parquet.
 //!
-//! The first column called `wavenumber` holds angular wavenumbers, that called `spectral_density` or
-//! `density` the density C(q) with ∫ C d²q/(2π)² = h_rms²; other columns are passed over. In a CSV
-//! file a name may be followed by its unit in brackets, `wavenumber [1/µm]`, `density [µm^4]`; fields
-//! are separated by commas, semicolons or tabs, and lines that begin with `#` are comments. A
-//! table that a `measure` stage has published is such a file.
+//! The first column `wavenumber` holds angular wavenumbers. The first column `spectral_density`, or
+//! else `density`, holds the density C(q) with ∫ C d²q/(2π)² = h_rms². Other columns are ignored. In
+//! a CSV file a name may be followed by its unit in brackets: `wavenumber [1/µm]`, `density [µm^4]`.
+//! Fields are separated by commas, semicolons, tabs or spaces, and lines that begin with `#` are
+//! comments. The published table of a `measure` stage is such a file.
 
 use thiserror::Error;
 
 use asperity_tables::parquet::{NumberColumns, ParquetError};
 use asperity_topography_files::length_ratio;
 
-/// Rows of a spectrum: more than rings of the largest mesh.
+/// Limit on the number of rows, which is above the number of rings of the largest mesh.
 const MOST_ROWS: usize = 1 << 20;
 
-/// Names of the column of densities.
+/// Names of the column of densities, in order of preference.
 const DENSITIES: [&str; 2] = ["spectral_density", "density"];
 const WAVENUMBER: &str = "wavenumber";
 
-/// A spectrum as its file has it.
+/// Spectrum of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumTable {
-    /// Angular wavenumbers and densities, row by row.
+    /// Angular wavenumber and density of each row.
     pub points: Vec<[f64; 2]>,
-    /// The unit of length that both are in, if the file names one.
+    /// Unit of length of both columns, if the file names one.
     pub unit: Option<String>,
 }
 
 impl SpectrumTable {
-    /// How many of a unit of length that of the table is; one, where either is not named. None if
-    /// they are not both lengths.
+    /// Returns the ratio of the table's unit of length to `unit`: 1 if one of them is not named, and
+    /// `None` if one of them is not a length.
     pub fn length_scale(&self, unit: &str) -> Option<f64> {
         match &self.unit {
             Some(own) if !unit.is_empty() => length_ratio(own, unit),
@@ -38,7 +38,7 @@ impl SpectrumTable {
     }
 }
 
-/// Why a file holds no spectrum.
+/// Error of a file of a spectrum. Each message continues a sentence that begins with the path.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum SpectrumFileError {
@@ -46,22 +46,22 @@ pub enum SpectrumFileError {
     Unknown,
     #[error("cannot be read as Parquet: {0}")]
     Parquet(ParquetError),
-    #[error("has no column `{wanted}`, its columns are {found}")]
+    #[error("has no column `{wanted}`; its columns are {found}")]
     Missing { wanted: &'static str, found: String },
-    #[error("holds {found:?} in line {line}, where a number should be")]
+    #[error("has {found:?} in line {line} instead of a number")]
     Number { line: usize, found: String },
     #[error("has more than {MOST_ROWS} rows")]
     TooLong,
-    #[error("gives {found:?} as the unit of `{column}`, which must be like {wanted}")]
+    #[error("has the unit {found:?} for `{column}`; write it like {wanted}")]
     Unit { column: &'static str, found: String, wanted: &'static str },
-    #[error("gives a unit for one of its columns and none for the other")]
+    #[error("has a unit for one of its two columns; add the other unit")]
     OneUnit,
 }
 
-/// Reads a table of wavenumbers and densities, whatever the format.
+/// Reads a table of wavenumbers and densities from CSV or Parquet.
 ///
 /// # Errors
-/// When it is none.
+/// Returns an error if the bytes are not such a table.
 pub fn read(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
     if bytes.starts_with(b"PAR1") {
         return read_parquet(bytes);
@@ -76,7 +76,7 @@ fn read_parquet(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
         return Err(SpectrumFileError::TooLong);
     }
     let read = |column| columns.read(column).map_err(SpectrumFileError::Parquet);
-    let [wavenumbers, densities] = places(&columns.names())?;
+    let [wavenumbers, densities] = find_columns(&columns.names())?;
     let points = read(wavenumbers)?.into_iter().zip(read(densities)?);
     Ok(SpectrumTable { points: points.map(|(q, density)| [q, density]).collect(), unit: None })
 }
@@ -96,7 +96,7 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
     let titles = fields(header);
     let titles: Vec<(&str, Option<&str>)> = titles.iter().map(|title| split(title)).collect();
     let names: Vec<&str> = titles.iter().map(|(name, _)| *name).collect();
-    let columns = places(&names)?;
+    let columns = find_columns(&names)?;
     let unit = unit_of(columns.map(|column| titles[column].1))?;
     let mut points = Vec::new();
     for (line, row) in lines {
@@ -116,9 +116,9 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
     Ok(SpectrumTable { points, unit })
 }
 
-/// Where wavenumbers and densities are among columns of these names.
-fn places(names: &[&str]) -> Result<[usize; 2], SpectrumFileError> {
-    let place = |wanted: &[&'static str]| {
+/// Returns the indices of the columns of wavenumbers and of densities.
+fn find_columns(names: &[&str]) -> Result<[usize; 2], SpectrumFileError> {
+    let index = |wanted: &[&'static str]| {
         let found = wanted
             .iter()
             .find_map(|wanted| names.iter().position(|name| name.eq_ignore_ascii_case(wanted)));
@@ -130,10 +130,10 @@ fn places(names: &[&str]) -> Result<[usize; 2], SpectrumFileError> {
             },
         })
     };
-    Ok([place(&[WAVENUMBER])?, place(&DENSITIES)?])
+    Ok([index(&[WAVENUMBER])?, index(&DENSITIES)?])
 }
 
-/// `density [µm^4]` is a name and a unit.
+/// Splits a title such as `density [µm^4]` into name and unit.
 fn split(title: &str) -> (&str, Option<&str>) {
     let unit = title
         .split_once('[')
@@ -141,8 +141,8 @@ fn split(title: &str) -> (&str, Option<&str>) {
     unit.map_or((title, None), |(name, unit)| (name, Some(unit)))
 }
 
-/// The unit of length of wavenumbers, and what densities are multiplied with to be in its fourth
-/// power.
+/// Returns the unit of length of the wavenumbers, and the factor that converts densities to the
+/// fourth power of this unit.
 fn unit_of(units: [Option<&str>; 2]) -> Result<Option<(String, f64)>, SpectrumFileError> {
     let [Some(wavenumber), Some(density)] = units else {
         return match units {
@@ -190,7 +190,7 @@ mod tests {
         }
 
         #[test]
-        fn any_rows_below_a_header_are_numbers_or_an_error(rows in "[0-9eE.,;#\\-+ \n]{0,100}") {
+        fn rows_below_a_header_are_numbers_or_an_error(rows in "[0-9eE.,;#\\-+ \n]{0,100}") {
             let text = format!("wavenumber [1/m],density [m^4]\n{rows}");
             if let Ok(found) = read(text.as_bytes()) {
                 prop_assert!(found.points.len() <= rows.lines().count());
@@ -206,9 +206,9 @@ mod tests {
         }
     }
 
-    /// Each kept the reader of Parquet busy for a minute.
+    /// Each file kept the reader of Parquet busy for a minute.
     #[test]
-    fn what_a_parquet_file_cannot_hold_is_refused() {
+    fn invalid_parquet_files_are_refused() {
         let refused = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
         assert_eq!(
             refused(include_bytes!(
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_found_by_their_names_whatever_separates_them() {
+    fn columns_are_found_by_their_names_with_any_separator() {
         for text in [
             "wavenumber,density\n1,2e-3\n3,4\n",
             "# of a plate\n\ndensity;note;wavenumber\n2e-3;x;1\n4;y;3\n",
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn units_of_a_header_agree_or_are_made_to() {
+    fn densities_are_converted_to_the_unit_of_the_wavenumbers() {
         let found = table("wavenumber [1/µm], density [nm^4]\n1, 2e12\n").unwrap();
         assert_eq!(found.unit.as_deref(), Some("µm"));
         assert!((found.points[0][1] / 2.0 - 1.0).abs() < 1e-12);
@@ -253,20 +253,20 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_spectrum_says_why() {
+    fn errors_say_why_a_file_is_not_a_spectrum() {
         let refused = |text: &str| table(text).unwrap_err();
-        assert_eq!(refused("q,C\n1,2\n"), "has no column `wavenumber`, its columns are q, C");
+        assert_eq!(refused("q,C\n1,2\n"), "has no column `wavenumber`; its columns are q, C");
         assert_eq!(
             refused("wavenumber,density\n1,2\n3\n"),
-            "holds \"\" in line 3, where a number should be"
+            "has \"\" in line 3 instead of a number"
         );
         assert_eq!(
             refused("wavenumber [1/µm],density\n1,2\n"),
-            "gives a unit for one of its columns and none for the other"
+            "has a unit for one of its two columns; add the other unit"
         );
         assert_eq!(
             refused("wavenumber [µm],density [µm^4]\n1,2\n"),
-            "gives \"µm\" as the unit of `wavenumber`, which must be like `1/µm`"
+            "has the unit \"µm\" for `wavenumber`; write it like `1/µm`"
         );
         assert!(read(&[0xff, 0xfe, 0]).is_err());
         assert!(read(b"PAR1").is_err());

@@ -1,7 +1,7 @@
-//! Tables to polars, whole or by the columns that a query needs, and back by plain column vectors.
+//! Conversion of tables to polars, whole or by the columns that a query needs, and back.
 //!
-//! Columns without nulls cross as one copy of their memory, others value by value; without a copy
-//! it would take `unsafe`.
+//! Columns without nulls are copied as one block of memory, other columns value by value. Sharing
+//! memory would require `unsafe`.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -20,11 +20,11 @@ use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
 
-/// A table as polars knows it.
+/// Converts a table to a polars data frame.
 ///
 /// # Errors
-/// When two columns have one name.
-pub fn of(table: &Table) -> Result<DataFrame, StageError> {
+/// Returns an error if two columns have the same name.
+pub fn from_table(table: &Table) -> Result<DataFrame, StageError> {
     let columns = table.names().into_iter().zip(table.batch().columns());
     let columns = columns.map(|(name, array)| Column::from(series(name, array.as_ref())));
     DataFrame::new(table.rows(), columns.collect()).map_err(polars_error)
@@ -51,10 +51,10 @@ fn series(name: &str, array: &dyn Array) -> Series {
     }
 }
 
-/// The columns of a frame, named, in the types of our tables.
+/// Converts the columns of a data frame to the types of tables.
 ///
 /// # Errors
-/// When a column holds something else than numbers, truth values and text.
+/// Returns an error if a column holds anything but numbers, flags and text.
 pub fn columns(frame: &DataFrame) -> Result<Vec<(String, ArrayRef)>, StageError> {
     let columns = frame.columns().iter();
     columns.map(|column| Ok((column.name().to_string(), array(column)?))).collect()
@@ -88,27 +88,28 @@ fn array(column: &Column) -> Result<ArrayRef, StageError> {
         DataType::Null => Arc::new(Float64Array::new_null(column.len())),
         other => {
             let name = column.name();
-            let reason = format!("column `{name}` holds {other}; cast it to a number or to text");
+            let reason =
+                format!("column `{name}` has the type {other}; cast it to a number or to text");
             return Err(StageError::Aggregate { reason });
         }
     };
     Ok(array)
 }
 
-/// What polars says, without the plan that it prints behind.
+/// Converts an error of polars and drops the query plan that its message ends with.
 pub fn polars_error(error: PolarsError) -> StageError {
     let text = error.to_string();
     let reason = text.lines().map(str::trim).find(|line| !line.is_empty());
     StageError::Aggregate { reason: reason.unwrap_or("polars gives no reason").to_owned() }
 }
 
-/// A table that a query may read.
+/// Creates a lazy frame that reads the columns of a table on demand.
 ///
 /// # Errors
-/// When two of its columns have one name.
+/// Returns an error if two columns have the same name.
 pub fn lazy(table: TableSource, damage: &Damage) -> Result<LazyFrame, StageError> {
-    let none = table.first(&places(&table, None), 0);
-    let schema = of(&none.map_err(StageError::Store)?)?.schema().clone();
+    let empty = table.first(&column_indices(&table, None), 0);
+    let schema = from_table(&empty.map_err(StageError::Store)?)?.schema().clone();
     let arguments = ScanArgsAnonymous {
         schema: Some(schema.clone()),
         name: "table of a stage",
@@ -118,21 +119,21 @@ pub fn lazy(table: TableSource, damage: &Damage) -> Result<LazyFrame, StageError
     LazyFrame::anonymous_scan(Arc::new(scan), arguments).map_err(polars_error)
 }
 
-/// Why a table could not be read: polars hands on words alone.
+/// Error of the store while a query reads a table. Polars errors can only carry its text.
 #[derive(Clone, Default)]
 pub struct Damage(Arc<Mutex<Option<StoreError>>>);
 
 impl Damage {
-    /// What was wrong, if anything was.
+    /// Takes the first recorded error.
     pub fn take(&self) -> Option<StoreError> {
-        self.0.lock().expect("no panic happens while it is held").take()
+        self.0.lock().expect("no code panics while it holds the lock").take()
     }
 
-    fn note(&self, error: StoreError) -> PolarsError {
-        let words = error.to_string();
-        let mut known = self.0.lock().expect("no panic happens while it is held");
-        known.get_or_insert(error);
-        PolarsError::ComputeError(words.into())
+    fn record(&self, error: StoreError) -> PolarsError {
+        let text = error.to_string();
+        let mut first = self.0.lock().expect("no code panics while it holds the lock");
+        first.get_or_insert(error);
+        PolarsError::ComputeError(text.into())
     }
 }
 
@@ -146,7 +147,7 @@ pub fn rows_of(table: &dyn AnonymousScan) -> usize {
 /// missing or cannot be read. Rows with a null are left out, because no join matches them.
 pub fn counts_of(table: &dyn AnonymousScan, names: &[&str]) -> Option<BTreeMap<Vec<Value>, usize>> {
     let table = &table.as_any().downcast_ref::<Scan>()?.table;
-    let columns = places(table, Some(names));
+    let columns = column_indices(table, Some(names));
     let read = (columns.len() == names.len()).then(|| table.first(&columns, table.rows()).ok());
     let read = read.flatten()?;
     let mut counts = BTreeMap::new();
@@ -175,9 +176,9 @@ impl AnonymousScan for Scan {
         let names = wanted.with_columns.as_deref();
         let names = names.map(|names| names.iter().map(|name| name.as_str()).collect::<Vec<_>>());
         let rows = wanted.n_rows.unwrap_or(usize::MAX);
-        let table = self.table.first(&places(&self.table, names.as_deref()), rows);
-        let table = table.map_err(|error| self.damage.note(error))?;
-        of(&table).map_err(|error| PolarsError::ComputeError(error.to_string().into()))
+        let table = self.table.first(&column_indices(&self.table, names.as_deref()), rows);
+        let table = table.map_err(|error| self.damage.record(error))?;
+        from_table(&table).map_err(|error| PolarsError::ComputeError(error.to_string().into()))
     }
 
     fn schema(&self, _: Option<usize>) -> PolarsResult<SchemaRef> {
@@ -189,8 +190,8 @@ impl AnonymousScan for Scan {
     }
 }
 
-/// The places of columns in a table; of all that queries can read if none is named.
-fn places(table: &TableSource, names: Option<&[&str]>) -> Vec<usize> {
+/// Returns the indices of named columns in a table, or of all columns without names.
+fn column_indices(table: &TableSource, names: Option<&[&str]>) -> Vec<usize> {
     let schema = table.schema();
     match names {
         Some(names) => names.iter().filter_map(|name| schema.index_of(name).ok()).collect(),

@@ -25,18 +25,18 @@ use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
-/// Quantities that vanish at zero load, so that their first slope starts there.
+/// Quantities that vanish at zero load. Their first slope is taken from the origin.
 const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, ENERGY];
 
-/// One row per group, in ascending order of the columns that name it.
+/// Computes the statistics of each group, in ascending order of the columns that define groups.
 ///
 /// # Errors
-/// When a column is missing or holds no numbers, or when groups are named by a column that differs
-/// within them.
+/// Returns an error if a column is missing or holds no numbers, or if a column that should define
+/// groups differs within a group.
 pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let names = GroupNames::of(table, groups);
     let table = &ensemble::each_once(table)?;
-    let mut frame = frame::of(table)?;
+    let mut frame = frame::from_table(table)?;
     for name in names.shown.iter().chain(&groups.over) {
         require(&frame, name)?;
     }
@@ -63,19 +63,19 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
         let ends = ends.flat_map(|name| statistics::ends(name, level));
         reduced = reduced.with_columns(ends.collect::<Vec<_>>());
     }
-    let reduced = engine::apart(|| reduced.collect().map_err(polars_error))?;
+    let reduced = engine::on_query_thread(|| reduced.collect().map_err(polars_error))?;
     names.check_stand_ins(&reduced)?;
     let chosen = output(table, &names, groups);
     let reduced = reduced.select(chosen).map_err(polars_error)?;
     let columns = frame::columns(&reduced)?;
-    let reduced = with_meanings(table, columns, reduced.height(), groups);
+    let reduced = with_meanings(table, columns, reduced.height());
     theory::complete(&reduced, &names.curve(), groups)
 }
 
-/// Whether as many rows are in a group as in the fullest of its curve.
+/// Selects groups that have as many rows as the largest group of their curve.
 ///
-/// A surface has no rows beyond its first load in full contact. Averages over those that are left
-/// would fall with the load, so a curve ends where its first surface does.
+/// A surface has no rows beyond its first load in full contact, so that averages over the remaining
+/// surfaces would fall with the load. A curve therefore ends where the first of its surfaces ends.
 fn is_complete(names: &GroupNames) -> Result<Expr, StageError> {
     let count = || col(COUNT.name);
     let curve = names.keys_of_a_curve();
@@ -108,7 +108,7 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
         expressions.push(failed.sum().alias(UNFITTED.name));
     }
     for name in &groups.over {
-        // Slopes and secants need the mean, whether or not it is asked for.
+        // Slopes and secants need the mean, even if it is not requested.
         expressions.push(col(name.as_str()).mean().alias(mean_of(name)));
         for &statistic in &groups.statistics {
             if let Some(expression) = within_group(col(name.as_str()), statistic) {
@@ -124,12 +124,12 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
     expressions
 }
 
-/// Returns whether the rows of a table tell surfaces apart.
+/// Returns whether the rows of a table are about single surfaces.
 fn is_of_surfaces(table: &Table) -> bool {
     !table.in_role(Role::Surface).names().is_empty()
 }
 
-/// Whether its rows are fits; those that failed hold nulls.
+/// Returns whether the rows of a table are fits. Failed fits have nulls.
 fn is_of_fits(table: &Table) -> bool {
     table.texts(STATUS.name).is_ok()
 }
@@ -148,7 +148,8 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
     })
 }
 
-/// Slopes by differences of the mean curve, and secants. Rows ascend in load within a curve.
+/// Computes slopes by finite differences of the mean curve, and secants. The load must ascend within
+/// each curve.
 fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageError> {
     let curve = names.keys_of_a_curve();
     let before = |values: Expr| match curve.is_empty() {
@@ -178,7 +179,7 @@ fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageE
     Ok(expressions)
 }
 
-/// The columns of the reduced table, in order, and those that theories need besides.
+/// Returns the columns of the reduced table in order, followed by columns that only theories need.
 fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
     let mut output = names.shown.clone();
     output.push(COUNT.name.to_owned());
@@ -205,31 +206,31 @@ fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
     output
 }
 
-/// Coordinates that exist in two units, of which a manifest gives one.
+/// Pairs of columns that hold the same coordinate in two units. A manifest gives one of them.
 const IN_TWO_UNITS: [[&str; 2]; 2] =
     [[LOAD.name, PRESSURE.name], [HARDNESS.name, HARDNESS_REDUCED.name]];
 
-/// The columns that name the groups of a reduction.
+/// Columns that define the groups.
 ///
-/// A derived column (see [`Role::Derived`]) is a coordinate in another unit: under pressures in
-/// pascals the reduced load differs from surface to surface, so that it must not split groups. The
-/// coordinate that it is derived from tells groups apart in its place.
+/// A derived column (see [`Role::Derived`]) holds a coordinate in another unit. If loads are given in
+/// pascals, the reduced load differs between surfaces and must not split groups. Groups are then
+/// distinguished by the coordinate from which the column is derived.
 struct GroupNames {
-    /// Columns of the reduced table that name a group, in order.
+    /// Columns of the reduced table that describe a group, in order.
     shown: Vec<String>,
-    /// Columns whose values tell groups apart.
+    /// Columns whose values distinguish groups.
     keys: Vec<String>,
-    /// Shown columns that are derived from a shown key. Their values within a group may differ.
+    /// Shown columns that are derived from a shown key. Their values may differ within a group.
     derived: Vec<String>,
-    /// Shown columns that are derived from a key that is not shown, with that key. Their values
-    /// within a group must not differ.
+    /// Shown columns that are derived from a key that is not shown, each with this key. Their values
+    /// must not differ within a group.
     stand_ins: Vec<(String, String)>,
-    /// The key that is a load, if there is one.
+    /// Key that is a load, if there is one.
     load: Option<String>,
 }
 
 impl GroupNames {
-    /// Resolves `group_by`, which defaults to every coordinate that does not tell surfaces apart.
+    /// Resolves `group_by`. The default is every coordinate except those that distinguish surfaces.
     fn of(table: &Table, groups: &Groups) -> GroupNames {
         let given = || table.coordinates().not_in_role(Role::Surface);
         let default = || given().names().into_iter().map(str::to_owned).collect();
@@ -261,13 +262,13 @@ impl GroupNames {
         }
     }
 
-    /// Returns the keys that tell curves apart: all but the load.
+    /// Returns the keys that distinguish curves: all keys except the load.
     fn keys_of_a_curve(&self) -> Vec<Expr> {
         let keys = self.keys.iter().filter(|name| !is_of_a_load(name));
         keys.map(|name| col(name.as_str())).collect()
     }
 
-    /// Returns the shown columns that tell curves apart.
+    /// Returns the shown columns that distinguish curves.
     fn curve(&self) -> Vec<String> {
         let stands_in = |name: &String| self.stand_ins.iter().any(|(own, _)| own == name);
         let shown = self.shown.iter().filter(|name| !is_of_a_load(name));
@@ -285,14 +286,14 @@ impl GroupNames {
         expressions
     }
 
-    /// Refuses a derived column that names groups and differs within one of them.
+    /// Refuses a derived column that should define groups and differs within a group.
     fn check_stand_ins(&self, reduced: &DataFrame) -> Result<(), StageError> {
         for (name, coordinate) in &self.stand_ins {
             let flags = reduced.column(&mixed(name)).map_err(polars_error)?;
             if flags.bool().map_err(polars_error)?.any() {
                 let reason = format!(
-                    "cannot group by `{name}`, which follows from `{coordinate}` and differs between \
-                     surfaces: group by `{coordinate}`"
+                    "cannot group by `{name}`, which is derived from `{coordinate}` and differs \
+                     between surfaces: group by `{coordinate}`"
                 );
                 return Err(StageError::Aggregate { reason });
             }
@@ -311,7 +312,8 @@ fn is_of_a_load(name: &str) -> bool {
     IN_TWO_UNITS[0].contains(&name)
 }
 
-/// The value that all rows of a group share, or else their mean. Rounding counts for nothing.
+/// Returns the common value of the rows of a group, or their mean if they differ by more than
+/// rounding.
 fn common(name: &str) -> Expr {
     when(is_mixed(name))
         .then(col(name).mean())
@@ -325,39 +327,39 @@ fn is_mixed(name: &str) -> Expr {
     spread.gt(most * lit(decimal::RESOLUTION))
 }
 
-/// Name of the flag for a column that differs within a group; no user's column has a space in its
-/// name.
+/// Returns the name of the flag for a column that differs within a group. Names of users' columns
+/// have no spaces.
 fn mixed(name: &str) -> String {
     format!("{name} differs")
 }
 
-pub const COUNT: Column = integer("count", "1", "rows in the group");
+pub const COUNT: Column = integer("count", "1", "number of rows in the group");
 const SURFACES: Column = integer(
     "surfaces",
     "1",
-    "surfaces in the group, told apart by seed and realization or by their region of a file: one \
-     surface may have several rows, at several parameter points",
+    "number of surfaces in the group, distinguished by seed and realization or by their region of a \
+     file; one surface may have several rows, at several parameter points",
 );
 const UNCONVERGED: Column = integer(
     "unconverged",
     "1",
-    "rows in the group whose load did not converge; they count all the same",
+    "number of rows in the group whose load did not converge; the statistics include them",
 );
 const UNFITTED: Column = integer(
     "unfitted",
     "1",
-    "fits in the group that failed; they are in `count`, and in no statistic",
+    "number of failed fits in the group; `count` includes them, the statistics do not",
 );
 pub const LOAD_MIDPOINT: Column = real(
     "load_midpoint",
     "E* × rms slope",
-    "load half way from the one before, where slopes belong",
+    "mean of this load and the previous load of the curve, at which slopes are evaluated",
 );
 
 /// Column with the reduced load of a group, from which slopes, secants and theories are computed.
 pub const LOAD_OF_GROUP: &str = "load of group";
 
-/// The name under which the mean waits for slopes and secants; no user's column has it.
+/// Returns the name of the intermediate column with the mean of a column.
 pub fn mean_of(name: &str) -> String {
     format!("{name} mean")
 }
@@ -366,16 +368,11 @@ pub fn named(name: &str, statistic: Statistic) -> String {
     format!("{name}_{}", statistic.suffix())
 }
 
-/// What is said of every group, whatever is reduced.
+/// Columns of groups that do not depend on the columns in `over`.
 pub const OWN: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
-/// Gives each column the unit and meaning that it inherits.
-fn with_meanings(
-    table: &Table,
-    columns: Vec<(String, ArrayRef)>,
-    rows: usize,
-    groups: &Groups,
-) -> Table {
+/// Creates the reduced table, in which each column inherits unit and meaning from its source.
+fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {
     let schema = table.batch().schema();
     let own: HashMap<&str, Column> = OWN.map(|column| (column.name, column)).into();
     let field = |name: &str, array: &ArrayRef| {
@@ -387,7 +384,7 @@ fn with_meanings(
         }
         let source = schema.fields().iter().filter(|f| name.starts_with(&format!("{}_", f.name())));
         let source = source.max_by_key(|field| field.name().len());
-        let metadata = source.map(|field| inherited(field, name, groups)).unwrap_or_default();
+        let metadata = source.map(|field| inherited(field, name)).unwrap_or_default();
         Field::new(name, array.data_type().clone(), true).with_metadata(metadata)
     };
     let fields: Vec<Field> = columns.iter().map(|(name, array)| field(name, array)).collect();
@@ -395,20 +392,18 @@ fn with_meanings(
     Table::of(rows, Schema::new(fields), arrays)
 }
 
-fn inherited(source: &Field, name: &str, groups: &Groups) -> Metadata {
+fn inherited(source: &Field, name: &str) -> Metadata {
     let of = |entry: &str| source.metadata().get(entry).cloned().unwrap_or_default();
-    let statistic = &name[source.name().len() + 1..];
-    let of_an_end = |&level: &f64| statistics::meaning(level, statistic);
-    let said = groups.levels().iter().find_map(of_an_end);
-    let said = said.unwrap_or_else(|| statistic.to_owned());
-    let unit = match statistic {
+    let suffix = &name[source.name().len() + 1..];
+    let statistic = statistics::meaning(suffix).unwrap_or_else(|| suffix.to_owned());
+    let unit = match suffix {
         "slope" | "secant" | "regr_slope" => format!("{} per load", of("unit")),
         _ => of("unit"),
     };
     Metadata::new()
         .with("role", "result")
         .with("unit", unit)
-        .with("meaning", format!("{said} of: {}", of("meaning")))
+        .with("meaning", format!("{statistic} of: {}", of("meaning")))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Any query over the tables of a study.
+//! SQL queries over the tables of a study.
 
 pub mod engine;
 mod statement;
@@ -22,11 +22,11 @@ use asperity_tables::column::{Role, described};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
 
-/// The answer to a query; `tables` are those of the input stages, one stage after the other.
+/// Answers the query of a stage. `tables` are the tables of its inputs, in the order of `sql.tables`.
 ///
 /// # Errors
-/// As [`ask`].
-pub fn query(tables: &[Table], sql: &Sql, room: ByteSize) -> Result<Table, StageError> {
+/// Returns an error under the conditions of [`ask`].
+pub fn query(tables: &[Table], sql: &Sql, memory: ByteSize) -> Result<Table, StageError> {
     let named = tables_of(&sql.query)?;
     let mut read = Vec::new();
     let mut rest = tables;
@@ -38,28 +38,32 @@ pub fn query(tables: &[Table], sql: &Sql, room: ByteSize) -> Result<Table, Stage
         }
     }
     let names: Vec<String> = sql.tables.iter().map(|(name, _)| name.clone()).collect();
-    ask(&sql.query, read, &names, &sql.columns, room)
+    ask(&sql.query, read, &names, &sql.columns, memory)
 }
 
-/// The answer to a query of these tables; `names` are those of all that there are, and `meanings`
-/// what columns of the answer mean that no table has.
+/// Answers a query over tables. `names` are the names of all existing tables, and `meanings`
+/// describes columns of the answer that no table has.
 ///
-/// Of the tables, the columns are read that the query needs. Groups come in the order of their
-/// first rows, joined rows in that of the left table, and rows that sort alike as they were; the
-/// last digits do not depend on how many cores there are.
+/// Only the columns that the query needs are read. Groups come in the order of their first rows,
+/// joined rows in the order of the left table, and rows that compare equal in a sort keep their
+/// order. The last digits do not depend on the number of cores.
 ///
 /// # Errors
-/// When the query does not parse, names what does not exist, answers with other than numbers, truth
-/// values and text, or takes more memory than `room`; when a table is damaged.
+/// Returns an error if
+///
+/// - the query cannot be parsed or names a table or column that does not exist,
+/// - the answer holds anything but numbers, flags and text,
+/// - the answer takes more memory than `memory`, or
+/// - a table is damaged.
 pub fn ask(
     query: &str,
     tables: Vec<(String, TableSource)>,
     names: &[String],
     meanings: &BTreeMap<String, Meaning>,
-    room: ByteSize,
+    memory: ByteSize,
 ) -> Result<Table, StageError> {
     let schemas: Vec<SchemaRef> = tables.iter().map(|(_, table)| table.schema()).collect();
-    let answer = engine::apart(|| answer(query, tables, names, room))?;
+    let answer = engine::on_query_thread(|| answer(query, tables, names, memory))?;
     let columns = frame::columns(&answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
@@ -71,19 +75,19 @@ pub fn ask(
     Ok(Table::of(answer.height(), Schema::new(fields), arrays))
 }
 
-/// The tables that a query reads, without those that it makes itself.
+/// Returns the tables that a query reads, without the tables that it defines by `with`.
 ///
 /// # Errors
-/// When the query does not parse.
+/// Returns an error if the query cannot be parsed.
 pub fn tables_of(query: &str) -> Result<BTreeSet<String>, QueryError> {
-    engine::apart(|| Ok(Statement::read(query)?.tables))
+    engine::on_query_thread(|| Ok(Statement::read(query)?.tables))
 }
 
 fn answer(
     query: &str,
     tables: Vec<(String, TableSource)>,
     names: &[String],
-    room: ByteSize,
+    memory: ByteSize,
 ) -> Result<DataFrame, StageError> {
     let statement = Statement::read(query)?;
     check_names(&statement, names)?;
@@ -95,21 +99,21 @@ fn answer(
         context.register(&name, frame::lazy(table, &damage)?);
     }
     let answer = context.execute(&statement.text);
-    let answer = answer.and_then(|frame| engine::collected(frame, room));
+    let answer = answer.and_then(|frame| engine::collect(frame, memory));
     answer.map_err(|error| match damage.take() {
         Some(error) => StageError::Store(error),
         None => QueryError::of_polars(&error, &statement, &columns).into(),
     })
 }
 
-/// Every table is there, and means what it says: polars would pass over one that `with` makes
-/// under the name of another.
+/// Checks that all tables exist and that `with` defines no table with the name of a stage, which
+/// polars would ignore.
 fn check_names(statement: &Statement, names: &[String]) -> Result<(), QueryError> {
     let known = || names.iter().map(String::as_str);
     let is_known = |name: &&String| known().any(|known| known == *name);
-    if let Some(hidden) = statement.makes.iter().find(is_known) {
+    if let Some(hidden) = statement.defines.iter().find(is_known) {
         return Err(QueryError::Refused(format!(
-            "`with {hidden}` has the name of a stage; any other name would do"
+            "`with {hidden}` uses the name of a stage; use another name"
         )));
     }
     match statement.tables.iter().find(|name| !is_known(name)) {
@@ -118,8 +122,8 @@ fn check_names(statement: &Statement, names: &[String]) -> Result<(), QueryError
     }
 }
 
-/// What a column of an answer means: what the manifest says of it, or else what it means in the
-/// tables that the query reads.
+/// Returns the description of a column of an answer: from the manifest, or else from the column of
+/// the same name and type in a table that the query reads.
 fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[SchemaRef]) -> Metadata {
     if let Some(Meaning { unit, meaning }) = meanings.get(field.name()) {
         return described(Role::Result, unit, meaning);
@@ -128,27 +132,27 @@ fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[Schema
         let read = schema.field_with_name(field.name()).ok()?;
         (read.data_type() == field.data_type()).then(|| read.metadata().clone())
     });
-    read.unwrap_or_else(|| described(Role::Result, "", "as the query computes it"))
+    read.unwrap_or_else(|| described(Role::Result, "", "value computed by the query"))
 }
 
-/// Why a query has no answer.
+/// Error of a query.
 #[derive(Debug, thiserror::Error)]
 pub enum QueryError {
-    /// It is no query, or asks for what cannot be done.
+    /// The text is not a query, or the query is not supported.
     #[error("{0}")]
     Refused(String),
-    /// It names a table or a column that is not there.
+    /// A table or a column does not exist.
     #[error("{message}")]
     Unknown {
         message: String,
         name: String,
-        /// Names that would do.
+        /// Names that exist.
         known: Vec<String>,
     },
 }
 
 impl QueryError {
-    /// A table that is not among those that can be asked.
+    /// Returns the error of a table that does not exist.
     pub fn no_table<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> QueryError {
         QueryError::Unknown {
             message: format!("there is no table `{name}`"),
@@ -157,7 +161,7 @@ impl QueryError {
         }
     }
 
-    /// What polars says, told of the tables that the query names.
+    /// Translates an error of polars to the names that the query uses.
     fn of_polars(
         error: &PolarsError,
         statement: &Statement,
@@ -172,7 +176,7 @@ impl QueryError {
     }
 }
 
-/// Polars prints whole syntax trees of what it does not know.
+/// Shortens a message, because polars prints whole syntax trees of unsupported expressions.
 fn shortened(reason: &str) -> String {
     const LONGEST: usize = 200;
     match reason.char_indices().nth(LONGEST) {
@@ -181,7 +185,7 @@ fn shortened(reason: &str) -> String {
     }
 }
 
-/// `no column named 'laod' found in table 'a'`.
+/// Parses the message `no column named 'laod' found in table 'a'`.
 fn unknown_of_a_table(
     reason: &str,
     statement: &Statement,
@@ -200,8 +204,9 @@ fn unknown_of_a_table(
     })
 }
 
-/// `unable to find column "laod"; valid columns: ["load", "area", "load:other"]`, where the last
-/// one is polars' own name for a column that two joined tables have.
+/// Parses the message `unable to find column "laod"; valid columns: ["load", "area", "load:other"]`.
+///
+/// Polars gives the name `load:other` to a column that two joined tables have.
 fn unknown_anywhere(reason: &str) -> Option<QueryError> {
     let (name, mut rest) = quoted_after("unable to find column ", reason)?;
     let mut known = Vec::new();
@@ -217,13 +222,13 @@ fn unknown_anywhere(reason: &str) -> Option<QueryError> {
     })
 }
 
-/// What stands in quotes after some words, and what follows.
-fn quoted_after<'a>(words: &str, text: &'a str) -> Option<(&'a str, &'a str)> {
-    let (_, rest) = text.split_once(words)?;
+/// Returns the first quoted text after a prefix, and the remaining text.
+fn quoted_after<'a>(prefix: &str, text: &'a str) -> Option<(&'a str, &'a str)> {
+    let (_, rest) = text.split_once(prefix)?;
     quoted(rest)
 }
 
-/// What stands in the next quotes, and what follows.
+/// Returns the first quoted text and the remaining text.
 fn quoted(text: &str) -> Option<(&str, &str)> {
     let start = text.find(['\'', '"'])?;
     let quote = text[start..].chars().next()?;
@@ -263,12 +268,13 @@ mod tests {
     }
 
     #[test]
-    fn a_query_that_takes_more_memory_than_there_is_is_refused_with_what_it_takes() {
+    fn a_query_that_takes_too_much_memory_is_refused() {
         let cross = "select l.point, r.area from light l cross join light r";
-        let told = chain(&ask(cross).unwrap_err());
-        let expected = "it puts 250000 rows of 2 columns together, 4.0 MB of memory where 1.0 MB may \
-                        be taken: select rows and columns first, join by equal columns, or allow more";
-        assert!(told.ends_with(expected), "{told}");
+        let message = chain(&ask(cross).unwrap_err());
+        let expected = "it combines 250000 rows of 2 columns, which take 4.0 MB of memory (limit \
+                        1.0 MB): select rows and columns first, join on equal columns, or raise the \
+                        limit";
+        assert!(message.ends_with(expected), "{message}");
         let keyed = |rows: i64, key: i64| {
             let keys = integers((0..rows).map(|row| row % key));
             Table::new(rows as usize, vec![(POINT, keys)])
@@ -282,8 +288,8 @@ mod tests {
             query(&[keyed(500, key), keyed(1000, key)], &sql, ByteSize::mb(1))
         };
         assert_eq!(joined(500).unwrap().rows(), 1000);
-        let told = chain(&joined(1).unwrap_err());
-        assert!(told.contains("it puts 501000 rows of 1 column together"), "{told}");
+        let message = chain(&joined(1).unwrap_err());
+        assert!(message.contains("it combines 501000 rows of 1 column"), "{message}");
         for fits in [
             format!("{cross} limit 10"),
             "select l.point, r.area from light l join light r using (point)".to_owned(),
@@ -310,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_sort_alike_keep_their_order() {
+    fn rows_that_compare_equal_keep_their_order() {
         let text = "select point from light order by point % 2";
         let answer = ask(text).unwrap();
         let expected: Vec<i64> = (0..500).step_by(2).chain((1..500).step_by(2)).collect();
@@ -318,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_sort_alike_keep_their_order_under_a_limit_too() {
+    fn rows_that_compare_equal_keep_their_order_under_a_limit() {
         let answer = ask("select point from light order by point % 2 limit 300").unwrap();
         let expected: Vec<i64> = (0..500).step_by(2).chain((1..100).step_by(2)).collect();
         assert_eq!(answer.integers("point").unwrap().values(), &expected[..]);
@@ -336,9 +342,9 @@ mod tests {
     }
 
     #[test]
-    fn equal_questions_have_equal_answers_to_the_last_bit() {
+    fn equal_queries_have_bitwise_equal_answers() {
         for text in [
-            // Any other order of the groups adds their means up to another last digit.
+            // The last digit of the mean of means depends on the order of the groups.
             "select avg(m) as a from (select avg(sqrt(area)) as m from light group by point % 97)",
             "select sum(sqrt(area)) as a from light where point % 7 > 1",
             "select l.area as a, h.area as b from light l full join heavy h on l.point = h.point + 495",
@@ -353,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn hundreds_of_terms_are_added_and_thousands_refused() {
+    fn a_sum_may_have_hundreds_of_terms_but_not_thousands() {
         let sum = |terms: usize| {
             let terms = vec!["area"; terms].join(" + ");
             ask(&format!("select {terms} as total from heavy"))
@@ -361,7 +367,7 @@ mod tests {
         let total = sum(300).unwrap().reals("total").unwrap().value(1);
         assert!((total - 30.0).abs() < 1e-12, "{total}");
         let refused = sum(3000).unwrap_err();
-        assert!(chain(&refused).contains("within one another"), "{refused:?}");
+        assert!(chain(&refused).contains("nests more than"), "{refused:?}");
     }
 
     #[test]
@@ -373,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn what_polars_cannot_do_is_an_error_even_where_it_panics() {
+    fn unsupported_queries_are_errors_even_if_polars_panics() {
         for text in [
             "select rank() over (order by area) as r from light",
             "select area, row_number() over (partition by area order by point) as r from light \
@@ -392,35 +398,35 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_not_there_is_told_with_those_that_are_in_its_place() {
-        let told = |message: &str, known: &[&str]| {
+    fn an_unknown_name_is_reported_with_the_known_names() {
+        let expected = |message: &str, known: &[&str]| {
             (message.to_owned(), known.iter().map(|name| name.to_string()).collect())
         };
         assert_eq!(
             unknown("select a.pint from light a, (select 1 as one) b"),
-            told("`a` has no column `pint`", &["point", "area"])
+            expected("`a` has no column `pint`", &["point", "area"])
         );
         assert_eq!(
             unknown("select pint from light join heavy using (point)"),
-            told("there is no column `pint`", &["point", "area"])
+            expected("there is no column `pint`", &["point", "area"])
         );
         assert_eq!(
             unknown("select area from (select point as p from light) where area > 1"),
-            told("there is no column `area`", &["p"])
+            expected("there is no column `area`", &["p"])
         );
         assert_eq!(
             unknown("select * from lihgt"),
-            told("there is no table `lihgt`", &["light", "heavy"])
+            expected("there is no table `lihgt`", &["light", "heavy"])
         );
     }
 
     #[test]
-    fn no_stage_hides_behind_a_table_of_the_query() {
+    fn a_query_cannot_define_a_table_with_the_name_of_a_stage() {
         let count =
             "with few as (select * from light where point < 7) select count(*) as n from few";
         assert_eq!(ask(count).unwrap().integers("n").unwrap().values(), &[7]);
         let error = ask(&count.replace("few", "heavy")).unwrap_err();
-        assert!(chain(&error).contains("`with heavy` has the name of a stage"));
+        assert!(chain(&error).contains("`with heavy` uses the name of a stage"));
     }
 
     #[test]
@@ -430,7 +436,7 @@ mod tests {
     }
 
     #[test]
-    fn only_queries_are_carried_out() {
+    fn other_statements_are_refused() {
         for text in ["drop table light", "selec 1", "", "truncate table light"] {
             assert!(ask(text).is_err(), "{text}");
         }

@@ -1,19 +1,18 @@
-//! The statistics of a group: their words in manifests and column names, and those that polars has
-//! not.
+//! Statistics of a group: their names in manifests and columns, and the statistics that polars does
+//! not provide.
 //!
-//! Standard errors and confidence intervals of means are by Student's t over surfaces.
-//! A surface counts once, however many of its rows are in a group: areas of one surface under
-//! neighbouring loads say nearly the same, and so do those of one seed and realization at several
-//! points of a sweep, which share random numbers (see [`sampling_units`]). Of n surfaces with sums
-//! Sᵢ over nᵢ rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)², that of
-//! the ratio of two means; with one row each it is the square of s/√n. A single surface has no
-//! error.
+//! Standard errors and confidence intervals of means use Student's t over surfaces. A surface counts
+//! once, even if a group contains several of its rows: areas of one surface under neighbouring loads
+//! are strongly correlated, and so are areas of one seed and realization at several points of a
+//! sweep, which share random numbers (see [`sampling_units`]). For n surfaces with sums Sᵢ over nᵢ
+//! rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)² of a ratio of two
+//! means. With one row per surface it equals the square of s/√n. A single surface has no error.
 //!
 //! [`sampling_units`]: crate::ensemble::sampling_units
 //!
-//! How often intervals of 95 % cover the mean of n values, in 20 000 simulated samples (6000 for
-//! resampling with 1000 replicates, 4000 from n = 20 on); ln x of the lognormal values has the
-//! standard deviation σ:
+//! Coverage of 95 % intervals of the mean of n values, in 20 000 simulated samples (6000 for
+//! resampling with 1000 replicates, 4000 for n ≥ 20); ln x of the lognormal values has the standard
+//! deviation σ:
 //!
 //! | values | | n = 5 | 10 | 20 | 50 |
 //! |---|---|---|---|---|---|
@@ -24,8 +23,8 @@
 //! | lognormal, σ = 1 | Student's t | 0.82 | 0.84 | 0.86 | 0.90 |
 //! | | percentiles of resamples | 0.72 | 0.81 | 0.84 | 0.90 |
 //!
-//! Student's t is nowhere worse, needs no draws, and is exact for normal values, which areas of
-//! surfaces of one spectrum are nearly.
+//! Student's t is never worse, needs no random numbers, and is exact for normal values. Areas of
+//! surfaces of one spectrum are nearly normal.
 
 use std::collections::HashMap;
 
@@ -41,37 +40,37 @@ use crate::StageError;
 use crate::columns::LOAD;
 use asperity_statistics::intervals::two_sided_quantile;
 
-/// A statistic over the rows of a group.
+/// Statistic over the rows of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Statistic {
     Mean,
     /// Sample standard deviation.
     Sd,
-    /// Standard error of the mean, over surfaces.
+    /// Standard error of the mean over surfaces.
     Sem,
     Min,
     Max,
     /// Quantile, by linear interpolation.
     Quantile(f64),
-    /// Confidence interval of the mean, of this level, by Student's t over surfaces.
+    /// Confidence interval of the mean with this level, by Student's t over surfaces.
     Confidence(f64),
     /// Slope of the least-squares line through the rows against `load`.
     #[serde(rename = "regr_slope")]
     RegressionSlope,
-    /// Where that line meets zero load.
+    /// Value of this line at zero load.
     #[serde(rename = "regr_intercept")]
     RegressionIntercept,
-    /// Slope of the mean against `load`, by differences.
+    /// Slope of the mean against `load`, by finite differences.
     Slope,
-    /// Mean over `load`.
+    /// Mean divided by `load`.
     Secant,
-    /// F = −ln[(1 − a) y √(2π)] of the mean area a under the load y, near full contact.
+    /// Approach to full contact, F = −ln[(1 − a) y √(2π)] of the mean area a under the load y.
     Approach,
 }
 
-/// Statistics that have one word each. `q05` is the quantile of 5 %, `q975` that of 97.5 %, `ci95`
-/// the confidence interval of 95 %: the digits are those after the point.
+/// Statistics with a fixed name. The names of the others contain the decimals of a number: `q05` is
+/// the 5 % quantile, `q975` the 97.5 % quantile, `ci95` the 95 % confidence interval.
 const WORDS: [(&str, Statistic); 11] = [
     ("mean", Statistic::Mean),
     ("sd", Statistic::Sd),
@@ -87,12 +86,12 @@ const WORDS: [(&str, Statistic); 11] = [
 ];
 
 impl Statistic {
-    /// The words of all statistics but quantiles and confidence intervals.
+    /// Returns the names of all statistics except quantiles and confidence intervals.
     pub fn words() -> impl Iterator<Item = &'static str> {
         WORDS.iter().map(|(word, _)| *word)
     }
 
-    /// Returns the statistic that a manifest calls by a word.
+    /// Returns the statistic with a name in manifests.
     pub fn named(word: &str) -> Option<Statistic> {
         let known = WORDS.iter().find(|(known, _)| *known == word);
         known
@@ -101,7 +100,7 @@ impl Statistic {
             .or_else(|| share_after("q", word).map(Statistic::Quantile))
     }
 
-    /// What the name of its column ends in, or what those of two have in common.
+    /// Returns the suffix of the name of the column, or the common part of the suffixes of two.
     pub fn suffix(self) -> String {
         let known = WORDS.iter().find(|(_, statistic)| *statistic == self);
         match (known, self) {
@@ -112,7 +111,7 @@ impl Statistic {
         }
     }
 
-    /// What its columns' names end in.
+    /// Returns the suffixes of the names of all columns of the statistic.
     pub fn suffixes(self) -> Vec<String> {
         match self {
             Statistic::Confidence(level) => {
@@ -123,37 +122,54 @@ impl Statistic {
     }
 }
 
-/// Returns the share between 0 and 1 whose digits after the point follow a prefix.
+/// Returns the number between 0 and 1 whose decimals follow a prefix, like 0.05 for `q05`.
 fn share_after(prefix: &str, word: &str) -> Option<f64> {
     let digits = word.strip_prefix(prefix)?;
     let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
-    // `q100` and `ci100` would be 10 %, which nobody means.
+    // `q100` and `ci100` would mean 10 %, which is surely not intended.
     let is_shortest = digits.len() == 2 || !digits.ends_with('0');
     let share: f64 = format!("0.{digits}").parse().ok()?;
     (is_plain && is_shortest && share > 0.0).then_some(share)
 }
 
-/// `ci95` for a level of 0.95: the digits after the point, two or more.
+/// Returns the name of a confidence interval: `ci95` for a level of 0.95, with at least two decimals.
 fn interval_word(level: f64) -> String {
     let digits = level.to_string().replace("0.", "");
     format!("ci{digits:0<2}")
 }
 
-/// What a column is whose name ends in one of these words, if it is an end of an interval of this
-/// level.
-pub fn meaning(level: f64, suffix: &str) -> Option<String> {
-    let end = suffix.strip_prefix(&interval_word(level))?.strip_prefix('_')?;
-    // 0.29 × 100 is no whole number in floating point.
-    let percent = (level * 1e6).round() / 1e4;
-    Some(format!(
-        "{end} end of the {percent} % confidence interval, by Student's t over surfaces, of the mean"
-    ))
+/// Returns the meaning of the statistic in a column whose name has a suffix.
+pub fn meaning(suffix: &str) -> Option<String> {
+    // Rounded, because 0.29 × 100 is not an integer in floating point.
+    let percent = |share: f64| (share * 1e6).round() / 1e4;
+    if let Some((word, end @ ("lower" | "upper"))) = suffix.rsplit_once('_') {
+        let level = percent(share_after("ci", word)?);
+        return Some(format!(
+            "{end} end of the {level} % confidence interval, by Student's t over surfaces, of the \
+             mean"
+        ));
+    }
+    let meaning = match Statistic::named(suffix)? {
+        Statistic::Quantile(0.5) => "median",
+        Statistic::Quantile(share) => return Some(format!("{} % quantile", percent(share))),
+        Statistic::Mean => "mean",
+        Statistic::Sd => "standard deviation",
+        Statistic::Sem => "standard error of the mean",
+        Statistic::Min => "minimum",
+        Statistic::Max => "maximum",
+        Statistic::RegressionSlope => "slope of the least-squares line against the load",
+        Statistic::RegressionIntercept => "value of the least-squares line at zero load",
+        Statistic::Slope => "slope of the mean against the load",
+        Statistic::Secant => "mean divided by the load",
+        Statistic::Approach | Statistic::Confidence(_) => return None,
+    };
+    Some(meaning.to_owned())
 }
 
-/// Column with the sampling unit of each row; no user's column has a space in its name.
+/// Intermediate column with the sampling unit of each row. Names of users' columns have no spaces.
 pub const SAMPLING_UNIT: &str = "sampling unit";
 
-/// Adds to each row the sum and the number of the values that its sampling unit has in its group.
+/// Adds to each row the sum and the number of the values of its sampling unit in its group.
 pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<LazyFrame, StageError> {
     let unit: Vec<Expr> = keys.iter().cloned().chain([col(SAMPLING_UNIT)]).collect();
     let within = |values: Expr| values.over(unit.clone()).map_err(polars_error);
@@ -172,17 +188,17 @@ pub fn of_group(name: &str) -> [Expr; 2] {
     [standard_error(name).alias(error_of(name)), surfaces(name).alias(surfaces_of(name))]
 }
 
-/// Number of surfaces that have a value in the group.
+/// Returns the number of surfaces that have a value in the group.
 fn surfaces(name: &str) -> Expr {
     let known = col(SAMPLING_UNIT).filter(value(name).is_not_null());
     known.n_unique().cast(DataType::Float64)
 }
 
-/// Standard error of a group's mean; null for a single surface.
+/// Returns the standard error of a group's mean; null for a single surface.
 pub fn standard_error(name: &str) -> Expr {
     let known = || value(name).is_not_null();
     let deviation = col(sum_of(name)) - col(rows_of(name)) * value(name).mean();
-    // Every row of a surface has the deviation of all: together they count it once.
+    // Each row has the deviation of its surface, so that the rows of a surface together count once.
     let each = (deviation.clone() * deviation / col(rows_of(name))).filter(known());
     let variance = each.sum() * surfaces(name) / (surfaces(name) - lit(1.0));
     let count = value(name).count().cast(DataType::Float64);
@@ -191,7 +207,7 @@ pub fn standard_error(name: &str) -> Expr {
         .otherwise(lit(polars::prelude::NULL))
 }
 
-/// The ends of the interval of a group's mean; none for a single surface.
+/// Returns the ends of the confidence interval of a group's mean; null for a single surface.
 pub fn ends(name: &str, level: f64) -> [Expr; 2] {
     let factor = col(surfaces_of(name)).map(
         move |surfaces| factors(&surfaces, level),
@@ -208,7 +224,7 @@ pub fn ends(name: &str, level: f64) -> [Expr; 2] {
     ]
 }
 
-/// Student's t of each number of surfaces; each is found once.
+/// Returns Student's t for each number of surfaces. Each distinct number is computed once.
 fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
     let mut known: HashMap<u32, f64> = HashMap::new();
     let mut factor = |surfaces: f64| {
@@ -222,12 +238,12 @@ fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
     Ok(Series::new(surfaces.name().clone(), factors).into())
 }
 
-/// A column as real numbers; a truth value is 1 or 0.
+/// Returns a column as real numbers; flags become 1 or 0.
 fn value(name: &str) -> Expr {
     col(name).cast(DataType::Float64)
 }
 
-// Names of what is computed on the way; no user's column has a space.
+// Names of intermediate columns. Names of users' columns have no spaces.
 fn sum_of(name: &str) -> String {
     format!("{name} sum")
 }
@@ -244,25 +260,25 @@ fn surfaces_of(name: &str) -> String {
     format!("{name} surfaces")
 }
 
-/// Slope of the least-squares line, `REGR_SLOPE` of standard SQL.
+/// Returns the slope of the least-squares line, `REGR_SLOPE` of standard SQL.
 pub fn slope(values: &Expr) -> Expr {
     let Line { loads, values } = Line::of(values);
     let from_mean = loads.clone() - loads.clone().mean();
     let joint = (from_mean.clone() * (values.clone() - values.mean())).sum();
-    // Of equal loads, rounding of the mean would leave some scatter.
+    // If all loads are equal, rounding of their mean would leave some scatter.
     let differ = loads.clone().min().lt(loads.max());
     let slope = joint / (from_mean.clone() * from_mean).sum();
     when(differ).then(slope).otherwise(lit(NULL))
 }
 
-/// Value of that line at zero load, `REGR_INTERCEPT` of standard SQL.
+/// Returns the value of the least-squares line at zero load, `REGR_INTERCEPT` of standard SQL.
 pub fn intercept(values: &Expr) -> Expr {
     let Line { loads, values: known } = Line::of(values);
     known.mean() - slope(values) * loads.mean()
 }
 
-/// What the least-squares line of a group goes through: values against their load. A row without a
-/// value is left out, and rows under one load alone have no line.
+/// Data of the least-squares line of a group: values against their loads. Rows without a value are
+/// left out, and rows under a single load have no line.
 struct Line {
     loads: Expr,
     values: Expr,

@@ -1,4 +1,4 @@
-//! Statistics of tables that are easy to reduce by hand.
+//! Statistics of small tables whose results are known.
 
 use arrow::array::Array;
 
@@ -46,7 +46,7 @@ fn groups_are_the_points_of_the_study_in_ascending_order() {
 }
 
 #[test]
-fn statistics_are_those_of_the_rows_of_a_group() {
+fn statistics_of_the_rows_of_a_group_are_exact() {
     let asked = [
         Statistic::Mean,
         Statistic::Sd,
@@ -70,7 +70,7 @@ fn statistics_are_those_of_the_rows_of_a_group() {
     }
 }
 
-/// A table of surfaces, each with the same value under one load or different ones under several.
+/// Returns a table of surfaces from their names, loads and area fractions.
 fn of_surfaces(rows: &[(&str, f64, f64)]) -> Table {
     Table::new(
         rows.len(),
@@ -88,25 +88,25 @@ fn interval(reduced: &Table) -> [f64; 2] {
 }
 
 #[test]
-fn an_interval_of_the_mean_is_as_wide_as_students_t_says() {
+fn the_interval_of_the_mean_is_that_of_students_t() {
     let values = [1.0, 2.0, 3.0, 4.0, 10.0];
     let rows = ["a", "b", "c", "d", "e"].into_iter().zip(values);
     let table = of_surfaces(&rows.map(|(name, area)| (name, 0.1, area)).collect::<Vec<_>>());
     let asked = groups(&[Statistic::Confidence(0.95), Statistic::Mean, Statistic::Sem]);
     let reduced = reduce(&table, &asked).unwrap();
-    // 4 ± 2.7764 √(50/4/5), with Student's t of four degrees of freedom from tables.
+    // 4 ± 2.7764 √(50/4/5), with tabulated Student's t for four degrees of freedom.
     let [lower, upper] = interval(&reduced);
     assert!((lower - (4.0 - 4.389_938)).abs() < 1e-5, "{lower}");
     assert!((upper - (4.0 + 4.389_938)).abs() < 1e-5, "{upper}");
     let names = reduced.names();
-    let place = |name: &str| names.iter().position(|known| *known == name).unwrap();
-    assert!(place("area_fraction_ci95_upper") < place("area_fraction_mean"));
+    let index = |name: &str| names.iter().position(|known| *known == name).unwrap();
+    assert!(index("area_fraction_ci95_upper") < index("area_fraction_mean"));
     assert_eq!(names.len(), 7, "{names:?}");
 }
 
 #[test]
 fn an_interval_rests_on_surfaces_and_not_on_rows() {
-    // Each surface thrice, under loads that are no group of their own.
+    // Three rows per surface, under three loads that belong to one group.
     let loads = [0.1, 0.2, 0.3];
     let surfaces = [("a", 1.0), ("b", 2.0), ("c", 6.0)];
     let rows = surfaces.iter().flat_map(|&(name, area)| loads.map(|load| (name, load, area)));
@@ -142,7 +142,7 @@ fn in_pascals() -> Table {
 }
 
 #[test]
-fn loads_in_pascals_are_groups_whatever_the_slopes_of_the_surfaces() {
+fn loads_in_pascals_define_groups_of_surfaces_with_unequal_slopes() {
     let asked = [Statistic::Mean, Statistic::Slope, Statistic::Secant];
     for named in [None, Some(vec!["pressure".to_owned()])] {
         let asked = Groups { group_by: named, ..groups(&asked) };
@@ -161,7 +161,7 @@ fn loads_in_pascals_are_groups_whatever_the_slopes_of_the_surfaces() {
 }
 
 #[test]
-fn reduced_loads_that_follow_from_pascals_name_groups_where_all_surfaces_agree() {
+fn derived_reduced_loads_define_groups_only_if_all_surfaces_agree() {
     let asked = Groups { group_by: Some(vec!["load".to_owned()]), ..groups(&[Statistic::Mean]) };
     let error = reduce(&in_pascals(), &asked).unwrap_err().to_string();
     assert!(error.contains("group by `pressure`"), "{error}");
@@ -170,8 +170,8 @@ fn reduced_loads_that_follow_from_pascals_name_groups_where_all_surfaces_agree()
     assert_eq!(column(&reduced, "load"), [0.1, 0.2]);
 }
 
-/// Surfaces of one seed and realization at several points of a sweep, in experiments of their own
-/// seed: areas scatter by what a surface has at all points and by what it has at one.
+/// Returns sweeps over several points, one per experiment, with one seed each. The scatter of an
+/// area is the sum of a part that a surface has at all points and a part that it has at one point.
 fn sweeps(experiments: usize, points: usize, surfaces: usize) -> Table {
     let mut cells = Vec::new();
     for experiment in 0..experiments {
@@ -237,19 +237,19 @@ fn intervals_over_a_sweep_cover_its_mean_at_the_nominal_rate() {
 }
 
 #[test]
-fn a_single_surface_has_no_interval_and_where_none_are_named_rows_count() {
+fn a_single_surface_has_no_interval_and_rows_without_surfaces_count_singly() {
     let asked = groups(&[Statistic::Confidence(0.95)]);
     let reduced = reduce(&of_surfaces(&[("a", 0.1, 0.2)]), &asked).unwrap();
     let lower = reduced.reals("area_fraction_ci95_lower").unwrap();
     assert!(lower.is_null(0));
     let reduced = reduce(&table(), &asked).unwrap();
-    // Two rows 0.2 apart: 0.3 ± 12.706 × 0.1.
+    // Two rows that differ by 0.2: 0.3 ± 12.706 × 0.1.
     let lower = column(&reduced, "area_fraction_ci95_lower")[2];
     assert!((lower - (0.3 - 1.270_620)).abs() < 1e-5, "{lower}");
 }
 
 #[test]
-fn slopes_are_differences_of_the_mean_curve_from_zero_on() {
+fn slopes_are_differences_of_the_mean_curve_starting_at_the_origin() {
     let reduced = reduce(&table(), &groups(&[Statistic::Slope, Statistic::Secant])).unwrap();
     let close = |name: &str, expected: [f64; 4]| {
         let pairs = column(&reduced, name).into_iter().zip(expected);
@@ -275,7 +275,7 @@ fn a_line_through_the_rows_of_a_group_has_their_slope_and_intercept() {
         let pairs = found.iter().zip(expected);
         assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-12), "{name} {found:?}");
     };
-    // The means of the wider spectrum are 0.3 and 0.5, those of the other 0.1 and 0.2.
+    // The means are 0.1 and 0.2 for H = 0.3, and 0.3 and 0.5 for H = 0.8.
     close("slope", [1.0, 2.0]);
     close("intercept", [0.0, 0.1]);
     let one_load = of_spectra(&table().pick(&[0, 2, 4, 6]));
@@ -285,7 +285,7 @@ fn a_line_through_the_rows_of_a_group_has_their_slope_and_intercept() {
 }
 
 #[test]
-fn a_row_that_two_blocks_share_counts_once() {
+fn a_row_in_two_blocks_counts_once() {
     let named = table().with(vec![(SURFACE, texts(["a", "a", "b", "b", "c", "c", "d", "d"]))]);
     let twice = Table::stack(&[named.clone(), named.clone()]).unwrap();
     let asked = groups(&[Statistic::Mean, Statistic::Sd]);
@@ -342,7 +342,7 @@ fn a_missing_column_is_named() {
 }
 
 #[test]
-fn reduced_columns_say_what_they_mean() {
+fn reduced_columns_describe_themselves() {
     let reduced = reduce(&table(), &groups(&[Statistic::Mean])).unwrap();
     let schema = reduced.batch().schema();
     let field = schema.field_with_name("area_fraction_mean").unwrap();

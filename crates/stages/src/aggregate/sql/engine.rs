@@ -1,9 +1,9 @@
-//! Polars, held to one answer.
+//! Deterministic execution of polars queries.
 //!
-//! SQL leaves the order of groups, of joined rows and of rows that sort alike to the engine. This
-//! one settles it by hashes that are new in every process, and adds up in as many parts as it has
-//! threads, so that the last digits of a mean would differ from run to run. Here it keeps every
-//! order, and works on one thread.
+//! SQL does not define the order of groups, of joined rows, and of rows that compare equal. Polars
+//! orders them by hashes that differ between processes, and splits sums by the number of threads, so
+//! that the last digits of a mean would differ between runs. This module makes polars keep all
+//! orders and work on one thread.
 
 use std::sync::{Arc, Mutex, OnceLock};
 use std::{env, panic, thread};
@@ -24,25 +24,25 @@ use crate::aggregate::frame;
 use asperity_contact::threads::available_cores;
 use asperity_manifest::diagnostics::{counted, words_of_panic};
 
-/// Message for systems that refuse polars its threads.
-const TOO_FEW_THREADS: &str = "polars, which computes statistics and answers queries, cannot start its \
-                               threads: allow more processes (`ulimit -u`), or set the environment \
-                               variable `POLARS_MAX_THREADS` to 1";
+/// Message for systems that do not let polars start its threads.
+const TOO_FEW_THREADS: &str = "polars, which computes statistics and answers queries, cannot \
+                               start its threads: allow more processes (`ulimit -u`), or set the \
+                               environment variable `POLARS_MAX_THREADS` to 1";
 
-/// The name of the thread.
+/// Name of the query thread.
 const THREAD: &str = "query";
 
-/// Bytes of stack: for the deepest query that is let in, three times over.
+/// Stack size of the query thread in bytes: three times the need of the deepest accepted query.
 const STACK: usize = 256 << 20;
 
-/// Works with queries on a thread of its own, with room for deep ones, and on no other thread.
+/// Runs `work` on a new thread with a large stack, and keeps polars on this thread.
 ///
 /// # Errors
-/// When the thread does not start, or polars gives up.
-pub fn apart<T: Send, E: From<QueryError> + Send>(
+/// Returns an error if the thread cannot be started or polars panics.
+pub fn on_query_thread<T: Send, E: From<QueryError> + Send>(
     work: impl FnOnce() -> Result<T, E> + Send,
 ) -> Result<T, E> {
-    let alone = || {
+    let single_threaded = || {
         ALLOW_RAYON_THREADS.set(false);
         work()
     };
@@ -52,32 +52,32 @@ pub fn apart<T: Send, E: From<QueryError> + Send>(
     }
     thread::scope(|scope| {
         let builder = thread::Builder::new().name(THREAD.to_owned());
-        let started = builder.stack_size(STACK).spawn_scoped(scope, alone);
+        let started = builder.stack_size(STACK).spawn_scoped(scope, single_threaded);
         let thread = started.map_err(|error| {
-            let room = STACK >> 20;
-            refused(format!("no thread starts with {room} MiB of stack: {error}"))
+            let size = STACK >> 20;
+            refused(format!("cannot start a thread with a stack of {size} MiB: {error}"))
         })?;
-        let answered = thread.join();
-        answered.unwrap_or_else(|panic| Err(refused(told(&words_of_panic(panic.as_ref())))))
+        let answer = thread.join();
+        answer.unwrap_or_else(|panic| Err(refused(panic_message(&words_of_panic(panic.as_ref())))))
     })
 }
 
-/// Returns whether the system allows the thread of a query and the two thread pools that polars
-/// starts at its first use.
+/// Returns whether the system allows the query thread and the two thread pools that polars starts at
+/// its first use.
 ///
-/// Polars panics or waits forever if it is refused some of them. The first positive answer holds
-/// for the whole process, because the pools stay.
+/// Polars panics or waits forever if it cannot start all of them. The first positive answer holds
+/// for the whole process, because the pools remain.
 fn polars_can_start() -> bool {
     static CAN_START: OnceLock<()> = OnceLock::new();
     if CAN_START.get().is_some() {
         return true;
     }
-    let said = env::var("POLARS_MAX_THREADS").ok();
-    let said = said.and_then(|count| count.parse::<usize>().ok());
-    let count = 1 + 2 * said.unwrap_or_else(|| available_cores().get());
+    let limit = env::var("POLARS_MAX_THREADS").ok();
+    let limit = limit.and_then(|count| count.parse::<usize>().ok());
+    let count = 1 + 2 * limit.unwrap_or_else(|| available_cores().get());
     let gate = Mutex::new(());
     let all_start = thread::scope(|scope| {
-        // All threads exist at the same time, until the gate opens.
+        // The gate keeps all threads alive until the last one has started.
         let _closed = gate.lock();
         (0..count).all(|_| {
             let pass = || drop(gate.lock());
@@ -90,24 +90,24 @@ fn polars_can_start() -> bool {
     all_start
 }
 
-/// Returns an error message for a panic of polars.
-fn told(words: &str) -> String {
-    // Another thread may have started since `polars_can_start` answered.
-    if words.starts_with("could not spawn threads") {
+/// Returns the error message for a panic of polars.
+fn panic_message(panic: &str) -> String {
+    // Other threads may have started since `polars_can_start` returned.
+    if panic.starts_with("could not spawn threads") {
         return TOO_FEW_THREADS.to_owned();
     }
     // Drop the part of the message that is about the code of polars.
-    let cause = match words.split_once("` value: ") {
+    let cause = match panic.split_once("` value: ") {
         Some((_, cause)) => cause,
-        None => words,
+        None => panic,
     };
     format!(
-        "polars cannot answer this query, and ended with an internal error ({cause}); ask in another \
-         form, or for parts of it by `with`"
+        "polars cannot answer this query because of an internal error ({cause}); write the query in \
+         another form, or split it into parts with `with`"
     )
 }
 
-/// Suppresses the printed trace of panics on query threads: the error says what happened.
+/// Suppresses the printed trace of panics on query threads, which become errors.
 pub fn silence_panics() {
     let print = panic::take_hook();
     panic::set_hook(Box::new(move |panic| {
@@ -117,23 +117,23 @@ pub fn silence_panics() {
     }));
 }
 
-/// What a query answers, rows in an order that follows from the tables.
+/// Executes a query. The order of the rows depends only on the tables.
 ///
 /// # Errors
-/// When the query names what is not there, asks for what polars cannot do, or takes more memory
-/// than there is.
-pub fn collected(frame: LazyFrame, room: ByteSize) -> PolarsResult<DataFrame> {
+/// Returns an error if a name does not exist, polars does not support the query, or the query takes
+/// more memory than `memory`.
+pub fn collect(frame: LazyFrame, memory: ByteSize) -> PolarsResult<DataFrame> {
     frame._collect_post_opt(|root, plan, expressions, _| {
-        check_memory(root, plan, expressions, room)?;
+        check_memory(root, plan, expressions, memory)?;
         keep_orders(plan);
         Ok(())
     })
 }
 
-/// Settles every row order by the order of the input.
+/// Makes every node of a plan keep the order of its input.
 ///
-/// A sort of the answer would not do: means of groups, too, depend on the order of what they read.
-/// The optimizer holds that they do not, and so it comes before.
+/// Sorting the answer is not enough, because the last digits of means depend on the order of their
+/// input. This runs after the optimizer, which assumes that they do not.
 fn keep_orders(plan: &mut Arena<IR>) {
     for node in (0..plan.len()).map(Node) {
         match plan.get_mut(node) {
@@ -153,48 +153,45 @@ fn keep_orders(plan: &mut Arena<IR>) {
     }
 }
 
-/// A query plan as polars executes it, and the memory that it may take.
+/// Optimized query plan with its memory limit.
 ///
-/// What it takes is known as far as the plan tells before anything is read. The numbers of rows of
-/// tables are known, and a cross join has their product. Where another join might be too large, the
-/// equal values of its columns are counted if these are columns of tables. All other joins are
-/// assumed to have as many rows as the longer side.
+/// The memory is estimated before anything is read. The numbers of rows of tables are known, and a
+/// cross join has their product. If another join might be too large, its pairs of equal values are
+/// counted, provided that it joins columns of tables. All other joins are assumed to have as many
+/// rows as the longer side.
 struct Plan<'a> {
-    parts: &'a Arena<IR>,
+    nodes: &'a Arena<IR>,
     expressions: &'a Arena<AExpr>,
-    room: ByteSize,
+    memory: ByteSize,
 }
 
-/// Refuses a plan in which one node takes more memory than `room`.
-///
-/// # Errors
-/// When one does.
+/// Refuses a plan in which one node takes more memory than `memory`.
 fn check_memory(
     root: Node,
-    parts: &Arena<IR>,
+    nodes: &Arena<IR>,
     expressions: &Arena<AExpr>,
-    room: ByteSize,
+    memory: ByteSize,
 ) -> PolarsResult<()> {
-    let plan = Plan { parts, expressions, room };
+    let plan = Plan { nodes, expressions, memory };
     let mut largest = Extent::default();
-    plan.known(root, &mut largest);
-    if largest.bytes <= room.0 as f64 {
+    plan.output_size(root, &mut largest);
+    if largest.bytes <= memory.0 as f64 {
         return Ok(());
     }
     let Extent { rows, columns, bytes } = largest;
     Err(PolarsError::ComputeError(
         format!(
-            "it puts {rows} rows of {} together, {} of memory where {} may be taken: \
-             select rows and columns first, join by equal columns, or allow more",
+            "it combines {rows} rows of {}, which take {} of memory (limit {}): select rows and \
+             columns first, join on equal columns, or raise the limit",
             counted(columns, "column"),
             ByteSize(bytes as u64).display().si(),
-            room.display().si(),
+            memory.display().si(),
         )
         .into(),
     ))
 }
 
-/// The node of a plan that takes the most memory.
+/// Size of the node of a plan that takes the most memory.
 #[derive(Default)]
 struct Extent {
     rows: f64,
@@ -202,30 +199,32 @@ struct Extent {
     bytes: f64,
 }
 
-/// Size of the result of a node.
-struct Known<'a> {
+/// Estimated output of a node.
+struct OutputSize<'a> {
     /// Upper bound or estimate of the number of rows.
     rows: f64,
-    /// The table, if the rows are all rows of one table.
+    /// Table whose rows are all rows of the output, if there is one.
     table: Option<&'a dyn AnonymousScan>,
 }
 
 impl Plan<'_> {
-    fn known(&self, node: Node, largest: &mut Extent) -> Known<'_> {
-        let part = self.parts.get(node);
-        let inputs: Vec<Known> = part.inputs().map(|input| self.known(input, largest)).collect();
+    /// Estimates the output of a node, and updates `largest` for the node and its inputs.
+    fn output_size(&self, node: Node, largest: &mut Extent) -> OutputSize<'_> {
+        let part = self.nodes.get(node);
+        let inputs = part.inputs().map(|input| self.output_size(input, largest));
+        let inputs: Vec<OutputSize> = inputs.collect();
         let longest = || inputs.iter().fold(0.0, |most, input| input.rows.max(most));
         let rows = match part {
             IR::Scan { scan_type, unified_scan_args, .. } => {
                 let FileScanIR::Anonymous { function, .. } = scan_type.as_ref() else {
-                    return Known { rows: 0.0, table: None };
+                    return OutputSize { rows: 0.0, table: None };
                 };
                 let table = function.as_ref();
                 let all = frame::rows_of(table);
                 let slice = unified_scan_args.pre_slice.as_ref();
                 let rows = slice.map_or(all, |slice| all.min(slice.len()));
-                largest.extend(rows as f64, &part.schema(self.parts));
-                return Known { rows: rows as f64, table: (rows == all).then_some(table) };
+                largest.extend(rows as f64, &part.schema(self.nodes));
+                return OutputSize { rows: rows as f64, table: (rows == all).then_some(table) };
             }
             IR::DataFrameScan { df, .. } => df.height() as f64,
             IR::Slice { len, .. } => longest().min(f64::from(*len)),
@@ -235,7 +234,7 @@ impl Plan<'_> {
                 let all = match &options.args.how {
                     JoinType::Cross if options.options.is_none() => product,
                     JoinType::Inner | JoinType::Left | JoinType::Right | JoinType::Full
-                        if product * width(&part.schema(self.parts)) > self.room.0 as f64 =>
+                        if product * width(&part.schema(self.nodes)) > self.memory.0 as f64 =>
                     {
                         longest() + self.pairs(&inputs, [left_on, right_on]).unwrap_or(0.0)
                     }
@@ -246,17 +245,18 @@ impl Plan<'_> {
             }
             _ => longest(),
         };
-        largest.extend(rows, &part.schema(self.parts));
-        let is_same = matches!(
+        largest.extend(rows, &part.schema(self.nodes));
+        let keeps_rows = matches!(
             part,
             IR::SimpleProjection { .. } | IR::Cache { .. } | IR::Sort { slice: None, .. }
         );
-        Known { rows, table: inputs.first().and_then(|input| input.table.filter(|_| is_same)) }
+        let table = inputs.first().and_then(|input| input.table.filter(|_| keeps_rows));
+        OutputSize { rows, table }
     }
 
     /// Counts the pairs of rows that a join matches, or returns `None` if it joins anything but
     /// columns of tables.
-    fn pairs(&self, inputs: &[Known], on: [&[ExprIR]; 2]) -> Option<f64> {
+    fn pairs(&self, inputs: &[OutputSize], on: [&[ExprIR]; 2]) -> Option<f64> {
         let counts = |side: usize| {
             let names = on[side].iter().map(|column| {
                 let AExpr::Column(name) = self.expressions.get(column.node()) else {
@@ -276,7 +276,7 @@ impl Plan<'_> {
 }
 
 impl Extent {
-    /// Replaces the extent if this many rows of these columns take more memory.
+    /// Replaces the extent if `rows` rows with this schema take more memory.
     fn extend(&mut self, rows: f64, schema: &Schema) {
         let bytes = rows * width(schema);
         if bytes > self.bytes {
@@ -285,7 +285,7 @@ impl Extent {
     }
 }
 
-/// Returns the number of bytes of a row.
+/// Returns the size of a row in bytes.
 fn width(schema: &Schema) -> f64 {
     let types = schema.iter_values();
     let bytes = types.map(|kind| match kind {

@@ -1,5 +1,5 @@
-//! What a query says, before an engine sees it: which tables it names, and that no part of it goes
-//! deeper than an engine can follow.
+//! Analysis of a query before polars executes it: the tables that it reads, and limits on its size
+//! and depth.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -14,35 +14,35 @@ use sqlparser::tokenizer::{Token, Tokenizer};
 
 use super::QueryError;
 
-/// Bytes of a query: the parser's tree of it must fit on the stack, however it is built.
+/// Maximum length of a query in bytes, so that any syntax tree fits on the stack.
 const LONGEST: usize = 64 << 10;
 
-/// Operations within one another, and parts of a `union`. The engine's time grows with the square
-/// of it and more, and its stack by some 80 kB each.
+/// Maximum number of nested operations, and of parts of a `union`. The time of polars grows at least
+/// with the square of this number, and its stack by about 80 kB for each level.
 const DEEPEST: usize = 500;
 
-/// A query that an engine may be given.
+/// Query that polars can execute.
 #[derive(Debug, Default)]
 pub struct Statement {
-    /// Its text, as polars reads it.
+    /// Text that polars parses.
     pub text: String,
-    /// The tables that it reads.
+    /// Tables that the query reads.
     pub tables: BTreeSet<String>,
-    /// The tables that it makes itself, by `with`.
-    pub makes: BTreeSet<String>,
-    /// What it calls them, where it gives them other names.
+    /// Tables that the query defines by `with`.
+    pub defines: BTreeSet<String>,
+    /// Table for each alias.
     pub aliases: BTreeMap<String, String>,
 }
 
 impl Statement {
-    /// Reads a query.
+    /// Parses and checks a query.
     ///
     /// # Errors
-    /// When it is no query, or too long or too deep for one.
+    /// Returns an error if the text is not a query, or if it is too long or too deep.
     pub fn read(query: &str) -> Result<Statement, QueryError> {
         if query.len() > LONGEST {
             return Err(QueryError::Refused(format!(
-                "the query is {} bytes long, {LONGEST} is the most",
+                "the query is {} bytes long; the limit is {LONGEST}",
                 query.len()
             )));
         }
@@ -50,22 +50,22 @@ impl Statement {
         if let ControlFlow::Break(reason) = parsed(query)?.visit(&mut reader) {
             return Err(QueryError::Refused(reason));
         }
-        let tables = reader.named.difference(&reader.makes);
+        let tables = reader.named.difference(&reader.defines);
         Ok(Statement {
             text: with_points(query)?,
             tables: tables.cloned().collect(),
-            makes: reader.makes,
+            defines: reader.defines,
             aliases: reader.aliases,
         })
     }
 }
 
 fn parsed(query: &str) -> Result<Parsed, QueryError> {
-    // As polars parses it.
+    // The same options as polars uses.
     let options = ParserOptions::new().with_trailing_commas(true);
     let parser = Parser::new(&GenericDialect {}).with_options(options);
     let statements = parser.try_with_sql(query).and_then(|mut parser| parser.parse_statements());
-    let mut statements = statements.map_err(|error| QueryError::Refused(told(error)))?;
+    let mut statements = statements.map_err(|error| QueryError::Refused(message(error)))?;
     let refused = |reason: String| Err(QueryError::Refused(reason));
     match (statements.pop(), statements.len()) {
         (None, _) => refused("there is no query".to_owned()),
@@ -74,31 +74,30 @@ fn parsed(query: &str) -> Result<Parsed, QueryError> {
             let first = query.split_whitespace().next().unwrap_or_default();
             refused(format!("a query starts with `select` or `with`, not with `{first}`"))
         }
-        (Some(_), more) => refused(format!("there are {} queries, not one", more + 1)),
+        (Some(_), more) => refused(format!("there are {} queries instead of one", more + 1)),
     }
 }
 
-fn told(error: ParserError) -> String {
+fn message(error: ParserError) -> String {
     match error {
         ParserError::RecursionLimitExceeded => "the query nests too many parentheses or queries; \
              compute parts of it in `with NAME as (select …)`"
             .to_owned(),
         ParserError::TokenizerError(reason) | ParserError::ParserError(reason) => {
-            match reason.contains("found: -") {
-                true => {
-                    format!("{reason}; a name with `-` stands in double quotes, as \"mean-gap\"")
-                }
-                false => reason,
+            if reason.contains("found: -") {
+                format!("{reason}; put a name with `-` in double quotes, like \"mean-gap\"")
+            } else {
+                reason
             }
         }
     }
 }
 
-/// Collects what a [`Statement`] is made of; stops where it is too deep.
+/// Visitor that collects the parts of a [`Statement`] and stops if a query is too deep.
 #[derive(Default)]
 struct Reader {
     named: BTreeSet<String>,
-    makes: BTreeSet<String>,
+    defines: BTreeSet<String>,
     aliases: BTreeMap<String, String>,
     depth: usize,
     selects: usize,
@@ -108,15 +107,16 @@ impl Visitor for Reader {
     type Break = String;
 
     fn pre_visit_query(&mut self, query: &Query) -> ControlFlow<String> {
-        let makes = query.with.iter().flat_map(|with| &with.cte_tables);
-        self.makes.extend(makes.map(|table| table.alias.name.value.clone()));
+        let defined = query.with.iter().flat_map(|with| &with.cte_tables);
+        self.defines.extend(defined.map(|table| table.alias.name.value.clone()));
         ControlFlow::Continue(())
     }
 
     fn pre_visit_select(&mut self, select: &Select) -> ControlFlow<String> {
         self.selects += 1;
         if self.selects > DEEPEST {
-            return ControlFlow::Break(format!("the query has more than {DEEPEST} times `select`"));
+            let message = format!("the query contains `select` more than {DEEPEST} times");
+            return ControlFlow::Break(message);
         }
         match ungrouped(select) {
             Some(reason) => ControlFlow::Break(reason),
@@ -140,13 +140,13 @@ impl Visitor for Reader {
 
     fn pre_visit_expr(&mut self, expression: &Expr) -> ControlFlow<String> {
         self.depth += levels(expression);
-        match self.depth > DEEPEST {
-            true => ControlFlow::Break(format!(
-                "the query has more than {DEEPEST} operations within one another, as a sum of as \
-                 many terms has; compute parts of it in `with NAME as (select …)`"
-            )),
-            false => ControlFlow::Continue(()),
+        if self.depth <= DEEPEST {
+            return ControlFlow::Continue(());
         }
+        ControlFlow::Break(format!(
+            "the query nests more than {DEEPEST} operations, as a sum of so many terms does; compute \
+             parts of it in `with NAME as (select …)`"
+        ))
     }
 
     fn post_visit_expr(&mut self, expression: &Expr) -> ControlFlow<String> {
@@ -155,7 +155,7 @@ impl Visitor for Reader {
     }
 }
 
-/// How much deeper the engine goes for an expression: each case holds the ones after it.
+/// Returns the levels of nesting that an expression adds. Each case contains the following cases.
 fn levels(expression: &Expr) -> usize {
     match expression {
         Expr::Case { conditions, .. } => conditions.len(),
@@ -168,11 +168,12 @@ fn name_of(relation: &ObjectName) -> Option<String> {
     Some(name.value.clone())
 }
 
-/// Polars takes a number without a point for a whole one: `1e-3` becomes `1.0e-3`.
+/// Adds a decimal point to numbers with an exponent: `1e-3` becomes `1.0e-3`, because polars reads
+/// numbers without a point as integers.
 fn with_points(query: &str) -> Result<String, QueryError> {
     let tokens = Tokenizer::new(&GenericDialect {}, query).with_unescape(false).tokenize();
-    let tokens = tokens.map_err(|error| QueryError::Refused(told(error.into())))?;
-    let pointed = |token: Token| {
+    let tokens = tokens.map_err(|error| QueryError::Refused(message(error.into())))?;
+    let with_point = |token: Token| {
         let mut text = token.to_string();
         if matches!(token, Token::Number(..))
             && !text.contains('.')
@@ -182,17 +183,17 @@ fn with_points(query: &str) -> Result<String, QueryError> {
         }
         text
     };
-    Ok(tokens.into_iter().map(pointed).collect())
+    Ok(tokens.into_iter().map(with_point).collect())
 }
 
-/// Functions of polars that make one value of all rows.
+/// Functions of polars that compute one value from all rows.
 const AGGREGATES: &str = "\
     array_agg avg corr count covar covar_pop covar_samp first group_concat last listagg max median \
     min quantile_cont quantile_disc stddev stddev_samp stdev stdev_samp string_agg sum total var \
     var_samp variance";
 
-/// What is wrong with a `select` that has columns beside aggregates and does not group. Polars
-/// would repeat the aggregate of all rows in each of them, where SQL has no answer.
+/// Returns the error message for a `select` without `group by` that mixes columns and aggregates.
+/// This is invalid in SQL, but polars would repeat the aggregate in every row.
 fn ungrouped(select: &Select) -> Option<String> {
     let is_grouped = match &select.group_by {
         GroupByExpr::All(_) => true,
@@ -212,23 +213,22 @@ fn ungrouped(select: &Select) -> Option<String> {
         }
     }
     let (bare, aggregate) = (parts.bare?, parts.aggregate?);
-    Some(match bare == "*" {
-        true => format!(
-            "`*` stands beside `{aggregate}`: columns of single rows have to be in a `group by`"
-        ),
-        false => format!(
-            "`{bare}` stands beside `{aggregate}` and is neither aggregated nor in `group by`: \
-             `group by {bare}` gives a row for each, `first({bare})` one of all"
-        ),
+    Some(if bare == "*" {
+        format!("`*` cannot be combined with `{aggregate}`: list the columns and add a `group by`")
+    } else {
+        format!(
+            "`{bare}` cannot be combined with `{aggregate}`, because it is neither aggregated nor in \
+             `group by`: write `group by {bare}` for one row per value, or `first({bare})`"
+        )
     })
 }
 
-/// The first column outside aggregates and the first aggregate.
+/// Visitor that finds the first column outside aggregates and the first aggregate.
 #[derive(Default)]
 struct Parts {
     bare: Option<String>,
     aggregate: Option<String>,
-    /// Aggregates and queries around.
+    /// Number of enclosing aggregates and subqueries.
     inside: usize,
 }
 
@@ -272,7 +272,7 @@ impl Visitor for Parts {
     }
 }
 
-/// With `over` it is one value of each row.
+/// Returns whether a function aggregates rows. With `over` it computes one value per row.
 fn is_aggregate(function: &Function) -> bool {
     let name = function.name.to_string().to_lowercase();
     function.over.is_none() && AGGREGATES.split(' ').any(|known| known == name)
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_are_those_that_are_read_wherever_they_are_named() {
+    fn tables_are_found_in_all_parts_of_a_query() {
         let statement = read(
             "with few as (select * from area a where load in (select load from \"light-load\")) \
              select f.area_fraction from few as f join law using (hurst)",
@@ -303,14 +303,14 @@ mod tests {
     }
 
     #[test]
-    fn exponents_get_their_point_and_nothing_else_changes() {
+    fn numbers_with_an_exponent_get_a_point_and_nothing_else_changes() {
         let query = "-- 1e-3 is µ\nselect 'é 1e-3', 2E5, load1e5, -- 1e4\n 1.5e2 + 1e-3 from \"1e2\" -- 7e7";
         let pointed = query.replace("2E5", "2.0E5").replace("+ 1e-3", "+ 1.0e-3");
         assert_eq!(read(query).text, pointed);
     }
 
     #[test]
-    fn a_column_beside_an_aggregate_is_grouped_or_refused() {
+    fn a_column_with_an_aggregate_must_be_grouped() {
         for query in [
             "select load, avg(area) from t",
             "select avg(area) + load from t",
@@ -341,11 +341,11 @@ mod tests {
         read(&cases(DEEPEST - 1));
         assert!(refused(&cases(DEEPEST + 1)).contains("operations"));
         let parts = vec!["select a from t"; DEEPEST + 1].join(" union all ");
-        assert!(refused(&parts).contains("times `select`"));
+        assert!(refused(&parts).contains("`select` more than"));
     }
 
     #[test]
-    fn nothing_that_a_query_can_hold_overflows_the_stack() {
+    fn no_query_overflows_the_stack() {
         let longest = |unit: &str| unit.repeat((LONGEST - 100) / unit.len());
         for query in [
             format!("select a{}", longest("+a")),
@@ -358,13 +358,13 @@ mod tests {
             format!("select 1 from {}a", longest("(select 1 from ")),
             "+".repeat(LONGEST + 1),
         ] {
-            let read = crate::aggregate::sql::engine::apart(|| Statement::read(&query));
+            let read = crate::aggregate::sql::engine::on_query_thread(|| Statement::read(&query));
             assert!(read.is_err() || query.starts_with("values"), "{}", &query[..40]);
         }
     }
 
     #[test]
-    fn what_is_no_query_is_refused_in_words() {
+    fn texts_that_are_not_queries_are_refused() {
         assert!(refused("drop table light").contains("not with `drop`"));
         assert!(refused("select 1; select 2").contains("2 queries"));
         assert!(refused(" ").contains("no query"));
