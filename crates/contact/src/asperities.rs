@@ -28,17 +28,17 @@ mod summits;
 use equilibrium::Body;
 use summits::Summit;
 
-/// Elastic interaction of asperities.
+/// Elastic interaction of asperities through the half-space.
 ///
-/// In the mean field, the mean pressure displaces all asperities by u = w p₀ L/E*, where w L/E* is
-/// the mean displacement of a square of side L under unit pressure (Ciavarella, Delfine & Demelio,
-/// J. Mech. Phys. Solids 54, 2569 (2006), to first order). Explicit forces are summed over the
+/// In the mean field, the mean pressure displaces all asperities by u = w p₀ L/E* (Ciavarella,
+/// Delfine & Demelio, J. Mech. Phys. Solids 54, 2569 (2006), to first order). Here w L/E* is the
+/// mean displacement of a square of side L under unit pressure. Explicit forces are summed over the
 /// periodic cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Interaction {
-    /// No interaction.
+    /// No interaction between asperities.
     None,
     /// Uniform displacement by the mean pressure; areas and forces under a load do not change.
     MeanField,
@@ -47,7 +47,7 @@ pub enum Interaction {
 }
 
 impl Interaction {
-    /// All kinds of interaction.
+    /// All kinds of interaction, from none to explicit.
     pub const ALL: [Interaction; 3] =
         [Interaction::None, Interaction::MeanField, Interaction::Explicit];
 

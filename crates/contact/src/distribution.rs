@@ -47,7 +47,7 @@ impl EqualBins {
         (f64::from(bin) + 0.5) * self.width()
     }
 
-    /// Counts non-negative values.
+    /// Counts non-negative values in the bins.
     ///
     /// A bin contains its lower end. The last bin also contains its upper end, as in
     /// `numpy.histogram`.

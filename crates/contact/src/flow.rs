@@ -50,7 +50,7 @@ pub const TOLERANCE: f64 = 1e-8;
 /// Near percolation, rounding errors keep the bounds farther apart than [`TOLERANCE`].
 pub const UNCONVERGED_ABOVE: f64 = 1e-6;
 
-/// Largest number of iterations; about sixteen are usual.
+/// Largest number of iterations of a flow; about sixteen are usual.
 pub const ITERATION_LIMIT: u32 = 60;
 
 /// Memory of [`flow_through`] per node, in bytes, without the gap.
@@ -142,7 +142,7 @@ const REFRESH_INTERVAL: u32 = 8;
 /// Bounds of the conductance of the map along an axis, for a pressure drop of one per period.
 #[derive(Debug, Clone, Copy)]
 struct Conductance {
-    /// Upper bound: the dissipation of the computed pressures.
+    /// Upper bound by Dirichlet's principle.
     pub upper: f64,
     /// Lower bound by Thomson's principle.
     pub lower: f64,

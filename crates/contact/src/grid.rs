@@ -128,7 +128,7 @@ impl Cell {
         (k_x * k_x + k_y * k_y).sqrt()
     }
 
-    /// Returns L/L_x and L/L_y.
+    /// Returns the ratios L/L_x and L/L_y.
     ///
     /// Both are exactly one on a square, where wavenumbers are therefore whole numbers.
     #[inline]
@@ -191,14 +191,14 @@ impl Grid {
         [size_x / self.nodes[0] as f64, size_y / self.nodes[1] as f64]
     }
 
-    /// Returns L/min(Δx, Δy): the number of the smaller steps along the longer side.
+    /// Returns the number L/min(Δx, Δy) of the smaller steps along the longer side.
     pub fn smaller_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;
         along_x.max(self.nodes[1] as f64 * aspect_y)
     }
 
-    /// Returns L/max(Δx, Δy): the number of the larger steps along the longer side.
+    /// Returns the number L/max(Δx, Δy) of the larger steps along the longer side.
     pub fn larger_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;

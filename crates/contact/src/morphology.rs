@@ -1,4 +1,4 @@
-//! Morphology of the contact: area, perimeter and clusters of the nodes in contact.
+//! Morphology of the contact region: area, perimeter and clusters of the nodes in contact.
 //!
 //! - [`map`]: the contact map, with one bit per node;
 //! - [`area`]: area, perimeter, and the contact area corrected for the mesh;

@@ -1,4 +1,4 @@
-//! Rough surfaces: random, simple and measured topographies, and their statistics.
+//! Random, simple and measured topographies of rough surfaces, and their statistics.
 //!
 //! | surfaces | contents |
 //! |---|---|

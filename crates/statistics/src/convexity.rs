@@ -1,47 +1,48 @@
-//! The least proportionality for which fitted slopes are convex.
+//! Least κ for which the fitted slopes are convex.
 //!
-//! The slope of a contact evolution law is convex at all loads if and only if μ ≤ 1, and the μ
-//! fitted at a given κ falls as κ grows. So the least convex κ of a curve is the root of μ_fit(κ) =
-//! 1, and that of several curves the largest of theirs. It depends on the window and lies below the
-//! true proportionality: a lower bound, as Yastrebov, Anciaux & Molinari 2015 use it.
+//! The slope of a contact evolution law is convex at all loads if and only if μ ≤ 1. The μ fitted
+//! with a given κ decreases with κ. The least convex κ of a curve is therefore the root of μ_fit(κ)
+//! = 1, and that of several curves is the largest of their values. It depends on the window and is
+//! a lower bound of the true κ, as used by Yastrebov, Anciaux & Molinari 2015.
 //!
-//! The root is found without fitting μ: with β the best for μ = 1, the sign of the derivative of
-//! the sum of squares by ln μ tells on which side of one the best exponent lies. Far from the root
-//! a full fit may run away, this cannot.
+//! The root is found without fitting μ. With the best β for μ = 1, the sign of the derivative of
+//! the sum of squares with respect to ln μ shows whether the best exponent is above or below one.
+//! Far from the root, a full fit may diverge, but this derivative exists.
 
 use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
 use super::evolution::{EvolutionFit, EvolutionProblem, Kappa};
 use super::least_squares::{Residuals, minimize};
 
-/// Ratio of neighbouring κ in the search for a sign change.
+/// Ratio of successive κ in the search for a sign change.
 const SCAN_RATIO: f64 = 0.9;
-/// Steps of the scan from the root of the whole sample, when a resample is searched.
+/// Number of steps of the search near the root of the whole sample, for a replicate.
 const NEAR_STEPS: i32 = 6;
-/// Doublings of κ above the largest slope of the data before giving up.
+/// Largest number of doublings of κ above twice the largest slope of the data.
 const DOUBLINGS: usize = 6;
-/// Relative tolerance on κ, below any scatter by orders.
+/// Relative tolerance of κ, orders of magnitude below statistical errors.
 const KAPPA_TOLERANCE: f64 = 1e-10;
-/// The Illinois method is superlinear; bisection alone would need some thirty.
+/// Largest number of iterations of the Illinois method; bisection would need about thirty.
 const ROOT_ITERATIONS: usize = 60;
 
-/// Several curves fitted with one κ.
+/// Fits of several curves with a common κ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommonKappa {
-    /// The least κ for which every fitted slope is convex.
+    /// Least κ for which all fitted slopes are convex.
     pub kappa: f64,
-    /// The least convex κ of each curve alone.
+    /// Least convex κ of each curve.
     pub own: Vec<Result<f64, FitError>>,
-    /// The fit of each curve with the common κ.
+    /// Fit of each curve with the common κ.
     pub fits: Vec<Result<EvolutionFit, FitError>>,
 }
 
 impl CommonKappa {
-    /// Fits all curves with the largest of their least convex κ; curves without one do not take
-    /// part in choosing it.
+    /// Fits all curves with the largest of their least convex κ.
+    ///
+    /// Curves without a least convex κ do not affect the common κ.
     ///
     /// # Errors
-    /// If no curve has a least convex κ.
+    /// Fails if no curve has a least convex κ.
     pub fn fit(problems: &[EvolutionProblem]) -> Result<Self, FitError> {
         let own: Vec<_> = problems
             .iter()
@@ -57,10 +58,10 @@ impl CommonKappa {
         Ok(Self { kappa, own, fits })
     }
 
-    /// Interval of the common κ, over the curves that have one.
+    /// Computes the confidence interval of the common κ from the curves with a least convex κ.
     ///
-    /// `units` holds the numbers of the surfaces of each curve. A surface has the same number in
-    /// all curves and is drawn equally often for each of them, because curves share realizations.
+    /// `units` holds the surface numbers of each curve. Curves share realizations, so a surface has
+    /// the same number and the same multiplicity in all curves.
     pub fn bootstrap(
         &self,
         problems: &[EvolutionProblem],
@@ -71,9 +72,9 @@ impl CommonKappa {
         let bounded: Vec<(&EvolutionProblem, &[usize], f64)> = curves
             .filter_map(|((problem, units), own)| Some((problem, &units[..], *own.as_ref().ok()?)))
             .collect();
-        let resample = Resample::of(bounded.iter().map(|(_, units, _)| *units));
+        let resample = Resample::from_ensembles(bounded.iter().map(|(_, units, _)| *units));
         let estimates = [Estimate::Positive(self.kappa)];
-        bootstrap.of_units(resample, &estimates, |_, times| {
+        bootstrap.intervals_of_ensembles(resample, &estimates, |_, times| {
             let mut largest = 0.0f64;
             for &(problem, units, near) in &bounded {
                 let times: Vec<u32> = units.iter().map(|&unit| times[unit]).collect();
@@ -88,21 +89,21 @@ impl CommonKappa {
 }
 
 impl EvolutionProblem {
-    /// The least κ for which the fit of a mean curve is convex, searched first near a guess.
+    /// Finds the least κ for which the fit of a mean curve is convex; searches near a guess first.
     pub(super) fn least_convex_kappa(
         &self,
         mean: &[f64],
         near: Option<f64>,
     ) -> Result<f64, FitError> {
-        let mut tilt = Tilt { problem: self, mean, ln_beta: 0.0 };
+        let mut derivative = MuDerivative { problem: self, mean, ln_beta: 0.0 };
         let found = near
-            .and_then(|kappa| bracket_near(&mut tilt, kappa))
-            .map_or_else(|| self.bracket(mean, &mut tilt), Ok)?;
-        Ok(root(&mut tilt, found))
+            .and_then(|kappa| bracket_near(&mut derivative, kappa))
+            .map_or_else(|| self.bracket(mean, &mut derivative), Ok)?;
+        Ok(root(&mut derivative, found))
     }
 
-    /// Looks for the sign change from large κ downwards, so that all above the root are convex.
-    fn bracket(&self, mean: &[f64], tilt: &mut Tilt) -> Result<Bracket, FitError> {
+    /// Searches for the sign change from large κ downwards, so that all larger κ are convex.
+    fn bracket(&self, mean: &[f64], derivative: &mut MuDerivative) -> Result<Bracket, FitError> {
         let mean_slope = self.proportionality(mean);
         let steepest = self
             .data
@@ -114,19 +115,19 @@ impl EvolutionProblem {
         let none =
             |upper| FitError::NoConvexKappa { lower: mean_slope, upper, window: self.data.window };
         let mut upper = 2.0 * steepest;
-        let mut at_upper = tilt.at(upper);
+        let mut at_upper = derivative.at(upper);
         for _ in 0..DOUBLINGS {
             if at_upper > 0.0 {
                 break;
             }
             upper *= 2.0;
-            at_upper = tilt.at(upper);
+            at_upper = derivative.at(upper);
         }
         let top = upper;
-        // Below the mean slope of the data the best law is a straight line.
+        // For κ below the mean slope of the data, the best law is a straight line.
         while at_upper > 0.0 && upper > mean_slope && mean_slope > 0.0 {
             let lower = (upper * SCAN_RATIO).max(mean_slope * (1.0 + KAPPA_TOLERANCE));
-            let at_lower = tilt.at(lower);
+            let at_lower = derivative.at(lower);
             if at_lower <= 0.0 {
                 return Ok(Bracket { lower, upper, at_lower, at_upper });
             }
@@ -146,13 +147,13 @@ struct Bracket {
     at_upper: f64,
 }
 
-fn bracket_near(tilt: &mut Tilt, kappa: f64) -> Option<Bracket> {
-    let at = tilt.at(kappa);
+fn bracket_near(derivative: &mut MuDerivative, kappa: f64) -> Option<Bracket> {
+    let at = derivative.at(kappa);
     let ratio: f64 = if at > 0.0 { 0.99 } else { 1.01 };
     let (mut inner, mut at_inner) = (kappa, at);
     for step in 1..=NEAR_STEPS {
         let outer = kappa * ratio.powi(1 << (step - 1));
-        let at_outer = tilt.at(outer);
+        let at_outer = derivative.at(outer);
         if (at_outer > 0.0) != (at > 0.0) {
             let (lower, upper) = ((inner, at_inner), (outer, at_outer));
             let (lower, upper) = if at > 0.0 { (upper, lower) } else { (lower, upper) };
@@ -168,8 +169,8 @@ fn bracket_near(tilt: &mut Tilt, kappa: f64) -> Option<Bracket> {
     None
 }
 
-/// False position with the Illinois weighting.
-fn root(tilt: &mut Tilt, bracket: Bracket) -> f64 {
+/// Finds the root in a bracket by the Illinois method.
+fn root(derivative: &mut MuDerivative, bracket: Bracket) -> f64 {
     let Bracket { mut lower, mut upper, mut at_lower, mut at_upper } = bracket;
     let mut kappa = upper;
     let mut moved_upper = None;
@@ -177,7 +178,7 @@ fn root(tilt: &mut Tilt, bracket: Bracket) -> f64 {
         let next = (lower * at_upper - upper * at_lower) / (at_upper - at_lower);
         let step = (next - kappa).abs();
         kappa = next;
-        let at = tilt.at(kappa);
+        let at = derivative.at(kappa);
         if step <= KAPPA_TOLERANCE * kappa || at == 0.0 {
             break;
         }
@@ -193,23 +194,24 @@ fn root(tilt: &mut Tilt, bracket: Bracket) -> f64 {
     kappa
 }
 
-/// Half the derivative of the sum of squares by ln μ at μ = 1, where β is the best: positive
-/// where a smaller exponent would fit better.
-struct Tilt<'a> {
+/// Half the derivative of the sum of squares with respect to ln μ at μ = 1, with the best β.
+///
+/// It is positive if a smaller exponent fits better.
+struct MuDerivative<'a> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],
-    /// Where the last search for β ended, and the next starts.
+    /// Result of the last search for β, where the next search starts.
     ln_beta: f64,
 }
 
-impl Tilt<'_> {
+impl MuDerivative<'_> {
     fn at(&mut self, kappa: f64) -> f64 {
-        // The law with μ = 1, a = Y/(1 + βY): β is its one free parameter.
+        // The law with μ = 1, a = Y/(1 + βY), has the free parameter β.
         let hyperbola = self.problem.model::<1>(self.mean, kappa);
         let found = minimize(&hyperbola, [self.ln_beta]);
         let [ln_beta] = found.parameters;
         let law = hyperbola.law([ln_beta]);
-        // A straight line cannot start the next search.
+        // The next search must not start from a straight line.
         self.ln_beta = if ln_beta > -10.0 { ln_beta } else { 0.0 };
         let mut residuals = vec![0.0; self.mean.len()];
         hyperbola.residuals([ln_beta], &mut residuals);
@@ -242,7 +244,7 @@ mod tests {
 
     #[test]
     fn least_convex_kappas_of_the_models_are_the_known_ones() {
-        // An independent implementation gave these, fitting μ at every κ.
+        // Values of an independent implementation that fits μ at every κ.
         assert!((least(&single(&BGT_ALPHA_2)) - 0.921).abs() < 1e-3);
         assert!((least(&single(&BGT_ALPHA_10)) - 0.693).abs() < 1e-3);
         assert!((least(&persson_curve(uniform(0.06, 50))) - 0.638).abs() < 1e-3);
@@ -283,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_without_a_bound_do_not_spoil_the_others() {
+    fn curves_without_a_bound_do_not_affect_the_others() {
         let areas: Vec<f64> = uniform(0.06, 50).iter().map(|y| 2.0 * y).collect();
         let problems = [
             problem(&single(&areas), Quantity::Slope),

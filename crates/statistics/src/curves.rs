@@ -1,30 +1,29 @@
-//! Area curves of the realizations of one parameter point, and the data drawn from them.
+//! Area curves of the realizations of one parameter point, and windows of loads.
 
 use std::fmt;
 
 use super::FitError;
 
-/// How far a load may lie outside a window, relative to the window's end, and still count as on
-/// it: loads computed as multiples of a step miss the printed end by an ulp.
+/// Relative tolerance of the ends of a window, for loads that are multiples of a step.
 const WINDOW_SLACK: f64 = 1e-9;
 
-/// A variance below this share of the squared mean is rounding, not scatter.
+/// Ratio of variance and squared mean below which the variance is rounding error.
 const LEAST_RELATIVE_VARIANCE: f64 = 1e-24;
 
-/// Closed range of loads, in units of E* × rms slope.
+/// Closed range of loads, in units of E* h′.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
-    /// Lightest load.
+    /// Lightest load of the window.
     pub from: f64,
-    /// Heaviest load.
+    /// Heaviest load of the window.
     pub to: f64,
 }
 
 impl Window {
-    /// Every load.
+    /// Window that contains all loads.
     pub const ALL: Self = Self { from: 0.0, to: f64::INFINITY };
 
-    /// Whether a load lies in the window, its ends included.
+    /// Returns `true` if a load is in the window, including its ends.
     pub fn contains(self, load: f64) -> bool {
         load >= self.from * (1.0 - WINDOW_SLACK) && load <= self.to * (1.0 + WINDOW_SLACK)
     }
@@ -38,9 +37,9 @@ impl fmt::Display for Window {
 
 /// Area fractions of the realizations of one parameter point on one grid of loads.
 ///
-/// Holding one means: at least one surface, at least one load, loads positive and ascending, all
-/// finite. Everything is drawn from whole curves, so hand them over from their lightest load on
-/// and cut with a [`Window`]: differences then know their neighbours outside it.
+/// There is at least one surface and one load. Loads are positive and ascending, and all values are
+/// finite. Create curves from their lightest load and select loads with a [`Window`]: differences
+/// at the ends of the window then use the neighbouring loads outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
     loads: Vec<f64>,
@@ -48,11 +47,11 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// Curves with `areas[surface][load]`.
+    /// Creates curves from loads and `areas[surface][load]`.
     ///
     /// # Errors
-    /// If lengths differ or are zero, loads do not ascend from above zero, or an area is not
-    /// finite.
+    /// Fails if lengths differ or are zero, if loads are not positive and ascending, or if an area
+    /// is not finite.
     pub fn new(loads: Vec<f64>, areas: Vec<Vec<f64>>) -> Result<Self, FitError> {
         let misshapen = areas.iter().map(Vec::len).find(|&length| length != loads.len());
         if areas.is_empty() || loads.is_empty() || misshapen.is_some() {
@@ -74,27 +73,27 @@ impl Curves {
         Ok(Self { loads, areas })
     }
 
-    /// Loads, ascending.
+    /// Returns the loads in ascending order.
     pub fn loads(&self) -> &[f64] {
         &self.loads
     }
 
-    /// Number of realizations.
+    /// Returns the number of realizations.
     pub fn surfaces(&self) -> usize {
         self.areas.len()
     }
 
-    /// Areas under the loads inside a window.
+    /// Returns the areas under the loads inside a window.
     pub fn area_data(&self, window: Window) -> Data {
         self.data(window, self.loads.iter().enumerate().map(|(i, &load)| (load, i)), |row, i| {
             row[i]
         })
     }
 
-    /// Slopes da/dy at the midpoints, inside a window, of neighbouring loads.
+    /// Returns the slopes da/dy between neighbouring loads whose midpoints are inside a window.
     ///
-    /// The slope of the mean curve is the mean of these: differences are linear. The first
-    /// interval of the whole curves begins at the origin, where nothing is in contact.
+    /// Differences are linear, so the slope of the mean curve is the mean of the slopes. The first
+    /// interval of the curves begins at the origin, with zero area.
     pub fn slope_data(&self, window: Window) -> Data {
         let loads = &self.loads;
         let below = |i: usize| if i == 0 { 0.0 } else { loads[i - 1] };
@@ -118,29 +117,29 @@ impl Curves {
     }
 }
 
-/// One quantity of every surface under the loads inside a window.
+/// Values of one quantity for each surface at the loads inside a window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Data {
-    /// The window that they were cut to.
+    /// Window from which the loads were selected.
     pub window: Window,
-    /// Load of each datum.
+    /// Load of each datum, in units of E* h′.
     pub loads: Vec<f64>,
-    /// `rows[surface][datum]`.
+    /// Values in the order `rows[surface][datum]`.
     rows: Vec<Vec<f64>>,
 }
 
 impl Data {
-    /// Number of realizations.
+    /// Returns the number of realizations.
     pub fn surfaces(&self) -> usize {
         self.rows.len()
     }
 
-    /// Mean of each datum over the surfaces.
+    /// Returns the mean of each datum over the surfaces.
     pub fn mean(&self) -> Vec<f64> {
         self.weighted_mean(|_| 1.0)
     }
 
-    /// Mean of each datum over a resample that takes surface s `multiplicities[s]` times.
+    /// Returns the mean of each datum over a replicate with the multiplicities of the surfaces.
     pub fn resampled_mean(&self, multiplicities: &[u32]) -> Vec<f64> {
         self.weighted_mean(|surface| f64::from(multiplicities[surface]))
     }
@@ -157,7 +156,7 @@ impl Data {
         sum
     }
 
-    /// Unbiased variance of each datum over the surfaces; `None` for a single surface.
+    /// Returns the unbiased variance of each datum over the surfaces, or `None` for one surface.
     fn variance(&self) -> Option<Vec<f64>> {
         let freedom = self.rows.len().checked_sub(1).filter(|&freedom| freedom > 0)? as f64;
         let mean = self.mean();
@@ -170,8 +169,9 @@ impl Data {
         Some(sum.into_iter().map(|sum| sum / freedom).collect())
     }
 
-    /// 1/variance of the mean of each datum; `None` if there is a single surface or any variance
-    /// vanishes, when all data weigh the same.
+    /// Returns the inverse variance of the mean of each datum.
+    ///
+    /// Returns `None` (equal weights) for a single surface, or if a variance vanishes.
     pub fn weights(&self) -> Option<Vec<f64>> {
         let surfaces = self.surfaces() as f64;
         self.variance()?
@@ -195,7 +195,7 @@ mod tests {
 
     fn assert_close(left: &[f64], right: &[f64]) {
         assert_eq!(left.len(), right.len());
-        // A few roundings of numbers of order one.
+        // The tolerance allows for a few rounding errors of numbers of order one.
         assert!(left.iter().zip(right).all(|(l, r)| (l - r).abs() < 1e-14), "{left:?} {right:?}");
     }
 

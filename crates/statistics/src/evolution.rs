@@ -1,11 +1,11 @@
-//! The contact evolution law by weighted least squares.
+//! Contact evolution law by weighted least squares.
 //!
-//! Parameters are ln β and ln μ (and ln κ where it is free), so that all stay positive. A datum
-//! weighs as the inverse variance of its mean over the realizations, or all weigh the same where
-//! that is unknown. Weights are part of the design: replicates of a bootstrap keep them. Areas of
-//! one surface are correlated from load to load, so the reduced χ² compares fits of one data set
-//! and is no test of the law; intervals come from resampled surfaces. κ, β and μ are strongly
-//! correlated when all are free.
+//! The fit parameters are ln β and ln μ (and ln κ if it is free), which keeps β, μ and κ positive.
+//! The weight of a datum is the inverse variance of its mean over the realizations; weights are
+//! equal if this is unknown. Replicates of a bootstrap keep the weights. Areas of one surface are
+//! correlated from load to load. The reduced χ² can therefore compare fits of the same data, but is
+//! not a test of the law. Intervals are computed by resampling surfaces. If all are free, κ, β and
+//! μ are strongly correlated.
 
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
@@ -13,63 +13,63 @@ use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, Window};
 use asperity_contact::theory::law::ContactEvolution;
 
-/// Starts (β, μ) of the search, tried until one converges.
+/// Initial (β, μ) of the search, tried until one converges.
 const STARTS: [(f64, f64); 4] = [(1.0, 0.7), (0.2, 0.25), (3.0, 1.4), (1.0, 2.5)];
-/// Exponents outside these describe a kink or a logarithm, not data.
+/// Range of exponents that describe data; others describe a kink or a logarithm.
 const EXPONENTS: std::ops::RangeInclusive<f64> = 1e-3..=1e1;
-/// A law that loses less than this share of the area's growth at the heaviest load is a
-/// straight line, whatever its β and μ.
-const LEAST_BEND: f64 = 1e-6;
-/// μ at the least convex κ is one to within the tolerance of the root.
+/// Least deviation 1 − d ln a/d ln y at the heaviest load; a law below this is a straight line.
+const LEAST_DEVIATION: f64 = 1e-6;
+/// Tolerance of μ ≤ 1; μ at the least convex κ is one within the tolerance of the root.
 const CONVEX_TOLERANCE: f64 = 1e-6;
 
-/// What is fitted.
+/// Quantity to which the law is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Area fractions under the loads.
     Area,
-    /// Difference quotients of the area at the midpoints of the loads. That they are not quite
-    /// derivatives is an error of second order in the step, except in the first interval where
-    /// the curvature of a law with μ < 1 diverges; areas have no such error.
+    /// Difference quotients of the area at the midpoints of the loads.
+    ///
+    /// Their difference from derivatives is of second order in the step. In the first interval it
+    /// is larger, because the curvature of a law with μ < 1 diverges. Areas have no such error.
     Slope,
 }
 
-/// How κ is found.
+/// Treatment of κ in a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kappa {
-    /// Kept at a value.
+    /// A fixed value of κ.
     Given(f64),
-    /// Fitted with β and μ.
+    /// A free parameter, fitted with β and μ.
     Free,
-    /// The least one for which the fitted slope is convex, μ = 1: a lower bound.
+    /// The least κ for which the fitted slope is convex (μ = 1), a lower bound.
     LeastConvex,
 }
 
-/// A contact evolution law and how well it describes its data.
+/// Fitted contact evolution law with its goodness of fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvolutionFit {
-    /// The law.
+    /// Contact evolution law with the fitted parameters.
     pub law: ContactEvolution,
     /// Root mean square residual of the area or of its slope.
     pub rms_residual: f64,
-    /// χ² per degree of freedom; `None` without variances or degrees of freedom.
+    /// χ² divided by the degrees of freedom; `None` without variances or degrees of freedom.
     pub reduced_chi_square: Option<f64>,
-    /// Weighted coefficient of determination; `None` where the data do not differ.
+    /// Weighted coefficient of determination R²; `None` if all data are equal.
     pub r_squared: Option<f64>,
-    /// Number of data.
+    /// Number of data in the fit.
     pub data: usize,
-    /// Whether the slope of the law is convex at all loads, μ ≤ 1.
+    /// `true` if the slope of the law is convex at all loads, μ ≤ 1.
     pub convex: bool,
 }
 
-/// Data of one parameter point, ready to be fitted.
+/// Data of one parameter point for the fit of a contact evolution law.
 ///
 /// ```
 /// use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
 /// use asperity_statistics::evolution::{EvolutionProblem, Kappa, Quantity};
 /// use asperity_statistics::{Curves, FitError, Window};
 ///
-/// // One surface that obeys a law, whose parameters are found again.
+/// // The fit to a surface that obeys a law recovers the parameters.
 /// let law = ContactEvolution { kappa: KAPPA_BGT, beta: 1.2, mu: 0.6 };
 /// let loads: Vec<f64> = (1..=20).map(|step| 0.01 * f64::from(step)).collect();
 /// let areas = loads.iter().map(|load| law.area(*load)).collect();
@@ -85,15 +85,15 @@ pub struct EvolutionProblem {
     pub(super) data: Data,
     pub(super) mean: Vec<f64>,
     weights: Option<Vec<f64>>,
-    /// Roots of the weights over their largest.
+    /// Square roots of the weights, relative to the largest.
     scales: Vec<f64>,
 }
 
 impl EvolutionProblem {
-    /// Takes the data with loads inside a window.
+    /// Selects the data with loads inside a window.
     ///
     /// # Errors
-    /// With fewer than four data: one more than the parameters.
+    /// Fails with fewer than four data, one more than the parameters.
     pub fn new(curves: &Curves, quantity: Quantity, window: Window) -> Result<Self, FitError> {
         let data = match quantity {
             Quantity::Area => curves.area_data(window),
@@ -117,12 +117,12 @@ impl EvolutionProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// If κ is not positive, the search does not converge, the parameters run away, or no κ makes
-    /// the slope convex.
+    /// Fails if κ is not positive, if the search does not converge, if the parameters diverge, or
+    /// if no κ makes the slope convex.
     pub fn fit(&self, kappa: Kappa) -> Result<EvolutionFit, FitError> {
         let law = self.fit_mean(&self.mean, kappa, None)?;
         let predicted: Vec<f64> = self.data.loads.iter().map(|&y| self.predict(&law, y)).collect();
-        let quality = Quality::of(&self.mean, &predicted, self.weights.as_deref());
+        let quality = Quality::new(&self.mean, &predicted, self.weights.as_deref());
         let parameters = if matches!(kappa, Kappa::Given(_)) { 2 } else { 3 };
         let freedom = self.mean.len() - parameters;
         Ok(EvolutionFit {
@@ -136,10 +136,10 @@ impl EvolutionProblem {
         })
     }
 
-    /// Intervals of κ, β and μ, in this order, about a fit of the whole sample.
+    /// Computes confidence intervals of κ, β and μ, in this order, for a fit of the whole sample.
     pub fn bootstrap(&self, kappa: Kappa, fit: &EvolutionFit, bootstrap: &Bootstrap) -> Intervals {
-        let ContactEvolution { kappa: of, beta, mu } = fit.law;
-        let estimates = [of, beta, mu].map(Estimate::Positive);
+        let ContactEvolution { kappa: fitted, beta, mu } = fit.law;
+        let estimates = [fitted, beta, mu].map(Estimate::Positive);
         bootstrap.intervals(self.data.surfaces(), &estimates, |multiplicities| {
             let mean = self.data.resampled_mean(multiplicities);
             let law = self.fit_mean(&mean, kappa, Some(fit.law))?;
@@ -147,7 +147,7 @@ impl EvolutionProblem {
         })
     }
 
-    /// Fits any values of the data, from a start near the answer where one is known.
+    /// Fits the law to a mean curve, starting from `near` if it is given.
     fn fit_mean(
         &self,
         mean: &[f64],
@@ -185,7 +185,7 @@ impl EvolutionProblem {
         mean: &[f64],
         near: Option<ContactEvolution>,
     ) -> Result<ContactEvolution, FitError> {
-        // The law only bends down from κ, so its proportionality is above that of the data.
+        // The slope of the law decreases from κ, so κ is larger than the mean slope of the data.
         let kappa = 1.2 * self.proportionality(mean).abs().max(f64::MIN_POSITIVE);
         let model = self.model(mean, kappa);
         self.first_minimum(kappa, near, |start| {
@@ -194,7 +194,7 @@ impl EvolutionProblem {
         })
     }
 
-    /// The first search that converges to a law that bends.
+    /// Returns the first result that converges to a curved law.
     fn first_minimum(
         &self,
         kappa: f64,
@@ -202,32 +202,32 @@ impl EvolutionProblem {
         search: impl Fn(ContactEvolution) -> (ContactEvolution, bool),
     ) -> Result<ContactEvolution, FitError> {
         let starts = STARTS.iter().map(|&(beta, mu)| ContactEvolution { kappa, beta, mu });
-        let mut some_bend = false;
+        let mut some_curved = false;
         let mut stray = None;
         for start in near.into_iter().chain(starts) {
             let (law, converged) = search(start);
-            match (self.bends(&law), converged) {
+            match (self.is_curved(&law), converged) {
                 (true, true) => return Ok(law),
-                (true, false) => some_bend = true,
+                (true, false) => some_curved = true,
                 (false, _) => stray = Some(law),
             }
         }
         Err(match stray {
-            Some(ContactEvolution { kappa, beta, mu }) if !some_bend => {
+            Some(ContactEvolution { kappa, beta, mu }) if !some_curved => {
                 FitError::Runaway { kappa, beta, mu }
             }
             _ => FitError::NotConverged,
         })
     }
 
-    fn bends(&self, law: &ContactEvolution) -> bool {
+    fn is_curved(&self, law: &ContactEvolution) -> bool {
         let heaviest = self.data.loads.last().copied().unwrap_or(0.0);
-        // The share of the growth that is lost is 1 − d ln a/d ln y = βa^μ.
-        let lost = law.beta * law.area(heaviest).powf(law.mu);
-        law.kappa.is_finite() && EXPONENTS.contains(&law.mu) && lost > LEAST_BEND
+        // 1 − d ln a/d ln y = βa^μ
+        let deviation = law.beta * law.area(heaviest).powf(law.mu);
+        law.kappa.is_finite() && EXPONENTS.contains(&law.mu) && deviation > LEAST_DEVIATION
     }
 
-    /// The factor of the best straight line a ∝ y.
+    /// Returns the slope of the best straight line a ∝ y.
     pub(super) fn proportionality(&self, mean: &[f64]) -> f64 {
         let (mut shared, mut spread) = (0.0, 0.0);
         for ((&load, value), scale) in self.data.loads.iter().zip(mean).zip(&self.scales) {
@@ -241,7 +241,7 @@ impl EvolutionProblem {
         shared / spread
     }
 
-    /// The slope of the area that a datum speaks of: its own, or that of its secant.
+    /// Returns the slope of the area at a datum: the slope itself, or the secant a/y.
     pub(super) fn slope_of(&self, load: f64, value: f64) -> f64 {
         match self.quantity {
             Quantity::Area => value / load,
@@ -249,7 +249,9 @@ impl EvolutionProblem {
         }
     }
 
-    /// The residuals against a mean curve; parameters that are not free are κ as given and one.
+    /// Returns the residuals for a mean curve.
+    ///
+    /// Parameters that are not free have the given κ, β = 1 and μ = 1.
     pub(super) fn model<'a, const P: usize>(&'a self, mean: &'a [f64], kappa: f64) -> Model<'a, P> {
         Model { problem: self, mean, fixed: ContactEvolution { kappa, beta: 1.0, mu: 1.0 } }
     }
@@ -262,17 +264,18 @@ impl EvolutionProblem {
     }
 }
 
-/// Residuals of a law against a mean curve, and their derivatives by the logarithms of the
-/// parameters that are free: the first `P` of β, μ and κ.
+/// Residuals of a law for a mean curve.
+///
+/// The free parameters are the logarithms of the first `P` of β, μ and κ.
 pub(super) struct Model<'a, const P: usize> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],
-    /// Has the parameters that are not free.
+    /// Values of the parameters that are not free.
     fixed: ContactEvolution,
 }
 
 impl<const P: usize> Model<'_, P> {
-    /// The law with these logarithms of its free parameters.
+    /// Returns the law for the logarithms of the free parameters.
     pub(super) fn law(&self, logarithms: [f64; P]) -> ContactEvolution {
         let parameter =
             |index: usize, fixed: f64| logarithms.get(index).map_or(fixed, |ln| ln.exp());
@@ -283,8 +286,8 @@ impl<const P: usize> Model<'_, P> {
         }
     }
 
-    /// The derivatives of one residual by the logarithms of β, μ and κ.
-    // Inlined, so that the logarithms of parameters that are not free are never computed.
+    /// Returns the derivatives of a residual with respect to ln β, ln μ and ln κ.
+    // Inlined so that derivatives with respect to fixed parameters are not computed.
     #[inline(always)]
     pub(super) fn gradient(&self, law: &ContactEvolution, datum: usize) -> [f64; 3] {
         let load = self.problem.data.loads[datum];
@@ -355,7 +358,7 @@ mod tests {
     #[test]
     fn free_kappa_is_recovered_with_the_other_parameters() {
         let fit = fit(&exact(LAW, uniform(0.06, 50)), Quantity::Area, Kappa::Free);
-        // κ, β and μ are correlated to 0.999: the rounding of the areas is much amplified.
+        // The correlation of κ, β and μ is 0.999, which amplifies rounding errors of the areas.
         assert!((fit.law.kappa / LAW.kappa - 1.0).abs() < 1e-6);
         assert!((fit.law.beta / LAW.beta - 1.0).abs() < 1e-6);
         assert!((fit.law.mu / LAW.mu - 1.0).abs() < 1e-6);
@@ -368,8 +371,8 @@ mod tests {
                 fit(&exact(LAW, uniform(0.06, steps)), Quantity::Slope, Kappa::Given(LAW.kappa));
             (fit.law.beta / LAW.beta - 1.0).abs() + (fit.law.mu / LAW.mu - 1.0).abs()
         };
-        // The first interval is the worst, as the curvature diverges there: its share of the data
-        // and its error fall with the step.
+        // The first interval has the largest error, because the curvature diverges there. Its
+        // weight and its error decrease with the step.
         assert!(error(50) < 0.02, "{}", error(50));
         assert!(error(400) < 0.3 * error(50), "{} {}", error(50), error(400));
     }
@@ -377,7 +380,7 @@ mod tests {
     #[test]
     fn asperity_model_has_its_known_parameters() {
         let fit = fit(&single(&BGT_ALPHA_2), Quantity::Slope, Kappa::Given(KAPPA_BGT));
-        // An independent implementation gave .535 and .617.
+        // An independent implementation gives 0.535 and 0.617.
         assert!(
             (fit.law.beta - 0.535).abs() < 1e-3 && (fit.law.mu - 0.617).abs() < 1e-3,
             "{fit:?}"
@@ -406,7 +409,7 @@ mod tests {
     fn independent_noise_gives_a_reduced_chi_square_of_one() {
         let curves = scattered(LAW, uniform(0.06, 50), 200, (0.0, 0.01), 9);
         let fit = fit(&curves, Quantity::Area, Kappa::Given(LAW.kappa));
-        // 48 degrees of freedom: ±√(2/48), and 10 % for the variances.
+        // The error is √(2/48) for 48 degrees of freedom, and 10 % for the variances.
         assert!((fit.reduced_chi_square.expect("a variance") - 1.0).abs() < 0.6);
     }
 
@@ -441,20 +444,20 @@ mod tests {
     }
 
     #[test]
-    fn window_with_too_few_loads_is_refused_by_name() {
+    fn window_with_too_few_loads_is_an_error() {
         let curves = exact(LAW, uniform(0.06, 5));
         let window = Window { from: 0.03, to: 0.06 };
         let error = EvolutionProblem::new(&curves, Quantity::Area, window).unwrap_err();
         assert_eq!(error, FitError::TooFew { window, found: 3, needed: 4 });
         assert_eq!(
             error.to_string(),
-            "3 usable data with loads in [0.03, 0.06], the fit needs 4: widen the window or compute \
-             more loads inside it"
+            "3 usable data with loads in [0.03, 0.06], but the fit needs 4: widen the window or \
+             compute more loads inside it"
         );
     }
 
     #[test]
-    fn kappa_below_the_slope_of_the_data_runs_away() {
+    fn kappa_below_the_slope_of_the_data_diverges() {
         let problem = problem(&persson_curve(uniform(0.06, 50)), Quantity::Slope);
         let error = problem.fit(Kappa::Given(0.9 * KAPPA_PERSSON)).unwrap_err();
         assert!(matches!(error, FitError::Runaway { .. }), "{error}");

@@ -1,72 +1,73 @@
-//! Intervals of many quantities at once, from surfaces left out one by one, and Student's t.
+//! Simultaneous confidence intervals by the jackknife, and Student's t distribution.
 //!
-//! A quantity is a function of means over surfaces. Its standard error is the delete-one
-//! jackknife's: the same realization is left out of every spectrum, so that differences between
-//! spectra are paired. With n surfaces, (θ̂ − θ)/error follows Student's t of n − 1 degrees of
-//! freedom: exactly for means of normal numbers, nearly for smooth functions of them. Bonferroni's
-//! inequality makes intervals of many quantities cover together. Nothing is drawn, so no verdict
-//! hangs on a seed.
+//! A quantity is a function of means over surfaces, and its standard error is that of the
+//! delete-one jackknife. Each replicate omits the same realization from all spectra, so differences
+//! between spectra are paired. With n surfaces, (θ̂ − θ)/error follows Student's t distribution
+//! with n − 1 degrees of freedom. This is exact for means of normal numbers and approximate for
+//! smooth functions of means. Bonferroni's inequality gives intervals that cover several quantities
+//! simultaneously. The method has no random numbers, so results do not depend on a seed.
 //!
-//! Resampling whole surfaces, with the largest deviation among the quantities (a max-t band),
-//! covers far less with few surfaces: it knows neither Student's tail nor √(n/(n − 1)). The tests
-//! simulate both.
+//! A bootstrap of whole surfaces with the largest deviation (max-t band) has much lower coverage
+//! with few surfaces. It has neither the tails of Student's t nor the factor √(n/(n − 1)).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Probability with which intervals cover: all of a claim together, or one end of a single one.
+/// Confidence level of all intervals of a claim together, or of one end of a single interval.
 pub const LEVEL: f64 = 0.95;
 
-/// Surfaces below which nothing is judged: the t quantile of four quantities at four surfaces is
-/// eight standard errors, and a scatter of three numbers is hardly known at all.
+/// Smallest number of surfaces for which intervals are computed.
+///
+/// The t quantile for four quantities with four surfaces is already eight standard errors.
 pub const FEWEST_SURFACES: usize = 5;
 
-/// Halvings of the interval that holds a quantile of Student's t: as many as a double has digits,
-/// and some.
-const HALVINGS: u32 = 64;
+/// Number of bisections for a quantile of Student's t; sufficient for double precision.
+const BISECTIONS: u32 = 64;
 
-/// A quantity and how well it is known.
+/// A quantity with its standard error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
-    /// Which one it is: `k_upper 8, k_lower 2 over 1, load 0.02`.
+    /// Description of the quantity, such as `k_upper 8, k_lower 2 over 1, load 0.02`.
     pub label: String,
-    /// Its value.
+    /// Estimate from all surfaces.
     pub value: f64,
-    /// Its standard error; zero for a number known to rounding.
+    /// Statistical standard error, which is zero for an exact value.
     pub error: f64,
-    /// A standard error besides, which more surfaces leave as it is.
+    /// Systematic standard error, which does not decrease with more surfaces.
     pub systematic: f64,
-    /// The fewest surfaces that an ensemble behind it has; none of a closed form.
+    /// Smallest number of surfaces among its ensembles; `None` for a closed form.
     pub surfaces: Option<usize>,
 }
 
 impl Bound {
-    /// A number known to rounding.
+    /// Creates a quantity that is exact up to rounding.
     pub fn exact(label: impl Into<String>, value: f64) -> Bound {
         Bound { label: label.into(), value, error: 0.0, systematic: 0.0, surfaces: None }
     }
 
-    /// Whether it is known to rounding.
+    /// Returns `true` if the quantity is exact up to rounding.
     pub fn is_exact(&self) -> bool {
         self.error == 0.0 && self.systematic == 0.0
     }
 
-    /// Both ends of the interval that covers together with those of `quantities` in all.
-    pub fn together(&self, quantities: usize) -> [f64; 2] {
+    /// Returns the interval at the level [`LEVEL`] for `quantities` simultaneous intervals.
+    pub fn simultaneous(&self, quantities: usize) -> [f64; 2] {
         self.interval(1.0 - (1.0 - LEVEL) / quantities.max(1) as f64, self.surfaces)
     }
 
-    /// Two ends that each hold by themselves.
-    pub fn single(&self) -> [f64; 2] {
-        self.single_of(1)
+    /// Returns two one-sided confidence bounds, each at the level [`LEVEL`].
+    pub fn one_sided(&self) -> [f64; 2] {
+        self.one_sided_of(1)
     }
 
-    /// The same at each of so many looks, so that all of them together are as sure.
-    pub fn single_of(&self, looks: usize) -> [f64; 2] {
+    /// Returns the one-sided bounds for one of several sequential tests.
+    ///
+    /// All `looks` together have the level [`LEVEL`].
+    pub fn one_sided_of(&self, looks: usize) -> [f64; 2] {
         let beyond = 1.0 - (2.0 * LEVEL - 1.0);
         self.interval(1.0 - beyond / looks as f64, self.surfaces)
     }
 
-    /// The same with another number of surfaces and the present scatter.
+    /// Predicts the standard error for another number of surfaces with the same scatter.
     pub fn with_surfaces(&self, surfaces: usize) -> Bound {
         let now = self.surfaces.unwrap_or(surfaces) as f64;
         Bound {
@@ -84,10 +85,10 @@ impl Bound {
     }
 }
 
-/// Which surfaces count: all of them, or all but one.
+/// Selection of the surfaces in a jackknife replicate: all, or all but one.
 ///
-/// Ensembles of as many surfaces leave out the same one: their realizations share the draws of the
-/// modes.
+/// Ensembles with the same number of surfaces omit the same surface, because their realizations
+/// share random numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Weights {
     left_out: Option<LeftOut>,
@@ -100,31 +101,33 @@ struct LeftOut {
 }
 
 impl Weights {
-    /// Every surface counts.
+    /// Selection that contains all surfaces.
     pub const ALL: Weights = Weights { left_out: None };
 
-    /// The values of the surfaces that count.
+    /// Iterates over the values of the selected surfaces.
     pub fn values<'a>(&self, values: &'a [f64]) -> impl Iterator<Item = f64> + Clone + 'a {
         let left_out = self.left_out.filter(|out| out.of == values.len());
         let left_out = left_out.map(|out| out.surface);
-        let counting = values.iter().enumerate();
-        let counting = counting.filter(move |(surface, _)| Some(*surface) != left_out);
-        counting.map(|(_, value)| *value)
+        let selected = values.iter().enumerate();
+        let selected = selected.filter(move |(surface, _)| Some(*surface) != left_out);
+        selected.map(|(_, value)| *value)
     }
 
-    /// The mean of one value per surface.
+    /// Returns the mean of the values of the selected surfaces.
     pub fn mean(&self, values: &[f64]) -> f64 {
         mean(self.values(values))
     }
 
-    /// The standard deviation of one value per surface.
+    /// Returns the sample standard deviation of the values of the selected surfaces.
     pub fn deviation(&self, values: &[f64]) -> f64 {
         deviation(self.values(values))
     }
 }
 
-/// A quantity that rests on ensembles of these numbers of surfaces; `None` without a value, or with
-/// fewer than [`FEWEST_SURFACES`].
+/// Computes a quantity and its jackknife standard error.
+///
+/// `surfaces` holds the numbers of surfaces of the ensembles. Returns `None` if one is below
+/// [`FEWEST_SURFACES`], or if `quantity` has no value.
 pub fn jackknife(
     label: String,
     surfaces: &[usize],
@@ -159,30 +162,34 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let mean = mean(values.clone());
     let count = values.clone().count() as f64;
     let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
-    // A constant differs from its mean by rounding alone.
+    // Equal values differ from their mean by rounding errors only.
     let deviation = (squares / (count - 1.0)).sqrt();
     if deviation > 1e-13 * mean.abs() { deviation } else { 0.0 }
 }
 
-/// Student's t: the t with |T| ≤ t at the given probability (between 0 and 1), for one or more
-/// degrees of freedom.
+/// Returns the t with P(|T| ≤ t) = `probability` for Student's t distribution.
+///
+/// The probability is between 0 and 1, and there is at least one degree of freedom.
 pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
     let (mut below, mut above) = (0.0, FRAC_PI_2);
-    for _ in 0..HALVINGS {
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (below + above);
-        match within(middle, freedom) < probability {
-            true => below = middle,
-            false => above = middle,
+        if within(middle, freedom) < probability {
+            below = middle;
+        } else {
+            above = middle;
         }
     }
     f64::from(freedom).sqrt() * (0.5 * (below + above)).tan()
 }
 
-/// P(|T| ≤ √ν tan θ) for ν degrees of freedom: the finite sums 26.7.3 and 26.7.4 of Abramowitz &
-/// Stegun, *Handbook of Mathematical Functions* (1964).
+/// Returns P(|T| ≤ √ν tan θ) for ν degrees of freedom.
+///
+/// These are the finite sums 26.7.3 and 26.7.4 of Abramowitz & Stegun, *Handbook of Mathematical
+/// Functions* (1964).
 fn within(angle: f64, freedom: u32) -> f64 {
     let (sine, cosine) = angle.sin_cos();
-    // The terms rise by two powers of the cosine; the first one is 1 or, where ν is odd, cos θ.
+    // Terms have every second power of cos θ, from 1 for even ν and from cos θ for odd ν.
     let is_odd = freedom % 2 == 1;
     let mut term = if is_odd { cosine } else { 1.0 };
     let mut sum = 0.0;
@@ -190,10 +197,7 @@ fn within(angle: f64, freedom: u32) -> f64 {
         sum += term;
         term *= cosine * cosine * f64::from(power + 1) / f64::from(power + 2);
     }
-    match is_odd {
-        true => (angle + sine * sum) * 2.0 / PI,
-        false => sine * sum,
-    }
+    if is_odd { (angle + sine * sum) * 2.0 / PI } else { sine * sum }
 }
 
 #[cfg(test)]
@@ -201,16 +205,16 @@ mod tests {
     use super::*;
     use crate::random::normal;
 
-    /// Values of surfaces, `[quantity][surface]`.
+    /// Values in the order `[quantity][surface]`.
     type Samples = Vec<Vec<f64>>;
 
-    /// Independent quantities.
+    /// Returns values of independent quantities.
     fn independent(seed: u64, quantities: usize, surfaces: usize) -> Samples {
         let sample = |index: usize| normal(1000 * seed + index as u64, surfaces);
         (0..quantities).map(sample).collect()
     }
 
-    /// Nine spectra under several loads each: the loads of a surface share most of its scatter.
+    /// Returns values of nine spectra under several loads, which share most of their scatter.
     fn structured(seed: u64, quantities: usize, surfaces: usize) -> Samples {
         let spectra = independent(2 * seed, 9, surfaces);
         let own = independent(2 * seed + 1, quantities, surfaces);
@@ -222,11 +226,10 @@ mod tests {
         mixed.collect()
     }
 
-    /// How values of quantities scatter.
+    /// Generator of the values of quantities.
     type Scatter = fn(u64, usize, usize) -> Samples;
 
-    /// The share of studies in which the intervals of ln of the mean contain ln of the truth, of
-    /// all quantities together.
+    /// Returns the simultaneous coverage of the intervals of ln of the mean.
     fn coverage(
         samples: Scatter,
         quantities: usize,
@@ -242,26 +245,26 @@ mod tests {
                 let bound = jackknife(String::new(), &[surfaces], |weights| {
                     Some(weights.mean(&values).ln())
                 });
-                let [lower, upper] = bound.unwrap().together(quantities);
+                let [lower, upper] = bound.unwrap().simultaneous(quantities);
                 lower <= truth.ln() && truth.ln() <= upper
             })
         };
         (0..STUDIES).filter(covers).count() as f64 / STUDIES as f64
     }
 
-    /// Numbers of quantities and of surfaces that claims have.
+    /// Typical numbers of quantities and surfaces of claims.
     const CASES: [(usize, Scatter); 4] =
         [(1, independent), (9, independent), (36, structured), (72, independent)];
     const SURFACES: [usize; 4] = [5, 10, 20, 50];
 
     #[test]
-    fn intervals_cover_all_quantities_of_a_claim_together_however_few_the_surfaces() {
+    fn simultaneous_intervals_have_their_coverage_with_few_surfaces() {
         for (quantities, samples) in CASES {
             for surfaces in SURFACES {
                 let scattered = |normal: f64| 1.0 + 0.05 * normal;
                 let found = coverage(samples, quantities, surfaces, scattered, 1.0);
-                // Binomial: 0.013 over 300 studies; Bonferroni's bound is generous where loads
-                // share.
+                // Binomial error: 0.013 for 300 studies. Bonferroni's bound is conservative for
+                // correlated loads.
                 assert!((0.91..=0.99).contains(&found), "{quantities} × {surfaces}: {found}");
             }
         }
@@ -271,7 +274,7 @@ mod tests {
     fn logarithms_of_skewed_areas_are_covered_as_well() {
         for (quantities, samples) in CASES {
             for surfaces in SURFACES {
-                // Areas of single surfaces scatter by 0.01 to 0.1; this is lognormal with 0.25.
+                // Areas of single surfaces scatter by 0.01 to 0.1; this lognormal scatters by 0.25.
                 let lognormal = |normal: f64| (0.25 * normal).exp();
                 let truth = (0.25_f64 * 0.25 / 2.0).exp();
                 let found = coverage(samples, quantities, surfaces, lognormal, truth);
@@ -289,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn what_spectra_share_is_no_error_of_their_difference() {
+    fn common_scatter_cancels_in_differences() {
         let shared = normal(2, 10);
         let [one, other] = [1.0, 1.3]
             .map(|factor| shared.iter().map(|x| factor * (0.1 * x).exp()).collect::<Vec<_>>());
@@ -321,7 +324,7 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
-        // Two-sided 90, 95 and 99 %, as printed to four digits.
+        // Two-sided 90, 95 and 99 %, printed to four digits.
         let printed = [
             (1, [6.314, 12.706, 63.657]),
             (2, [2.920, 4.303, 9.925]),
@@ -362,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_of_the_mean_cover_it_at_the_nominal_rate_however_few_the_values() {
+    fn intervals_of_the_mean_have_the_nominal_coverage_with_few_values() {
         for count in [3, 5, 10] {
             let experiments = 2000;
             let covered = (0..experiments).filter(|&experiment| {
@@ -373,7 +376,8 @@ mod tests {
                 let error = (square.sum::<f64>() / freedom / count as f64).sqrt();
                 mean.abs() <= two_sided_quantile(0.95, count as u32 - 1) * error
             });
-            // Binomial: 0.005 over 2000 experiments. Percentiles of resamples cover 0.84 at five.
+            // Binomial error: 0.005 for 2000 experiments. Percentile intervals cover 0.84 with
+            // five.
             let rate = covered.count() as f64 / experiments as f64;
             assert!((rate - 0.95).abs() < 0.02, "{count}: {rate}");
         }

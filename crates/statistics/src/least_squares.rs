@@ -1,28 +1,29 @@
-//! Least squares: Levenberg–Marquardt over plain slices, a few columns by orthogonalization, a
-//! straight line, and how good a fit is.
+//! Least squares by Levenberg–Marquardt, linear least squares by QR, straight lines, goodness of
+//! fit.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
 use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SVector};
 
-/// Relative tolerance on the sum of squares, the parameters and the gradient: far below any
-/// scatter, far above rounding.
+/// Relative tolerance of the sum of squares, the parameters and the gradient.
+///
+/// It is far below statistical errors and far above rounding errors.
 const TOLERANCE: f64 = 1e-12;
 
-/// Where a search ended.
+/// Parameters at which a minimisation ended.
 pub struct Minimum<const P: usize> {
     pub parameters: [f64; P],
-    /// Whether it ended at a stationary point rather than out of patience.
+    /// `true` if the search ended at a stationary point.
     pub converged: bool,
 }
 
-/// Residuals of a model with `P` parameters, and their derivatives.
+/// A model with `P` parameters, given by its residuals and their derivatives.
 pub trait Residuals<const P: usize> {
-    /// Number of residuals.
+    /// Returns the number of residuals.
     fn count(&self) -> usize;
-    /// Writes the residuals.
+    /// Writes the residuals at the given parameters.
     fn residuals(&self, parameters: [f64; P], into: &mut [f64]);
-    /// Writes the derivatives of each residual by the parameters.
+    /// Writes the derivatives of each residual with respect to the parameters.
     fn gradients(&self, parameters: [f64; P], into: &mut [[f64; P]]);
 }
 
@@ -35,7 +36,7 @@ pub fn minimize<const P: usize>(model: &impl Residuals<P>, start: [f64; P]) -> M
         .with_gtol(TOLERANCE)
         .minimize::<Const<P>, Dyn, _>(problem);
     let converged = report.termination.was_successful()
-        // An exact fit: the tolerances ask for less than rounding allows.
+        // For an exact fit, rounding errors exceed the tolerances.
         || matches!(report.termination, TerminationReason::NoImprovementPossible(_));
     Minimum { parameters: problem.parameters.into(), converged }
 }
@@ -77,20 +78,20 @@ impl<M: Residuals<P>, const P: usize> LeastSquaresProblem<f64, Dyn, Const<P>>
     }
 }
 
-/// How close a model comes to its data.
+/// Residuals of a model, with weights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Root mean square of the unweighted residuals, in the units of the data.
+    /// Root mean square of the unweighted residuals, in the unit of the data.
     pub rms_residual: f64,
-    /// Weighted coefficient of determination; `None` where all data are equal to rounding.
+    /// Weighted coefficient of determination R²; `None` if all data are equal up to rounding.
     pub r_squared: Option<f64>,
     /// Weighted sum of squared residuals.
     pub chi_square: f64,
 }
 
 impl Quality {
-    /// Of predicted against observed data, all of weight one unless `weights` are given.
-    pub fn of(observed: &[f64], predicted: &[f64], weights: Option<&[f64]>) -> Self {
+    /// Compares predicted with observed data; all weights are one unless `weights` are given.
+    pub fn new(observed: &[f64], predicted: &[f64], weights: Option<&[f64]>) -> Self {
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
         let indices = 0..observed.len();
         let total: f64 = indices.clone().map(weight).sum();
@@ -109,22 +110,24 @@ impl Quality {
     }
 }
 
-/// What a fit leaves, and what it left out. Of which quantity residuals are, each law says.
+/// Residuals of a fit, and numbers of used and unused data.
+///
+/// Each law defines the quantity of its residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoodnessOfFit {
-    /// Root mean square residual.
+    /// Root mean square of the residuals.
     pub rms_residual: f64,
-    /// Coefficient of determination; `None` where the data do not differ.
+    /// Coefficient of determination R², or `None` if all data are equal.
     pub r_squared: Option<f64>,
-    /// Number of data.
+    /// Number of data in the fit.
     pub data: usize,
-    /// Data in the window that could not be used.
+    /// Number of data in the window that cannot be used.
     pub masked: usize,
 }
 
 impl GoodnessOfFit {
-    /// Of so many of `all` data that could be used.
-    pub fn of(quality: &Quality, data: usize, all: usize) -> Self {
+    /// Creates the goodness of a fit that uses `data` of `all` data.
+    pub fn new(quality: &Quality, data: usize, all: usize) -> Self {
         Self {
             rms_residual: quality.rms_residual,
             r_squared: quality.r_squared,
@@ -134,22 +137,21 @@ impl GoodnessOfFit {
     }
 }
 
-/// Of the largest diagonal element of R: a smaller one is the rounding of a column that depends on
-/// those before.
+/// Least diagonal element of R for columns of unit length that are linearly independent.
 const RANK: f64 = 1e-9;
 
-/// The design of a linear fit by weighted least squares, whose columns can be told apart:
-/// Householder's orthogonalization.
+/// QR factorisation (Householder) of the design matrix of a weighted linear fit of full rank.
 pub struct Design {
     orthogonal: DMatrix<f64>,
     triangle: DMatrix<f64>,
-    /// The lengths of the columns, divided out before.
+    /// Lengths of the columns, which are normalised before the factorisation.
     lengths: Vec<f64>,
 }
 
 impl Design {
-    /// Of rows that are already divided by their standard errors; `None` where a column depends on
-    /// the others.
+    /// Factorises a matrix whose rows are divided by their standard errors.
+    ///
+    /// Returns `None` if the columns are linearly dependent.
     pub fn new(mut columns: DMatrix<f64>) -> Option<Design> {
         let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
         if lengths.iter().any(|length| !(*length > 0.0 && length.is_finite())) {
@@ -165,36 +167,37 @@ impl Design {
         is_full.then(|| Design { orthogonal: factors.q(), triangle, lengths })
     }
 
-    /// The coefficients of the columns that come closest to the data.
+    /// Returns the least-squares coefficients of the columns.
     pub fn solve(&self, data: &DVector<f64>) -> DVector<f64> {
         let projected = self.orthogonal.tr_mul(data);
         let solved = self.triangle.solve_upper_triangular(&projected);
-        let mut solution = solved.expect("the diagonal was looked at");
+        let mut solution = solved.expect("the matrix has full rank");
         for (one, length) in solution.iter_mut().zip(&self.lengths) {
             *one /= length;
         }
         solution
     }
 
-    /// What is left of a vector by the space of the columns.
+    /// Returns the part of a vector that is orthogonal to the columns.
     pub fn residual(&self, vector: &DVector<f64>) -> DVector<f64> {
         vector - &self.orthogonal * self.orthogonal.tr_mul(vector)
     }
 
-    /// Variance of the first coefficient where the data have variance one and are independent.
+    /// Returns the variance of the first coefficient for independent data of unit variance.
     pub fn variance_of_first(&self) -> f64 {
         let count = self.triangle.ncols();
         let mut first = DVector::zeros(count);
         first[0] = 1.0;
         // First row of R⁻¹, as Rᵀ z = e₁.
         let solved = self.triangle.tr_solve_upper_triangular(&first);
-        let row = solved.expect("the diagonal was looked at");
+        let row = solved.expect("the matrix has full rank");
         row.norm_squared() / self.lengths[0].powi(2)
     }
 }
 
-/// Slope and intercept of the straight line through points, by least squares of the ordinates;
-/// `None` where all abscissae are equal.
+/// Fits a straight line by least squares of the ordinates, and returns its slope and intercept.
+///
+/// Returns `None` if all abscissae are equal.
 pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
     let count = abscissae.len() as f64;
     let (x_mean, y_mean) =
@@ -210,7 +213,7 @@ pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// y = exp(−p x) + q.
+    /// Model y = exp(−p x) + q.
     struct Decay(Vec<(f64, f64)>);
 
     impl Residuals<2> for Decay {
@@ -253,14 +256,14 @@ mod tests {
     }
 
     #[test]
-    fn mean_explains_nothing_and_the_data_everything() {
+    fn r_squared_is_zero_for_the_mean_and_one_for_the_data() {
         let observed = [1.0, 2.0, 6.0];
         let weights = [1.0, 2.0, 1.0];
         let mean = [2.75; 3];
-        let none = Quality::of(&observed, &mean, Some(&weights)).r_squared;
+        let none = Quality::new(&observed, &mean, Some(&weights)).r_squared;
         assert!(none.expect("data that differ").abs() < 1e-15);
-        assert_eq!(Quality::of(&observed, &observed, None).r_squared, Some(1.0));
-        let off = Quality::of(&observed, &[0.0, 3.0, 5.0], Some(&weights));
+        assert_eq!(Quality::new(&observed, &observed, None).r_squared, Some(1.0));
+        let off = Quality::new(&observed, &[0.0, 3.0, 5.0], Some(&weights));
         assert_eq!((off.rms_residual, off.chi_square), (1.0, 4.0));
     }
 
@@ -268,7 +271,7 @@ mod tests {
     fn data_that_are_equal_to_rounding_have_no_scatter_to_be_explained() {
         let nearly = [0.1, 0.1 + f64::EPSILON / 8.0, 0.1];
         for observed in [[0.1; 3], nearly, [0.0; 3]] {
-            assert_eq!(Quality::of(&observed, &[0.3; 3], None).r_squared, None);
+            assert_eq!(Quality::new(&observed, &[0.3; 3], None).r_squared, None);
         }
     }
 

@@ -1,20 +1,21 @@
-//! What an observable tends to where several small numbers vanish: Q = Q₀ + Σ cⱼ fⱼ(xⱼ).
+//! Limit of an observable as several small parameters vanish: Q = Q₀ + Σ cⱼ fⱼ(xⱼ).
 //!
-//! An observable of rough contact computed on a mesh depends on three small numbers: the longest
-//! wavelength over the cell, the shortest over the longest, and the mesh step over the shortest.
-//! After Prodanov, Dapp & Müser, Tribol. Lett. 53, 433 (2014), all three are taken to zero at once,
-//! by weighted least squares over many spectra and meshes. Where a term is a logarithm the
-//! observable has no limit in that direction, and Q₀ is its value at xⱼ = 1; which of the two
-//! describes the data better is told in numbers: χ², Akaike's criterion, and the error of
-//! predicting a point that was left out.
+//! An observable of rough contact on a mesh depends on three small parameters: the longest
+//! wavelength divided by the cell, the shortest wavelength divided by the longest, and the mesh
+//! step divided by the shortest wavelength. As in Prodanov, Dapp & Müser, Tribol. Lett. 53, 433
+//! (2014), all three are extrapolated to zero simultaneously, by weighted least squares over many
+//! spectra and meshes.
 //!
-//! Weights are one over the variance of the mean over surfaces, as a power law of the small numbers
-//! has it that is fitted to the variances of all points (`scatter`). Those of each point by itself
-//! would be its own: points whose few surfaces happen to agree would decide, and intervals of 95 %
-//! that take such weights as given cover 87 % with four surfaces and 91 % with ten. Points that
-//! share realizations, as all spectra of a study do, deviate together, which lowers χ². Intervals
-//! come from the surfaces, resampled whole and the same in all points, and are right whatever the
-//! weights.
+//! If a term is a logarithm, the observable has no limit with respect to that parameter, and Q₀ is
+//! its value at xⱼ = 1. Three numbers compare powers with logarithms: χ², Akaike's criterion, and
+//! the leave-one-out prediction error.
+//!
+//! Weights are inverse variances of the means over surfaces. A power law of the small parameters is
+//! fitted to the variances of all points (`scatter`). With individual variances, points whose few
+//! surfaces happen to agree would dominate; intervals of 95 % with such weights cover 87 % with
+//! four surfaces and 91 % with ten. Points that share realizations, as do all spectra of a study,
+//! have correlated deviations, which reduces χ². Intervals are computed by resampling whole
+//! surfaces, the same in all points, and are valid for any weights.
 
 use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
@@ -24,58 +25,59 @@ use scatter::Scatter;
 mod scatter;
 mod search;
 
-/// Exponents that are searched for stay within these: x^0.02 cannot be told from a logarithm, and
-/// x^20 from nothing.
+/// Range to which free exponents are limited.
+///
+/// x^0.02 is indistinguishable from a logarithm, and x^20 from zero.
 pub const EXPONENTS: [f64; 2] = [0.02, 20.0];
 
-/// What a term is of its small number.
+/// Form f(x) of a term as a function of its small parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TermForm {
-    /// c xᵉ with a given exponent, above zero.
+    /// Power c xᵉ with a given positive exponent e.
     Power(f64),
-    /// c xᵉ with the exponent free.
+    /// Power c xᵉ with a free exponent e.
     FreePower,
-    /// c ln x.
+    /// Logarithm c ln x of the small parameter.
     Logarithm,
 }
 
-/// One spectrum on one mesh: where it is, and the observable there.
+/// Small parameters and observable of one spectrum on one mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitPoint {
-    /// The small numbers, one for each term; above zero.
+    /// Small parameters, one for each term; positive.
     pub small: Vec<f64>,
-    /// The observable.
+    /// Observable at these small parameters.
     pub observed: Observed,
 }
 
-/// How an observable is known.
+/// Observable of a point, by surfaces or as an estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Observed {
     /// One value for each surface.
     Surfaces {
-        /// Numbers of the surfaces, ascending. A surface has the same number at all points.
+        /// Surface numbers in ascending order; a surface has the same number at all points.
         units: Vec<usize>,
-        /// Value of each surface.
+        /// Value of the observable for each surface.
         values: Vec<f64>,
     },
-    /// By an estimate from so many surfaces, independent of those of other points.
+    /// An estimate that is independent of those of other points.
     Estimate {
-        /// Its value.
+        /// Estimated value of the observable.
         value: f64,
-        /// Its standard error.
+        /// Standard error of the value.
         standard_error: f64,
-        /// Surfaces behind it.
+        /// Number of surfaces of the estimate.
         surfaces: usize,
     },
 }
 
 impl Observed {
-    /// Values of the surfaces 0, 1, 2 …
-    pub fn of_realizations(values: Vec<f64>) -> Observed {
+    /// Creates an observable from the values of the surfaces 0, 1, 2, …
+    pub fn from_realizations(values: Vec<f64>) -> Observed {
         Observed::Surfaces { units: (0..values.len()).collect(), values }
     }
 
-    /// Mean over the surfaces.
+    /// Returns the mean over the surfaces.
     pub fn mean(&self) -> f64 {
         match self {
             Observed::Surfaces { values, .. } => values.iter().sum::<f64>() / values.len() as f64,
@@ -83,7 +85,7 @@ impl Observed {
         }
     }
 
-    /// Standard error of the mean.
+    /// Returns the standard error of the mean.
     pub fn standard_error(&self) -> f64 {
         match self {
             Observed::Surfaces { values, .. } => {
@@ -95,7 +97,7 @@ impl Observed {
         }
     }
 
-    /// Number of surfaces.
+    /// Returns the number of surfaces.
     pub fn surfaces(&self) -> usize {
         match self {
             Observed::Surfaces { values, .. } => values.len(),
@@ -104,69 +106,74 @@ impl Observed {
     }
 }
 
-/// Points to which laws of the same small numbers are fitted.
+/// Points to which laws in the same small parameters are fitted.
 #[derive(Debug, Clone)]
 pub struct LimitProblem {
     points: Vec<LimitPoint>,
     scatter: Scatter,
-    /// One over the standard error that each point is weighted by.
+    /// Inverse standard error of each point, from the power law of the scatter.
     scales: Vec<f64>,
 }
 
-/// A fitted law.
+/// Fitted law Q = Q₀ + Σ cⱼ fⱼ(xⱼ).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitFit {
-    /// Q₀: the observable where all powers vanish, and the numbers under logarithms are one.
+    /// Limit Q₀, the value of the observable where all powers vanish and arguments of logarithms
+    /// are one.
     pub limit: f64,
-    /// cⱼ, term by term.
+    /// Coefficient cⱼ of each term.
     pub coefficients: Vec<f64>,
-    /// The exponent of each term, none of a logarithm.
+    /// Exponent of each term, or `None` for a logarithm.
     pub exponents: Vec<Option<f64>>,
-    /// Σ of squared residuals over the variances of the means.
+    /// Sum χ² of the squared residuals divided by the variances of the means.
     pub chi_square: f64,
-    /// Parameters that were free.
+    /// Number of free parameters of the law.
     pub free: usize,
 }
 
-/// How well a law does, in the units of the observable where not said otherwise.
+/// Goodness of fit of a law.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged {
-    /// Root mean square residual, every point alike.
+pub struct Assessment {
+    /// Root mean square residual without weights, in the unit of the observable.
     pub rms_residual: f64,
-    /// χ² over degrees of freedom.
+    /// χ² divided by the degrees of freedom.
     pub reduced_chi_square: f64,
-    /// Akaike's criterion, χ² + 2 × the number of free parameters.
+    /// Akaike's information criterion, χ² + 2 × the number of free parameters.
     pub akaike: f64,
-    /// Root of the weighted mean square error with which a point is predicted by the others; none
-    /// where the others cannot be fitted.
+    /// Weighted root mean square error of predicting a point from the others (leave-one-out).
+    ///
+    /// `None` if a fit to the others fails. The unit is that of the observable.
     pub leave_one_out: Option<f64>,
 }
 
-/// What resampling says of several choices of forms.
+/// Intervals and comparison of several choices of forms, from resampled surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resampled {
-    /// Intervals of each choice: of the limit, the coefficients, and the free exponents in the
-    /// order of their terms.
+    /// Intervals of the parameters for each choice: limit, coefficients, and free exponents in the
+    /// order of the terms.
     pub intervals: Vec<Intervals>,
-    /// How the choices compare.
+    /// Comparison of each choice with the others.
     pub comparison: Vec<Comparison>,
 }
 
-/// How one choice of forms compares with its rivals.
+/// Comparison of one choice of forms with the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
-    /// exp(−Δ/2) over the sum of all, with Δ the excess of Akaike's criterion over the least.
+    /// Akaike weight exp(−Δ/2), divided by the sum over all choices.
+    ///
+    /// Δ is the difference between Akaike's criterion and its minimum.
     pub akaike_weight: f64,
-    /// Share of the resamplings in which this choice has the least of Akaike's criterion; none
-    /// without resamplings.
-    pub best_share: Option<f64>,
+    /// Fraction of replicates in which this choice has the least Akaike's criterion.
+    ///
+    /// `None` without replicates.
+    pub best_fraction: Option<f64>,
 }
 
 impl LimitProblem {
-    /// Points of as many small numbers as there are terms.
+    /// Creates a problem from points with one small parameter for each term.
     ///
     /// # Errors
-    /// When a small number is not above zero, or a point has no scatter to be weighted by.
+    /// Fails if a small parameter is not positive and finite, or if a point has no scatter.
     pub fn new(points: Vec<LimitPoint>) -> Result<LimitProblem, FitError> {
         for point in &points {
             for (term, &value) in point.small.iter().enumerate() {
@@ -180,7 +187,7 @@ impl LimitProblem {
                 return Err(FitError::NoScatter { surfaces });
             }
         }
-        let scatter = Scatter::of(&points);
+        let scatter = Scatter::new(&points);
         let scale = |point: &LimitPoint| {
             1.0 / scatter.standard_error(&point.small, point.observed.surfaces())
         };
@@ -188,33 +195,33 @@ impl LimitProblem {
         Ok(LimitProblem { points, scatter, scales })
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn points(&self) -> usize {
         self.points.len()
     }
 
-    /// The fewest surfaces behind a point.
+    /// Returns the smallest number of surfaces of a point.
     pub fn surfaces(&self) -> usize {
         let counts = self.points.iter().map(|point| point.observed.surfaces());
         counts.min().unwrap_or(0)
     }
 
-    /// The law by weighted least squares.
+    /// Fits a law by weighted least squares.
     ///
     /// # Errors
-    /// With no more points than parameters, where the points do not tell the terms apart, or where
-    /// a free exponent leaves [`EXPONENTS`].
+    /// Fails if there are not more points than parameters, if the terms are linearly dependent, or
+    /// if a free exponent leaves the range [`EXPONENTS`].
     pub fn fit(&self, forms: &[TermForm]) -> Result<LimitFit, FitError> {
         self.fit_to(forms, &self.means(), &vec![true; self.points.len()], None)
     }
 
-    /// How well a fitted law does.
-    pub fn judge(&self, forms: &[TermForm], fit: &LimitFit) -> Judged {
+    /// Computes the goodness of a fitted law.
+    pub fn assess(&self, forms: &[TermForm], fit: &LimitFit) -> Assessment {
         let means = self.means();
         let count = self.points.len();
         let squares = (0..count).map(|i| (means[i] - self.predicted(fit, i)).powi(2));
         let freedom = (count - fit.free) as f64;
-        Judged {
+        Assessment {
             rms_residual: (squares.sum::<f64>() / count as f64).sqrt(),
             reduced_chi_square: fit.chi_square / freedom,
             akaike: fit.akaike(),
@@ -222,9 +229,10 @@ impl LimitProblem {
         }
     }
 
-    /// All parameters' intervals under several choices of forms, and how often each choice wins, by
-    /// resampling whole surfaces. A surface is drawn equally often at all its points, and all
-    /// choices are resampled alike.
+    /// Computes intervals for several choices of forms, and compares the choices.
+    ///
+    /// Replicates draw whole surfaces. A surface has the same multiplicity at all its points and
+    /// for all choices.
     pub fn resample(
         &self,
         rivals: &[(&[TermForm], &LimitFit)],
@@ -234,21 +242,25 @@ impl LimitProblem {
             Observed::Surfaces { units, .. } => Some(&units[..]),
             Observed::Estimate { .. } => None,
         });
-        let resample = Resample { fewest: self.surfaces(), ..Resample::of(units) };
-        // Akaike's criterion of each choice in each resampling.
+        let resample = Resample { fewest: self.surfaces(), ..Resample::from_ensembles(units) };
+        // Akaike's criterion of each choice in each replicate.
         let mut criteria: Vec<Vec<f64>> = Vec::new();
         let intervals = rivals.iter().map(|(forms, fit)| {
             let mut own = Vec::with_capacity(bootstrap.replicates);
-            let fits = bootstrap.of_units(resample, &estimates(forms, fit), |replicate, times| {
-                let (means, used) = drawn(self, times, replicate, bootstrap.seed);
-                let refit = self.fit_to(forms, &means, &used, Some(fit));
-                own.push(refit.as_ref().map_or(f64::INFINITY, LimitFit::akaike));
-                refit.map(|refit| parameters(forms, &refit))
-            });
+            let fits = bootstrap.intervals_of_ensembles(
+                resample,
+                &estimates(forms, fit),
+                |replicate, times| {
+                    let (means, used) = resampled_means(self, times, replicate, bootstrap.seed);
+                    let refit = self.fit_to(forms, &means, &used, Some(fit));
+                    own.push(refit.as_ref().map_or(f64::INFINITY, LimitFit::akaike));
+                    refit.map(|refit| parameters(forms, &refit))
+                },
+            );
             criteria.push(own);
             fits
         });
-        Resampled { intervals: intervals.collect(), comparison: compared(rivals, &criteria) }
+        Resampled { intervals: intervals.collect(), comparison: compare(rivals, &criteria) }
     }
 
     fn means(&self) -> Vec<f64> {
@@ -256,8 +268,9 @@ impl LimitProblem {
         means.collect()
     }
 
-    /// The fit to other means, of the points that are used; the search for exponents starts at
-    /// those of another fit where there is one.
+    /// Fits the law to other means of the used points.
+    ///
+    /// The search for exponents starts at those of `start`, if given.
     fn fit_to(
         &self,
         forms: &[TermForm],
@@ -288,7 +301,7 @@ impl LimitProblem {
         Some((squares / weights).sqrt())
     }
 
-    /// What a law says of a point.
+    /// Returns the prediction of a law for a point.
     fn predicted(&self, fit: &LimitFit, point: usize) -> f64 {
         let terms = fit.coefficients.iter().zip(&fit.exponents);
         let terms = terms.zip(&self.points[point].small);
@@ -304,13 +317,13 @@ impl LimitProblem {
 }
 
 impl LimitFit {
-    /// Akaike's criterion, χ² + 2 × the number of free parameters.
+    /// Returns Akaike's information criterion, χ² + 2 × the number of free parameters.
     pub fn akaike(&self) -> f64 {
         self.chi_square + 2.0 * self.free as f64
     }
 }
 
-fn compared(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<Comparison> {
+fn compare(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<Comparison> {
     let akaike: Vec<f64> = rivals.iter().map(|(_, fit)| fit.akaike()).collect();
     let least = akaike.iter().copied().fold(f64::INFINITY, f64::min);
     let likelihoods: Vec<f64> = akaike.iter().map(|one| libm::exp(0.5 * (least - one))).collect();
@@ -325,24 +338,23 @@ fn compared(rivals: &[(&[TermForm], &LimitFit)], criteria: &[Vec<f64>]) -> Vec<C
     for best in (0..replicates).filter_map(best) {
         wins[best] += 1;
     }
-    let compare = |rival: usize| Comparison {
+    let comparison = |rival: usize| Comparison {
         akaike_weight: likelihoods[rival] / total,
-        best_share: (replicates > 0).then(|| wins[rival] as f64 / replicates as f64),
+        best_fraction: (replicates > 0).then(|| wins[rival] as f64 / replicates as f64),
     };
-    (0..rivals.len()).map(compare).collect()
+    (0..rivals.len()).map(comparison).collect()
 }
 
 fn estimates(forms: &[TermForm], fit: &LimitFit) -> Vec<Estimate> {
     let linear = 1 + forms.len();
     let values = parameters(forms, fit).into_iter().enumerate();
-    let estimate = |(place, value)| match place < linear {
-        true => Estimate::Real(value),
-        false => Estimate::Positive(value),
+    let estimate = |(index, value)| {
+        if index < linear { Estimate::Real(value) } else { Estimate::Positive(value) }
     };
     values.map(estimate).collect()
 }
 
-/// The limit, the coefficients, and the exponents that are free.
+/// Returns the limit, the coefficients and the free exponents.
 fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     let free = forms.iter().zip(&fit.exponents);
     let free = free.filter(|(form, _)| **form == TermForm::FreePower);
@@ -351,15 +363,16 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     linear.chain(free).collect()
 }
 
-/// Returns the mean of each point in a resampling, and whether any of its surfaces was drawn.
+/// Returns the mean of each point in a replicate, and whether one of its surfaces was drawn.
+///
 /// Points without a drawn surface are not fitted.
-fn drawn(
+fn resampled_means(
     problem: &LimitProblem,
     times: &[u32],
     replicate: usize,
     seed: u64,
 ) -> (Vec<f64>, Vec<bool>) {
-    // Estimates without surfaces are drawn as a function of seed and replicate.
+    // Estimates are drawn from a normal distribution, as a function of seed and replicate.
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     key[8..16].copy_from_slice(b"estimate");
@@ -372,9 +385,9 @@ fn drawn(
             if drawn > 0.0 { (sum / drawn, true) } else { (0.0, false) }
         }
         Observed::Estimate { value, standard_error, surfaces } => {
-            // A resampling of n surfaces scatters by √((n − 1)/n) standard errors; so do these.
-            let lost = ((surfaces - 1) as f64 / *surfaces as f64).sqrt();
-            (value + lost * standard_error * normals.next(), true)
+            // Means of replicates of n surfaces scatter by √((n − 1)/n) standard errors.
+            let correction = ((surfaces - 1) as f64 / *surfaces as f64).sqrt();
+            (value + correction * standard_error * normals.next(), true)
         }
     });
     points.unzip()

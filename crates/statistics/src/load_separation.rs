@@ -1,46 +1,53 @@
-//! The exponential relation of load and mean gap.
+//! Exponential relation of load and mean gap.
 //!
-//! Of self-affine roughness pressed by intermediate loads, p₀ = p_c exp(−ū/u₀) with the mean gap ū
+//! For self-affine roughness under intermediate loads, p₀ = p_c exp(−ū/u₀) with the mean gap ū
 //! (Persson 2007, *Relation between interfacial separation and load: a general theory of contact
-//! mechanics*, Phys. Rev. Lett. 99, 125502): the length u₀ is of the order of the rms height, and
-//! the interface as stiff as −dp₀/dū = p₀/u₀. Under lighter loads few summits of a finite surface
-//! touch, under heavier ones contacts grow together: of surfaces on 512² nodes with H = 0.5 and 0.8
-//! from k = 1 … 8 to 64, u₀ is 0.45 … 0.48 of the rms height at loads of 0.01 to 0.1, where ln p₀
-//! follows the line to 0.02, but 0.3 … 0.4 at 0.002 and 0.2 … 0.3 at 0.3.
+//! mechanics*, Phys. Rev. Lett. 99, 125502). The length u₀ is of the order of the rms height, and
+//! the normal stiffness of the interface is −dp₀/dū = p₀/u₀. The relation fails under lighter
+//! loads, where few summits of a finite surface are in contact, and under heavier loads, where
+//! contacts merge.
 //!
-//! The loads are exact and the gaps scatter from surface to surface, so the straight line is
-//! ū = u₀ (ln p_c − ln p₀), by least squares of the mean gap. All data weigh the same: what they
-//! deviate from a line is no scatter, for surfaces move along their own lines. The line of the mean
-//! is the mean of the lines of the surfaces.
+//! Measured on surfaces of 512² nodes with H = 0.5 and 0.8, k_lower = 1 … 8 and k_upper = 64:
+//!
+//! | load | u₀/rms height |
+//! |---|---|
+//! | 0.002 | 0.3 … 0.4 |
+//! | 0.01 to 0.1 | 0.45 … 0.48; ln p₀ deviates from the line by 0.02 |
+//! | 0.3 | 0.2 … 0.3 |
+//!
+//! The loads are exact, and the gaps scatter between surfaces. The line ū = u₀ (ln p_c − ln p₀) is
+//! therefore fitted by least squares of the mean gap, with equal weights: deviations from the line
+//! are systematic, not scatter. The line of the mean is the mean of the lines of the surfaces.
 
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, line};
 use super::{Curves, FitError, GoodnessOfFit, Window};
 
-/// One more than the parameters, so that the residual says something.
+/// Smallest number of data, one more than the parameters.
 const LEAST_DATA: usize = 3;
 
-/// An exponential relation of load and mean gap.
+/// Fitted exponential relation of load and mean gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadSeparation {
-    /// u₀: how much the mean gap falls while the load grows by the factor e; in the unit of gaps.
+    /// Decay length u₀, in the unit of the gaps.
     pub decay_length: f64,
-    /// p_c: the load at which the line has no gap left, in units of E* × rms slope.
+    /// Load p_c at which the fitted gap vanishes, in units of E* h′.
     pub closing_load: f64,
-    /// Residuals of ū/u₀, that is of ln p₀, determination of the mean gap; masked are loads under
-    /// which no gap is left.
+    /// Residuals of ū/u₀ (that is, of ln p₀), and R² of the mean gap.
+    ///
+    /// Loads without a gap are masked.
     pub goodness: GoodnessOfFit,
 }
 
-/// Mean gaps, ready to be fitted.
+/// Mean gaps for the fit of an exponential relation.
 #[derive(Debug, Clone)]
 pub struct LoadSeparationProblem {
     gaps: Data,
 }
 
 impl LoadSeparationProblem {
-    /// Takes the loads inside a window; `gaps` are curves of the mean gap.
+    /// Selects the loads inside a window; `gaps` are curves of the mean gap.
     pub fn new(gaps: &Curves, window: Window) -> Self {
         Self { gaps: gaps.area_data(window) }
     }
@@ -48,12 +55,12 @@ impl LoadSeparationProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// With fewer than three loads under which a gap is left, or if it does not fall with the load.
+    /// Fails if fewer than three loads have a gap, or if the gap does not decrease with the load.
     pub fn fit(&self) -> Result<LoadSeparation, FitError> {
         self.fit_mean(&self.gaps.mean())
     }
 
-    /// Intervals of the decay length and the closing load, in this order.
+    /// Computes confidence intervals of the decay length and the closing load, in this order.
     pub fn bootstrap(&self, fit: &LoadSeparation, bootstrap: &Bootstrap) -> Intervals {
         let estimates = [fit.decay_length, fit.closing_load].map(Estimate::Positive);
         bootstrap.intervals(self.gaps.surfaces(), &estimates, |multiplicities| {
@@ -75,13 +82,13 @@ impl LoadSeparationProblem {
         let falling = line(&ln_loads, &gaps).filter(|(slope, _)| *slope < 0.0);
         let (slope, intercept) = falling.ok_or(FitError::NoDecay { window })?;
         let predicted: Vec<f64> = ln_loads.iter().map(|ln| intercept + slope * ln).collect();
-        let quality = Quality::of(&gaps, &predicted, None);
+        let quality = Quality::new(&gaps, &predicted, None);
         Ok(LoadSeparation {
             decay_length: -slope,
             closing_load: (intercept / -slope).exp(),
             goodness: GoodnessOfFit {
                 rms_residual: quality.rms_residual / -slope,
-                ..GoodnessOfFit::of(&quality, data, mean.len())
+                ..GoodnessOfFit::new(&quality, data, mean.len())
             },
         })
     }
@@ -94,12 +101,12 @@ mod tests {
 
     const WINDOW: Window = Window { from: 0.01, to: 0.2 };
 
-    /// Loads by equal factors from 1e-3 to 1.
+    /// Returns loads from 1e-3 to 1 with equal ratios.
     fn loads() -> Vec<f64> {
         (0..=30).map(|step| 10f64.powf(f64::from(step) / 10.0 - 3.0)).collect()
     }
 
-    /// Surfaces with u₀ = 0.5 of their rms height each, and p_c = 0.4.
+    /// Returns the gaps of surfaces with u₀ = 0.5 rms height and p_c = 0.4.
     fn gaps(rms_heights: &[f64]) -> Curves {
         let of_surface = |height: &f64| {
             let gap = |load: &f64| 0.5 * height * (0.4 / load).ln();
@@ -115,20 +122,20 @@ mod tests {
         assert!((fit.decay_length / 1e-6 - 1.0).abs() < 1e-12, "{fit:?}");
         assert!((fit.closing_load / 0.4 - 1.0).abs() < 1e-12, "{fit:?}");
         assert!(fit.goodness.rms_residual < 1e-12 && fit.goodness.r_squared > Some(1.0 - 1e-12));
-        // 0.01, 0.0126 … 0.2.
+        // The loads are 0.01, 0.0126, …, 0.2.
         assert_eq!((fit.goodness.data, fit.goodness.masked), (14, 0));
     }
 
     #[test]
     fn closed_gaps_are_masked() {
         let all = LoadSeparationProblem::new(&gaps(&[1.0]), Window::ALL).fit().unwrap();
-        // From 0.501 on.
+        // The gaps are closed from 0.501 on.
         assert_eq!((all.goodness.data, all.goodness.masked), (27, 4));
         assert!((all.decay_length - 0.5).abs() < 1e-12);
     }
 
     #[test]
-    fn the_length_of_several_surfaces_is_the_mean_of_theirs() {
+    fn the_decay_length_of_several_surfaces_is_their_mean() {
         let heights: Vec<f64> = normal(3, 40).iter().map(|draw| 1.0 + 0.2 * draw).collect();
         let mean = heights.iter().sum::<f64>() / 40.0;
         let problem = LoadSeparationProblem::new(&gaps(&heights), WINDOW);
@@ -139,24 +146,24 @@ mod tests {
         let [length, load] = intervals.intervals.expect("no failures")[..] else {
             panic!("two parameters")
         };
-        // 20 % of 0.5 over √40, known to 1/√80 from the surfaces.
+        // 20 % of 0.5 divided by √40, with a statistical error of 1/√80.
         assert!((length.standard_error / 0.0158 - 1.0).abs() < 0.35, "{length:?}");
         assert!(length.lower < 0.5 && 0.5 < length.upper);
-        // All lines meet at the same closing load.
+        // All lines have the same closing load.
         assert!((load.upper / load.lower - 1.0).abs() < 1e-9, "{load:?}");
     }
 
     #[test]
-    fn what_has_no_exponential_relation_says_so() {
+    fn gaps_without_an_exponential_relation_are_an_error() {
         let constant = Curves::new(loads(), vec![vec![1.0; 31]]).expect("well formed");
         let failed = |curves: &Curves, window| {
             let problem = LoadSeparationProblem::new(curves, window);
             problem.fit().unwrap_err().to_string()
         };
-        let told = failed(&constant, WINDOW);
-        assert!(told.contains("does not fall") && told.contains("[0.01, 0.2]"), "{told}");
+        let error = failed(&constant, WINDOW);
+        assert!(error.contains("does not decrease") && error.contains("[0.01, 0.2]"), "{error}");
         let light = Window { from: 0.0, to: 0.0012 };
-        let told = failed(&gaps(&[1.0]), light);
-        assert!(told.contains("1 usable data"), "{told}");
+        let error = failed(&gaps(&[1.0]), light);
+        assert!(error.contains("1 usable data"), "{error}");
     }
 }

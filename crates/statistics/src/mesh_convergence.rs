@@ -1,39 +1,41 @@
-//! What the mesh adds to the contact area: the same surface under the same load on several meshes.
+//! Error of the contact area due to the mesh, from one surface under one load on several meshes.
 //!
-//! A solved contact is too large by a share of its edge, A_N = A* + c S_d Δx: the area counted on
-//! the mesh against Manhattan perimeter × mesh step is a line whose value at zero is the area on
-//! an infinitely fine mesh, and whose slope is the coefficient that a correction should have.
+//! The area A_N of a solved contact is too large by a fraction of its edge: A_N = A* + c S_d Δx,
+//! with the Manhattan perimeter S_d and the mesh step Δx. A line through A_N against S_d Δx
+//! extrapolates to the area A* on an infinitely fine mesh. Its slope c is the coefficient of the
+//! area correction.
 
 use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::least_squares::line;
 
-/// A line through two meshes leaves nothing to judge it by.
+/// Smallest number of meshes, because a line through two has no residuals.
 const LEAST_MESHES: usize = 3;
 
-/// One surface under one load, on meshes one finer than the other.
+/// Areas and edges of one surface under one load on several meshes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
-    /// S_d Δx on each mesh, as a fraction of the cell.
+    /// S_d Δx on each mesh, as a fraction of the nominal area.
     edges: Vec<f64>,
-    /// Area fraction counted on each mesh.
+    /// Area fraction on each mesh, without correction.
     areas: Vec<f64>,
 }
 
-/// The line of one surface under one load.
+/// Fitted line of one surface under one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshLimit {
-    /// A*: the area fraction where the edge of the mesh vanishes.
+    /// Area fraction A* extrapolated to an infinitely fine mesh.
     pub area: f64,
-    /// c: the share of S_d Δx that the mesh adds.
+    /// Coefficient c of S_d Δx.
     pub coefficient: f64,
 }
 
 impl Refinement {
-    /// Areas and edges, mesh by mesh.
+    /// Creates a refinement from S_d Δx and the area fraction on each mesh.
     ///
     /// # Errors
-    /// With fewer than three meshes, without contact on one of them, or if all edges are equal.
+    /// Fails with fewer than three meshes, without contact on one of them, or if all edges are
+    /// equal.
     pub fn new(edges: Vec<f64>, areas: Vec<f64>) -> Result<Self, FitError> {
         let meshes = areas.len();
         if meshes < LEAST_MESHES {
@@ -46,31 +48,33 @@ impl Refinement {
         Ok(Self { edges, areas })
     }
 
-    /// Number of meshes.
+    /// Returns the number of meshes.
     pub fn meshes(&self) -> usize {
         self.areas.len()
     }
 
-    /// The line by least squares.
+    /// Fits the line by least squares.
     pub fn fit(&self) -> MeshLimit {
         let (coefficient, area) =
             line(&self.edges, &self.areas).expect("the edges of a refinement differ");
         MeshLimit { area, coefficient }
     }
 
-    /// The limit if the coefficient is known.
+    /// Returns the limit A* for a given coefficient.
     fn limit(&self, coefficient: f64) -> f64 {
         mean(&self.areas) - coefficient * mean(&self.edges)
     }
 
-    /// (A_N − c S_d Δx)/A* − 1 on each mesh: what a correction by `coefficient` leaves.
+    /// Iterates over the relative errors (A_N − c S_d Δx)/A* − 1 of the corrected areas.
     fn errors(&self, coefficient: f64, limit: f64) -> impl Iterator<Item = f64> {
         let corrected = self.areas.iter().zip(&self.edges);
         corrected.map(move |(area, edge)| (area - coefficient * edge) / limit - 1.0)
     }
 
-    /// Covariance of area and edge, and variance of the edge, in units of the mean area: sums of
-    /// such terms weigh light and heavy loads alike.
+    /// Returns the covariance of area and edge and the variance of the edge.
+    ///
+    /// Both are divided by the squared mean area, so that sums give light and heavy loads equal
+    /// weight.
     fn moments(&self) -> (f64, f64) {
         let (edge, area) = (mean(&self.edges), mean(&self.areas));
         let pairs = self.edges.iter().zip(&self.areas);
@@ -81,31 +85,30 @@ impl Refinement {
     }
 }
 
-/// One coefficient for several surfaces, each under one load or more.
+/// Fit of a common coefficient to several surfaces, each under one or several loads.
 #[derive(Debug, Clone)]
 pub struct MeshProblem<'a> {
-    /// The refinements of each surface.
     surfaces: Vec<Vec<&'a Refinement>>,
 }
 
 impl<'a> MeshProblem<'a> {
-    /// Pools the refinements of surfaces; there is at least one.
+    /// Creates a problem from the refinements of at least one surface.
     pub fn new(surfaces: Vec<Vec<&'a Refinement>>) -> Self {
         Self { surfaces }
     }
 
-    /// The common coefficient, each surface and load having a limit of its own.
+    /// Fits the common coefficient, with a separate limit for each surface and load.
     pub fn coefficient(&self) -> f64 {
         self.pooled(&vec![1; self.surfaces.len()])
     }
 
-    /// Mean of the limits that go with a coefficient.
+    /// Returns the mean of the limits A* for a coefficient.
     pub fn mean_limit(&self, coefficient: f64) -> f64 {
         let limits: Vec<f64> = self.all().map(|one| one.limit(coefficient)).collect();
         mean(&limits)
     }
 
-    /// Root mean square of what a correction leaves, relative to the limits of the common fit.
+    /// Returns the rms error of corrected areas, relative to the limits of the common fit.
     pub fn rms_error(&self, correction: f64) -> f64 {
         let fitted = self.coefficient();
         let errors = self.all().flat_map(|one| one.errors(correction, one.limit(fitted)));
@@ -113,12 +116,12 @@ impl<'a> MeshProblem<'a> {
         mean(&squares).sqrt()
     }
 
-    /// Number of areas.
+    /// Returns the number of areas.
     pub fn data(&self) -> usize {
         self.all().map(Refinement::meshes).sum()
     }
 
-    /// Interval of the common coefficient, resampling whole surfaces.
+    /// Computes the confidence interval of the common coefficient by resampling whole surfaces.
     pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
         let every = vec![1; self.surfaces.len()];
         let estimates = [Estimate::Real(self.pooled(&every))];
@@ -131,8 +134,9 @@ impl<'a> MeshProblem<'a> {
         self.surfaces.iter().flatten().copied()
     }
 
-    /// Covariance of area and edge and variance of the edge, of each surface: their sums over the
-    /// surfaces, one over the other, are the coefficient.
+    /// Returns the covariance of area and edge, and the variance of the edge, of each surface.
+    ///
+    /// The coefficient is the ratio of their sums over the surfaces.
     pub fn moments(&self) -> Vec<(f64, f64)> {
         let of_surface = |surface: &Vec<&Refinement>| {
             let moments = surface.iter().map(|one| one.moments());
@@ -166,7 +170,7 @@ mod tests {
 
     const EDGES: [f64; 4] = [0.32, 0.17, 0.08, 0.04];
 
-    /// Areas that a mesh makes larger by `coefficient` of their edges, and `noise`.
+    /// Returns areas that are larger than `limit` by `coefficient` × edge and by `noise`.
     fn refinement(limit: f64, coefficient: f64, noise: &[f64]) -> Refinement {
         let areas = EDGES
             .iter()
@@ -197,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_correction_leaves_the_edge_times_what_it_misses() {
+    fn the_error_of_a_correction_is_proportional_to_the_edge() {
         let surfaces = [refinement(0.135, 0.104, &[])];
         let problem = pooled(&surfaces);
         let mean_square = EDGES.iter().map(|edge| edge * edge).sum::<f64>() / 4.0;
@@ -225,7 +229,7 @@ mod tests {
             let interval = intervals.expect("no failures")[0];
             interval.lower <= 0.104 && 0.104 <= interval.upper
         });
-        // Binomial: 0.021 over 200 experiments.
+        // Binomial error: 0.021 for 200 experiments.
         let rate = covered.count() as f64 / f64::from(experiments as u32);
         assert!((rate - 0.9).abs() < 0.065, "covered {rate}");
     }

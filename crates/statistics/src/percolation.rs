@@ -1,25 +1,26 @@
-//! Where the gap stops percolating: the load, and the area of contact, from which on no channel
-//! leads through the interface.
+//! Percolation threshold of the gap: load and contact area at which the interface seals.
 //!
-//! Along one direction a surface passes from open to sealed once, between two of its loads, for
-//! contact only grows; its threshold is the middle of both. A surface has one threshold along each
-//! of its two directions. Isotropic roughness is equally likely to seal first along x or along y,
-//! so that a surface has the mean of both as a third threshold. Roughness with a grain seals much
-//! earlier across the grain than along it, and a mean of both directions is the threshold of
-//! neither. Wang & Müser (2020) find 0.415 of the area on isotropic surfaces whose longest waves
-//! are short beside the cell; smaller cells scatter about it.
+//! Along each direction, the gap of a surface changes from open to sealed once, because the contact
+//! only grows. The threshold is the middle of the last open and the first sealed load. A surface
+//! has one threshold along x and one along y. Isotropic roughness is equally likely to seal first
+//! along either, so the mean of both is a third threshold. Anisotropic roughness seals much earlier
+//! across the grain than along it, and the mean of both directions is not meaningful. Wang & Müser
+//! (2020) find an area fraction of 0.415 for isotropic surfaces whose longest waves are much
+//! shorter than the cell.
 //!
-//! What lies between two loads is not seen, and resampling surfaces does not know it: where all
-//! surfaces are sealed between the same two loads, their middles do not scatter at all. Thresholds
-//! that scatter by σ and are rounded to the middles of steps of w have a mean that is wrong by a
-//! function of where the steps begin, of period w, whose Fourier series is known (rounding is a
-//! saw-tooth, and a normal distribution takes exp(−2π²k²σ²/w²) off its kth wave). Its root mean
-//! square,
+//! The resolution of the loads causes an additional error, which resampling does not detect: if all
+//! surfaces seal between the same two loads, their thresholds do not scatter. Let thresholds
+//! scatter with the standard deviation σ, and let them be rounded to the middles of intervals of
+//! width w. The error of their mean is a periodic function of the position of the intervals. Its
+//! Fourier series follows from a sawtooth and the normal distribution, which multiplies the kth
+//! harmonic by exp(−2π²k²σ²/w²). Its root mean square
 //!
-//!   w/(π√2) · √(Σ_k exp(−4π²k²σ²/w²)/k²),
+//! ```text
+//! w/(π√2) · √(Σ_k exp(−4π²k²σ²/w²)/k²)
+//! ```
 //!
-//! goes from w/√12 without scatter to next to nothing at σ = w/2, and is added to the standard
-//! error. σ is that of the middles less w²/12 (Sheppard's correction).
+//! decreases from w/√12 without scatter to nearly zero at σ = w/2. It is added to the standard
+//! error in quadrature. σ² is the variance of the middles minus w²/12 (Sheppard's correction).
 
 use std::f64::consts::{PI, SQRT_2};
 use std::fmt;
@@ -28,64 +29,66 @@ use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::intervals::two_sided_quantile;
 use super::{FitError, Window};
 
-/// Directions of the channels that must be closed.
+/// Directions of the channels that must be sealed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channels {
-    /// Along x.
+    /// Only the channels along x.
     AlongX,
-    /// Along y.
+    /// Only the channels along y.
     AlongY,
-    /// Along both directions; a surface's threshold is the mean of both.
+    /// The channels along both directions; the threshold of a surface is the mean of both.
     AlongBoth,
 }
 
-/// One surface under one load.
+/// State of one surface under one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interface {
-    /// In units of E* × rms slope.
+    /// Load, in units of E* h′.
     pub load: f64,
-    /// Share of the nodes in contact.
+    /// Fraction of the nodes in contact.
     pub area: f64,
-    /// The same, corrected for the mesh.
+    /// Area fraction, corrected for the mesh.
     pub area_corrected: f64,
-    /// Whether the gap percolates along x, and along y.
+    /// `true` if the gap percolates, along x and along y.
     pub is_open: [bool; 2],
 }
 
-/// Where interfaces are sealed, mean of surfaces.
+/// Percolation threshold of a surface, or a mean of thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Threshold {
-    /// Share of the nodes in contact.
+    /// Fraction of the nodes in contact.
     pub area: f64,
-    /// The same, corrected for the mesh.
+    /// Area fraction, corrected for the mesh.
     pub area_corrected: f64,
-    /// In units of E* × rms slope.
+    /// Load, in units of E* h′.
     pub load: f64,
 }
 
-/// Where a surface is sealed along one direction.
+/// Sealing of a surface along one direction.
 #[derive(Debug, Clone, Copy)]
 struct Passage {
-    /// The middle of the last open and the first sealed load.
+    /// Middle of the last open and the first sealed state.
     middle: Threshold,
-    /// How far both are apart.
+    /// Difference of the first sealed and the last open state.
     width: Threshold,
 }
 
-/// Thresholds of surfaces.
+/// Percolation thresholds of the surfaces of one parameter point.
 #[derive(Debug, Clone)]
 pub struct PercolationProblem {
-    /// Passages of each surface, one for each direction.
+    /// Sealing of each surface along each direction.
     passages: Vec<Vec<Passage>>,
     thresholds: Vec<Threshold>,
 }
 
 impl PercolationProblem {
-    /// Takes the loads of each surface inside a window, ascending.
+    /// Finds the thresholds from the states of each surface, in ascending order of the load.
+    ///
+    /// Loads outside the window are ignored.
     ///
     /// # Errors
-    /// When there is no surface, or one that is sealed under its lightest load, or still open under
-    /// its heaviest: a mean over the others would be biased.
+    /// Fails if there is no surface, or if a surface is sealed under its lightest load or open
+    /// under its heaviest load. The mean over the other surfaces would be biased.
     pub fn new(
         surfaces: &[Vec<Interface>],
         window: Window,
@@ -108,30 +111,31 @@ impl PercolationProblem {
         Ok(Self { thresholds: passages.iter().map(of_surface).collect(), passages })
     }
 
-    /// Thresholds of the surfaces, each averaged over the directions.
+    /// Returns the thresholds of the surfaces, averaged over the directions.
     pub fn thresholds(&self) -> &[Threshold] {
         &self.thresholds
     }
 
-    /// The mean over the surfaces.
+    /// Returns the mean threshold of the surfaces.
     pub fn mean(&self) -> Threshold {
         self.resampled(&vec![1; self.thresholds.len()])
     }
 
-    /// The standard error that the distance of the loads adds to that of the surfaces.
-    pub fn rounding(&self) -> Threshold {
+    /// Returns the additional standard error due to the resolution of the loads.
+    pub fn resolution_error(&self) -> Threshold {
         let width = mean_of(self.passages.iter().flatten().map(|passage| passage.width));
-        let share = rounding_of_the_mean(self.scatter() / width.load);
-        Threshold::from_values(width.values().map(|width| share * width))
+        let factor = rounding_of_the_mean(self.scatter() / width.load);
+        Threshold::from_values(width.values().map(|width| factor * width))
     }
 
-    /// Whether the loads are close enough to tell how thresholds scatter.
+    /// Returns `true` if the loads are close enough to resolve the scatter of the thresholds.
     pub fn resolves_scatter(&self) -> bool {
         self.scatter() > 0.0
     }
 
-    /// The standard deviation of the load at the threshold, between surfaces and directions; zero
-    /// where all scatter may be that of rounding.
+    /// Returns the standard deviation of the threshold loads over surfaces and directions.
+    ///
+    /// It is zero if the resolution of the loads explains the scatter.
     fn scatter(&self) -> f64 {
         let all = || self.passages.iter().flatten();
         let count = all().count() as f64;
@@ -142,7 +146,7 @@ impl PercolationProblem {
         variance.max(0.0).sqrt()
     }
 
-    /// Intervals of the area, the corrected area and the load, in this order.
+    /// Computes confidence intervals of area, corrected area and load, in this order.
     pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
         let surfaces = self.thresholds.len();
         let means = self.mean().values();
@@ -150,7 +154,7 @@ impl PercolationProblem {
             Ok(self.resampled(multiplicities).values().to_vec())
         });
         let quantile = two_sided_quantile(bootstrap.level, surfaces.max(2) as u32 - 1);
-        let rounding = self.rounding().values();
+        let rounding = self.resolution_error().values();
         let widened = |intervals: Vec<Interval>| {
             let all = means.into_iter().zip(rounding).zip(intervals);
             let widen = |((mean, rounding), interval): ((f64, f64), Interval)| {
@@ -189,7 +193,7 @@ impl fmt::Display for Channels {
 }
 
 impl Threshold {
-    /// Area, corrected area and load.
+    /// Returns area, corrected area and load, in this order.
     pub fn values(&self) -> [f64; 3] {
         [self.area, self.area_corrected, self.load]
     }
@@ -200,7 +204,8 @@ impl Threshold {
 }
 
 impl Passage {
-    /// Returns the passages along the directions, or `None` if one is not seen.
+    /// Returns the sealing along each direction, or `None` if a direction does not seal in the
+    /// window.
     fn of_surface(
         interfaces: &[Interface],
         window: Window,
@@ -224,15 +229,17 @@ impl Passage {
     }
 }
 
-/// The root mean square, over where the steps begin, of what rounding to the middles of steps of
-/// one takes a mean of numbers off that scatter so much.
+/// Returns the rms error of the mean of numbers that are rounded to the middles of unit intervals.
+///
+/// `scatter` is the standard deviation of the numbers. The root mean square is over the position of
+/// the intervals.
 fn rounding_of_the_mean(scatter: f64) -> f64 {
     if scatter == 0.0 {
         return 1.0 / 12.0_f64.sqrt();
     }
     let wave = |k: f64| (-4.0 * (PI * k * scatter).powi(2)).exp() / (k * k);
     let waves = (1..).map(|k| wave(f64::from(k)));
-    // What is left out is a millionth at most.
+    // The relative truncation error is at most 1e-6.
     let sum: f64 = waves.take_while(|&wave| wave > 1e-12).sum();
     sum.sqrt() / (PI * SQRT_2)
 }
@@ -259,7 +266,7 @@ mod tests {
 
     const WINDOW: Window = Window { from: 0.0, to: 10.0 };
 
-    /// Ten loads up to one, as much area, sealed along x and y from these loads on.
+    /// Returns ten states up to a load of one, sealed along x and y from the given loads on.
     fn surface(from: [f64; 2]) -> Vec<Interface> {
         let loads = (1..=10).map(|load| f64::from(load) / 10.0);
         let interface = |load: f64| Interface {
@@ -282,19 +289,19 @@ mod tests {
     fn the_threshold_lies_between_the_last_open_and_the_first_sealed_load() {
         let problem = problem(&[surface([0.5, 0.8])], AlongBoth).unwrap();
         let threshold = problem.mean();
-        // Middles at 0.45 and 0.75.
+        // The middles are 0.45 and 0.75.
         assert!((threshold.load - 0.6).abs() < 1e-15);
         assert!((threshold.area - 0.3).abs() < 1e-15);
         assert!((threshold.area_corrected - 0.24).abs() < 1e-15);
     }
 
     #[test]
-    fn along_one_direction_the_other_one_does_not_count() {
+    fn thresholds_along_one_direction_ignore_the_other() {
         let surfaces = [[0.3, 0.8], [0.5, 1.0]].map(surface);
         for (channels, load) in [(AlongX, 0.35), (AlongY, 0.85), (AlongBoth, 0.6)] {
             let found = problem(&surfaces, channels).unwrap();
             assert!((found.mean().load - load).abs() < 1e-15, "{channels}");
-            // The thresholds along each direction are 0.2 apart, and loads 0.1.
+            // Thresholds along each direction differ by 0.2, loads by 0.1.
             let variance = if channels == AlongBoth { 0.29 / 3.0 } else { 0.02 };
             let expected = (variance - 0.01 / 12.0_f64).sqrt();
             assert!((found.scatter() - expected).abs() < 1e-12, "{channels}");
@@ -302,30 +309,30 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_weigh_the_same() {
+    fn surfaces_have_equal_weights() {
         let surfaces = [[0.3, 0.3], [0.5, 0.5]].map(surface);
         let mean = problem(&surfaces, AlongBoth).unwrap().mean();
         assert!((mean.load - 0.35).abs() < 1e-15);
     }
 
     #[test]
-    fn surfaces_sealed_between_the_same_loads_are_known_to_these_and_no_better() {
+    fn surfaces_sealed_between_the_same_loads_have_the_error_of_the_resolution() {
         let equal = [[0.3, 0.3]; 4].map(surface);
         let problem = problem(&equal, AlongBoth).unwrap();
         assert!(!problem.resolves_scatter());
         let bootstrap = Bootstrap { replicates: 50, seed: 1, level: 0.95 };
         let intervals = problem.bootstrap(&bootstrap).intervals.unwrap();
-        // Loads are 0.1 apart, areas half and two fifths of that.
+        // Loads differ by 0.1, areas by 0.05 and 0.04.
         for (interval, width) in intervals.iter().zip([0.05, 0.04, 0.1]) {
             assert!((interval.standard_error - width / 12.0_f64.sqrt()).abs() < 1e-12);
         }
     }
 
     #[test]
-    fn the_mean_of_rounded_numbers_is_wrong_by_what_the_series_says() {
+    fn the_mean_of_rounded_numbers_has_the_error_of_the_series() {
         for scatter in [0.02, 0.1, 0.2, 0.35, 0.5] {
             let bias = |begin: f64| -> f64 {
-                // Each step of a fine grid of normal numbers about `begin`, rounded and not.
+                // Integrates over a normal distribution about `begin`, rounded and not.
                 let steps = (-4000..=4000).map(|i| f64::from(i) / 500.0);
                 let (mut sum, mut weights) = (0.0, 0.0);
                 for deviate in steps {
@@ -336,13 +343,13 @@ mod tests {
                 }
                 sum / weights
             };
-            let places = 200;
-            let squares: f64 = (0..places)
-                .map(|place| bias((f64::from(place) + 0.5) / f64::from(places)).powi(2))
+            let positions = 200;
+            let squares: f64 = (0..positions)
+                .map(|index| bias((f64::from(index) + 0.5) / f64::from(positions)).powi(2))
                 .sum();
-            let found = (squares / f64::from(places)).sqrt();
+            let found = (squares / f64::from(positions)).sqrt();
             let expected = rounding_of_the_mean(scatter);
-            // The fine grid is as coarse as 0.002 scatters.
+            // The step of the integration is 0.002 standard deviations.
             assert!(
                 (found - expected).abs() < 1e-3 * expected + 1e-4,
                 "{scatter}: {found} {expected}"
@@ -352,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_without_a_threshold_leaves_no_mean() {
+    fn a_surface_without_a_threshold_is_an_error() {
         let open = [surface([0.5, 0.8]), surface([0.5, 2.0])];
         let sealed = [surface([0.5, 0.05])];
         let expected = |without, surfaces, channels| FitError::NotSealed {
@@ -367,7 +374,7 @@ mod tests {
             let error = problem(&sealed, channels).unwrap_err();
             assert_eq!(error, expected(1, 1, channels));
         }
-        // Along x all of them are seen to close.
+        // Along x, all surfaces seal in the window.
         assert!((problem(&open, AlongX).unwrap().mean().load - 0.45).abs() < 1e-15);
         let outside = Window { from: 0.0, to: 0.6 };
         assert!(PercolationProblem::new(&[surface([0.5, 0.8])], outside, AlongBoth).is_err());

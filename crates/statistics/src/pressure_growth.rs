@@ -1,8 +1,8 @@
-//! The growth of the mean contact pressure with the load, as a power of the area.
+//! Growth of the mean contact pressure with the load, as a power of the area.
 //!
-//! The contact evolution law assumes dp̄/dp₀ = β a^(μ−1), with p̄ = p₀/a the mean contact pressure.
-//! This looks at the assumption without the law: difference quotients of p̄ between neighbouring
-//! loads of the mean curve, against the mean of the two areas, both in logarithms (fig. dpdp0 of
+//! The contact evolution law assumes dp̄/dp₀ = β a^(μ−1) with the mean contact pressure p̄ = p₀/a.
+//! This fit tests the assumption directly. It fits a line to the logarithms of the difference
+//! quotients of p̄ between neighbouring loads and of the mean of the two areas (fig. dpdp0 of
 //! Yastrebov, Anciaux & Molinari 2015).
 
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
@@ -10,31 +10,32 @@ use super::curves::Data;
 use super::least_squares::{Quality, line};
 use super::{Curves, FitError, GoodnessOfFit, Window};
 
-/// One more than the parameters, so that the residual says something.
+/// Smallest number of data, one more than the parameters.
 const LEAST_DATA: usize = 3;
 
-/// A power law of dp̄/dp₀ against the area fraction.
+/// Fitted power law of dp̄/dp₀ against the area fraction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressureGrowth {
-    /// Exponent of the area: μ − 1 of a contact evolution law.
+    /// Exponent of the area, which is μ − 1 for a contact evolution law.
     pub exponent: f64,
-    /// dp̄/dp₀ extrapolated to full contact: β of a contact evolution law.
+    /// Value of dp̄/dp₀ extrapolated to full contact; β of a contact evolution law.
     pub prefactor: f64,
-    /// Of ln dp̄/dp₀ in the intervals between loads; masked are those that have no logarithm: the
-    /// mean pressure fell, or nothing was in contact.
+    /// Goodness of ln dp̄/dp₀ in the intervals between loads.
+    ///
+    /// Intervals without contact, or in which the mean pressure does not grow, are masked.
     pub goodness: GoodnessOfFit,
 }
 
-/// Intervals between neighbouring loads, ready to be fitted.
+/// Intervals between neighbouring loads for the fit of a power law.
 #[derive(Debug, Clone)]
 pub struct PressureGrowthProblem {
     window: Window,
-    /// Areas at the ends of the intervals; `None` without any interval in the window.
+    /// Areas at the ends of the intervals; `None` without intervals in the window.
     ends: Option<Data>,
 }
 
 impl PressureGrowthProblem {
-    /// Takes the intervals between loads whose midpoints lie inside a window.
+    /// Selects the intervals between loads whose midpoints are inside a window.
     pub fn new(curves: &Curves, window: Window) -> Self {
         let mut inside =
             curves.loads().windows(2).filter(|pair| window.contains(0.5 * (pair[0] + pair[1])));
@@ -48,13 +49,12 @@ impl PressureGrowthProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// With fewer than three intervals over which the mean pressure grows, or if their areas are
-    /// all equal.
+    /// Fails if the mean pressure grows in fewer than three intervals, or if all areas are equal.
     pub fn fit(&self) -> Result<PressureGrowth, FitError> {
         self.fit_mean(|ends| ends.mean())
     }
 
-    /// Intervals of the exponent and the prefactor, in this order.
+    /// Computes confidence intervals of the exponent and the prefactor, in this order.
     pub fn bootstrap(&self, fit: &PressureGrowth, bootstrap: &Bootstrap) -> Intervals {
         let surfaces = self.ends.as_ref().map_or(0, Data::surfaces);
         let estimates = [Estimate::Real(fit.exponent), Estimate::Positive(fit.prefactor)];
@@ -75,16 +75,16 @@ impl PressureGrowthProblem {
         let (exponent, intercept) =
             line(&ln_areas, &ln_growths).ok_or(FitError::EqualAreas { window })?;
         let predicted: Vec<f64> = ln_areas.iter().map(|ln| intercept + exponent * ln).collect();
-        let quality = Quality::of(&ln_growths, &predicted, None);
+        let quality = Quality::new(&ln_growths, &predicted, None);
         Ok(PressureGrowth {
             exponent,
             prefactor: intercept.exp(),
-            goodness: GoodnessOfFit::of(&quality, data, points.len()),
+            goodness: GoodnessOfFit::new(&quality, data, points.len()),
         })
     }
 }
 
-/// (ln a, ln Δp̄/Δp₀) of each interval, `None` where either logarithm does not exist.
+/// Returns (ln a, ln Δp̄/Δp₀) of each interval, or `None` if a logarithm does not exist.
 fn growth(ends: &Data, areas: &[f64]) -> Vec<Option<(f64, f64)>> {
     ends.loads
         .windows(2)
@@ -120,7 +120,7 @@ mod tests {
             ((fit.exponent - (LAW.mu - 1.0)).abs(), (fit.prefactor - LAW.beta).abs())
         };
         let (coarse, fine) = (error(60), error(240));
-        // Differences are of second order in the step.
+        // The error of differences is of second order in the step.
         assert!(fine.0 < 1e-3 && fine.1 < 2e-3, "{fine:?}");
         assert!(fine.0 < coarse.0 / 8.0, "{coarse:?} {fine:?}");
     }
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn asperity_models_grow_with_their_published_exponents() {
         let exponent = |areas| fit(&single(areas), HEAVIER).exponent;
-        // An independent implementation gave −.214 and −.639, with the same intervals.
+        // An independent implementation gives −0.214 and −0.639 with the same intervals.
         assert!((exponent(&BGT_ALPHA_2) + 0.214).abs() < 1e-3);
         assert!((exponent(&BGT_ALPHA_10) + 0.639).abs() < 1e-3);
     }
@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn intervals_are_those_with_midpoints_in_the_window() {
         let fit = fit(&single(&BGT_ALPHA_2), HEAVIER);
-        // From 0.0078, the middle of the sixth and seventh of fifty loads.
+        // The first interval is that of the sixth and seventh of fifty loads, with midpoint 0.0078.
         assert_eq!((fit.goodness.data, fit.goodness.masked), (44, 0));
     }
 
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn interval_of_the_exponent_contains_it() {
-        // Surfaces that only scale the load have all the same exponent: noise makes it scatter.
+        // Surfaces that only scale the load have equal exponents; noise makes them scatter.
         let problem = |factor, noise| {
             let window = Window { from: 0.02, to: 0.3 };
             let curves = scattered(LAW, uniform(0.3, 20), 20, (factor, noise), 5);

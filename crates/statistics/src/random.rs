@@ -1,12 +1,11 @@
-//! Seeded normal numbers for made-up data, and the curves that the tests of this crate make of
-//! them.
+//! Seeded normal random numbers for synthetic data.
 
 use std::f64::consts::PI;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Standard normal numbers, after Box & Muller (1958).
+/// Generator of standard normal numbers by the method of Box & Muller (1958).
 pub(crate) struct Normals(ChaCha8Rng);
 
 impl Normals {
@@ -17,20 +16,20 @@ impl Normals {
     }
 
     pub fn next(&mut self) -> f64 {
-        // Odd multiples of 2⁻⁵⁴: never zero.
+        // Odd multiples of 2⁻⁵⁴, never zero.
         let mut uniform = || ((self.0.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
         let radius = (-2.0 * libm::log(uniform())).sqrt();
         radius * libm::cos(2.0 * PI * uniform())
     }
 }
 
-/// Returns `count` standard normal numbers, the same for the same seed.
+/// Returns `count` standard normal numbers, which are a function of the seed.
 pub fn normal(seed: u64, count: usize) -> Vec<f64> {
     let mut normals = Normals::new([7; 32], seed);
     (0..count).map(|_| normals.next()).collect()
 }
 
-/// Curves for the tests of the fits: laws, models and scatter.
+/// Synthetic curves for the tests of the fits.
 #[cfg(test)]
 pub(crate) mod curves {
     use asperity_contact::theory::law::ContactEvolution;
@@ -39,8 +38,10 @@ pub(crate) mod curves {
     use super::normal;
     use crate::Curves;
 
-    /// Area fractions of the model of Bush, Gibson & Thomas with Nayak parameter 2, under the loads
-    /// `uniform(0.06, 50)`: full elliptic Hertz contacts integrated over Nayak's joint density.
+    /// Area fractions of the model of Bush, Gibson & Thomas with Nayak parameter 2.
+    ///
+    /// Loads are `uniform(0.06, 50)`. Elliptic Hertz contacts are integrated over Nayak's joint
+    /// density.
     pub const BGT_ALPHA_2: [f64; 50] = [
         0.00286736, 0.00567541, 0.00844429, 0.01118041, 0.01388736, 0.01656753, 0.01922265,
         0.02185406, 0.02446286, 0.02704992, 0.02961602, 0.03216181, 0.03468788, 0.03719475,
@@ -52,7 +53,7 @@ pub(crate) mod curves {
         0.11711909,
     ];
 
-    /// The same with Nayak parameter 10.
+    /// Area fractions like [`BGT_ALPHA_2`] with Nayak parameter 10.
     pub const BGT_ALPHA_10: [f64; 50] = [
         0.00233657, 0.00455908, 0.00672708, 0.00885607, 0.01095398, 0.01302575, 0.01507478,
         0.01710359, 0.01911410, 0.02110785, 0.02308611, 0.02504993, 0.02700021, 0.02893772,
@@ -64,24 +65,26 @@ pub(crate) mod curves {
         0.09310821,
     ];
 
-    /// Loads to/steps, 2to/steps, … to.
+    /// Returns the loads `to`/`steps`, 2 `to`/`steps`, …, `to`.
     pub fn uniform(to: f64, steps: u32) -> Vec<f64> {
         (1..=steps).map(|i| to * f64::from(i) / f64::from(steps)).collect()
     }
 
-    /// One surface with given areas under `uniform(0.06, 50)`.
+    /// Returns one surface with the given areas under `uniform(0.06, 50)`.
     pub fn single(areas: &[f64]) -> Curves {
         Curves::new(uniform(0.06, 50), vec![areas.to_vec()]).expect("well formed")
     }
 
-    /// One surface that follows Persson's theory.
+    /// Returns one surface that follows Persson's theory.
     pub fn persson_curve(loads: Vec<f64>) -> Curves {
         let areas = loads.iter().map(|&load| persson::area(load)).collect();
         Curves::new(loads, vec![areas]).expect("well formed")
     }
 
-    /// Surfaces that follow a law, each under loads that are off by its own factor, and with noise
-    /// from load to load; both relative and normal.
+    /// Returns surfaces that follow a law with scatter.
+    ///
+    /// The loads of each surface have a common relative error of standard deviation `factor`. Each
+    /// area has an independent relative error of standard deviation `noise`.
     pub fn scattered(
         law: ContactEvolution,
         loads: Vec<f64>,

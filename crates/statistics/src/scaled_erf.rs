@@ -1,10 +1,10 @@
-//! The approach to full contact as Persson's, with the load scaled by a factor.
+//! Persson's error function with a scaled load, for the approach to full contact.
 //!
-//! Persson 2001 gives 1 − a = erfc(√2 y); fig. near_full_contact of Yastrebov, Anciaux & Molinari
-//! 2015 follows the computed curves with erfc(β√2 y) instead. The fraction out of contact falls
-//! over orders of magnitude, so β minimizes the squares of ln(1 − a) residuals: all decades weigh
-//! the same. Least squares of a itself would see only the lightest loads of the window.
-//! β is not quite constant, so the factor of each load alone is given as well.
+//! Persson 2001 gives 1 − a = erfc(√2 y). Fig. near_full_contact of Yastrebov, Anciaux & Molinari
+//! 2015 describes computed curves by erfc(β√2 y). The non-contact fraction decreases over orders of
+//! magnitude, so β minimises the squared residuals of ln(1 − a), which gives all decades equal
+//! weight. Residuals of a would give weight to the lightest loads of the window only. β is not
+//! exactly constant, so the fit also returns the factor of each load.
 
 use std::f64::consts::SQRT_2;
 
@@ -14,28 +14,28 @@ use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, GoodnessOfFit, Window};
 use asperity_contact::theory::persson::{erfc_inverse, ln_erfc, ln_erfc_slope};
 
-/// One more than the parameters, so that the residual says something.
+/// Smallest number of data, one more than the parameters.
 const LEAST_DATA: usize = 2;
 
-/// A scaled error function and how well it describes the approach to full contact.
+/// Fit of a scaled error function to the approach to full contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaledErf {
-    /// Factor of the load: 1 in Persson's theory.
+    /// Factor β of the load; 1 in Persson's theory.
     pub beta: f64,
-    /// Of ln(1 − a); masked are loads with nothing, or with more than everything, out of contact.
+    /// Goodness of ln(1 − a); data with an area of zero or less, or of one or more, are masked.
     pub goodness: GoodnessOfFit,
-    /// (load, factor for which this load alone is met), of the data.
+    /// Loads of the data, each with the factor that reproduces its area exactly.
     pub local: Vec<(f64, f64)>,
 }
 
-/// Areas near full contact, ready to be fitted.
+/// Data for the fit of a scaled error function.
 #[derive(Debug, Clone)]
 pub struct ScaledErfProblem {
     data: Data,
 }
 
 impl ScaledErfProblem {
-    /// Takes the loads inside a window.
+    /// Selects the loads inside a window.
     pub fn new(curves: &Curves, window: Window) -> Self {
         Self { data: curves.area_data(window) }
     }
@@ -43,25 +43,25 @@ impl ScaledErfProblem {
     /// Fits the mean over the realizations.
     ///
     /// # Errors
-    /// With fewer than two loads at which a part, but not all, of the surface is out of contact, if
-    /// all areas are equal, or if the search does not converge.
+    /// Fails if fewer than two loads have partial contact, if all areas are equal, or if the search
+    /// does not converge.
     pub fn fit(&self) -> Result<ScaledErf, FitError> {
         let approach = self.approach(&self.data.mean())?;
         let local = approach.local();
         let beta = approach.fit(&local)?;
         let predicted: Vec<f64> = approach.x.iter().map(|x| ln_erfc(beta * x)).collect();
-        let quality = Quality::of(&approach.ln_noncontact, &predicted, None);
+        let quality = Quality::new(&approach.ln_noncontact, &predicted, None);
         if quality.r_squared.is_none() {
             return Err(FitError::EqualAreas { window: self.data.window });
         }
         Ok(ScaledErf {
             beta,
-            goodness: GoodnessOfFit::of(&quality, approach.x.len(), self.data.loads.len()),
+            goodness: GoodnessOfFit::new(&quality, approach.x.len(), self.data.loads.len()),
             local: approach.x.iter().zip(local).map(|(x, beta)| (x / SQRT_2, beta)).collect(),
         })
     }
 
-    /// Interval of the factor.
+    /// Computes the confidence interval of the factor.
     pub fn bootstrap(&self, fit: &ScaledErf, bootstrap: &Bootstrap) -> Intervals {
         let estimates = [Estimate::Positive(fit.beta)];
         bootstrap.intervals(self.data.surfaces(), &estimates, |multiplicities| {
@@ -73,7 +73,7 @@ impl ScaledErfProblem {
     fn approach(&self, mean: &[f64]) -> Result<Approach, FitError> {
         let usable =
             self.data.loads.iter().zip(mean).filter(|&(_, &area)| 0.0 < area && area < 1.0);
-        // Areas are multiples of the node's: 1 − a is exact where it is small.
+        // Areas are multiples of the area of a node, so small 1 − a are exact.
         let (x, ln_noncontact): (Vec<f64>, Vec<f64>) =
             usable.map(|(load, area)| (SQRT_2 * load, (-area).ln_1p())).unzip();
         let (window, found) = (self.data.window, x.len());
@@ -85,20 +85,18 @@ impl ScaledErfProblem {
 }
 
 struct Approach {
-    /// √2 y.
+    /// Loads y, multiplied by √2.
     x: Vec<f64>,
     ln_noncontact: Vec<f64>,
 }
 
 impl Approach {
-    /// The factor for which each datum alone is met.
+    /// Returns the factor that reproduces each datum exactly.
     fn local(&self) -> Vec<f64> {
         self.x
             .iter()
             .zip(&self.ln_noncontact)
-            .map(|(x, ln)| {
-                erfc_inverse(ln.exp()).expect("data have a part out of contact, and a part in") / x
-            })
+            .map(|(x, ln)| erfc_inverse(ln.exp()).expect("the data have partial contact") / x)
             .collect()
     }
 
@@ -110,7 +108,7 @@ impl Approach {
     }
 }
 
-/// The parameter is ln β: β stays positive.
+/// The parameter is ln β, which keeps β positive.
 impl Residuals<1> for Approach {
     fn count(&self) -> usize {
         self.x.len()
@@ -156,7 +154,7 @@ mod tests {
     #[test]
     fn factor_of_perssons_theory_is_one() {
         let fit = fit(&persson_curve(uniform(2.0, 40)));
-        // 1 − a = 6e-5 is resolved to 2e-12 by areas near one, hence β to 1e-12.
+        // Rounding of areas near one gives 1 − a = 6e-5 an error of 2e-12, and β of 1e-12.
         assert!((fit.beta - 1.0).abs() < 1e-11 && fit.goodness.rms_residual < 1e-10);
         assert!(fit.local.iter().all(|(_, beta)| (beta - 1.0).abs() < 1e-11));
         assert!(fit.goodness.r_squared > Some(1.0 - 1e-12));
@@ -196,7 +194,7 @@ mod tests {
 
     #[test]
     fn factor_lies_among_those_of_the_loads() {
-        // Three quarters of Persson's: the effective factor falls towards one.
+        // Three quarters of Persson's 1 − a; the effective factor decreases towards one.
         let loads = uniform(2.0, 40);
         let areas = loads.iter().map(|y| 1.0 - 0.75 * libm::erfc(SQRT_2 * y)).collect();
         let fit = fit(&Curves::new(loads, vec![areas]).expect("well formed"));
@@ -214,7 +212,7 @@ mod tests {
         let intervals = problem.bootstrap(&fit, &bootstrap).intervals;
         let interval = intervals.expect("no failures")[0];
         assert!(interval.lower <= 1.1 && 1.1 <= interval.upper);
-        // 1 % of 1.1 over √50, known to 1/√100 from the surfaces.
+        // 1 % of 1.1 divided by √50, with a statistical error of 1/√100.
         assert!((interval.standard_error / 0.001_56 - 1.0).abs() < 0.3);
     }
 }

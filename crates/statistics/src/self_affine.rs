@@ -1,15 +1,16 @@
-//! The power spectrum of a self-affine surface, fitted to measured densities by maximum likelihood.
+//! Power spectrum of a self-affine surface, fitted to measured densities by maximum likelihood.
 //!
-//! C(q) = C₀ up to the roll-off q_r, C₀ (q/q_r)^(−2(1 + H)) beyond. The density of a ring of n
-//! modes of a Gaussian surface is C times χ² of n degrees of freedom, over n: its scatter is a
-//! share of the density itself, and least squares would see the first rings alone, or with
-//! logarithms be biased by those of few modes. The likelihood (Whittle 1953), −Σ n (ln C + P/C)/2
-//! over rings of measured density P, has neither fault. C₀ of its maximum is known for any H and
-//! q_r; in H it is concave; q_r is looked for among the rings, then between the neighbours of the
-//! best.
+//! The model is C(q) = C₀ up to the roll-off q_r and C₀ (q/q_r)^(−2(1 + H)) beyond. The measured
+//! density P of a ring of n modes of a Gaussian surface is C χ²/n with n degrees of freedom, so its
+//! scatter is proportional to C. Least squares of P would depend on the first rings only, and least
+//! squares of ln P would be biased by rings of few modes. The Whittle likelihood (Whittle 1953),
+//! −Σ n (ln C + P/C)/2, has neither problem.
 //!
-//! Intervals come from resampled surfaces; of a single surface from the information that its modes
-//! have, for these are independent of each other.
+//! The best C₀ has a closed form for given H and q_r, and the likelihood is concave in H. The
+//! search for q_r tries all rings, then refines between the neighbours of the best ring.
+//!
+//! Intervals are computed by resampling surfaces. For a single surface they follow from the Fisher
+//! information of its modes, which are independent.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,52 +18,53 @@ use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::intervals::two_sided_quantile;
 use super::{FitError, Window};
 
-/// Fewer rings have nothing to say against the law.
+/// Smallest number of rings, one more than the parameters.
 const LEAST_RINGS: usize = 4;
-/// Densities below this share of the largest are rounding of a transform: beyond a cutoff.
+/// Relative density below which a ring holds only rounding errors of the transform.
 const ROUNDING: f64 = 1e-20;
 
-/// Fewer rings before the roll-off are no plateau.
+/// Smallest number of rings in a plateau.
 const LEAST_PLATEAU: usize = 2;
-/// Densities that fall less do not fall.
+/// Smallest exponent 2(1 + H) of a decreasing density.
 const FLATTEST: f64 = 1e-6;
-/// The steepest power law that is looked for.
+/// Largest exponent 2(1 + H) in the search.
 const STEEPEST: f64 = 20.0;
-/// Steps of the searches for the exponent and for the roll-off, each of which gains digits.
+/// Largest number of Newton steps for the exponent.
 const NEWTON_STEPS: usize = 50;
+/// Number of golden-section steps for the roll-off.
 const GOLDEN_STEPS: usize = 40;
 
-/// What is measured of one ring on every surface of an ensemble.
+/// Power spectral densities of one ring of wavenumbers for all surfaces of an ensemble.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingOfSurfaces {
-    /// Its wavenumber.
+    /// Wavenumber at the middle of the ring.
     pub wavenumber: f64,
-    /// Degrees of freedom of its density on one surface.
+    /// Degrees of freedom of the density of one surface.
     pub freedom: f64,
-    /// Densities, surface by surface.
+    /// Power spectral density of each surface.
     pub densities: Vec<f64>,
 }
 
-/// A self-affine power spectrum with a roll-off, as fitted.
+/// Fitted power spectrum of a self-affine surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelfAffine {
-    /// Hurst exponent H.
+    /// Hurst exponent H of the surface.
     pub hurst: f64,
-    /// Roll-off wavenumber q_r; none where the power law goes on down to the first ring.
+    /// Roll-off wavenumber q_r, or `None` if the power law extends to the first ring.
     pub rolloff: Option<f64>,
-    /// C₀, the density of the plateau, or of the first ring where there is none.
+    /// Density C₀ of the plateau, or of the first ring without plateau.
     pub plateau: f64,
-    /// Root mean square of ln P/C, each ring with its degrees of freedom.
+    /// Root mean square of ln P/C, weighted by degrees of freedom.
     pub rms_residual: f64,
-    /// Mean over the rings of the squared deviation of P/C from one, over its variance.
+    /// Squared deviations of P/C from one divided by their variances, per degree of freedom.
     pub reduced_chi_square: f64,
-    /// Rings fitted.
+    /// Number of rings in the fit.
     pub data: usize,
-    /// Rings left out, whose density is rounding.
+    /// Number of omitted rings, whose density is rounding error.
     pub masked: usize,
 }
 
-/// Rings ready to be fitted.
+/// Rings for the fit of a self-affine power spectrum.
 #[derive(Debug, Clone)]
 pub struct SelfAffineProblem {
     window: Window,
@@ -72,16 +74,17 @@ pub struct SelfAffineProblem {
 }
 
 impl SelfAffineProblem {
-    /// Takes the rings, which ascend, whose wavenumbers lie in a window; all hold one density for
-    /// each surface.
+    /// Selects the rings whose wavenumbers are inside a window.
+    ///
+    /// Rings must be in ascending order, with one density for each surface.
     pub fn new(rings: Vec<RingOfSurfaces>, window: Window) -> Self {
         let mut rings = rings;
         let surfaces = rings.first().map_or(0, |ring| ring.densities.len());
-        let most = rings.iter().flat_map(|ring| ring.densities.iter().copied());
-        let most = most.fold(0.0, f64::max);
+        let largest = rings.iter().flat_map(|ring| ring.densities.iter().copied());
+        let largest = largest.fold(0.0, f64::max);
         rings.retain(|ring| window.contains(ring.wavenumber));
         let inside = rings.len();
-        let is_measured = |density: &f64| *density > ROUNDING * most;
+        let is_measured = |density: &f64| *density > ROUNDING * largest;
         rings.retain(|ring| ring.densities.iter().all(is_measured));
         Self { window, surfaces, masked: inside - rings.len(), rings }
     }
@@ -89,16 +92,17 @@ impl SelfAffineProblem {
     /// Fits the mean over the surfaces.
     ///
     /// # Errors
-    /// With fewer than four rings, or densities that do not fall.
+    /// Fails with fewer than four rings, or if the densities do not decrease.
     pub fn fit(&self) -> Result<SelfAffine, FitError> {
         self.fit_of(&vec![1; self.surfaces])
     }
 
-    /// Intervals of the Hurst exponent and, where there is one, of the roll-off and the plateau.
+    /// Computes confidence intervals of the Hurst exponent and, with a roll-off, of roll-off and
+    /// plateau.
     pub fn intervals(&self, fit: &SelfAffine, bootstrap: &Bootstrap) -> Intervals {
         if self.surfaces == 1 && bootstrap.replicates > 0 {
             return Intervals {
-                intervals: self.informed(fit, bootstrap.level),
+                intervals: self.fisher_intervals(fit, bootstrap.level),
                 replicates: 0,
                 failed: 0,
             };
@@ -117,18 +121,16 @@ impl SelfAffineProblem {
         })
     }
 
-    /// Fits the mean over surfaces, each so many times.
+    /// Fits the mean over surfaces with multiplicities.
     fn fit_of(&self, times: &[u32]) -> Result<SelfAffine, FitError> {
         let found = self.rings.len();
         if found < LEAST_RINGS {
             return Err(FitError::TooFew { window: self.window, found, needed: LEAST_RINGS });
         }
-        let likelihood = Likelihood::of(&self.rings, times);
+        let likelihood = Likelihood::new(&self.rings, times);
         let (position, rolloff) = likelihood.rolloff();
-        let (power, start) = match position >= LEAST_PLATEAU {
-            true => (likelihood.power(rolloff), rolloff),
-            false => (likelihood.power(likelihood.logs[0]), likelihood.logs[0]),
-        };
+        let start = if position >= LEAST_PLATEAU { rolloff } else { likelihood.logs[0] };
+        let power = likelihood.power(start);
         if !(power.exponent > FLATTEST && power.exponent < STEEPEST) {
             return Err(FitError::NotConverged);
         }
@@ -144,19 +146,19 @@ impl SelfAffineProblem {
         })
     }
 
-    /// Student's intervals with the standard errors that the information of independent modes
-    /// gives.
-    fn informed(&self, fit: &SelfAffine, level: f64) -> Option<Vec<Interval>> {
+    /// Computes intervals with the standard errors of the Fisher information of independent modes.
+    fn fisher_intervals(&self, fit: &SelfAffine, level: f64) -> Option<Vec<Interval>> {
         let start = fit.rolloff.unwrap_or(self.rings[0].wavenumber);
         let count = if fit.rolloff.is_some() { 3 } else { 2 };
         let mut information = DMatrix::zeros(count, count);
         let mut freedom = 0.0;
         for ring in &self.rings {
             let beyond = (ring.wavenumber / start).ln();
-            // Of ln C by ln C₀, H and ln q_r.
-            let gradient = match beyond > 0.0 {
-                true => [1.0, -2.0 * beyond, 2.0 * (1.0 + fit.hurst)],
-                false => [1.0, 0.0, 0.0],
+            // Derivatives of ln C with respect to ln C₀, H and ln q_r.
+            let gradient = if beyond > 0.0 {
+                [1.0, -2.0 * beyond, 2.0 * (1.0 + fit.hurst)]
+            } else {
+                [1.0, 0.0, 0.0]
             };
             let gradient = DVector::from_column_slice(&gradient[..count]);
             information += 0.5 * ring.freedom * &gradient * gradient.transpose();
@@ -164,8 +166,8 @@ impl SelfAffineProblem {
         }
         let covariance = information.try_inverse()?;
         let quantile = two_sided_quantile(level, freedom as u32);
-        let interval = |estimate: Estimate, place: usize| {
-            estimate.interval(covariance[(place, place)].sqrt(), quantile)
+        let interval = |estimate: Estimate, index: usize| {
+            estimate.interval(covariance[(index, index)].sqrt(), quantile)
         };
         let mut intervals = vec![interval(Estimate::Real(fit.hurst), 1)];
         if let Some(rolloff) = fit.rolloff {
@@ -176,27 +178,27 @@ impl SelfAffineProblem {
     }
 }
 
-/// Logarithms of wavenumbers, and mean densities with their weights.
+/// Likelihood of mean densities, with logarithms of wavenumbers and weights.
 struct Likelihood {
     logs: Vec<f64>,
-    /// Half the degrees of freedom of the mean.
+    /// Half the degrees of freedom of each mean density.
     weights: Vec<f64>,
     densities: Vec<f64>,
 }
 
-/// The best power law beyond a roll-off.
+/// Best power law for a given roll-off.
 struct Power {
-    /// 2(1 + H).
+    /// Exponent 2(1 + H) of the decay.
     exponent: f64,
-    /// The density before it.
+    /// Density C₀ below the roll-off.
     plateau: f64,
-    /// Minus the logarithm of the likelihood, but for a constant.
+    /// Negative log-likelihood, up to a constant.
     cost: f64,
 }
 
 impl Likelihood {
-    /// Of the mean over surfaces, each so many times.
-    fn of(rings: &[RingOfSurfaces], times: &[u32]) -> Self {
+    /// Creates the likelihood of the mean over surfaces with multiplicities.
+    fn new(rings: &[RingOfSurfaces], times: &[u32]) -> Self {
         let surfaces: f64 = times.iter().copied().map(f64::from).sum();
         let mean = |ring: &RingOfSurfaces| {
             let densities = ring.densities.iter().zip(times);
@@ -210,7 +212,7 @@ impl Likelihood {
         }
     }
 
-    /// How many rings lie before the best roll-off, and its logarithm.
+    /// Returns the number of rings below the best roll-off, and the logarithm of the roll-off.
     fn rolloff(&self) -> (usize, f64) {
         let last = self.logs.len() - LEAST_PLATEAU;
         let cost = |rolloff: f64| self.power(rolloff).cost;
@@ -237,7 +239,7 @@ impl Likelihood {
         (before, rolloff)
     }
 
-    /// The best exponent and plateau for a roll-off: the root of the slope of a convex function.
+    /// Returns the best exponent and plateau for a roll-off, by Newton's method with bisection.
     fn power(&self, rolloff: f64) -> Power {
         let beyond = || self.logs.iter().map(|log| (log - rolloff).max(0.0));
         let total: f64 = self.weights.iter().sum();
@@ -259,15 +261,14 @@ impl Likelihood {
             let mean = one / zeroth;
             let slope = total * mean - first;
             let bend = total * (two / zeroth - mean * mean);
-            match slope < 0.0 {
-                true => low = exponent,
-                false => high = exponent,
+            if slope < 0.0 {
+                low = exponent;
+            } else {
+                high = exponent;
             }
             let newton = exponent - slope / bend;
-            let next = match newton > low && newton < high {
-                true => newton,
-                false => 0.5 * (low + high),
-            };
+            let is_inside = newton > low && newton < high;
+            let next = if is_inside { newton } else { 0.5 * (low + high) };
             if (next - exponent).abs() < 1e-12 {
                 break;
             }
@@ -277,8 +278,7 @@ impl Likelihood {
         Power { exponent, plateau, cost: total * plateau.ln() - exponent * first }
     }
 
-    /// The weighted root mean square of ln P/C, and the mean of the squared deviations of P/C over
-    /// their variances.
+    /// Returns the weighted root mean square of ln P/C, and the reduced χ² of P/C.
     fn residuals(&self, rolloff: f64, power: &Power) -> [f64; 2] {
         let mut sums = [0.0; 3];
         for ((log, weight), density) in self.logs.iter().zip(&self.weights).zip(&self.densities) {
@@ -322,7 +322,7 @@ mod tests {
         for (hurst, rolloff) in [(0.3, 8.0), (0.8, 9.4), (1.0, 20.5)] {
             let problem = SelfAffineProblem::new(exact(hurst, rolloff), Window::ALL);
             let fit = problem.fit().unwrap();
-            // The golden section cannot tell costs apart that differ by rounding.
+            // Rounding errors of the cost limit the accuracy of the golden-section search.
             assert!((fit.hurst - hurst).abs() < 1e-5, "{fit:?}");
             assert!((fit.rolloff.unwrap() / rolloff - 1.0).abs() < 1e-5, "{fit:?}");
             assert!((fit.plateau / 1e-5 - 1.0).abs() < 1e-5);
@@ -375,21 +375,21 @@ mod tests {
         }
     }
 
-    /// Rings of the wavenumbers that a mesh of 128 nodes has whole.
+    /// Returns the complete rings of a grid of 128 nodes.
     fn measured(realizations: std::ops::Range<u32>) -> Vec<RingOfSurfaces> {
         let mut found: Vec<RingOfSurfaces> = Vec::new();
         for realization in realizations {
             let drawn = surface(realization).draw(Grid::square(128, 1.0).unwrap());
             let own = rings(&drawn, Boundary::Periodic).into_iter().take(59);
-            for (place, ring) in own.enumerate() {
-                if found.len() == place {
+            for (index, ring) in own.enumerate() {
+                if found.len() == index {
                     found.push(RingOfSurfaces {
                         wavenumber: ring.wavenumber(std::f64::consts::TAU),
                         freedom: ring.modes.into(),
                         densities: Vec::new(),
                     });
                 }
-                found[place].densities.push(ring.density);
+                found[index].densities.push(ring.density);
             }
         }
         found
@@ -404,13 +404,13 @@ mod tests {
             let fit = problem.fit().unwrap();
             let intervals = problem.intervals(&fit, &BOOTSTRAP).intervals.unwrap();
             let truth = [0.8, 12.0];
-            for (place, truth) in truth.into_iter().enumerate() {
-                let Interval { lower, upper, .. } = intervals[place];
-                covered[place] += u32::from(lower <= truth && truth <= upper);
+            for (index, truth) in truth.into_iter().enumerate() {
+                let Interval { lower, upper, .. } = intervals[index];
+                covered[index] += u32::from(lower <= truth && truth <= upper);
             }
             assert!((fit.hurst - 0.8).abs() < 0.15, "{fit:?}");
         }
-        // Of nominal 95 %: fewer than 16 of 20 has a probability of 0.3 %.
+        // At a nominal 95 %, fewer than 16 of 20 have a probability of 0.3 %.
         assert!(covered.iter().all(|&covered| covered >= 16), "{covered:?}");
     }
 
@@ -422,10 +422,10 @@ mod tests {
         let single = SelfAffineProblem::new(measured(0..1), Window::ALL);
         let informed = single.intervals(&single.fit().unwrap(), &BOOTSTRAP);
         let expected = informed.intervals.unwrap()[0].standard_error / 12_f64.sqrt();
-        // Twelve surfaces know their scatter to a fifth; two such errors.
+        // The scatter of twelve surfaces has an error of 20 %; the tolerance is about two errors.
         let ratio = resampled[0].standard_error / expected;
         assert!((0.6..1.6).contains(&ratio), "{ratio}");
-        // Within four standard errors.
+        // The tolerance is four standard errors.
         assert!((fit.hurst - 0.8).abs() < 4.0 * expected, "{fit:?}");
     }
 }

@@ -139,7 +139,7 @@ impl Curvatures {
     }
 }
 
-/// Number of golden-section steps; 0.618²⁴ is 1e-5.
+/// Number of golden-section steps, with 0.618²⁴ = 1e-5.
 const SECTIONS: usize = 24;
 
 /// Contact ellipse of a summit.
@@ -147,7 +147,7 @@ const SECTIONS: usize = 24;
 pub struct Contact {
     /// Position of the centre, in units of L.
     pub position: [f64; 2],
-    /// Major and minor semi-axes.
+    /// Major and minor semi-axes, in units of L.
     pub axes: [f64; 2],
     /// Cosine and sine of the angle of the major axis.
     pub direction: [f64; 2],

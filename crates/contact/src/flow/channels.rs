@@ -14,7 +14,7 @@ pub const NONE: u32 = u32::MAX;
 pub struct Channels {
     /// `true` if a channel percolates along x, and along y.
     pub percolates: [bool; 2],
-    /// Number of nodes.
+    /// Number of nodes in these channels.
     pub count: usize,
     /// Number of each node of the mesh, or [`NONE`].
     numbers: Vec<u32>,

@@ -87,7 +87,7 @@ impl Graph {
         &self.grounds
     }
 
-    /// Iterates over the links: lower end, higher end and conductance.
+    /// Iterates over the lower end, the higher end and the conductance of each link.
     pub fn links(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         (0..self.count()).flat_map(|node| {
             let above = self.above(node);
@@ -254,7 +254,7 @@ impl Search {
         }
     }
 
-    /// Discards the last direction.
+    /// Discards the last direction, so that the next step is not conjugate to it.
     pub fn restart(&mut self) {
         self.curvature = [0.0; 2];
     }

@@ -1,4 +1,4 @@
-//! Preconditioner: aggregation-based algebraic multigrid with K-cycles.
+//! Preconditioner by aggregation-based algebraic multigrid with K-cycles.
 //!
 //! On each level, the cycle is a forward Gauss–Seidel sweep, the correction by the coarser level,
 //! and a backward sweep. The coarser level is solved by preconditioned conjugate gradients until a
@@ -32,7 +32,7 @@ const SMALL: usize = 1 << 13;
 /// Largest number of nodes of a graph that is solved directly.
 const DIRECT: usize = 600;
 
-/// Hierarchy of graphs; the coarsest is solved directly.
+/// Hierarchy of graphs, of which the coarsest is solved directly.
 pub struct Multigrid {
     levels: Vec<Level>,
 }
@@ -43,9 +43,8 @@ struct Level {
     aggregates: Vec<u32>,
     /// Factorisation of the coarsest graph.
     factors: Option<Factors>,
-    /// Residual currents.
     currents: Vec<Pair>,
-    /// Result of the cycle.
+    /// Potentials after the last cycle.
     potentials: Vec<Pair>,
     work: Vec<Pair>,
     search: Search,
@@ -66,7 +65,6 @@ impl Multigrid {
         Multigrid { levels }
     }
 
-    /// Returns the finest graph.
     pub fn graph(&self) -> &Graph {
         &self.levels[0].graph
     }

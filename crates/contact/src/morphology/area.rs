@@ -103,7 +103,7 @@ impl ContactArea {
         steps_x * grid.cell().size()[0] / self.nodes[0] as f64
     }
 
-    /// Returns π/4 S_d: the perimeter of a contact whose edge directions are isotropic.
+    /// Returns the perimeter π/4 S_d of a contact whose edge directions are isotropic.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
     }
@@ -126,11 +126,11 @@ impl ContactArea {
 
 /// Bits of a row of a map, with 64 nodes per word.
 struct Row {
-    /// Bit j: contact at j.
+    /// Bit j is set for contact at j.
     bits: Vec<u64>,
-    /// Bit j: contact at j + 1.
+    /// Bit j is set for contact at j + 1.
     next: Vec<u64>,
-    /// Bit j: contact at j − 1, j and j + 1.
+    /// Bit j is set for contact at j − 1, j and j + 1.
     solid: Vec<u64>,
 }
 

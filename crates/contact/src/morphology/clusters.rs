@@ -36,7 +36,7 @@ pub use each::Cluster;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clusters {
-    /// Number of clusters.
+    /// Number of clusters on the map.
     pub count: usize,
     /// Number of nodes of the largest cluster.
     pub largest: usize,
@@ -231,7 +231,8 @@ impl Forest {
         second.any(|run| roots.contains(&self.root(run).0))
     }
 
-    /// Joins two runs; the link from `a` to `b` crosses the boundary of the cell `crossing` times.
+    /// Joins two runs by a link from `a` to `b` that crosses the boundary of the cell `crossing`
+    /// times.
     fn join(&mut self, a: usize, b: usize, crossing: [i32; 2]) {
         let (root_a, shift_a) = self.root(a);
         let (root_b, shift_b) = self.root(b);

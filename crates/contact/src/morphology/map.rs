@@ -1,4 +1,4 @@
-//! Contact map: the nodes in contact, with one bit per node.
+//! Contact map of the nodes in contact, with one bit per node.
 
 use thiserror::Error;
 
@@ -97,7 +97,7 @@ impl ContactMap {
         Ok(Self { nodes, boundary: Boundary::Periodic, words })
     }
 
-    /// Sets the boundary condition.
+    /// Sets the boundary condition of the map.
     ///
     /// With [`Boundary::Free`], nodes at an edge have no neighbour beyond it, and the edge of the
     /// map is not an edge of the contact.
@@ -105,7 +105,7 @@ impl ContactMap {
         Self { boundary, ..self }
     }
 
-    /// Returns the boundary condition.
+    /// Returns the boundary condition of the map.
     pub fn boundary(&self) -> Boundary {
         self.boundary
     }

@@ -1,4 +1,4 @@
-//! Contact evolution law: contact area against load with three parameters.
+//! Contact evolution law for the contact area against the load, with three parameters.
 //!
 //! The law is proportional at vanishing load. App. C of Yastrebov, Anciaux & Molinari 2015 assumes
 //! that the mean contact pressure p̄ = p₀/a, where a is the area fraction, grows with the load as
@@ -40,7 +40,7 @@ pub struct ContactEvolution {
     pub kappa: f64,
     /// Factor β of the growth of the mean pressure; the area tends to β^(−1/μ).
     pub beta: f64,
-    /// Exponent μ: dp̄/dp₀ is proportional to a^(μ−1).
+    /// Exponent μ in dp̄/dp₀ ∝ a^(μ−1).
     pub mu: f64,
 }
 
@@ -140,9 +140,9 @@ impl ContactEvolution {
 }
 
 struct GradientTerms {
-    /// ln Y.
+    /// Logarithm ln Y, where Y = κy.
     log_proportional: f64,
-    /// ln(1 + t).
+    /// Logarithm ln(1 + t), where t = βY^μ.
     log_bend: f64,
     /// t/(1 + t) = βa^μ, the relative deviation of y da/dy from a.
     deviation: f64,

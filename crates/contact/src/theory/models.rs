@@ -1,4 +1,4 @@
-//! Asperity models: the contact of a rough surface as the sum of independent Hertz contacts.
+//! Asperity models, in which rough contact is the sum of independent Hertz contacts.
 //!
 //! With separations s in units of the rms height √m0 and loads y = p₀/(E* h′) with the rms slope h′
 //! = √(2 m2), the contact depends on Nayak's parameter α alone. Summits of one mean curvature have
@@ -20,7 +20,7 @@ use hertz::{Ellipse, EllipticityMeans};
 use quadrature::GaussLegendre;
 use summits::{GaussianHeights, Summits};
 
-/// Asperity model: the assumption about the shape of the summits.
+/// Asperity model, defined by the assumption about the shape of the summits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AsperityModel {
     /// Elliptic Hertz contacts (Bush, Gibson & Thomas 1975).
@@ -71,7 +71,7 @@ impl AsperityModel {
     }
 }
 
-/// Largest separation; areas and loads of 1e-300 do not underflow there.
+/// Largest separation, at which areas and loads are about 1e-300.
 const FARTHEST: f64 = 37.0;
 
 /// Range of a normal density in standard deviations; the rest is below rounding.
@@ -122,7 +122,7 @@ pub struct Contact {
     pub load: f64,
     /// Contact area divided by the nominal area; it can exceed one at heavy load.
     pub area: f64,
-    /// Slope da/dy.
+    /// Slope da/dy of the area.
     pub slope: f64,
     /// Normal stiffness −dy/ds, in units of E* h′/rms height.
     pub stiffness: f64,

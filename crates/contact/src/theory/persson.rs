@@ -1,4 +1,4 @@
-//! Persson's theory of contact.
+//! Persson's theory of rough contact.
 //!
 //! The distribution of the contact pressure follows a diffusion equation in the magnification, with
 //! an absorbing boundary at zero pressure. Persson 2001 obtains a = erf(√2 y) for any spectrum,
@@ -31,7 +31,9 @@ pub fn noncontact(load: f64) -> f64 {
     libm::erfc(SQRT_2 * load)
 }
 
-/// Returns the slope da/dy: √(8/π) at zero load, concave up to y = 1/2 and convex beyond.
+/// Returns the slope da/dy, which is √(8/π) at zero load.
+///
+/// The slope is concave up to y = 1/2 and convex beyond.
 pub fn slope(load: f64) -> f64 {
     KAPPA_PERSSON * (-2.0 * load * load).exp()
 }

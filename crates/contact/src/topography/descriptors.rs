@@ -25,11 +25,11 @@ use crate::threads::Threads;
 /// For a flat surface, skewness, kurtosis and Nayak's parameter are `None` and all others are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Descriptors {
-    /// Spectral moments.
+    /// Spectral moments of the heights.
     pub moments: Moments,
     /// Rms height √⟨h²⟩ about the mean.
     pub rms_height: f64,
-    /// Rms slope √⟨|∇h|²⟩.
+    /// Rms slope √⟨|∇h|²⟩ of the surface.
     pub rms_slope: f64,
     /// Nayak's parameter α = m₀ m₄/m₂².
     pub nayak: Option<f64>,
@@ -158,11 +158,11 @@ fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>],
 pub struct Roughness {
     /// Root mean square height Sq.
     pub sq: f64,
-    /// Arithmetic mean height Sa.
+    /// Arithmetic mean height Sa, the mean of |h|.
     pub sa: f64,
-    /// Maximum height Sz: difference between the highest and the lowest node.
+    /// Maximum height Sz, the difference between the highest and the lowest node.
     pub sz: f64,
-    /// Skewness Ssk; `None` for a flat surface.
+    /// Skewness Ssk, or `None` for a flat surface.
     pub ssk: Option<f64>,
     /// Kurtosis Sku, 3 for a Gaussian distribution; `None` for a flat surface.
     pub sku: Option<f64>,
@@ -229,9 +229,9 @@ pub struct Statistics {
     pub slopes: [f64; 2],
     /// Spectral moments m₄₀ and m₀₄: mean square curvatures along x and y.
     pub curvatures: [f64; 2],
-    /// Spectral moment m₂₂; equal to m₄/3 for isotropic surfaces.
+    /// Spectral moment m₂₂, which is m₄/3 for isotropic surfaces.
     pub mixed: f64,
-    /// Skewness of the heights; `None` if unknown.
+    /// Skewness of the heights, or `None` if unknown.
     pub skewness: Option<f64>,
     /// Excess kurtosis of the heights; `None` if unknown.
     pub excess_kurtosis: Option<f64>,

@@ -31,9 +31,9 @@ pub struct Draws {
 /// Two independent uniform random numbers of one mode, from which a complex Gaussian follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeDraw {
-    /// Uniform in (0, 1].
+    /// Uniform random number in (0, 1].
     magnitude: f64,
-    /// Uniform in [0, 1).
+    /// Uniform random number in [0, 1).
     turn: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Filling of missing points.
+//! Filling of the missing points of measured maps.
 //!
 //! A contact problem needs a height at every node. A filled height is not a measurement: it is
 //! smooth where the instrument lost its signal on a steep flank, and it is never a peak. The

@@ -1,4 +1,4 @@
-//! Distribution of heights: histograms of one or several surfaces, and the bearing area curve.
+//! Histograms of the heights of one or several surfaces, and the bearing area curve.
 //!
 //! [`Histogram`] counts the heights of a surface in units of its rms height. [`HistogramPool`]
 //! gives mean and standard deviation over several surfaces. [`bearing_curve`] is the bearing area
@@ -12,7 +12,7 @@ use super::surface::Surface;
 /// Histogram of the heights of a surface about their mean, in units of the rms height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
-    /// Bins in ascending order.
+    /// Bins in ascending order of height.
     pub bins: Vec<Bin>,
     /// Width of a bin, in units of the rms height.
     pub width: f64,
@@ -29,7 +29,7 @@ pub struct Bin {
     pub center: f64,
     /// Number of nodes in the bin.
     pub count: usize,
-    /// Probability density: `count` divided by the number of all nodes and by the width.
+    /// Probability density, which is `count` divided by the number of all nodes and by the width.
     pub density: f64,
 }
 
@@ -343,7 +343,8 @@ mod tests {
         let punch = Shape::Punch { radius: 0.3, depth: 1.0 };
         let surface = punch.draw(square(32, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count() as f64 / 1024.0;
-        let shares: Vec<f64> = bearing_curve(&surface, 100, 5.0).iter().map(|l| l.material_ratio).collect();
+        let shares: Vec<f64> =
+            bearing_curve(&surface, 100, 5.0).iter().map(|l| l.material_ratio).collect();
         let distinct: std::collections::BTreeSet<u64> =
             shares.iter().map(|share| share.to_bits()).collect();
         let expected = [0.0, top, 1.0].map(f64::to_bits);

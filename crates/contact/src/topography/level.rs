@@ -11,20 +11,21 @@ use super::periodic::detrend;
 use super::surface::Scan;
 use crate::grid::Grid;
 
-/// Form that is removed: the first 0, 1, 3 or 6 terms of c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y².
+/// Form that is removed from a map: the first 0, 1, 3 or 6 terms of c₀ + c₁x + c₂y + c₃x² + c₄xy +
+/// c₅y².
 ///
 /// A quadric fits the bow of a scanner, cylinders and spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
-    /// No form; the map stays unchanged.
+    /// No form, so that the map stays unchanged.
     None,
     /// The mean height of the map.
     Mean,
-    /// The least-squares plane.
+    /// The least-squares plane of the map.
     Plane,
-    /// The least-squares quadric.
+    /// The least-squares quadric of the map.
     Quadric,
 }
 

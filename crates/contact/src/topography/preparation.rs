@@ -32,7 +32,7 @@ pub struct Preparation {
     /// Part of the map to keep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crop: Option<Crop>,
-    /// Form to remove.
+    /// Form to remove from the map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level: Option<Level>,
     /// Method to fill missing points; `None` is the same as [`Fill::Error`].
@@ -49,10 +49,10 @@ pub struct Preparation {
     pub resample: Option<[u32; 2]>,
 }
 
-/// Result of a preparation: a surface that can be pressed.
+/// Result of a preparation, with a surface that can be pressed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
-    /// Heights after all steps.
+    /// Heights after all steps of the preparation.
     pub surface: Surface,
     /// Number of missing points that have been filled.
     pub filled: usize,
@@ -139,7 +139,7 @@ pub fn spread(heights: &[f64]) -> f64 {
 pub struct Crop {
     /// Position of the first node, relative to the first node of the map.
     pub from: [f64; 2],
-    /// Sides of the rectangle: nodes × step.
+    /// Sides of the rectangle, nodes × step.
     pub size: [f64; 2],
 }
 

@@ -44,7 +44,7 @@ pub enum Amplitude {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RandomSurface {
-    /// Power spectral density: the modes and their mean power, up to a factor.
+    /// Power spectral density, which gives the mean power of the modes up to a factor.
     #[serde(flatten)]
     pub spectrum: Spectrum,
     /// Distribution of the power of each mode.
@@ -54,7 +54,7 @@ pub struct RandomSurface {
     pub rms_slope: f64,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Index of the realization; each index gives an independent surface.
+    /// Index of an independent realization of the surface.
     pub realization: u32,
 }
 

@@ -39,7 +39,7 @@ pub enum Shape {
     /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: on a square, `WaveProduct` of twice the
     /// amplitude, rotated by 45°, with wavelengths longer by √2.
     WaveSum { amplitude: f64, waves: u32 },
-    /// Flat punch: h = 0 within `radius` of the centre of the cell, −`depth` outside.
+    /// Flat punch with h = 0 within `radius` of the centre of the cell, −`depth` outside.
     #[serde(rename = "flat-punch")]
     Punch { radius: f64, depth: f64 },
 }

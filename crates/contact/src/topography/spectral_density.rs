@@ -31,7 +31,7 @@ enum Shape {
     ///
     /// The density is zero between two points if one of them is zero.
     Points(Vec<[f64; 2]>),
-    /// Densities of rings; ring n holds the wavenumbers that round to n steps.
+    /// Densities of rings, where ring n holds the wavenumbers that round to n steps.
     Rings { step: f64, densities: Vec<f64> },
 }
 
@@ -203,7 +203,7 @@ pub struct TabulatedSurface<'a> {
     pub rms_slope: Option<f64>,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Index of the realization; each index gives an independent surface.
+    /// Index of an independent realization of the surface.
     pub realization: u32,
 }
 

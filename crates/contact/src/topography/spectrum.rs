@@ -26,7 +26,9 @@ pub struct Spectrum {
     pub k_rolloff: u32,
     /// Upper cutoff, in units of 2π/L.
     pub k_upper: u32,
-    /// Anisotropy of the surface; the wavenumbers above are those across the grain.
+    /// Anisotropy of the surface, or `None` for an isotropic surface.
+    ///
+    /// The wavenumbers above are those across the grain.
     #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
     pub anisotropy: Option<Anisotropy>,
 }

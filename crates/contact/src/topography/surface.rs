@@ -80,7 +80,7 @@ impl Surface {
         self.grid
     }
 
-    /// Returns the heights, row-major.
+    /// Returns the heights in row-major order.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
@@ -103,14 +103,14 @@ impl Surface {
 /// Axis along which the lines of a map run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// The x axis; y is constant on a line.
+    /// The x axis, with constant y on a line.
     X,
-    /// The y axis; x is constant on a line.
+    /// The y axis, with constant x on a line.
     Y,
 }
 
 impl Axis {
-    /// Both axes, x first.
+    /// Both axes, with x first.
     pub const BOTH: [Axis; 2] = [Axis::X, Axis::Y];
 
     /// Returns the name used in tables.
@@ -172,9 +172,9 @@ pub struct Scan {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("{missing} of {count} points are missing; fill them, or crop the map")]
 pub struct MissingPoints {
-    /// Number of missing points.
+    /// Number of points that were not measured.
     pub missing: usize,
-    /// Number of all points.
+    /// Number of all points of the map.
     pub count: usize,
 }
 
@@ -208,7 +208,7 @@ impl Scan {
         self.grid
     }
 
-    /// Returns the heights, row-major; NaN at missing points.
+    /// Returns the heights in row-major order, with NaN at missing points.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }

@@ -1,25 +1,25 @@
-//! How an observable scatters between surfaces, and what more points would make of the standard
-//! error of a limit.
+//! Power law of the scatter between surfaces, and prediction of the standard error of a limit.
 //!
-//! The scatter is a power law of the small numbers, ln s = a₀ + Σ aⱼ ln xⱼ, by least squares to the
-//! standard deviations of all points.
+//! The standard deviation s between surfaces is a power law of the small parameters,
+//! ln s = a₀ + Σ aⱼ ln xⱼ, fitted by least squares to the standard deviations of all points.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{LimitFit, LimitPoint, LimitProblem, TermForm};
 use crate::least_squares::Design;
 
-/// The law of the scatter between surfaces.
+/// Power law of the standard deviation between surfaces.
 #[derive(Debug, Clone)]
 pub struct Scatter {
-    /// a₀, and aⱼ of each small number.
+    /// Coefficient a₀, and aⱼ of each small parameter.
     coefficients: Vec<f64>,
 }
 
 impl Scatter {
-    /// Of points that scatter, as few as there may be: what they do not tell apart is taken for
-    /// constant.
-    pub fn of(points: &[LimitPoint]) -> Scatter {
+    /// Fits the power law to the standard deviations of the points.
+    ///
+    /// The scatter is constant if the points do not determine the exponents.
+    pub fn new(points: &[LimitPoint]) -> Scatter {
         let terms = points.first().map_or(0, |point| point.small.len());
         let logarithms = points.iter().map(|point| {
             let surfaces = point.observed.surfaces() as f64;
@@ -40,7 +40,7 @@ impl Scatter {
         Scatter { coefficients }
     }
 
-    /// Standard error of the mean over so many surfaces.
+    /// Returns the standard error of the mean over a number of surfaces.
     pub fn standard_error(&self, small: &[f64], surfaces: usize) -> f64 {
         let slopes = self.coefficients.iter().skip(1).zip(small);
         let slopes = slopes.map(|(slope, small)| slope * libm::log(*small));
@@ -49,19 +49,27 @@ impl Scatter {
     }
 }
 
-/// Mean of ln(s/σ) of normal numbers with ν degrees of freedom, [ψ(ν/2) − ln(ν/2)]/2; what its
-/// expansion leaves out is 0.035 at ν = 1 and below 0.001 from ν = 3 on.
+/// Returns the mean of ln(s/σ) for normal numbers with ν degrees of freedom.
+///
+/// This is an expansion of [ψ(ν/2) − ln(ν/2)]/2, with an error of 0.035 at ν = 1 and below 0.001
+/// for ν ≥ 3.
 fn bias(freedom: f64) -> f64 {
     -0.5 / freedom - 1.0 / (6.0 * freedom * freedom)
 }
 
 impl LimitProblem {
-    /// The factor by which points at these small numbers, added to those that there are, change the
-    /// standard error of the limit; `None` where the design does not tell.
+    /// Predicts the ratio of the standard errors of the limit after and before adding points.
     ///
-    /// To first order in the free exponents, as if points were independent, with as many surfaces
-    /// at new points as the fewest have, which scatter by the same power law.
-    pub fn narrowing(&self, forms: &[TermForm], fit: &LimitFit, more: &[Vec<f64>]) -> Option<f64> {
+    /// `more` holds the small parameters of the new points. The prediction is of first order in the
+    /// free exponents and assumes independent points. Each new point has the smallest number of
+    /// surfaces of the present points, with the same power law of the scatter. Returns `None` if
+    /// the points do not determine the terms.
+    pub fn predicted_error_ratio(
+        &self,
+        forms: &[TermForm],
+        fit: &LimitFit,
+        more: &[Vec<f64>],
+    ) -> Option<f64> {
         let surfaces = self.surfaces();
         let now = self.points.iter().map(|point| point.small.as_slice());
         let now: Vec<(&[f64], f64)> = now.zip(self.scales.iter().copied()).collect();
@@ -78,7 +86,9 @@ impl LimitProblem {
     }
 }
 
-/// Derivatives of the law by limit, coefficients and free exponents, over standard errors.
+/// Returns the derivatives of the law with respect to limit, coefficients and free exponents.
+///
+/// Rows are divided by the standard errors of the points.
 fn design(forms: &[TermForm], fit: &LimitFit, points: &[(&[f64], f64)]) -> DMatrix<f64> {
     let free: Vec<usize> =
         (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect();
@@ -111,43 +121,44 @@ mod tests {
     #[test]
     fn scatter_that_is_a_power_of_small_numbers_is_found_without_bias() {
         let sigma = |small: f64| 0.3 * small.powf(1.5);
-        let point = |place: usize| {
-            let small = 0.9_f64.powi(place as i32 % 20);
-            let draws = normal(place as u64, 4);
+        let point = |index: usize| {
+            let small = 0.9_f64.powi(index as i32 % 20);
+            let draws = normal(index as u64, 4);
             let values = draws.iter().map(|z| 1.0 + sigma(small) * z).collect();
-            LimitPoint { small: vec![small], observed: Observed::of_realizations(values) }
+            LimitPoint { small: vec![small], observed: Observed::from_realizations(values) }
         };
         let points: Vec<LimitPoint> = (0..4000).map(point).collect();
-        let scatter = Scatter::of(&points);
+        let scatter = Scatter::new(&points);
         for small in [0.15, 0.5, 1.0] {
-            // ln s of four surfaces scatters by 0.5: 0.01 over 4000 points.
+            // ln s of four surfaces has a standard deviation of 0.5: an error of 0.01 with 4000
+            // points.
             let found = scatter.standard_error(&[small], 9) * 3.0 / sigma(small);
             assert!((found - 1.0).abs() < 0.04, "{small}: {found}");
         }
     }
 
     #[test]
-    fn few_points_scatter_alike() {
+    fn few_points_have_a_constant_scatter() {
         let point = |small: f64| LimitPoint {
             small: vec![small],
-            observed: Observed::of_realizations(vec![1.0, 1.0 + 2.0_f64.sqrt()]),
+            observed: Observed::from_realizations(vec![1.0, 1.0 + 2.0_f64.sqrt()]),
         };
-        let scatter = Scatter::of(&[point(1.0), point(0.5)]);
+        let scatter = Scatter::new(&[point(1.0), point(0.5)]);
         let known = libm::exp(-bias(1.0));
         assert!((scatter.standard_error(&[0.1], 1) - known).abs() < 1e-14);
     }
 
     fn problem(small: &[f64]) -> LimitProblem {
-        // Standard errors of 0.1, whatever the point.
+        // All standard errors are 0.1.
         let point = |&small: &f64| LimitPoint {
             small: vec![small],
-            observed: Observed::of_realizations(vec![small - 0.1, small + 0.1]),
+            observed: Observed::from_realizations(vec![small - 0.1, small + 0.1]),
         };
         LimitProblem::new(small.iter().map(point).collect()).unwrap()
     }
 
     #[test]
-    fn a_line_is_narrowed_as_its_intercept_says() {
+    fn the_error_ratio_of_a_line_is_that_of_its_intercept() {
         let (forms, small) = ([TermForm::Power(1.0)], [1.0, 0.5, 0.25]);
         let problem = problem(&small);
         let fit = problem.fit(&forms).unwrap();
@@ -160,19 +171,19 @@ mod tests {
             squares / (count * spread)
         };
         let known = (variance(&[1.0, 0.5, 0.25, 0.125]) / variance(&small)).sqrt();
-        let found = problem.narrowing(&forms, &fit, &[vec![0.125]]).unwrap();
+        let found = problem.predicted_error_ratio(&forms, &fit, &[vec![0.125]]).unwrap();
         assert!((found - known).abs() < 1e-12, "{found} {known}");
-        assert_eq!(problem.narrowing(&forms, &fit, &[]), Some(1.0));
+        assert_eq!(problem.predicted_error_ratio(&forms, &fit, &[]), Some(1.0));
     }
 
     #[test]
-    fn the_same_points_again_narrow_by_the_root_of_two() {
+    fn repeated_points_reduce_the_error_by_the_square_root_of_two() {
         let small = [1.0, 0.5, 0.25, 0.125];
         let problem = problem(&small);
         for forms in [[TermForm::Power(1.0)], [TermForm::Logarithm], [TermForm::FreePower]] {
             let fit = problem.fit(&forms).unwrap();
             let again = small.map(|small| vec![small]);
-            let found = problem.narrowing(&forms, &fit, &again).unwrap();
+            let found = problem.predicted_error_ratio(&forms, &fit, &again).unwrap();
             assert!((found - 0.5_f64.sqrt()).abs() < 1e-9, "{forms:?}: {found}");
         }
     }

@@ -1,6 +1,7 @@
-//! The search for free exponents: variable projection of Golub & Pereyra (1973), the derivatives
-//! after Kaufman (1975). At given exponents limit and coefficients follow by linear least squares,
-//! so that only the logarithms of the exponents are searched.
+//! Search for free exponents by variable projection (Golub & Pereyra 1973; Kaufman 1975).
+//!
+//! For given exponents, limit and coefficients follow from linear least squares. The nonlinear
+//! parameters are the logarithms of the exponents.
 
 use std::cell::RefCell;
 
@@ -10,10 +11,10 @@ use super::{EXPONENTS, LimitFit, LimitProblem, TermForm};
 use crate::FitError;
 use crate::least_squares::{Design, Residuals, minimize};
 
-/// Where searches start: one alone ends in a minor minimum now and then.
+/// Initial exponents of the search; a single start may end in a local minimum.
 const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
 
-/// Fits to some of the points; there are more than parameters.
+/// Fits the used points, which must be more than the free parameters.
 pub fn fit(
     problem: &LimitProblem,
     forms: &[TermForm],
@@ -22,13 +23,13 @@ pub fn fit(
     start: Option<&LimitFit>,
     free: usize,
 ) -> Result<LimitFit, FitError> {
-    let places: Vec<usize> = (0..used.len()).filter(|&i| used[i]).collect();
-    let data = places.iter().map(|&i| means[i] * problem.scales[i]);
+    let rows: Vec<usize> = (0..used.len()).filter(|&i| used[i]).collect();
+    let data = rows.iter().map(|&i| means[i] * problem.scales[i]);
     let search = Search {
         problem,
         forms,
-        data: DVector::from_iterator(places.len(), data),
-        places: &places,
+        data: DVector::from_iterator(rows.len(), data),
+        rows: &rows,
         terms: (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect(),
         last: RefCell::new(None),
     };
@@ -45,17 +46,17 @@ pub fn fit(
 struct Search<'a> {
     problem: &'a LimitProblem,
     forms: &'a [TermForm],
-    /// Means over standard errors.
+    /// Means divided by standard errors.
     data: DVector<f64>,
-    /// The points that are used.
-    places: &'a [usize],
-    /// The terms with a free exponent.
+    /// Indices of the used points.
+    rows: &'a [usize],
+    /// Indices of the terms with a free exponent.
     terms: Vec<usize>,
-    /// The last exponents' design, for residuals and derivatives are asked for one after the other.
+    /// Cached solution of the last exponents, shared by residuals and derivatives.
     last: RefCell<Option<(Vec<f64>, Solved)>>,
 }
 
-/// What follows from exponents.
+/// Linear solution for given exponents.
 struct Solved {
     columns: DMatrix<f64>,
     design: Design,
@@ -63,7 +64,7 @@ struct Solved {
 }
 
 impl Search<'_> {
-    /// The free exponents with the least χ².
+    /// Finds the free exponents with the least χ².
     fn minimum<const P: usize>(&self, start: Option<&LimitFit>) -> Result<Vec<f64>, FitError> {
         let known = start.map(|fit| {
             let of_term = |&term: &usize| fit.exponents[term].unwrap_or(1.0);
@@ -80,7 +81,7 @@ impl Search<'_> {
             let found = minimize(self, start);
             let exponents = found.parameters.map(libm::exp);
             let chi_square = match self.solved(&exponents) {
-                Some(solved) if found.converged => self.left(&solved).norm_squared(),
+                Some(solved) if found.converged => self.residual(&solved).norm_squared(),
                 _ => {
                     stray = stray.or(self.outside(&exponents));
                     continue;
@@ -99,7 +100,7 @@ impl Search<'_> {
             return Err(error);
         }
         let solved = self.solved(exponents).ok_or(FitError::DependentTerms)?;
-        let chi_square = self.left(&solved).norm_squared();
+        let chi_square = self.residual(&solved).norm_squared();
         let all = (0..self.forms.len()).map(|term| self.exponent(term, exponents));
         Ok(LimitFit {
             limit: solved.solution[0],
@@ -110,7 +111,7 @@ impl Search<'_> {
         })
     }
 
-    /// Whose exponent has run away, if any has.
+    /// Returns an error if an exponent is outside its range.
     fn outside(&self, exponents: &[f64]) -> Option<FitError> {
         let [least, most] = EXPONENTS;
         let mut all = exponents.iter().zip(&self.terms);
@@ -118,14 +119,14 @@ impl Search<'_> {
         Some(FitError::NoExponent { term, exponent })
     }
 
-    /// The exponent of a term, none of a logarithm.
+    /// Returns the exponent of a term, or `None` for a logarithm.
     fn exponent(&self, term: usize, free: &[f64]) -> Option<f64> {
         match self.forms[term] {
             TermForm::Power(exponent) => Some(exponent),
             TermForm::Logarithm => None,
             TermForm::FreePower => {
-                let place = self.terms.iter().position(|&other| other == term)?;
-                free.get(place).copied()
+                let index = self.terms.iter().position(|&other| other == term)?;
+                free.get(index).copied()
             }
         }
     }
@@ -138,13 +139,13 @@ impl Search<'_> {
     }
 
     fn columns(&self, exponents: &[f64]) -> DMatrix<f64> {
-        DMatrix::from_fn(self.places.len(), 1 + self.forms.len(), |row, column| {
-            let place = self.places[row];
-            let scale = self.problem.scales[place];
+        DMatrix::from_fn(self.rows.len(), 1 + self.forms.len(), |row, column| {
+            let point = self.rows[row];
+            let scale = self.problem.scales[point];
             if column == 0 {
                 return scale;
             }
-            let small = self.problem.points[place].small[column - 1];
+            let small = self.problem.points[point].small[column - 1];
             scale
                 * match self.exponent(column - 1, exponents) {
                     Some(exponent) => libm::pow(small, exponent),
@@ -153,11 +154,11 @@ impl Search<'_> {
         })
     }
 
-    fn left(&self, solved: &Solved) -> DVector<f64> {
+    fn residual(&self, solved: &Solved) -> DVector<f64> {
         &solved.columns * &solved.solution - &self.data
     }
 
-    /// Works with the design of some exponents, which is kept until others are asked for.
+    /// Calls `work` with the solution for the given exponents; caches the last solution.
     fn with<T>(&self, exponents: Vec<f64>, work: impl FnOnce(&Solved) -> T) -> Option<T> {
         let mut last = self.last.borrow_mut();
         if last.as_ref().is_none_or(|(known, _)| *known != exponents) {
@@ -169,15 +170,15 @@ impl Search<'_> {
 
 impl<const P: usize> Residuals<P> for Search<'_> {
     fn count(&self) -> usize {
-        self.places.len()
+        self.rows.len()
     }
 
     fn residuals(&self, logarithms: [f64; P], into: &mut [f64]) {
         let exponents = logarithms.map(libm::exp).to_vec();
-        let left = self.with(exponents, |solved| self.left(solved));
-        match left {
-            Some(left) => into.copy_from_slice(left.as_slice()),
-            // The search backs off from what is no number.
+        let residual = self.with(exponents, |solved| self.residual(solved));
+        match residual {
+            Some(residual) => into.copy_from_slice(residual.as_slice()),
+            // The search reduces its step after residuals that are not finite.
             None => into.fill(f64::NAN),
         }
     }
@@ -185,17 +186,17 @@ impl<const P: usize> Residuals<P> for Search<'_> {
     fn gradients(&self, logarithms: [f64; P], into: &mut [[f64; P]]) {
         let exponents = logarithms.map(libm::exp).to_vec();
         let known = self.with(exponents.clone(), |solved| {
-            for (place, &term) in self.terms.iter().enumerate() {
+            for (index, &term) in self.terms.iter().enumerate() {
                 // ∂(c xᵉ)/∂ ln e = c e xᵉ ln x
-                let factor = solved.solution[1 + term] * exponents[place];
+                let factor = solved.solution[1 + term] * exponents[index];
                 let column = solved.columns.column(1 + term);
                 let logarithm =
-                    |row: usize| libm::log(self.problem.points[self.places[row]].small[term]);
+                    |row: usize| libm::log(self.problem.points[self.rows[row]].small[term]);
                 let change =
                     DVector::from_fn(column.len(), |row, _| factor * column[row] * logarithm(row));
                 let change = solved.design.residual(&change);
                 for (gradient, one) in into.iter_mut().zip(change.iter()) {
-                    gradient[place] = *one;
+                    gradient[index] = *one;
                 }
             }
         });

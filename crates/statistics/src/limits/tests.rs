@@ -1,9 +1,9 @@
-//! Limits that are known: exact data, and synthetic studies of scattering surfaces.
+//! Tests with known limits, from exact data and from synthetic studies with scatter.
 
 use super::*;
 use crate::random::normal;
 
-/// Small numbers of three limits, on a grid of 27 points.
+/// Returns a grid of 27 points of three small parameters.
 fn grid() -> Vec<Vec<f64>> {
     let mut points = Vec::new();
     for thermodynamic in [0.5, 0.25, 0.125] {
@@ -16,25 +16,26 @@ fn grid() -> Vec<Vec<f64>> {
     points
 }
 
-/// 2.1 + 0.4 x₁ − 0.8 x₂^0.7 + 0.6 x₃.
+/// Returns 2.1 + 0.4 x₁ − 0.8 x₂^0.7 + 0.6 x₃.
 fn truth(small: &[f64]) -> f64 {
     2.1 + 0.4 * small[0] - 0.8 * small[1].powf(0.7) + 0.6 * small[2]
 }
 
-/// A study: surfaces whose own part is the same in all points, and one that is each point's; both
-/// scatter more where the cell holds fewer long waves.
+/// Returns a synthetic study with scatter that is proportional to the first small parameter.
+///
+/// The scatter of a surface has a part that is common to all points and an independent part.
 fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> LimitProblem {
     let grid = grid();
     let draws = normal(seed, surfaces * (grid.len() + 1));
-    let point = |(place, small): (usize, &Vec<f64>)| {
+    let point = |(index, small): (usize, &Vec<f64>)| {
         let own = |surface: usize| {
             let common = draws[surface];
-            let own = draws[surfaces * (place + 1) + surface];
+            let own = draws[surfaces * (index + 1) + surface];
             truth(small) + scatter * small[0] * (0.6 * common + 0.8 * own)
         };
         LimitPoint {
             small: small.clone(),
-            observed: Observed::of_realizations((0..surfaces).map(own).collect()),
+            observed: Observed::from_realizations((0..surfaces).map(own).collect()),
         }
     };
     LimitProblem::new(grid.iter().enumerate().map(point).collect()).expect("well formed")
@@ -43,9 +44,10 @@ fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> 
 const GIVEN: [TermForm; 3] = [TermForm::Power(1.0), TermForm::Power(0.7), TermForm::Power(1.0)];
 const FREE: [TermForm; 3] = [TermForm::Power(1.0), TermForm::FreePower, TermForm::Power(1.0)];
 
-/// Mean deviation over its standard error, and share of the intervals that cover, of a parameter of
-/// 400 studies; of exponents the logarithm deviates, as their intervals have it.
-fn experiment(forms: &[TermForm], surfaces: usize, place: usize, truth_of: f64) -> (f64, f64) {
+/// Returns the mean deviation of a parameter divided by its standard error, and the coverage.
+///
+/// Both are over 400 studies. For exponents, the deviation is that of the logarithm.
+fn experiment(forms: &[TermForm], surfaces: usize, parameter: usize, truth_of: f64) -> (f64, f64) {
     const STUDIES: u64 = 400;
     let bootstrap = Bootstrap { replicates: 200, seed: 5, level: 0.95 };
     let mut covered = 0.0;
@@ -54,11 +56,11 @@ fn experiment(forms: &[TermForm], surfaces: usize, place: usize, truth_of: f64) 
             let problem = study(seed, surfaces, 0.05, truth);
             let fit = problem.fit(forms).unwrap();
             let resampled = problem.resample(&[(forms, &fit)], &bootstrap);
-            let interval = resampled.intervals[0].intervals.as_ref().unwrap()[place];
+            let interval = resampled.intervals[0].intervals.as_ref().unwrap()[parameter];
             covered += f64::from(interval.lower <= truth_of && truth_of <= interval.upper);
-            match place {
+            match parameter {
                 0 => fit.limit - truth_of,
-                1..=3 => fit.coefficients[place - 1] - truth_of,
+                1..=3 => fit.coefficients[parameter - 1] - truth_of,
                 _ => (fit.exponents[1].unwrap() / truth_of).ln(),
             }
         })
@@ -95,27 +97,27 @@ fn a_logarithm_is_fitted_with_its_value_at_one() {
 
 #[test]
 fn limits_of_given_exponents_are_unbiased_and_covered() {
-    for (place, known) in [(0, 2.1), (2, -0.8)] {
-        let (bias, covered) = experiment(&GIVEN, 10, place, known);
-        assert!(bias.abs() < 2.0, "{place}: {bias} standard errors");
-        // Binomial: 0.011 over 400 studies.
-        assert!((0.92..=0.98).contains(&covered), "{place}: {covered}");
+    for (parameter, known) in [(0, 2.1), (2, -0.8)] {
+        let (bias, covered) = experiment(&GIVEN, 10, parameter, known);
+        assert!(bias.abs() < 2.0, "{parameter}: {bias} standard errors");
+        // Binomial error: 0.011 for 400 studies.
+        assert!((0.92..=0.98).contains(&covered), "{parameter}: {covered}");
     }
 }
 
-/// Intervals of nonlinear parameters are right to first order: ten surfaces cover one per cent
-/// less.
+// Intervals of nonlinear parameters are of first order: ten surfaces have one per cent less
+// coverage.
 #[test]
 fn free_exponents_and_their_limits_are_unbiased_and_covered() {
-    for (place, known) in [(0, 2.1), (4, 0.7)] {
-        let (bias, covered) = experiment(&FREE, 20, place, known);
-        assert!(bias.abs() < 2.0, "{place}: {bias} standard errors");
-        assert!((0.92..=0.98).contains(&covered), "{place}: {covered}");
+    for (parameter, known) in [(0, 2.1), (4, 0.7)] {
+        let (bias, covered) = experiment(&FREE, 20, parameter, known);
+        assert!(bias.abs() < 2.0, "{parameter}: {bias} standard errors");
+        assert!((0.92..=0.98).contains(&covered), "{parameter}: {covered}");
     }
 }
 
 #[test]
-fn few_surfaces_are_covered_too() {
+fn intervals_of_few_surfaces_have_their_coverage() {
     let (_, covered) = experiment(&GIVEN, 4, 0, 2.1);
     assert!((0.92..=0.98).contains(&covered), "{covered}");
 }
@@ -125,35 +127,35 @@ fn the_true_form_has_the_least_criterion_and_predicts_best() {
     let problem = study(3, 10, 0.02, truth);
     let wrong = [TermForm::Power(1.0), TermForm::Power(3.0), TermForm::Power(1.0)];
     let fits = [GIVEN, wrong].map(|forms| (forms, problem.fit(&forms).unwrap()));
-    let judged = fits.each_ref().map(|(forms, fit)| problem.judge(forms, fit));
-    assert!(judged[0].akaike + 10.0 < judged[1].akaike, "{judged:?}");
-    assert!(judged[0].leave_one_out.unwrap() < judged[1].leave_one_out.unwrap());
-    // One, less what realizations have in common.
-    assert!((0.4..2.0).contains(&judged[0].reduced_chi_square), "{judged:?}");
+    let assessed = fits.each_ref().map(|(forms, fit)| problem.assess(forms, fit));
+    assert!(assessed[0].akaike + 10.0 < assessed[1].akaike, "{assessed:?}");
+    assert!(assessed[0].leave_one_out.unwrap() < assessed[1].leave_one_out.unwrap());
+    // The expected value is one, reduced by the common scatter of realizations.
+    assert!((0.4..2.0).contains(&assessed[0].reduced_chi_square), "{assessed:?}");
     let rivals = fits.each_ref().map(|(forms, fit)| (&forms[..], fit));
     let bootstrap = Bootstrap { replicates: 200, seed: 1, level: 0.95 };
     let compared = problem.resample(&rivals, &bootstrap).comparison;
-    assert!(compared[0].akaike_weight > 0.99 && compared[0].best_share > Some(0.95));
+    assert!(compared[0].akaike_weight > 0.99 && compared[0].best_fraction > Some(0.95));
     assert!((compared[0].akaike_weight + compared[1].akaike_weight - 1.0).abs() < 1e-15);
 }
 
 #[test]
-fn left_out_points_of_a_line_miss_by_the_residual_over_one_less_its_leverage() {
+fn leave_one_out_errors_of_a_line_follow_from_its_leverages() {
     let values = [1.0, 0.0, 2.0, 1.5];
-    let point = |(place, value): (usize, &f64)| LimitPoint {
-        small: vec![1.0 + place as f64],
-        observed: Observed::of_realizations(vec![value - 1.0, value + 1.0]),
+    let point = |(index, value): (usize, &f64)| LimitPoint {
+        small: vec![1.0 + index as f64],
+        observed: Observed::from_realizations(vec![value - 1.0, value + 1.0]),
     };
     let problem = LimitProblem::new(values.iter().enumerate().map(point).collect()).unwrap();
     let forms = [TermForm::Power(1.0)];
     let fit = problem.fit(&forms).unwrap();
-    let left = |place: usize| {
-        let x = 1.0 + place as f64;
+    let error = |index: usize| {
+        let x = 1.0 + index as f64;
         let leverage = 0.25 + (x - 2.5).powi(2) / 5.0;
-        (values[place] - fit.limit - fit.coefficients[0] * x) / (1.0 - leverage)
+        (values[index] - fit.limit - fit.coefficients[0] * x) / (1.0 - leverage)
     };
-    let squares: f64 = (0..4).map(|place| left(place).powi(2)).sum();
-    let found = problem.judge(&forms, &fit).leave_one_out.unwrap();
+    let squares: f64 = (0..4).map(|index| error(index).powi(2)).sum();
+    let found = problem.assess(&forms, &fit).leave_one_out.unwrap();
     assert!((found - (squares / 4.0).sqrt()).abs() < 1e-13);
 }
 
@@ -169,14 +171,14 @@ fn estimates_without_surfaces_scatter_by_their_standard_errors() {
     let bootstrap = Bootstrap { replicates: 4000, seed: 1, level: 0.95 };
     let intervals = problem.resample(&[(&forms, &fit)], &bootstrap).intervals;
     let limit = intervals[0].intervals.as_ref().unwrap()[0];
-    // Intercept of a line: σ √(Σx²/(n Σ(x − x̄)²)); 1.1 % of scatter from 4000 draws.
+    // Intercept of a line: σ √(Σx²/(n Σ(x − x̄)²)); 4000 replicates have an error of 1.1 %.
     let known = 0.1 * (14.0_f64 / 6.0).sqrt();
     assert!((limit.standard_error / known - 1.0).abs() < 0.04, "{limit:?}");
 }
 
 #[test]
-fn what_cannot_be_fitted_says_why() {
-    let surfaces = |values: [f64; 2]| Observed::of_realizations(values.to_vec());
+fn problems_without_a_fit_are_errors() {
+    let surfaces = |values: [f64; 2]| Observed::from_realizations(values.to_vec());
     let point = |small: f64, values| LimitPoint { small: vec![small], observed: surfaces(values) };
     let refused = |point| LimitProblem::new(vec![point]).unwrap_err().to_string();
     assert!(refused(point(0.0, [1.0, 2.0])).contains("term 1 is 0"));
@@ -188,7 +190,7 @@ fn what_cannot_be_fitted_says_why() {
     let power = [TermForm::Power(1.0)];
     let few = LimitProblem::new(vec![point(1.0, [1.0, 2.0]); 2]).unwrap();
     let few = few.fit(&power).unwrap_err().to_string();
-    assert!(few.contains("2 points for 2 free"), "{few}");
+    assert!(few.contains("2 points are too few for 2 free"), "{few}");
     let equal = problem([0.5; 4]).fit(&power).unwrap_err();
     assert_eq!(equal, FitError::DependentTerms);
 }

@@ -10,7 +10,7 @@ use crate::morphology::map::ContactMap;
 /// A cluster of nodes in contact, connected through their 4 nearest neighbours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Cluster {
-    /// Number of nodes.
+    /// Number of nodes in the cluster.
     pub nodes: usize,
     /// Number of changes between contact and gap along x, from row to row.
     pub switches_x: usize,

@@ -1,8 +1,9 @@
 //! Hertz contact of a summit with two principal curvatures.
 //!
-//! A summit of principal curvatures κ₁ ≥ κ₂ with the approach w has an elliptic contact of area
-//! π w/H · f_A and carries the force (4/3) E* w^(3/2) H^(−1/2) · f_P, where H = (κ₁ + κ₂)/2. Both
-//! factors depend on κ₂/κ₁ alone (Johnson 1985, section 4.2) and are one for a sphere.
+//! A summit has the principal curvatures κ₁ ≥ κ₂ and the mean curvature H = (κ₁ + κ₂)/2. Under the
+//! approach w, the area of its elliptic contact is π w/H · f_A, and its force is
+//! (4/3) E* w^(3/2) H^(−1/2) · f_P. Both factors depend on κ₂/κ₁ alone (Johnson 1985, section 4.2)
+//! and are one for a sphere.
 //!
 //! `EllipticityMeans` tabulates means over the ellipticity of summits of one mean curvature. The
 //! difference d = tH of stationary points of mean curvature H has the density
@@ -27,9 +28,9 @@ const ITERATIONS: usize = 60;
 pub struct Ellipse {
     /// Ratio of the minor to the major axis, in (0, 1].
     pub axis_ratio: f64,
-    /// Factor f_A: area relative to a sphere of the same mean curvature at the same approach.
+    /// Factor f_A, the area relative to a sphere of the same mean curvature at the same approach.
     pub area_factor: f64,
-    /// Factor f_P: force relative to a sphere of the same mean curvature at the same approach.
+    /// Factor f_P, the force relative to a sphere of the same mean curvature at the same approach.
     pub load_factor: f64,
 }
 

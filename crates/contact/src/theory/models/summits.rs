@@ -5,7 +5,7 @@
 //! the mean curvature H = (κ₁ + κ₂)/2, and half the difference of the principal curvatures,
 //! d = (κ₁ − κ₂)/2. Curvatures are positive for a convex surface.
 //!
-//! With heights in units of √m0, curvatures in units of m2/√m0 and areas in units of m0/m2, a
+//! Reduced units are √m0 for heights, m2/√m0 for curvatures and m0/m2 for areas. In these units, a
 //! surface of Nayak's parameter α = m0 m4/m2² has m0 = m2 = 1 and m4 = α.
 //!
 //! `GaussianHeights` describes the heights of summits of one mean curvature.
@@ -31,7 +31,7 @@ impl Summits {
         Self { m0: 1.0, m2: 1.0, m4: nayak }
     }
 
-    /// Returns Nayak's parameter α.
+    /// Returns Nayak's parameter α = m0 m4/m2².
     pub fn nayak(&self) -> f64 {
         self.m0 * self.m4 / (self.m2 * self.m2)
     }
@@ -104,9 +104,8 @@ const REACH: f64 = 9.0;
 /// Normal distribution of heights z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussianHeights {
-    /// Mean height.
     pub mean: f64,
-    /// Standard deviation; zero if all heights are equal.
+    /// Standard deviation, which is zero if all heights are equal.
     pub deviation: f64,
 }
 

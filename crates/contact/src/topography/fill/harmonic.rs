@@ -1,4 +1,4 @@
-//! Harmonic filling: solves Laplace's equation in the holes of a map.
+//! Harmonic filling by Laplace's equation in the holes of a map.
 //!
 //! At each missing node, Σ w (h − h′) = 0 over its neighbours along x and y, with w = 1/Δx² and
 //! 1/Δy². The measured heights are boundary values. At the edge of a map that is not periodic, the
@@ -11,7 +11,7 @@
 
 use crate::topography::surface::Scan;
 
-/// Tolerance: the norm of the residual divided by that of the right-hand side.
+/// Tolerance of the norm of the residual divided by that of the right-hand side.
 ///
 /// Heights are relative to the mean of the measured neighbours of the hole.
 const TOLERANCE: f64 = 1e-15;
@@ -192,7 +192,7 @@ impl Hole {
         solution
     }
 
-    /// Applies the preconditioner: solves with both triangles of the incomplete factor.
+    /// Applies the preconditioner by solving with both triangles of the incomplete factor.
     fn preconditioned(&self, residual: &[f64]) -> Vec<f64> {
         let mut values = residual.to_vec();
         for (at, neighbours) in self.neighbours.iter().enumerate() {
