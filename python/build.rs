@@ -1,9 +1,8 @@
-//! What the linker is asked for when the module is built to be handed out (`--profile dist`): to put
-//! similar functions side by side.
+//! Linker option of the profile `dist` that places similar functions next to each other.
 //!
-//! A wheel is compressed by Deflate, which looks back over 32 kB, and most of this program is the same
-//! code for one type of numbers after the other. Beside each other they take a tenth less. LLD, which
-//! is rustc's own linker on x86-64 Linux, can order them so; a linker that cannot is not asked.
+//! Wheels are compressed by Deflate with a window of 32 kB. Much of the program is the same code
+//! for different number types, so this order makes the wheel about 10 % smaller. LLD, the default
+//! linker of rustc on x86-64 Linux, supports the option; other linkers do not get it.
 
 use std::env;
 use std::path::Path;
@@ -20,13 +19,14 @@ fn main() {
     }
 }
 
-/// Whether this is the profile `dist`, which cargo says only in the path `target/dist/build/…/out`.
+/// Returns whether the profile is `dist`, which only the path `target/dist/build/…/out` shows.
 fn is_dist(out: &Path) -> bool {
     let mut nearest = out.ancestors().take(5).filter_map(Path::file_name);
     nearest.any(|name| name == "dist")
 }
 
-/// Whether an empty library links with that option, by the linker and the flags of this build.
+/// Returns whether an empty library links with this option, using the linker and flags of the
+/// build.
 fn links_with(option: &str, out: &Path) -> bool {
     let empty = out.join("empty.rs");
     if std::fs::write(&empty, "").is_err() {
@@ -45,7 +45,7 @@ fn links_with(option: &str, out: &Path) -> bool {
     rustc.status().is_ok_and(|status| status.success())
 }
 
-/// What cargo tells every build script.
+/// Returns an environment variable that cargo sets for build scripts.
 fn variable(name: &str) -> String {
     env::var(name).unwrap_or_else(|_| panic!("cargo sets {name} for build scripts"))
 }

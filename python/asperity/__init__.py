@@ -1,20 +1,20 @@
 """Statistical studies of rough contact.
 
 ============================  =====================================================================
-:func:`read`                  a map of heights in the file of an instrument
-:func:`surface`               a random surface, or a simple shape
-:class:`Topography`           heights, with what can be done to them and is to be known of them
-:func:`press`                 a surface under loads: areas, gaps, energies, maps
-:func:`press_each`            the same, load by load as they are solved
-:class:`Study`                a manifest: check, plan, run, tables, SQL, claims, report
-:mod:`persson`, :mod:`models` theories, as functions on arrays
-:class:`EvolutionLaw`         the contact evolution law, and its fit
-:func:`corrected_area`        the contact area, corrected for the mesh
-:class:`Error`                what is common to all exceptions
+:func:`read`                  read a height map from a topography file
+:func:`surface`               generate a random surface or a simple shape
+:class:`Topography`           height map with its preparation and statistics
+:func:`press`                 press a surface: areas, gaps, energies, maps
+:func:`press_each`            press a surface and yield each load when it is solved
+:class:`Study`                study of a manifest: check, plan, run, tables, SQL, claims, report
+:mod:`persson`, :mod:`models` theories as functions of arrays
+:class:`EvolutionLaw`         contact evolution law and its fit
+:func:`corrected_area`        contact area corrected for the mesh
+:class:`Error`                base class of all exceptions
 ============================  =====================================================================
 
 Heights are arrays ``[x, y]`` and positive towards the elastic body. Loads are mean pressures in units
-of E* × rms slope, areas are fractions of the apparent one.
+of E* × rms slope, and areas are fractions of the apparent area.
 
 >>> import asperity
 >>> rough = asperity.surface(nodes=64, hurst=0.8, k_lower=2, k_upper=16, seed=1)
@@ -25,8 +25,8 @@ True
 
 import importlib
 
-# Where everything is: the command, which starts often, needs nothing of it, and no NumPy.
-_PLACES = {
+# Modules are imported on first use, so that the command line starts without NumPy.
+_MODULE_OF = {
     "read": "_surfaces",
     "surface": "_surfaces",
     "Topography": "_topography",
@@ -59,14 +59,14 @@ _PLACES = {
 }
 _MODULES = ("errors", "models", "persson")
 
-__all__ = sorted([*_PLACES, *_MODULES])
+__all__ = sorted([*_MODULE_OF, *_MODULES])
 
 
 def __getattr__(name):
     if name in _MODULES:
         return importlib.import_module(f"asperity.{name}")
     try:
-        module = importlib.import_module(f"asperity.{_PLACES[name]}")
+        module = importlib.import_module(f"asperity.{_MODULE_OF[name]}")
     except KeyError:
         raise AttributeError(f"module 'asperity' has no attribute {name!r}") from None
     return getattr(module, name)

@@ -1,4 +1,4 @@
-"""Arrays of the user's, as the extension takes them."""
+"""Conversion of user arguments to arrays for the extension module."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from typing import Any, Callable, Sequence, Tuple, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: One side, or both.
+#: One side for squares, or the sides along x and y.
 Size = Union[float, Sequence[float]]
 
 Reals = NDArray[np.float64]
 
 
 def heights_of(heights: ArrayLike) -> Reals:
-    """Heights as 64-bit numbers, row after row; NaN where they are masked. No copy, where they are that."""
+    """Returns heights as a C-contiguous float64 array, with NaN where masked; copies only if necessary."""
     if np.iscomplexobj(heights):
         from asperity.errors import SurfaceError
 
-        raise SurfaceError("heights are complex numbers, they must be real ones")
+        raise SurfaceError("heights must be real numbers, but are complex")
     if isinstance(heights, np.ma.MaskedArray):
         heights = np.ma.filled(heights.astype(np.float64), np.nan)
     array = np.ascontiguousarray(heights, dtype=np.float64)
     if array.ndim != 2:
         from asperity.errors import SurfaceError
 
-        raise SurfaceError(f"heights have the shape {array.shape}, they must be an array [x, y]")
+        raise SurfaceError(f"heights must be a two-dimensional array [x, y], but have the shape {array.shape}")
     return array
 
 
 def sides_of(size: Size) -> Tuple[float, float]:
-    """Sides along x and y."""
+    """Returns the sides along x and y."""
     if isinstance(size, (int, float, np.integer, np.floating)):
         return float(size), float(size)
     along_x, along_y = size
@@ -38,7 +38,7 @@ def sides_of(size: Size) -> Tuple[float, float]:
 
 
 def each(function: Callable[[Reals], Reals], values: ArrayLike) -> Any:
-    """A function of lists of numbers, of an array of any shape: a number for a number."""
+    """Applies a function of 1-d arrays to an array of any shape; returns a float for a scalar."""
     array = np.asarray(values, dtype=np.float64)
     result = function(np.ascontiguousarray(array).reshape(-1)).reshape(array.shape)
     return float(result) if result.ndim == 0 else result

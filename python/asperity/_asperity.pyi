@@ -1,4 +1,4 @@
-"""The extension: it translates, and the package around it has what users see."""
+"""Extension module; the public interface is the package around it."""
 
 from os import PathLike
 from pathlib import Path

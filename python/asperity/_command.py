@@ -1,4 +1,4 @@
-"""The ``asperity`` command: an entry point into the extension."""
+"""Entry point of the command ``asperity``."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from typing import List, Optional
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Runs the command line that the process was started with; it returns the exit code.
+    """Runs a command line and returns the exit code.
 
-    The process is the command's: its signals are heard, and what is misspelt ends it.
+    The function handles signals, and it ends the process if the command line is invalid.
 
     Parameters
     ----------
     arguments : list of str, optional
-        The words after the name of the program; those of the process when left out.
+        Arguments after the name of the program; default: those of the process.
     """
     from asperity import _asperity
 
-    # Otherwise Ctrl-C would wait for Python, which does not run before the command is done.
+    # Python's own handler would run only after the command has ended.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     words = sys.argv[1:] if arguments is None else arguments
     return _asperity.main(["asperity", *words], _program())
 
 
 def _program() -> Optional[str]:
-    """The script that was started, for the jobs of a cluster to start it again."""
+    """Returns the path of the script ``asperity``, which cluster jobs run."""
     started = os.path.abspath(sys.argv[0])
     if os.path.basename(started) == "asperity" and os.access(started, os.X_OK):
         return started

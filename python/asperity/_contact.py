@@ -1,4 +1,4 @@
-"""The contact of a surface under loads: numbers and maps."""
+"""Contact of a surface under loads: numbers and maps."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class ContactState:
-    """The contact under one load.
+    """Contact at one load.
 
     Attributes
     ----------
     index : int
-        The number of the load, from 0 on.
+        Index of the load, from 0.
     """
 
     def __init__(self, pressing: "_asperity.Pressing", index: int) -> None:
@@ -31,18 +31,18 @@ class ContactState:
 
     @property
     def row(self) -> Dict[str, Any]:
-        """All numbers of the load, by the names of columns."""
+        """Row of the table for this load, by column names."""
         table = Table(self._pressing.table())
         return {name: table[name][self.index] for name in table.names}
 
     @property
     def load(self) -> float:
-        """Mean pressure, in units of E* × rms slope."""
+        """Load: mean pressure in units of E* × rms slope."""
         return float(self.row["load"])
 
     @property
     def area(self) -> float:
-        """Fraction of the nodes in contact."""
+        """Counted contact area: fraction of the nodes in contact."""
         return float(np.mean(self.contact()))
 
     def pressure(self) -> Reals:
@@ -70,14 +70,14 @@ class ContactState:
 
 
 class Contact:
-    """What came of pressing a surface: a row and maps for each load.
+    """Result of pressing a surface: a table row and maps for each load.
 
-    Lengths are in the unit of the surface, pressures in that of `effective_modulus`.
+    Lengths are in the unit of the surface, and pressures in the unit of `effective_modulus`.
 
     Attributes
     ----------
     topography : Topography
-        The surface.
+        The pressed surface.
     """
 
     def __init__(self, pressing: "_asperity.Pressing", topography: Topography) -> None:
@@ -87,87 +87,96 @@ class Contact:
 
     @property
     def table(self) -> Table:
-        """A row for each load: load, pressure, nodes in contact, mean gap, energy, peak pressure, how it ended …"""
+        """Table with a row for each load: load, pressure, nodes in contact, mean gap, energy, …"""
         return self._table
 
     @property
     def load(self) -> Reals:
-        """Mean pressures, in units of E* × rms slope; shape (loads,)."""
+        """Loads: mean pressures in units of E* × rms slope, shape (loads,)."""
         return reals(self._table, "load")
 
     @property
     def mean_pressure(self) -> Reals:
-        """Mean pressures, in the unit of the modulus; shape (loads,)."""
+        """Mean pressures in the unit of the modulus, shape (loads,)."""
         return reals(self._table, "pressure")
 
     @property
     def area(self) -> Reals:
-        """Fractions of the nodes in contact, as counted; shape (loads,)."""
+        """Counted contact areas: fractions of the nodes in contact, shape (loads,)."""
         nodes_x, nodes_y = self.topography.nodes
         return reals(self._table, "contact_nodes") / (nodes_x * nodes_y)
 
     @property
     def mean_gap(self) -> Reals:
-        """Mean distance of the surfaces; shape (loads,)."""
+        """Mean gaps in the unit of the surface, shape (loads,)."""
         return reals(self._table, "mean_gap")
 
     @property
     def converged(self) -> bool:
-        """Whether no load was given up."""
+        """True if all loads have converged or reached full contact."""
         return all(stop in ("converged", "full-contact") for stop in self._table["stop"])
 
     def pressure(self, load: int) -> Reals:
-        """The contact pressure [x, y] under a load, by its number; exactly zero where there is no contact.
+        """Returns the contact pressure, shape (n_x, n_y); exactly zero outside the contact.
+
+        Parameters
+        ----------
+        load : int
+            Index of the load; negative indices count from the last load.
 
         Raises
         ------
         IndexError
-            If there is no such load, or ``fields=False`` has kept no pressures.
+            If there is no such load, or if ``fields=False`` was given, which stores no pressures.
         """
-        return self._pressing.pressure(self._place(load))
+        return self._pressing.pressure(self._index(load))
 
     def gap(self, load: int) -> Reals:
-        """The distance of the surfaces [x, y]: zero in contact, the depth of yielding, negative, where
-        the material yields.
+        """Returns the gap between the surfaces, shape (n_x, n_y).
+
+        The gap is zero in elastic contact. Where the material yields, it is negative, and its magnitude is
+        the depth of the yielding.
 
         Raises
         ------
         IndexError
             As :meth:`pressure`.
         """
-        return self._pressing.gap(self._place(load))
+        return self._pressing.gap(self._index(load))
 
     def displacement(self, load: int) -> Reals:
-        """The displacement of the elastic body [x, y], positive into it; of zero mean where periodic.
+        """Returns the displacement of the elastic body, shape (n_x, n_y), positive into the body.
+
+        The mean displacement of a periodic body is zero.
 
         Raises
         ------
         IndexError
             As :meth:`pressure`.
         """
-        return self._pressing.displacement(self._place(load))
+        return self._pressing.displacement(self._index(load))
 
     def contact(self, load: int) -> NDArray[np.bool_]:
-        """Which nodes [x, y] are in contact.
+        """Returns the contact map, shape (n_x, n_y): True for nodes in contact.
 
         Raises
         ------
         IndexError
             If there is no such load.
         """
-        return self._pressing.contact(self._place(load))
+        return self._pressing.contact(self._index(load))
 
-    def _place(self, load: int) -> int:
-        place = load + len(self) if load < 0 else load
-        if not 0 <= place < len(self):
-            raise IndexError(f"load {load} of {len(self)}")
-        return place
+    def _index(self, load: int) -> int:
+        index = load + len(self) if load < 0 else load
+        if not 0 <= index < len(self):
+            raise IndexError(f"no load {load}: there are {len(self)} loads")
+        return index
 
     def __len__(self) -> int:
         return len(self._table)
 
     def __getitem__(self, load: int) -> ContactState:
-        return ContactState(self._pressing, self._place(load))
+        return ContactState(self._pressing, self._index(load))
 
     def __iter__(self) -> Iterator[ContactState]:
         return (self[load] for load in range(len(self)))

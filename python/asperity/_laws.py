@@ -1,4 +1,4 @@
-"""The contact evolution law, and corrections of the contact area."""
+"""Contact evolution law and corrections of the contact area."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from asperity._arrays import each
 
 @dataclass(frozen=True)
 class EvolutionLaw:
-    """The contact evolution law a = [β + (κy)^(−μ)]^(−1/μ).
+    """Contact evolution law a = [β + (κy)^(−μ)]^(−1/μ).
 
     Eq. (cel) of Yastrebov, Anciaux & Molinari, *Int. J. Solids Struct.* 52 (2015) 83. Loads y are in units
-    of E* × rms slope, areas fractions of the apparent one. All parameters are positive; a law is trusted
-    where it was fitted.
+    of E* × rms slope, and areas are fractions of the apparent area. All parameters are positive. Use a law
+    only in the range of loads where it was fitted.
 
     Attributes
     ----------
     kappa : float
-        Slope of the area at zero load: √(2π) of asperity models, √(8/π) of Persson's theory.
+        Slope of the area at zero load: √(2π) in asperity models, √(8/π) in Persson's theory.
     beta, mu : float
-        Factor and exponent of the growth of the mean pressure, dp̄/dp₀ = β a^(μ−1).
+        Factor and exponent in dp̄/dp₀ = β a^(μ−1), the growth of the mean contact pressure p̄.
 
     Examples
     --------
@@ -42,23 +42,23 @@ class EvolutionLaw:
     mu: float
 
     def area(self, load: ArrayLike) -> Any:
-        """Area fraction under loads ≥ 0."""
+        """Returns the area fraction at loads ≥ 0."""
         return self._of("area", load)
 
     def slope(self, load: ArrayLike) -> Any:
-        """da/dy."""
+        """Returns the slope da/dy."""
         return self._of("slope", load)
 
     def curvature(self, load: ArrayLike) -> Any:
-        """d²a/dy², never positive."""
+        """Returns the curvature d²a/dy², which is never positive."""
         return self._of("curvature", load)
 
     def load(self, area: ArrayLike) -> Any:
-        """The load under which the area fraction is `area`; NaN where the law never reaches it."""
+        """Returns the load at an area fraction; NaN if the law never reaches the fraction."""
         return self._of("load", area)
 
     def mean_pressure(self, load: ArrayLike) -> Any:
-        """Mean contact pressure y/a, in units of E* × rms slope."""
+        """Returns the mean contact pressure y/a, in units of E* × rms slope."""
         return self._of("mean_pressure", load)
 
     @classmethod
@@ -71,25 +71,31 @@ class EvolutionLaw:
         window: Tuple[float, float] = (0.0, math.inf),
         quantity: str = "area",
     ) -> "EvolutionLaw":
-        """Fits the law to curves of area against load, weighted by their scatter.
+        """Fits the law to area fractions at given loads, weighted by their scatter.
 
         Parameters
         ----------
         loads : array_like, shape (n,)
-            Loads, ascending, in units of E* × rms slope.
+            Ascending loads in units of E* × rms slope.
         areas : array_like, shape (n,) or (surfaces, n)
-            Area fractions of one surface, or of several under the same loads.
+            Area fractions of one surface or of several surfaces.
         kappa : float or ``"free"`` or ``"least-convex"``
-            Kept at a value, fitted too, or the least one for which the fitted slope is convex.
+            A fixed value, ``"free"`` to fit it, or ``"least-convex"`` for the smallest value whose fitted slope
+            is convex.
         window : tuple of float
-            Loads from and up to which data count.
+            Smallest and largest load of the fit.
         quantity : ``"area"`` or ``"slope"``
-            What is fitted: areas, or difference quotients of them.
+            Fitted quantity: areas or their difference quotients.
+
+        Returns
+        -------
+        EvolutionLaw
+            The fitted law.
 
         Raises
         ------
         FitError
-            If there are too few data, or nothing fits.
+            If there are too few data, or if the fit fails.
 
         Examples
         --------
@@ -103,7 +109,7 @@ class EvolutionLaw:
         abscissae = np.ascontiguousarray(loads, dtype=np.float64)
         value: Optional[float] = None if isinstance(kappa, str) else float(kappa)
         if isinstance(kappa, str) and kappa not in ("free", "least-convex"):
-            raise ValueError(f'kappa is "{kappa}", it must be a number, "free" or "least-convex"')
+            raise ValueError(f'kappa is "{kappa}", but must be a number, "free" or "least-convex"')
         parameters, _, _, _ = _asperity.fit_evolution(
             abscissae, rows, window, quantity, value, kappa == "least-convex"
         )
@@ -115,16 +121,16 @@ class EvolutionLaw:
 
 
 class CorrectedArea(NamedTuple):
-    """The area of a contact map, as fractions of all nodes.
+    """Area of a contact map as fractions of the apparent area.
 
     Attributes
     ----------
     counted : float
-        Share of the nodes in contact, which is too large.
+        Fraction of the nodes in contact, which overestimates the area.
     corrected : float
-        The same less c S_d Δx, the coefficient times the Manhattan perimeter of the map.
+        Counted area minus c S_d Δx: coefficient × Manhattan perimeter × mesh step.
     lower, upper : float
-        Bounds: without the nodes on the edge, and with them.
+        Bounds: area without and with the contact nodes on the edge.
     """
 
     counted: float
@@ -136,17 +142,17 @@ class CorrectedArea(NamedTuple):
 def corrected_area(
     contact: ArrayLike, *, coefficient: str = "2017", boundary: str = "periodic"
 ) -> CorrectedArea:
-    """Corrects the area of a contact map for its mesh, whose cells are square.
+    """Corrects the contact area for the finite mesh, whose cells must be square.
 
     Parameters
     ----------
     contact : array_like of bool, shape (n_x, n_y)
-        Which nodes are in contact.
+        True for nodes in contact.
     coefficient : ``"2017"``, ``"pi/8"`` or ``"none"``
-        (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, *Tribol. Int.* 114 (2017) 161; π/8 of their paper
-        of 2015; nothing.
+        Coefficient c: (π − 1 + ln 2)/24 (Yastrebov, Anciaux & Molinari, *Tribol. Int.* 114 (2017) 161), π/8
+        (their paper of 2015), or 0.
     boundary : ``"periodic"`` or ``"free"``
-        What lies beyond the edges.
+        Boundary condition of the map: periodic, or an isolated patch.
 
     Examples
     --------
@@ -157,6 +163,6 @@ def corrected_area(
     (0.0625, 0.055118)
     """
     if boundary not in ("periodic", "free"):
-        raise ValueError(f'boundary is "{boundary}", it must be "periodic" or "free"')
+        raise ValueError(f'boundary is "{boundary}", but must be "periodic" or "free"')
     contact = np.ascontiguousarray(contact, dtype=bool)
     return CorrectedArea(*_asperity.corrected_area(contact, coefficient, boundary == "periodic"))

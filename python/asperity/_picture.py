@@ -8,12 +8,12 @@ from typing import Any, Callable
 
 
 def picture(draw: Callable[[Any], Any]) -> str:
-    """What `draw` puts on axes, as an image in HTML; nothing where there is no matplotlib."""
+    """Draws with `draw` on new axes and returns an HTML image, or "" without matplotlib."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
         return ""
-    # Beside pyplot, so that no figure of the user's is touched.
+    # Not with pyplot, to leave the user's figures unchanged.
     figure = Figure(figsize=(4.4, 3.3), dpi=110, layout="constrained")
     draw(figure.subplots())
     file = io.BytesIO()

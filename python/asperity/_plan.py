@@ -1,4 +1,4 @@
-"""What a study would compute, what a run has, and where its report is."""
+"""Results of :meth:`Study.plan`, :meth:`Study.run` and :meth:`Study.report`."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tup
 
 
 class Reason(NamedTuple):
-    """Why tasks would run.
+    """Reason why tasks will run.
 
     Attributes
     ----------
     tasks : int
-        How many tasks.
+        Number of tasks.
     seconds : float
-        Seconds of one core that they are expected to take.
+        Expected core-seconds of these tasks.
     causes : list of str
-        Why.
+        Causes, each as a phrase.
     """
 
     tasks: int
@@ -26,18 +26,18 @@ class Reason(NamedTuple):
 
 
 class PlannedStage(NamedTuple):
-    """What a stage has and what it would compute.
+    """Finished and missing tasks of a stage.
 
     Attributes
     ----------
     name, kind : str
-        The stage and what it does.
+        Name and kind of the stage.
     cached, to_run : int
-        Tasks that are in the store, and those that are not.
+        Numbers of finished and of missing tasks.
     core_hours : float
-        What these are expected to take.
+        Expected core-hours of the missing tasks.
     reasons : list of Reason
-        Why they would run.
+        Reasons why they will run.
     """
 
     name: str
@@ -49,20 +49,20 @@ class PlannedStage(NamedTuple):
 
 
 class Plan:
-    """What a study has, what it would compute, why, and at what cost.
+    """Finished and missing tasks of a study, with reasons and costs.
 
     Attributes
     ----------
     study : str
-        Its name.
+        Name of the study.
     stages : list of PlannedStage
-        Its stages, in order.
+        Stages in the order of the manifest.
     core_hours : float
-        What all that is missing is expected to take.
+        Expected core-hours of all missing tasks.
     memory : int
-        Bytes that it takes at least.
+        Minimum memory of a run, in bytes.
     warnings : list of str
-        What should be known of the study.
+        Warnings about the study.
     """
 
     def __init__(self, status: Mapping[str, Any]) -> None:
@@ -77,7 +77,7 @@ class Plan:
 
     @property
     def to_run(self) -> int:
-        """Tasks that would be computed."""
+        """Number of missing tasks."""
         return sum(stage.to_run for stage in self.stages)
 
     def _rows(self) -> List[Tuple[str, ...]]:
@@ -109,22 +109,22 @@ def _why(reasons: Sequence[Reason]) -> str:
 
 
 class Run:
-    """What came of a run.
+    """Result of a run.
 
     Attributes
     ----------
     study : str
-        The study's name.
+        Name of the study.
     computed, failed : int
-        Tasks that were computed, and that could not be.
+        Numbers of computed and of failed tasks.
     stages : list of dict
         ``name``, ``kind``, ``tasks``, ``computed``, ``failed`` and ``path`` of each stage.
     sampling : list of str
-        How well means are known, or which claims are decided, of stages that draw surfaces until they are.
+        State of each adaptive stage: precision of its mean, or decided claims.
     failures : Path or None
-        The table of failures, if there is one.
+        Path of the table of failures, or None.
     halted : bool
-        Whether nothing more could be stored.
+        True if the run ended because the data folder is full or cannot be written.
     """
 
     def __init__(self, report: Mapping[str, Any]) -> None:
@@ -143,14 +143,14 @@ class Run:
 
 
 class Report(NamedTuple):
-    """Where a report is; a notebook links to it.
+    """Paths of a report, which notebooks display as a link.
 
     Attributes
     ----------
     page : Path
-        The page.
+        Path of the HTML page.
     figures : Path
-        The folder of figures, each as SVG and PNG.
+        Folder of the figures as SVG and PNG.
     """
 
     page: Path

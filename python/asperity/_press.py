@@ -1,4 +1,4 @@
-"""A surface under loads."""
+"""Pressing a surface."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from asperity._contact import Contact, ContactState
 from asperity._topography import Topography
 from asperity.errors import ArgumentError, SurfaceError
 
-#: One load, several, or ``{"from", "to", "steps", "spacing"}``.
+#: One load, several loads, or ``{"from", "to", "steps", "spacing"}``.
 Loads = Union[ArrayLike, Mapping[str, Any]]
 
 
@@ -33,64 +33,67 @@ def press(
     fields: bool = True,
     jobs: Optional[int] = None,
 ) -> Contact:
-    """Presses a rigid rough surface into an elastic half-space, load after load.
+    """Presses a rigid rough surface into an elastic half-space under a sequence of loads.
 
-    Frictionless contact without adhesion, by preconditioned conjugate gradients with FFT: the numbers that a
-    `solve` stage computes, to the last bit. Other threads of Python run meanwhile; Ctrl-C ends it.
+    Solves frictionless contact without adhesion by preconditioned conjugate gradients with FFT. The results
+    are bitwise equal to those of a `solve` stage. Other Python threads run during the computation, and Ctrl-C
+    interrupts it.
 
     Parameters
     ----------
     heights : Topography or array_like, shape (n_x, n_y)
-        The surface, peaks towards the body.
+        The surface; heights are positive towards the elastic body.
     size : float or (float, float), optional
-        Sides along x and y, in the unit of the heights. Required with an array; a topography has its own.
+        Sides along x and y, in the unit of the heights. Required for arrays, not allowed for a topography.
     loads : float, array_like or mapping
-        Mean pressures in units of E* × rms slope, ascending: numbers, or
+        Ascending mean pressures in units of E* × rms slope: numbers, or
         ``{"to": 0.1, "steps": 10, "from": 0, "spacing": "linear"}``.
     pressures : float, array_like or mapping
-        The same as pressures, in the unit of `effective_modulus`; instead of `loads`.
+        Mean pressures in the unit of `effective_modulus`; alternative to `loads`.
     effective_modulus : float, optional
-        E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; 1 when left out.
+        Effective modulus E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; default: 1.
     bodies : sequence of mappings, optional
-        ``{"youngs_modulus", "poisson_ratio"}`` of both bodies, or of one against a rigid one; instead of
-        `effective_modulus`.
+        ``{"youngs_modulus", "poisson_ratio"}`` of both bodies, or of one body if the other is rigid;
+        alternative to `effective_modulus`.
     boundary : ``"periodic"`` or ``"free"``, optional
-        What lies beyond the edges: the surface again, or nothing. Required with an array; of a topography
-        ``"periodic"`` when left out. A topography that is not periodic is pressed with ``"free"`` only.
+        Boundary condition: periodic, or free (an isolated patch). Required for arrays; default for a
+        topography: ``"periodic"``. A topography that is not periodic requires ``"free"``.
     hardness : float, optional
-        The highest pressure that the material bears, in the unit of the modulus, or as `hardness_unit`
-        (``"absolute"`` or ``"relative"``) says. None when left out.
+        Maximum pressure of the material, in the unit of the modulus, or in the unit given by `hardness_unit`
+        (``"absolute"`` or ``"relative"``); default: no limit.
     tolerance : float, optional
-        Largest gap in contact and penetration outside it, over rms slope × mesh step; 5e-5 when left out.
+        Maximum error of the gap, in units of rms slope × mesh step: the gap in contact and the penetration
+        outside it; default: 5e-5.
     max_pairs : int, optional
-        Pairs of transforms after which a load is given up; its row says so. 2000 when left out.
+        Maximum number of pairs of transforms per load; default: 2000. The column ``stop`` marks loads that
+        have not converged.
     fields : bool
-        Whether pressures are kept, 8 bytes for each node in contact; otherwise contact maps alone.
+        Whether to store pressures, with 8 bytes per contact node; otherwise only contact maps are stored.
     jobs : int, optional
-        Cores that share the work on a surface of 512 × 512 nodes or more; all there are when left out. The
-        numbers are the same with any.
+        Number of cores for surfaces of 512 × 512 nodes or more; default: all. The results do not depend on
+        it.
 
     Returns
     -------
     Contact
         A table, and maps for each load: ``pressure(i)``, ``gap(i)``, ``displacement(i)``, ``contact(i)``. Loads
-        beyond the one from which every node touches are left out.
+        after the first load with full contact are omitted.
 
     Raises
     ------
     ArgumentError
-        If an argument makes no sense, or an array comes without `size` or `boundary`.
+        If an argument is invalid, or if `size` or `boundary` is missing for an array.
     SurfaceError
-        If points are missing, or a map that is not periodic would be pressed as one that is.
+        If points are missing, or if the map is not periodic but `boundary` is.
 
     Notes
     -----
-    I. A. Polonsky & L. M. Keer, *Wear* 231 (1999) 206; V. A. Yastrebov, G. Anciaux & J.-F. Molinari, *Int. J.
+    Method: I. A. Polonsky & L. M. Keer, *Wear* 231 (1999) 206; V. A. Yastrebov, G. Anciaux & J.-F. Molinari, *Int. J.
     Solids Struct.* 52 (2015) 83. With `hardness`: A. Almqvist et al., *Tribol. Int.* 40 (2007) 574.
 
     Examples
     --------
-    Westergaard's wave, flat under π E* Δ/λ:
+    Westergaard's wave is flattened at the mean pressure π E* Δ/λ:
 
     >>> import numpy
     >>> x = numpy.arange(64) / 64
@@ -129,14 +132,15 @@ def press_each(
     fields: bool = True,
     jobs: Optional[int] = None,
 ) -> Iterator[ContactState]:
-    """The same as :func:`press`, handing over each load as it is solved.
+    """Presses a surface like :func:`press` and yields each load when it is solved.
 
-    What makes no sense is refused at once, before the first load. Whoever stops to ask stops the work.
+    Invalid arguments raise an error before the first load. Loads are solved on demand: leaving the loop ends
+    the computation.
 
     Yields
     ------
     ContactState
-        The contact under one load after the other.
+        The contact at each load.
 
     Examples
     --------
@@ -171,10 +175,10 @@ def _keys(
     tolerance: Optional[float],
     max_pairs: Optional[int],
 ) -> Dict[str, Any]:
-    """The keys of a `solve` stage."""
+    """Returns the keys of a `solve` stage."""
     if (loads is None) == (pressures is None):
         raise ArgumentError(
-            "either `loads`, in units of E* × rms slope, or `pressures`, in the unit of `effective_modulus`"
+            "give either `loads`, in units of E* × rms slope, or `pressures`, in the unit of `effective_modulus`"
         )
     return {
         "loads": _list(loads if pressures is None else pressures),
@@ -207,18 +211,18 @@ def _pressing(
     if isinstance(heights, Topography):
         topography = heights
         if size is not None:
-            raise ArgumentError("`size` is that of the topography, and cannot be another one")
+            raise ArgumentError("the topography has its own size; omit `size`")
     else:
         if size is None:
-            raise ArgumentError("an array needs its `size`: the sides along x and y, in the unit of the heights")
+            raise ArgumentError("an array needs a `size`: the sides along x and y, in the unit of the heights")
         if boundary is None:
             raise ArgumentError(
-                'an array needs a `boundary`: "periodic" if the surface repeats itself beyond its edges, '
-                '"free" if nothing lies beyond them, as around a measured map'
+                'an array needs a `boundary`: "periodic" if the surface is periodic, "free" if it is an '
+                "isolated patch, such as a measured map"
             )
         topography = Topography(heights, size, is_periodic=boundary == "periodic")
     if topography.missing:
-        raise SurfaceError(f"{topography.missing} points are missing: `fill` gives them heights")
+        raise SurfaceError(f"{topography.missing} points are missing; call `fill` first")
     pressing = _asperity.Pressing(
         topography._heights,
         topography.size,

@@ -1,4 +1,4 @@
-"""How far a run has come, in a terminal and in a notebook."""
+"""Progress of a run in terminals and notebooks."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import sys
 import time
 from typing import Any, Callable, Dict, Optional, Union
 
-#: Hears ``{"study", "doing", "tasks", "tasks_done", "cached", "share", "seconds_left"}``.
+#: Called with ``{"study", "doing", "tasks", "tasks_done", "cached", "share", "seconds_left"}``.
 Teller = Callable[[Dict[str, Any]], object]
 
-#: Seconds between lines where nothing can be drawn anew.
+#: Seconds between two lines if the output is not a terminal.
 _LINE_EVERY = 10.0
 
 
 class Progress:
-    """Tells how far a run has come; ``with`` ends what is drawn."""
+    """Context manager that displays the progress of a run."""
 
     def __init__(self, wanted: Union[bool, Teller]) -> None:
         self._tell: Optional[Teller] = None
@@ -50,7 +50,7 @@ def _duration(seconds: float) -> str:
 
 
 def _is_notebook() -> bool:
-    # Whoever is in a notebook has loaded it.
+    # A notebook has imported IPython already.
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     return shell is not None and hasattr(shell, "kernel")
@@ -84,7 +84,7 @@ def _lines() -> Teller:
 def _in_notebook() -> "tuple[Teller, Callable[[], None]]":
     import IPython.display
 
-    # Its types are not said.
+    # IPython has no type annotations.
     HTML: Any = IPython.display.HTML
     display: Any = IPython.display.display
     handle = display(HTML(""), display_id=True)

@@ -1,4 +1,4 @@
-"""A manifest and the folder of what is computed of it."""
+"""Studies: a manifest with its data folder."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 
 class Study:
-    """A manifest and a folder of data.
+    """Study that a manifest defines, with its data folder.
 
-    The manifest is read again whenever something is asked, so that it may be edited meanwhile.
+    Each method reads the manifest again, so the manifest may change between calls.
 
     Parameters
     ----------
     path : str or path
-        The manifest.
+        Path of the manifest.
     data : str or path
-        The folder of what is computed; it need not exist.
+        Data folder, which need not exist.
 
     Examples
     --------
@@ -63,59 +63,60 @@ class Study:
         data: PathLike = "data",
         path: Optional[PathLike] = None,
     ) -> "Study":
-        """A study of a manifest's text, or of its tables.
+        """Creates a study from the text or the tables of a manifest.
 
-        The manifest is kept in a file, so that the command line, a cluster and the table of failures know it.
+        The manifest is written into a file, so that the command line, cluster jobs and the commands in the
+        table of failures can use it.
 
         Parameters
         ----------
         manifest : str or mapping
-            TOML, or its tables.
+            TOML text, or a mapping of its tables.
         data : str or path
-            The folder of what is computed.
+            Data folder.
         path : str or path, optional
-            The file; ``DATA/NAME.toml``, which is written anew each time, when left out. Surface files that
-            the manifest names are relative to its folder.
+            File to write; default: ``DATA/NAME.toml``, which is overwritten. Paths of surface files in the
+            manifest are relative to its folder.
 
         Raises
         ------
         ManifestError
-            If it makes no sense.
+            If the manifest is invalid.
         FileExistsError
-            If `path` is another manifest.
+            If `path` exists with different text.
         """
         text = manifest if isinstance(manifest, str) else _asperity.toml(dict(manifest))
         folder = Path(data) if path is None else Path(path).parent
         name = _asperity.study_name(text, str(folder))
-        place = folder / f"{name}.toml" if path is None else Path(path)
-        if path is not None and place.exists() and place.read_text(encoding="utf-8") != text:
-            raise FileExistsError(f"`{place}` is another manifest")
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text, encoding="utf-8")
-        return cls(place, data)
+        file = folder / f"{name}.toml" if path is None else Path(path)
+        if path is not None and file.exists() and file.read_text(encoding="utf-8") != text:
+            raise FileExistsError(f"`{file}` is another manifest; choose another `path`")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+        return cls(file, data)
 
     @property
     def path(self) -> Path:
-        """The manifest."""
+        """Path of the manifest."""
         return self._path
 
     @property
     def data(self) -> Path:
-        """The folder of what is computed."""
+        """Path of the data folder."""
         return self._data
 
     def check(self) -> str:
-        """Whether the manifest makes sense, and what it amounts to, in a sentence.
+        """Validates the manifest and returns a one-line summary.
 
         Warns
         -----
         StudyWarning
-            For what should be known before it is run.
+            For possible problems of the study.
 
         Raises
         ------
         ManifestError
-            With file, line and column of everything that is wrong.
+            If the manifest is invalid, with file, line and column of every problem.
         """
         name, stages, tasks, grows, told = self._session.check()
         _warn([("warning", words) for words in told])
@@ -123,7 +124,7 @@ class Study:
         return f"study `{name}`: {len(stages)} stages, {at_least}{tasks} tasks"
 
     def plan(self) -> Plan:
-        """What the study has and what it would compute. Nothing is written.
+        """Returns finished and missing tasks with reasons and costs, without writing anything.
 
         Raises
         ------
@@ -133,7 +134,7 @@ class Study:
         return Plan(self._session.status())
 
     def explain(self) -> str:
-        """Why tasks would run, reason by reason.
+        """Explains why tasks will run, with one line per reason.
 
         Raises
         ------
@@ -153,27 +154,32 @@ class Study:
         progress: Union[bool, Teller] = True,
         replace: bool = False,
     ) -> Run:
-        """Computes what is missing and writes the tables.
+        """Computes the missing tasks and writes the tables.
 
-        Other threads of Python run meanwhile. Ctrl-C, and the button of a notebook, end it within two
-        seconds; finished tasks are kept, and the next run goes on from there.
+        Other Python threads run during the computation. Ctrl-C and the interrupt button of a notebook end it
+        within two seconds. Finished tasks are kept, and the next run continues from there.
 
         Parameters
         ----------
         jobs : int, optional
-            Surfaces to work on at once; as many as there are cores when left out.
+            Number of cores; default: all.
         memory : int or str, optional
-            Memory to keep to, in bytes or as ``"16GB"``; seven eighths of what there is when left out.
+            Memory limit in bytes or as ``"16GB"``; default: 7/8 of the available memory.
         progress : bool or callable
-            Whether to tell how far it has come, or who is to be told: he is called with a dict of ``study``,
-            ``doing``, ``tasks``, ``tasks_done``, ``cached``, ``share`` and ``seconds_left``.
+            Whether to show the progress, or a function that is called with a dict of ``study``, ``doing``,
+            ``tasks``, ``tasks_done``, ``cached``, ``share`` and ``seconds_left``.
         replace : bool
-            Whether to take the place of another manifest whose study has the same name.
+            Whether to overwrite the results of another manifest with the same study name.
+
+        Returns
+        -------
+        Run
+            Numbers of computed and failed tasks, and paths of the tables.
 
         Warns
         -----
         StudyWarning
-            For damaged tables, failed tasks, and whatever should be known of the study.
+            For damaged tables, failed tasks and possible problems of the study.
 
         Raises
         ------
@@ -182,9 +188,9 @@ class Study:
         StoreError
             If the data cannot be read or written.
         Error
-            If a task takes more memory than there is, or the tables are another manifest's.
+            If a task needs more memory than available, or if the tables belong to another manifest.
         KeyboardInterrupt
-            If it was interrupted.
+            If the run was interrupted.
         """
         size = None if memory is None else str(memory)
         with Progress(progress) as tell:
@@ -193,19 +199,19 @@ class Study:
         if run.failed:
             notices.append(("warning", f"{run.failed} tasks failed, see `failures()`"))
         if run.halted:
-            notices.append(("warning", "nothing more can be stored: make room, and run again to go on"))
+            notices.append(("warning", "cannot store more tables; free disk space and run again to continue"))
         _warn(notices)
         return run
 
     def table(self, name: str) -> Table:
-        """A stage's table, as far as it is computed.
+        """Reads the finished rows of the table of a stage.
 
         Raises
         ------
         UnknownNameError
             If there is no such stage.
         NotComputedError
-            If nothing of it is computed.
+            If the stage has no results.
         StoreError
             If a table is damaged.
         """
@@ -214,25 +220,25 @@ class Study:
         return Table(table)
 
     def sql(self, query: str) -> Table:
-        """The answer to a query in the SQL of polars, in which every stage is a table.
+        """Runs an SQL query (polars dialect) in which every stage is a table.
 
         Raises
         ------
         QueryError
-            If it cannot be answered.
+            If the query is invalid.
         UnknownNameError
-            If it names what is not there.
+            If the query contains an unknown table or column.
         """
         table, notices = self._session.sql(query)
         _warn(notices)
         return Table(table)
 
     def failures(self) -> Table:
-        """What the last runs could not compute, a row each: its task, why, and what computes it alone."""
+        """Reads the table of failures: per row a task, the reason, and a command that computes it again."""
         return Table(self._session.failures())
 
     def columns(self, name: Optional[str] = None) -> Union[List[Column], Dict[str, List[Column]]]:
-        """What the columns of a stage mean, or those of all stages by name; nothing need be computed.
+        """Describes the columns of one stage, or of all stages by name; the study need not have run.
 
         Raises
         ------
@@ -246,25 +252,25 @@ class Study:
         return stages if name is None else stages[name]
 
     def claims(self) -> List[Dict[str, Any]]:
-        """What the paper of 2015 says, judged by the tables.
+        """Tests the statements of the 2015 paper against the tables.
 
         Returns
         -------
         list of dict
             ``name``, ``kind``, ``says``, ``where``, ``quantity``, ``because``, ``data``, ``expected``,
-            ``verdict``, and of those that are judged ``quantities`` and ``more_surfaces``.
+            ``verdict``; claims with a verdict also have ``quantities`` and ``more_surfaces``.
         """
         return self._session.claims()
 
     def report(self, output: Optional[PathLike] = None, replace: bool = False) -> Report:
-        """Writes the page of figures and tables, and each figure.
+        """Writes an HTML page of figures and tables, and each figure as SVG and PNG.
 
         Parameters
         ----------
         output : str or path, optional
-            The folder to write into; that of the tables when left out.
+            Folder to write into; default: the folder of the tables.
         replace : bool
-            Whether to replace a page that shows more, or files of another study.
+            Whether to overwrite a page that shows more, or files of another study.
         """
         page, figures = self._session.report(None if output is None else os.fspath(output), replace)
         return Report(Path(page), Path(figures))

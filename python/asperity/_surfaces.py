@@ -1,4 +1,4 @@
-"""Surfaces from files of instruments, and surfaces that are drawn."""
+"""Reading measured surfaces and generating surfaces."""
 
 from __future__ import annotations
 
@@ -21,32 +21,39 @@ def read(
     height_scale: float = 1.0,
     is_periodic: bool = False,
 ) -> Topography:
-    """Reads a map of heights in the file of an instrument.
+    """Reads a height map from a topography file.
 
-    The format is found out from the content of the file: X3P, SUR, GWY, GSF, SDF, OPD, AL3D, NanoScope, Igor,
+    The content of the file determines its format: X3P, SUR, GWY, GSF, SDF, OPD, AL3D, NanoScope, Igor,
     MetroPro, netCDF, MI, FRT, BCR, NumPy, PLU and text.
 
     Parameters
     ----------
     path : str or path
-        The file.
+        Path of the file.
     channel : str or int, optional
-        Name of a channel, or its number from 1 on; the first one of heights when left out.
+        Name of a channel, or its number from 1; default: the first channel of heights.
     size : float or (float, float), optional
-        Sides along x and y, in the unit of the heights; those in the file when left out.
+        Sides along x and y, in the unit of the heights; default: the sides in the file.
     unit : str, optional
-        Unit of the heights, a label, where the file has none. Lengths of files with a unit are metres.
+        Label for the unit of the heights, if the file has none. Lengths of files with a unit are in metres.
     height_scale : float
-        Factor that turns the numbers of the file into heights.
+        Factor by which the numbers of the file are multiplied.
     is_periodic : bool
-        Whether the map repeats itself: measured maps do not.
+        Whether the surface is periodic; measured maps are not.
+
+    Returns
+    -------
+    Topography
+        The height map.
 
     Raises
     ------
+    ArgumentError
+        If the file has no such channel, or no channel of heights.
     SurfaceError
-        If the file has no format that is read, is damaged, has no such channel, or no `size`.
+        If the format is not supported, the file is damaged, or neither the file nor `size` gives the sides.
     OSError
-        If it cannot be read at all.
+        If the file cannot be read.
 
     Examples
     --------
@@ -56,12 +63,12 @@ def read(
     """
     name = None if channel is None else str(channel)
     with open(path, "rb"):
-        pass  # Python's own error names the file.
+        pass  # Python's own exception names the file.
     heights, found, own_unit, name, names, format = _asperity.read(os.fspath(path), name)
     if size is None and found is None:
-        raise SurfaceError(f"`{path}` does not say how large the map is: give its `size`")
+        raise SurfaceError(f"`{path}` does not contain the sides of the map; give them as `size`")
     if unit is not None and own_unit is not None and unit != own_unit:
-        raise SurfaceError(f'`{path}` has its heights in "{own_unit}", `unit` is "{unit}"')
+        raise SurfaceError(f'the heights of `{path}` are in "{own_unit}", but `unit` is "{unit}"; omit `unit`')
     if height_scale != 1.0:
         heights = heights * height_scale
     sides = size if size is not None else found
@@ -85,52 +92,52 @@ def surface(
     unit: Optional[str] = None,
     **keys: Any,
 ) -> Topography:
-    """Draws a random self-affine surface, or a simple shape: heights that a `generate` stage makes.
+    """Generates a random self-affine surface or a simple shape, like a `generate` stage.
 
-    The arguments are the keys of such a stage, and are checked as in a manifest.
+    The arguments are the keys of such a stage, with the same checks as in a manifest.
 
     Parameters
     ----------
     nodes : int or (int, int)
-        Nodes along each side, at least two to the shortest wave.
+        Number of nodes along each side, at least two per shortest wavelength.
     hurst : float
-        Hurst exponent, above 0 and at most 1.
+        Hurst exponent, 0 < H ≤ 1.
     k_lower, k_upper : int
-        Cutoff wavenumbers, in units of 2π over the longer side, both included.
+        Lower and upper cutoff wavenumbers, inclusive, in units of 2π/(longer side).
     k_rolloff : int, optional
-        Up to where the spectrum is flat; no plateau when left out.
+        Wavenumber up to which the spectrum is flat; default: no plateau.
     rms_slope : float, optional
-        √⟨|∇h|²⟩ of this very surface; 1 when left out.
+        Rms slope √⟨|∇h|²⟩ of this surface; default: 1.
     side : float or (float, float), optional
-        Sides of the cell, in any unit of length; 1 when left out.
+        Sides of the cell in any unit of length; default: 1.
     seed : int, optional
-        Names a family of draws.
+        Seed of the random numbers.
     realization : int
-        Names one of them.
+        Number of the surface among those with the same seed.
     method : str, optional
-        ``"filter"`` when left out, ``"random-phase"``, ``"paraboloid"``, ``"wave"``, ``"wave-product"``,
+        ``"filter"`` (default), ``"random-phase"``, ``"paraboloid"``, ``"wave"``, ``"wave-product"``,
         ``"wave-sum"``, ``"flat-punch"``, or ``"spectrum"``.
     anisotropy : mapping, optional
-        A grain, ``{"ratio": 2.0, "angle": 30}``.
+        Anisotropy of the spectrum, such as ``{"ratio": 2.0, "angle": 30}``.
     unit : str, optional
-        Unit of length, a label.
+        Label for the unit of length.
     **keys
-        Other keys of the method, as ``radius`` of a paraboloid or ``amplitude`` of a wave.
+        Other keys of the method, such as ``radius`` of a paraboloid or ``amplitude`` of a wave.
 
     Returns
     -------
     Topography
-        Periodic, with the description of its stage.
+        The surface, with its table row in ``description``.
 
     Raises
     ------
     ArgumentError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     Notes
     -----
-    The spectrum is that of Yastrebov, Anciaux & Molinari, *Int. J. Solids Struct.* 52 (2015) 83. Equal
-    arguments give equal bytes, and finer meshes the same surface.
+    The spectrum is defined in Yastrebov, Anciaux & Molinari, *Int. J. Solids Struct.* 52 (2015) 83. Equal
+    arguments give equal bytes, and a finer mesh gives the same surface.
 
     Examples
     --------

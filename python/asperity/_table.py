@@ -1,4 +1,4 @@
-"""Tables, which any library that knows Arrow reads."""
+"""Tables for Python, readable by every library that supports Arrow."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from asperity.errors import UnknownNameError
 if TYPE_CHECKING:
     from asperity import _asperity
 
-#: Rows and columns that are shown: a table of a study may have any number of both.
+#: Maximum numbers of rows and columns in the HTML view.
 _ROWS_SHOWN = 12
 _COLUMNS_SHOWN = 16
 
 
 class Column(NamedTuple):
-    """What a column holds.
+    """Description of a column.
 
     Attributes
     ----------
     name : str
-        Its name.
+        Name of the column.
     type : str
         ``real``, ``integer``, ``flag``, ``text``, ``bytes`` or ``reals``.
     role : str
         ``parameter``, ``surface``, ``load``, ``result`` or ``heavy``.
     unit : str
-        Unit of its values; ``1`` for pure numbers.
+        Unit of the values; ``1`` for pure numbers.
     meaning : str
-        One phrase that says what it is.
+        Meaning of the values, in one phrase.
     """
 
     name: str
@@ -43,11 +43,11 @@ class Column(NamedTuple):
 
 
 class Table:
-    """Rows under named columns, each with unit and meaning.
+    """Table whose columns have units and meanings.
 
-    A table speaks Arrow's interface for Python: ``polars.DataFrame(table)``, ``pyarrow.table(table)``
-    and DuckDB (``duckdb.from_arrow(pyarrow.table(table))``) read its memory, without a copy. Role, unit
-    and meaning of columns are the metadata of its fields.
+    A table implements Arrow's PyCapsule interface: ``polars.DataFrame(table)``, ``pyarrow.table(table)``
+    and DuckDB (``duckdb.from_arrow(pyarrow.table(table))``) read it without a copy. The metadata of the
+    Arrow fields contain role, unit and meaning of the columns.
 
     Examples
     --------
@@ -64,11 +64,11 @@ class Table:
         self._table = table
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        """The rows, as a capsule of Arrow's C stream interface."""
+        """Exports the rows as a capsule of Arrow's C stream interface."""
         return self._table.__arrow_c_stream__(requested_schema)
 
     def __arrow_c_schema__(self) -> object:
-        """The columns, as a capsule of Arrow's C data interface."""
+        """Exports the schema as a capsule of Arrow's C data interface."""
         return self._table.__arrow_c_schema__()
 
     def __len__(self) -> int:
@@ -78,7 +78,7 @@ class Table:
         return name in self.names
 
     def __getitem__(self, name: str) -> Union[NDArray[Any], List[Any]]:
-        """A column as an array, copied: NaN where a number is not known; text, bytes and lists as a list.
+        """Returns a copy of a column: an array with NaN for nulls, or a list of texts, bytes or lists.
 
         Raises
         ------
@@ -89,16 +89,16 @@ class Table:
 
     @property
     def names(self) -> List[str]:
-        """Names of the columns, in order."""
+        """Names of the columns."""
         return self._table.names()
 
     @property
     def columns(self) -> List[Column]:
-        """What the columns hold, in order."""
+        """Descriptions of the columns."""
         return [Column(*words) for words in self._table.descriptions()]
 
     def column(self, name: str) -> Column:
-        """What the column of this name holds.
+        """Returns the description of a column.
 
         Raises
         ------
@@ -108,16 +108,16 @@ class Table:
         for column in self.columns:
             if column.name == name:
                 return column
-        raise UnknownNameError(f"the table has no column `{name}`: {', '.join(self.names)}")
+        raise UnknownNameError(f"the table has no column `{name}`; available: {', '.join(self.names)}")
 
     def to_polars(self) -> Any:
-        """The table as a ``polars.DataFrame``; takes polars."""
+        """Converts the table to a ``polars.DataFrame``; requires polars."""
         import polars
 
         return polars.DataFrame(self)
 
     def to_pandas(self) -> Any:
-        """The table as a ``pandas.DataFrame``; takes pandas and pyarrow."""
+        """Converts the table to a ``pandas.DataFrame``; requires pandas and pyarrow."""
         import pyarrow
 
         return pyarrow.table(self).to_pandas()
@@ -140,5 +140,5 @@ class Table:
 
 
 def reals(table: Table, name: str) -> NDArray[np.float64]:
-    """A column of numbers."""
+    """Returns a column as a float64 array."""
     return np.asarray(table[name], dtype=np.float64)

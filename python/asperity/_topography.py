@@ -1,4 +1,4 @@
-"""Maps of heights: prepared, described, drawn on axes."""
+"""Height maps with their preparation, statistics and plots."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 
 class PowerSpectrum(NamedTuple):
-    """A power spectral density over rings of wavevectors.
+    """Power spectral density, averaged over rings of wavevectors.
 
     Attributes
     ----------
     wavenumber : ndarray, shape (n,)
         Angular wavenumbers q = 2π/λ, in 1/length.
     density : ndarray, shape (n,)
-        Mean of C(q) over each ring, in length⁴: ∫ C d²q/(2π)² is the mean square height.
+        Mean of C(q) over each ring, in length⁴; ∫ C d²q/(2π)² is the mean square height.
     modes : ndarray of int, shape (n,)
-        How many modes a ring has.
+        Number of modes of each ring.
     """
 
     wavenumber: Reals
@@ -36,24 +36,24 @@ class PowerSpectrum(NamedTuple):
 
 
 class Topography:
-    """Heights on the nodes of a rectangle, peaks towards the elastic body.
+    """Heights on the nodes of a rectangle, positive towards the elastic body.
 
     Parameters
     ----------
     heights : array_like, shape (n_x, n_y)
-        Heights; what is masked or not finite was not measured. An array of 64-bit numbers, row after
-        row, is not copied: leave it alone afterwards, or hand over a copy.
+        Heights; masked and non-finite points are missing. A C-contiguous float64 array is not copied, so do
+        not change it afterwards.
     size : float or (float, float)
-        Sides of the map along x and y, in the unit of the heights: nodes × distance.
+        Sides of the map along x and y, in the unit of the heights: nodes × spacing.
     unit : str, optional
-        Unit of heights and sides, a label.
+        Label for the unit of heights and sides.
     is_periodic : bool
-        Whether the map repeats itself.
+        Whether the surface is periodic.
 
     Raises
     ------
     SurfaceError
-        If `heights` are not a map, or a side is not positive.
+        If `heights` is not a two-dimensional array, or if a side is not positive.
 
     Examples
     --------
@@ -82,54 +82,54 @@ class Topography:
         self._rms_slope: Optional[float] = None
         self._description: Optional[Table] = None
         if not (min(self._size) > 0 and np.isfinite(self._size).all()):
-            raise SurfaceError(f"size is {self._size}, both sides must be positive and finite")
+            raise SurfaceError(f"size is {self._size}, but both sides must be positive and finite")
         if self._heights.size == 0:
             raise SurfaceError("a surface needs at least one node")
 
     @property
     def heights(self) -> "np.ma.MaskedArray[Any, np.dtype[np.float64]]":
-        """Heights [x, y]; what was not measured is masked. The memory is that of the topography."""
+        """Heights, shape (n_x, n_y), with missing points masked; a view of the topography's memory."""
         return np.ma.masked_invalid(self._heights, copy=False)
 
     @property
     def nodes(self) -> Tuple[int, int]:
-        """Nodes along x and y."""
+        """Numbers of nodes along x and y."""
         along_x, along_y = self._heights.shape
         return along_x, along_y
 
     @property
     def size(self) -> Tuple[float, float]:
-        """Sides along x and y: nodes × distance."""
+        """Sides along x and y: nodes × spacing."""
         return self._size
 
     @property
     def spacing(self) -> Tuple[float, float]:
-        """Distance of neighbours along x and y."""
+        """Distances between neighbouring nodes along x and y."""
         (nodes_x, nodes_y), (size_x, size_y) = self.nodes, self.size
         return size_x / nodes_x, size_y / nodes_y
 
     @property
     def is_periodic(self) -> bool:
-        """Whether the map repeats itself."""
+        """Whether the surface is periodic."""
         return self._is_periodic
 
     @property
     def missing(self) -> int:
-        """Nodes that were not measured."""
+        """Number of missing points."""
         return int(np.count_nonzero(~np.isfinite(self._heights)))
 
     @property
     def description(self) -> Optional[Table]:
-        """The row that the table of a `generate` stage has of a drawn surface; None of any other."""
+        """Table row of a `generate` stage for a generated surface; None for other surfaces."""
         return self._description
 
     def detrend(self, form: str = "plane") -> "Topography":
-        """The map without a form, fitted to the points that were measured.
+        """Returns the map minus a form that is fitted to the measured points.
 
         Parameters
         ----------
         form : ``"plane"``, ``"mean"``, ``"quadric"`` or ``"none"``
-            What is taken away: the mean plane, the mean height, or the mean quadric. (In
+            Form to subtract: the mean plane, the mean height, the mean quadric, or nothing. (In
             SurfaceTopography: ``height``, ``center``, ``curvature``.)
 
         Examples
@@ -141,17 +141,17 @@ class Topography:
         return self._changed(_asperity.level(self._heights, self._size, form))
 
     def fill(self, method: str = "harmonic") -> "Topography":
-        """The map with heights at points that were not measured.
+        """Returns the map with heights at the missing points.
 
         Parameters
         ----------
         method : ``"harmonic"``, ``"nearest"`` or ``"lowest"``
-            The solution of Laplace's equation in each hole, the nearest measured height, or the lowest.
+            Solution of Laplace's equation in each hole, nearest measured height, or lowest height.
 
         Raises
         ------
         SurfaceError
-            If nothing was measured.
+            If all points are missing.
 
         Examples
         --------
@@ -163,19 +163,19 @@ class Topography:
         return self._changed(filled)
 
     def crop(self, origin: Sequence[float], size: Size) -> "Topography":
-        """A part of the map, which is not periodic.
+        """Returns a rectangular part of the map, which is not periodic.
 
         Parameters
         ----------
         origin : (float, float)
-            Where its first node lies, from that of the map.
+            Position of the first node of the part, relative to the first node of the map.
         size : float or (float, float)
-            Its sides; all are rounded to whole nodes.
+            Sides of the part; position and sides are rounded to whole nodes.
 
         Raises
         ------
         SurfaceError
-            If the part reaches beyond the map.
+            If the part exceeds the map.
 
         Examples
         --------
@@ -190,35 +190,35 @@ class Topography:
         return Topography(heights, sides, unit=self.unit, is_periodic=False)
 
     def statistics(self) -> Dict[str, float]:
-        """Statistics of the heights, by the names of columns.
+        """Computes statistics of the heights, named like table columns.
 
-        Of a periodic map moments are those of its Fourier modes, of any other those of differences between
-        nodes. Lengths are in the unit of the map.
+        Spectral moments of periodic maps are computed from Fourier modes, those of other maps from differences
+        between nodes. Lengths are in the unit of the map.
 
         Returns
         -------
         dict
             ``rms_height``, ``rms_slope`` √⟨|∇h|²⟩, ``nayak`` m0 m4/m2², ``skewness``, ``excess_kurtosis``,
-            ``sa``, ``sz``, ``summit_density`` (1/length²), and of periodic maps ``effective_modes`` and
-            ``full_contact_load`` (E* × rms slope). NaN for what a flat map has not.
+            ``sa``, ``sz``, ``summit_density`` (1/length²), and for periodic maps ``effective_modes`` and
+            ``full_contact_load`` (E* × rms slope). Undefined values, such as those of flat maps, are NaN.
 
         Raises
         ------
         SurfaceError
-            If points are missing: fill them first.
+            If points are missing; call :meth:`fill` first.
         """
         found = _asperity.statistics(self._heights, self._size, self._is_periodic)
         return {name: np.nan if value is None else value for name, value in found}
 
     def power_spectrum(self) -> PowerSpectrum:
-        """The power spectral density over rings of wavevectors.
+        """Computes the power spectral density, averaged over rings of wavevectors.
 
-        A map that is not periodic is seen through Hann's window.
+        A map that is not periodic is multiplied by a Hann window first.
 
         Raises
         ------
         SurfaceError
-            If points are missing: fill them first.
+            If points are missing; call :meth:`fill` first.
 
         Examples
         --------
@@ -232,14 +232,14 @@ class Topography:
         return PowerSpectrum(*_asperity.power_spectrum(self._heights, self._size, self._is_periodic))
 
     def plot(self, axes: "Optional[Axes]" = None, **image: Any) -> "Axes":
-        """Draws the heights; takes matplotlib.
+        """Draws the heights; requires matplotlib.
 
         Parameters
         ----------
         axes : matplotlib.axes.Axes, optional
-            Where to draw; new ones when left out.
+            Axes to draw on; default: new axes.
         **image
-            For ``Axes.imshow``.
+            Arguments for ``Axes.imshow``.
         """
         if axes is None:
             import matplotlib.pyplot
@@ -247,7 +247,7 @@ class Topography:
             axes = matplotlib.pyplot.figure(figsize=(4, 3.2)).subplots()
         unit = self.unit or "length"
         extent = (0.0, self._size[0], 0.0, self._size[1])
-        # Rows of pictures go down, y goes up.
+        # The first index of a picture is the row, so the array is transposed.
         shown = axes.imshow(self.heights.T, **{"origin": "lower", "extent": extent, **image})
         axes.set_xlabel(f"x ({unit})")
         axes.set_ylabel(f"y ({unit})")
@@ -260,7 +260,7 @@ class Topography:
 
     def __repr__(self) -> str:
         (nodes_x, nodes_y), (size_x, size_y) = self.nodes, self.size
-        # A unit may come from a file: it cannot steer a terminal.
+        # `repr` escapes control characters in units that come from files.
         unit = f" {repr(self.unit)[1:-1]}" if self.unit else ""
         kind = "periodic" if self._is_periodic else "not periodic"
         missing = f", {self.missing} points missing" if self.missing else ""

@@ -1,4 +1,4 @@
-"""What goes wrong: every exception of asperity is an :class:`Error`."""
+"""Exceptions of asperity, all derived from :class:`Error`."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ __all__ = [
 
 
 class Error(Exception):
-    """What is common to all exceptions of asperity."""
+    """Base class of all exceptions of asperity."""
 
 
 class Problem(NamedTuple):
-    """One mistake in a manifest.
+    """One problem in a manifest.
 
     Attributes
     ----------
     message : str
-        What is wrong, with the name of the thing and its value.
+        Description of the problem, with the key and its value.
     line, column : int or None
-        Where it is written, from 1 on and in characters; None for a mistake of the whole manifest.
+        Position in the manifest, counted from 1 in lines and characters; None if it has no position.
     help : str or None
-        What would do instead.
+        How to correct it.
     """
 
     message: str
@@ -43,18 +43,18 @@ class Problem(NamedTuple):
 
 
 class ManifestError(Error, ValueError):
-    """A manifest makes no sense. Nothing was computed.
+    """The manifest is invalid, and nothing was computed.
 
-    The text of the exception shows every problem at its place, as ``asperity check`` does.
+    The text of the exception shows every problem with its position, like ``asperity check``.
 
     Attributes
     ----------
     file : str
-        The manifest.
+        Path of the manifest.
     problems : tuple of Problem
-        All problems, in the order of the lines.
+        All problems in the order of lines.
     line, column : int or None
-        The place of the first one.
+        Position of the first problem.
     """
 
     def __init__(
@@ -76,32 +76,32 @@ def _problem(message: str, place: Optional[Sequence[int]], help: Optional[str]) 
 
 
 class ArgumentError(Error, ValueError):
-    """An argument makes no sense: its name, its value, and what would do."""
+    """An argument is invalid; the text names the argument, its value and valid values."""
 
 
 class SurfaceError(Error, ValueError):
-    """Heights are no surface that can be used, or a file holds none."""
+    """Heights cannot be used as a surface, or a file contains no usable heights."""
 
 
 class StoreError(Error, OSError):
-    """A table or another file of a study's data is damaged, or cannot be read or written."""
+    """A file in the data folder is damaged or cannot be read or written."""
 
 
 class QueryError(Error, ValueError):
-    """A query in SQL cannot be answered."""
+    """An SQL query is invalid."""
 
 
 class UnknownNameError(Error, LookupError):
-    """A stage or a column is not there; the text says what is."""
+    """The name of a stage, column or claim is unknown; the text lists the known names."""
 
 
 class NotComputedError(Error, LookupError):
-    """Nothing of a stage is computed yet: run the study first."""
+    """A stage has no results yet; run the study first."""
 
 
 class FitError(Error, ArithmeticError):
-    """No law can be fitted to these data."""
+    """A law cannot be fitted to the data."""
 
 
 class StudyWarning(UserWarning):
-    """Something of a study should be known, and nothing ends for it."""
+    """Warning about a study, its tables or a run."""

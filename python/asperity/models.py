@@ -1,7 +1,7 @@
-"""Asperity models: rough contact as the sum of the Hertz contacts of summits that ignore each other.
+"""Asperity models: rough contact as the sum of independent Hertz contacts of the summits.
 
-They see isotropic Gaussian roughness through Nayak's parameter α = m0 m4/m2² ≥ 3/2 alone. Separations s are
-in units of the rms height, loads y in units of E* × rms slope, areas are fractions of the apparent one.
+Isotropic Gaussian roughness enters only by Nayak's parameter α = m0 m4/m2² ≥ 3/2. Separations s are in
+units of the rms height, loads y in units of E* × rms slope, and areas are fractions of the apparent area.
 
 >>> from asperity import models
 >>> model = models.bush_gibson_thomas(5.0)
@@ -30,20 +30,21 @@ __all__ = [
 
 
 class Contacts(NamedTuple):
-    """States of contact, one number or array each.
+    """Contacts at several separations or loads; each attribute is a number or an array.
 
     Attributes
     ----------
     separation : ndarray or float
-        Height of the flat above the mean plane, in units of the rms height.
+        Distance s of the flat from the mean plane, in units of the rms height.
     load : ndarray or float
-        y, in units of E* × rms slope.
+        Mean pressure y, in units of E* × rms slope.
     area : ndarray or float
-        Contact area over the apparent one; above one at heavy load, where the models end.
+        Contact area a as a fraction of the apparent area. It exceeds 1 at heavy loads, where the models are
+        invalid.
     slope : ndarray or float
-        da/dy.
+        Derivative da/dy.
     stiffness : ndarray or float
-        −dy/ds.
+        Derivative −dy/ds.
     """
 
     separation: Any
@@ -54,7 +55,7 @@ class Contacts(NamedTuple):
 
 
 class AsperityModel:
-    """An asperity model of the contact of one roughness.
+    """Asperity model for roughness with a given Nayak parameter.
 
     Parameters
     ----------
@@ -68,11 +69,11 @@ class AsperityModel:
     def __init__(self, name: str, nayak: float) -> None:
         self.name = name
         self.nayak = float(nayak)
-        # What is no roughness is refused now.
+        # Raises an error for an invalid Nayak parameter.
         self.at_separation(0.0)
 
     def at_separation(self, separation: ArrayLike) -> Contacts:
-        """The contact with a flat at these separations, in units of the rms height.
+        """Returns the contacts at these separations, in units of the rms height.
 
         Examples
         --------
@@ -82,7 +83,9 @@ class AsperityModel:
         return self._at("separation", separation)
 
     def at_load(self, load: ArrayLike) -> Contacts:
-        """The contact under these loads, in units of E* × rms slope; NaN where none has the load.
+        """Returns the contacts at these loads, in units of E* × rms slope.
+
+        The result is NaN for loads that no separation gives.
 
         Examples
         --------
@@ -103,7 +106,7 @@ class AsperityModel:
 
 
 def bush_gibson_thomas(nayak: float) -> AsperityModel:
-    """Elliptic Hertz contacts of all summits (Bush, Gibson & Thomas, *Wear* 35, 1975, 87).
+    """Returns the model of elliptic Hertz contacts of all summits (Bush, Gibson & Thomas, *Wear* 35, 1975, 87).
 
     Examples
     --------
@@ -114,15 +117,21 @@ def bush_gibson_thomas(nayak: float) -> AsperityModel:
 
 
 def simplified_elliptic(nayak: float) -> AsperityModel:
-    """Spheres of the geometric mean of the principal curvatures (Greenwood, *Wear* 261, 2006, 191)."""
+    """Returns the model of spheres whose curvature is the geometric mean of the principal curvatures.
+
+    Source: Greenwood, *Wear* 261 (2006) 191.
+    """
     return AsperityModel("simplified-elliptic", nayak)
 
 
 def mean_curvature(nayak: float) -> AsperityModel:
-    """Spheres of the arithmetic mean of the principal curvatures, the Nayak-Thomas model."""
+    """Returns the Nayak-Thomas model: spheres of the arithmetic mean of the principal curvatures."""
     return AsperityModel("mean-curvature", nayak)
 
 
 def greenwood_williamson(nayak: float) -> AsperityModel:
-    """Spheres of one radius (Greenwood & Williamson, 1966), with the parameters of McCool (1986)."""
+    """Returns the model of spheres with one radius.
+
+    Sources: Greenwood & Williamson (1966), with the parameters of McCool (1986).
+    """
     return AsperityModel("greenwood-williamson", nayak)

@@ -1,9 +1,11 @@
-"""Persson's theory of contact: the contact pressure diffuses, and what reaches zero leaves the contact.
+"""Persson's theory of contact: the distribution of pressures obeys a diffusion equation.
 
-Loads y are mean pressures in units of E* × rms slope, areas fractions of the apparent one. For any spectrum
-a = erf(√2 y) (B. N. J. Persson, *J. Chem. Phys.* 115, 2001, 3840).
+Pressure zero is an absorbing boundary: where the pressure reaches zero, the surfaces separate.
 
-Every function takes a number or an array of any shape, and gives the same.
+Loads y are mean pressures in units of E* × rms slope, and areas are fractions of the apparent area. For any
+spectrum, a = erf(√2 y) (B. N. J. Persson, *J. Chem. Phys.* 115, 2001, 3840).
+
+Every function accepts a number or an array of any shape and returns the same shape.
 
 >>> from asperity import persson
 >>> round(persson.area(0.5), 6)
@@ -39,7 +41,7 @@ def _of(function: str, values: ArrayLike, load: float = 0.0) -> Any:
 
 
 def area(load: ArrayLike) -> Any:
-    """Area fraction under a load, erf(√2 y).
+    """Returns the area fraction a = erf(√2 y).
 
     Parameters
     ----------
@@ -49,7 +51,7 @@ def area(load: ArrayLike) -> Any:
     Returns
     -------
     ndarray or float
-        Fractions of the apparent area.
+        Area fractions.
 
     Examples
     --------
@@ -60,7 +62,7 @@ def area(load: ArrayLike) -> Any:
 
 
 def noncontact(load: ArrayLike) -> Any:
-    """The fraction out of contact, 1 − a, to full relative precision up to y ≈ 18.
+    """Returns the non-contact fraction 1 − a, with full relative precision up to y ≈ 18.
 
     Examples
     --------
@@ -71,7 +73,7 @@ def noncontact(load: ArrayLike) -> Any:
 
 
 def slope(load: ArrayLike) -> Any:
-    """da/dy: √(8/π) at zero load.
+    """Returns the slope da/dy, which is √(8/π) at zero load.
 
     Examples
     --------
@@ -82,7 +84,7 @@ def slope(load: ArrayLike) -> Any:
 
 
 def curvature(load: ArrayLike) -> Any:
-    """d²a/dy².
+    """Returns the curvature d²a/dy².
 
     Examples
     --------
@@ -93,7 +95,7 @@ def curvature(load: ArrayLike) -> Any:
 
 
 def slope_curvature(load: ArrayLike) -> Any:
-    """d³a/dy³, the convexity of the slope, which vanishes at y = 1/2.
+    """Returns d³a/dy³, the curvature of the slope, which vanishes at y = 1/2.
 
     Examples
     --------
@@ -104,7 +106,7 @@ def slope_curvature(load: ArrayLike) -> Any:
 
 
 def load(area: ArrayLike) -> Any:
-    """The load under which the area fraction is `area`; NaN outside [0, 1).
+    """Returns the load at an area fraction; NaN outside [0, 1).
 
     Examples
     --------
@@ -115,9 +117,9 @@ def load(area: ArrayLike) -> Any:
 
 
 def load_leaving(noncontact: ArrayLike) -> Any:
-    """The load which leaves this fraction out of contact; NaN outside (0, 1].
+    """Returns the load at a non-contact fraction; NaN outside (0, 1].
 
-    Near full contact it keeps the digits that :func:`load` loses in 1 − a.
+    Near full contact, it is more precise than :func:`load`, which loses digits in 1 − a.
 
     Examples
     --------
@@ -128,7 +130,7 @@ def load_leaving(noncontact: ArrayLike) -> Any:
 
 
 def approach(load: ArrayLike) -> Any:
-    """F(y) = −ln[(1 − a) y √(2π)], which tends to 2y².
+    """Returns F(y) = −ln[(1 − a) y √(2π)], which tends to 2y² near full contact.
 
     Eq. (full_area_approx) of Yastrebov, Anciaux & Molinari, *Int. J. Solids Struct.* 52 (2015) 83.
 
@@ -141,14 +143,14 @@ def approach(load: ArrayLike) -> Any:
 
 
 def pressure_density(load: float, pressure: ArrayLike) -> Any:
-    """Density of the contact pressure over the apparent area; its integral is the area fraction.
+    """Returns the probability density of the contact pressure; its integral is the area fraction.
 
     Parameters
     ----------
     load : float
-        The load y, in units of E* × rms slope.
+        Load y, in units of E* × rms slope.
     pressure : array_like
-        Pressures in the same unit; the density is zero where they are not positive.
+        Pressures in the same unit; the density is zero for pressures ≤ 0.
 
     Examples
     --------

@@ -1,17 +1,21 @@
-//! Claims as dictionaries.
+//! Conversion of claims to Python dictionaries.
 
 use asperity::session::StudyClaims;
 use asperity::session::claims::{Bound as Quantity, Claim, ClaimOutcome};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// A dictionary for each claim, with the words of `asperity claims --json`.
+/// Returns a dictionary for each claim, with keys as in `asperity claims --json`.
 pub fn all<'py>(py: Python<'py>, study: &StudyClaims) -> PyResult<Bound<'py, PyList>> {
-    let claims = study.claims.iter().map(|claim| one(py, study, claim));
+    let claims = study.claims.iter().map(|claim| claim_dict(py, study, claim));
     PyList::new(py, claims.collect::<PyResult<Vec<_>>>()?)
 }
 
-fn one<'py>(py: Python<'py>, study: &StudyClaims, claim: &Claim) -> PyResult<Bound<'py, PyDict>> {
+fn claim_dict<'py>(
+    py: Python<'py>,
+    study: &StudyClaims,
+    claim: &Claim,
+) -> PyResult<Bound<'py, PyDict>> {
     let statement = &claim.statement;
     let dict = PyDict::new(py);
     dict.set_item("name", statement.name)?;
@@ -25,7 +29,7 @@ fn one<'py>(py: Python<'py>, study: &StudyClaims, claim: &Claim) -> PyResult<Bou
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
             let all = judgement.bounds.len();
-            let bounds = judgement.bounds.iter().map(|bound| quantity(py, bound, all));
+            let bounds = judgement.bounds.iter().map(|bound| quantity_dict(py, bound, all));
             dict.set_item("verdict", judgement.verdict.name())?;
             dict.set_item("quantities", bounds.collect::<PyResult<Vec<_>>>()?)?;
             let more = study.more_surfaces(claim, judgement);
@@ -40,7 +44,11 @@ fn one<'py>(py: Python<'py>, study: &StudyClaims, claim: &Claim) -> PyResult<Bou
     Ok(dict)
 }
 
-fn quantity<'py>(py: Python<'py>, bound: &Quantity, all: usize) -> PyResult<Bound<'py, PyDict>> {
+fn quantity_dict<'py>(
+    py: Python<'py>,
+    bound: &Quantity,
+    all: usize,
+) -> PyResult<Bound<'py, PyDict>> {
     let [lower, upper] = bound.simultaneous(all);
     let dict = PyDict::new(py);
     dict.set_item("label", &bound.label)?;

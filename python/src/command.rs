@@ -1,4 +1,4 @@
-//! The `asperity` command, as the entry point of the wheel.
+//! The command `asperity`, for the entry point of the Python package.
 
 use std::ffi::OsString;
 use std::io::{Write, stdout};
@@ -8,21 +8,23 @@ use std::process::ExitCode;
 use asperity::cli;
 use pyo3::prelude::*;
 
-/// Runs a command line and returns the exit code of the process, whose signals it hears. `program`
-/// is what starts the command again on the nodes of a cluster.
+/// Runs a command line, handles signals and returns the exit code.
+///
+/// `program` is the executable that cluster jobs run.
 #[pyfunction]
 #[pyo3(signature = (line, program=None))]
 pub fn main(py: Python<'_>, line: Vec<OsString>, program: Option<PathBuf>) -> u8 {
     py.detach(|| {
         let code = cli::run(line, program.as_deref());
-        // A process of Rust would do so at its end. Nobody is left to tell if it fails.
+        // A Rust program flushes at exit; a Python process does not. Ignore errors: stdout may be
+        // closed.
         let _ = stdout().flush();
-        number(code)
+        code_number(code)
     })
 }
 
-/// What the standard library says to the system and to nobody else.
-fn number(code: ExitCode) -> u8 {
+/// Returns the number of an exit code, which the standard library does not expose.
+fn code_number(code: ExitCode) -> u8 {
     let mut numbers = 0..=u8::MAX;
     numbers.find(|number| ExitCode::from(*number) == code).unwrap_or(1)
 }

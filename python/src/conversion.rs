@@ -1,4 +1,4 @@
-//! Numbers and words between Python and the library.
+//! Conversion of numbers, texts and arrays between Python and the library.
 
 use std::num::NonZeroUsize;
 
@@ -12,7 +12,7 @@ use toml::{Table, Value};
 
 use crate::errors::{surface_error, value_error};
 
-/// Keys of a stage. What is `None` was left out.
+/// Converts the keys of a stage; omits keys that are `None`.
 pub fn keys(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dict {
@@ -23,15 +23,16 @@ pub fn keys(dict: &Bound<'_, PyDict>) -> PyResult<Table> {
     Ok(table)
 }
 
-/// A value as a manifest would have it: numbers, words, truth, lists and tables, and what NumPy and
-/// `pathlib` have in their place.
+/// Converts a Python value, including values of NumPy and `pathlib`, to a TOML value.
 fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if let Ok(truth) = value.cast::<PyBool>() {
         return Ok(Value::Boolean(truth.is_true()));
     }
     if value.is_instance_of::<PyInt>() {
         let number = value.extract().map_err(|_| {
-            PyOverflowError::new_err(format!("{value} is too large a number for a manifest"))
+            PyOverflowError::new_err(format!(
+                "{value} is too large for a manifest; use a 64-bit integer"
+            ))
         });
         return Ok(Value::Integer(number?));
     }
@@ -56,18 +57,17 @@ fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(Value::Array(items.collect::<PyResult<_>>()?));
     }
     let kind = value.get_type().name()?;
-    let message = format!("{value} is a `{kind}`, which no manifest has");
+    let message = format!("{value} has the type `{kind}`, which a manifest cannot contain");
     Err(PyTypeError::new_err(message))
 }
 
-/// Nodes along x and y of a cell.
+/// Creates a grid from the numbers of nodes and the sides along x and y.
 pub fn grid(py: Python<'_>, nodes: [usize; 2], size: [f64; 2]) -> PyResult<Grid> {
     let grid = Cell::new(size).and_then(|cell| Grid::new(nodes, cell));
     grid.map_err(|error| surface_error(py, &error))
 }
 
-/// Heights as they lie in an array of Python's, copied: whoever changes that later changes nothing
-/// here. NaN where they are missing.
+/// Copies an array of heights into a scan; missing heights are NaN.
 pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
     let grid = grid(py, nodes(heights), size)?;
     let heights = heights.as_slice()?;
@@ -75,22 +75,22 @@ pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2])
     Scan::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
-/// The largest `jobs`, as on the command line.
-const MOST_JOBS: usize = 1024;
+/// Maximum of `jobs`, as on the command line.
+const MAX_JOBS: usize = 1024;
 
-/// A number of cores; none where that is left to the machine.
+/// Checks a number of cores; `None` stands for all cores.
 pub fn jobs(py: Python<'_>, jobs: Option<usize>) -> PyResult<Option<NonZeroUsize>> {
     let checked = jobs.map(|jobs| {
-        let bounded = NonZeroUsize::new(jobs).filter(|jobs| jobs.get() <= MOST_JOBS);
+        let bounded = NonZeroUsize::new(jobs).filter(|jobs| jobs.get() <= MAX_JOBS);
         bounded.ok_or_else(|| {
-            let message = format!("`jobs` is {jobs}, it must be from 1 to {MOST_JOBS}");
+            let message = format!("`jobs` is {jobs}, but must be from 1 to {MAX_JOBS}");
             value_error(py, message)
         })
     });
     checked.transpose()
 }
 
-/// The same without missing points.
+/// Copies an array of heights without missing points into a surface.
 pub fn surface(
     py: Python<'_>,
     heights: &PyReadonlyArray2<'_, f64>,
@@ -107,7 +107,7 @@ fn nodes(heights: &PyReadonlyArray2<'_, f64>) -> [usize; 2] {
     [shape[0], shape[1]]
 }
 
-/// A map as an array [x, y], which takes over the memory of its numbers.
+/// Converts a map to an array [x, y] without a copy.
 pub fn map<T: numpy::Element>(
     py: Python<'_>,
     values: Vec<T>,

@@ -1,4 +1,4 @@
-//! Errors of the library as exceptions of `asperity.errors`.
+//! Conversion of errors to exceptions of `asperity.errors`.
 
 use std::error::Error;
 
@@ -9,7 +9,7 @@ use asperity::study::ManifestErrors;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// An exception of `asperity.errors`, or what went wrong on the way to it.
+/// Creates an exception of `asperity.errors`; if that fails, returns the error of the failure.
 fn exception(
     py: Python<'_>,
     name: &str,
@@ -22,7 +22,7 @@ fn exception(
     }
 }
 
-/// An error and its causes, in one sentence, with control characters escaped.
+/// Joins an error and its causes into one text and escapes control characters.
 pub fn chain(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -36,12 +36,12 @@ pub fn chain(error: &dyn Error) -> String {
     escaped(&text).into_owned()
 }
 
-/// `SurfaceError`: heights are no surface, or a file holds none.
+/// Creates a `SurfaceError` for unusable heights or files.
 pub fn surface_error(py: Python<'_>, error: &dyn Error) -> PyErr {
     exception(py, "SurfaceError", (chain(error),))
 }
 
-/// Of what stages compute without a study.
+/// Converts an error of `asperity::direct`.
 pub fn direct_error(py: Python<'_>, error: &DirectError) -> PyErr {
     match error {
         DirectError::Keys(errors) => {
@@ -51,17 +51,17 @@ pub fn direct_error(py: Python<'_>, error: &DirectError) -> PyErr {
     }
 }
 
-/// `FitError`: no law can be fitted.
+/// Creates a `FitError` for a law that cannot be fitted.
 pub fn fit_error(py: Python<'_>, error: &dyn Error) -> PyErr {
     exception(py, "FitError", (chain(error),))
 }
 
-/// `ArgumentError`: a value makes no sense.
+/// Creates an `ArgumentError` for an invalid value.
 pub fn value_error(py: Python<'_>, message: String) -> PyErr {
     exception(py, "ArgumentError", (escaped(&message),))
 }
 
-/// `ManifestError`, with every problem and its place.
+/// Creates a `ManifestError` with all problems and their positions.
 pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     let problems = errors.problems().iter().map(|problem| {
         let place = errors.place(problem);
@@ -73,12 +73,12 @@ pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     exception(py, "ManifestError", arguments)
 }
 
-/// `UnknownNameError`: a name is not there.
+/// Creates an `UnknownNameError`.
 pub fn unknown_name(py: Python<'_>, message: String) -> PyErr {
     exception(py, "UnknownNameError", (escaped(&message),))
 }
 
-/// Of a study in use.
+/// Converts an error of a session.
 pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
     let name = match error {
         SessionError::Manifest(errors) => return manifest_error(py, errors),
@@ -94,7 +94,9 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
     exception(py, name, (chain(error),))
 }
 
-/// A thread of ours has panicked: its words are on standard error.
+/// Creates the exception for a panic in a thread of the library.
 pub fn bug() -> PyErr {
-    PyRuntimeError::new_err("asperity has a bug: a thread ended in a panic, see standard error")
+    PyRuntimeError::new_err(
+        "internal error of asperity: a thread panicked; please report the message on standard error",
+    )
 }

@@ -1,5 +1,7 @@
-//! Work that Ctrl-C ends: Python hears signals in its main thread alone, and only there does an
-//! exception come of them.
+//! Computations that Ctrl-C can interrupt.
+//!
+//! Python handles signals and raises their exceptions in its main thread only, so the computation
+//! runs in another thread, or checks for signals itself.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -13,13 +15,13 @@ use pyo3::prelude::*;
 
 use crate::errors::bug;
 
-/// How often signals are looked for.
-const EVERY: Duration = Duration::from_millis(50);
-/// How long work that was told to stop may take to end. What goes on after that goes on alone: a
-/// table is whole or not there, whenever its thread ends.
+/// Interval between two checks for signals.
+const CHECK_INTERVAL: Duration = Duration::from_millis(50);
+/// Time that interrupted work may take to end. After that, its thread continues in the background;
+/// this is safe because files appear whole.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
-/// Work on a thread of its own, while other threads of Python run.
+/// Runs `work` in a new thread while other Python threads run.
 pub fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
@@ -27,12 +29,12 @@ pub fn interruptible<T: Send + 'static>(
     watched(py, &Arc::default(), work, |_| Ok(()))
 }
 
-/// The same; a signal sets `stop`, and `look` is called again and again meanwhile.
+/// Runs `work` in a new thread; a signal sets `stop`, and `poll` is called 20 times a second.
 pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     stop: &Arc<AtomicBool>,
     work: impl FnOnce() -> T + Send + 'static,
-    mut look: impl FnMut(Python<'_>) -> PyResult<()>,
+    mut poll: impl FnMut(Python<'_>) -> PyResult<()>,
 ) -> PyResult<T> {
     let (sender, receiver) = channel();
     thread::Builder::new().name("asperity".to_owned()).spawn(move || sender.send(work()))?;
@@ -42,12 +44,12 @@ pub fn watched<T: Send + 'static>(
         receiver.recv_timeout(time)
     };
     loop {
-        match py.detach(|| wait(EVERY)) {
+        match py.detach(|| wait(CHECK_INTERVAL)) {
             Ok(result) => return Ok(result),
             Err(RecvTimeoutError::Disconnected) => return Err(bug()),
             Err(RecvTimeoutError::Timeout) => {
-                let heard = py.check_signals().and_then(|()| look(py));
-                if let Err(error) = heard {
+                let checked = py.check_signals().and_then(|()| poll(py));
+                if let Err(error) = checked {
                     stop.store(true, Ordering::SeqCst);
                     let _ = py.detach(|| wait(PATIENCE));
                     return Err(error);
@@ -57,32 +59,31 @@ pub fn watched<T: Send + 'static>(
     }
 }
 
-/// A question for work on the thread of Python itself: whether a signal came. Python is asked no
-/// more often than 20 times a second.
+/// Check for signals by work in the Python thread itself, at most 20 times a second.
 pub struct Signals {
-    asked: Cell<Instant>,
-    heard: Cell<Option<PyErr>>,
+    last_check: Cell<Instant>,
+    exception: Cell<Option<PyErr>>,
 }
 
 impl Signals {
     pub fn new() -> Signals {
-        Signals { asked: Cell::new(Instant::now()), heard: Cell::new(None) }
+        Signals { last_check: Cell::new(Instant::now()), exception: Cell::new(None) }
     }
 
-    /// Whether work should end.
-    pub fn came(&self) -> bool {
-        if self.asked.get().elapsed() >= EVERY {
-            self.asked.set(Instant::now());
+    /// Returns whether a signal requires the work to end.
+    pub fn received(&self) -> bool {
+        if self.last_check.get().elapsed() >= CHECK_INTERVAL {
+            self.last_check.set(Instant::now());
             if let Err(error) = Python::attach(|py| py.check_signals()) {
-                self.heard.set(Some(error));
+                self.exception.set(Some(error));
                 return true;
             }
         }
         false
     }
 
-    /// The exception that came of it.
+    /// Returns the exception that the signal raised.
     pub fn exception(self) -> Option<PyErr> {
-        self.heard.into_inner()
+        self.exception.into_inner()
     }
 }

@@ -1,6 +1,7 @@
-//! `asperity._asperity`: what the Python package hands on to the library, and nothing else. Every
-//! number, table and message is the library's; the package around it, in `python/asperity`, has
-//! what users see.
+//! `asperity._asperity`, the extension module of the Python package.
+//!
+//! It only translates between Python and the library, which computes all numbers, tables and
+//! messages. The public interface is the package in `python/asperity`.
 
 mod claims;
 mod command;

@@ -1,4 +1,4 @@
-//! Manifests that are in memory and not in a file yet.
+//! Manifests in memory that are not files yet.
 
 use std::path::PathBuf;
 
@@ -10,15 +10,15 @@ use pyo3::types::PyDict;
 use crate::conversion;
 use crate::errors::{manifest_error, value_error};
 
-/// Tables as the text of a manifest.
+/// Converts tables to the text of a manifest.
 #[pyfunction]
 pub fn toml(py: Python<'_>, tables: &Bound<'_, PyDict>) -> PyResult<String> {
     let tables = conversion::keys(tables)?;
     ::toml::to_string(&tables).map_err(|error| value_error(py, error.to_string()))
 }
 
-/// The name of the study that a manifest's text asks for, once that is checked; surface files are
-/// relative to a folder.
+/// Validates the text of a manifest and returns the name of the study; `folder` is the base of
+/// relative paths of surface files.
 #[pyfunction]
 pub fn study_name(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<String> {
     let study = Study::parse(text, "manifest", &folder, claim_names);

@@ -1,4 +1,4 @@
-//! One surface, pressed by one load after the other.
+//! Contact of one surface under a sequence of loads.
 
 use std::sync::{Mutex, MutexGuard};
 
@@ -15,7 +15,7 @@ use crate::errors::{direct_error, surface_error};
 use crate::interruption::Signals;
 use crate::table::Table;
 
-/// A surface under a block of loads, as far as it has been pressed.
+/// Surface with its block of loads, of which the first ones are solved.
 #[pyclass(frozen, module = "asperity._asperity")]
 pub struct Pressing(Mutex<direct::Pressing>);
 
@@ -34,14 +34,14 @@ impl Pressing {
             let mut pressing = self.lock();
             (of(&mut pressing), pressing.grid().nodes())
         });
-        conversion::map(py, values.ok_or_else(|| not_kept(load))?, nodes)
+        conversion::map(py, values.ok_or_else(|| not_available(load))?, nodes)
     }
 }
 
 #[pymethods]
 impl Pressing {
     #[new]
-    #[expect(clippy::too_many_arguments, reason = "the module's own call has them all")]
+    #[expect(clippy::too_many_arguments, reason = "the Python package passes all arguments")]
     fn new(
         py: Python<'_>,
         heights: PyReadonlyArray2<'_, f64>,
@@ -67,11 +67,11 @@ impl Pressing {
         Ok(Pressing(Mutex::new(pressing)))
     }
 
-    /// Presses by the next load, and says whether there was one.
+    /// Solves the next load; returns false if there is none.
     fn press(&self, py: Python<'_>) -> PyResult<bool> {
         let (pressed, signals) = py.detach(|| {
             let signals = Signals::new();
-            let pressed = self.lock().press(&|| signals.came());
+            let pressed = self.lock().press(&|| signals.received());
             (pressed, signals.exception())
         });
         match (pressed, signals) {
@@ -83,7 +83,7 @@ impl Pressing {
         }
     }
 
-    /// How many loads are done.
+    /// Returns the number of solved loads.
     fn count(&self, py: Python<'_>) -> usize {
         py.detach(|| self.lock().count())
     }
@@ -97,7 +97,7 @@ impl Pressing {
             let pressing = self.lock();
             (pressing.contact(load), pressing.grid().nodes())
         });
-        conversion::map(py, contact.ok_or_else(|| not_kept(load))?, nodes)
+        conversion::map(py, contact.ok_or_else(|| not_available(load))?, nodes)
     }
 
     fn pressure<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -117,9 +117,9 @@ impl Pressing {
     }
 }
 
-fn not_kept(load: usize) -> PyErr {
+fn not_available(load: usize) -> PyErr {
     PyIndexError::new_err(format!(
-        "nothing is kept of load {load}: it has not been pressed, or `fields=False` keeps contact \
-         maps alone"
+        "no map for load {load}: the load is not solved yet, or `fields=False` was given, which stores \
+         contact maps only"
     ))
 }

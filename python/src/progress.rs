@@ -1,4 +1,4 @@
-//! What a run tells, until Python asks for it.
+//! Observer that stores events of a session until Python reads them.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -6,20 +6,20 @@ use asperity::cli::terminal::escaped;
 use asperity::session::{Event, Observer, RunProgress};
 use pyo3::prelude::*;
 
-/// How much a notice should worry, and its words.
+/// Severity and text of each notice.
 pub type Notices = Vec<(String, String)>;
 
-/// Hears a session from whichever thread, and remembers.
+/// Observer that can be called from any thread.
 #[derive(Clone, Default)]
-pub struct Listener(Arc<Mutex<Heard>>);
+pub struct Listener(Arc<Mutex<Events>>);
 
 #[derive(Default)]
-struct Heard {
+struct Events {
     notices: Notices,
     batch: Option<Batch>,
 }
 
-/// Tasks that are computed just now.
+/// Progress of the current batch of tasks.
 struct Batch {
     study: String,
     progress: RunProgress,
@@ -27,7 +27,7 @@ struct Batch {
     cached: usize,
 }
 
-/// How far a run has come, in Python a dictionary.
+/// Progress of a run, converted to a dictionary.
 #[derive(IntoPyObject)]
 pub struct Advance {
     pub study: String,
@@ -40,19 +40,19 @@ pub struct Advance {
 }
 
 impl Listener {
-    fn heard(&self) -> MutexGuard<'_, Heard> {
+    fn lock(&self) -> MutexGuard<'_, Events> {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// What should be known and has not been handed on.
-    pub fn notices(&self) -> Notices {
-        std::mem::take(&mut self.heard().notices)
+    /// Returns and removes the stored notices.
+    pub fn take_notices(&self) -> Notices {
+        std::mem::take(&mut self.lock().notices)
     }
 
-    /// How far the tasks under way have come, if there are any.
+    /// Returns the progress of the current batch; `None` between batches.
     pub fn advance(&self) -> Option<Advance> {
-        let heard = self.heard();
-        let batch = heard.batch.as_ref()?;
+        let events = self.lock();
+        let batch = events.batch.as_ref()?;
         Some(Advance {
             study: batch.study.clone(),
             doing: batch.doing,
@@ -67,12 +67,11 @@ impl Listener {
 
 impl Observer for Listener {
     fn on_event(&self, event: Event<'_>) {
-        let mut heard = self.heard();
-        match (event, &mut heard.batch) {
+        let mut events = self.lock();
+        match (event, &mut events.batch) {
             (Event::Notice(notice), _) => {
                 let words = escaped(&notice.to_string()).into_owned();
-                let told = (notice.severity().to_string(), words);
-                heard.notices.push(told);
+                events.notices.push((notice.severity().to_string(), words));
             }
             (Event::Begun(begun), batch) => {
                 *batch = Some(Batch {

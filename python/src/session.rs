@@ -1,4 +1,4 @@
-//! A study in use.
+//! The class `Session` of the extension module.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,38 +18,38 @@ use crate::interruption::{interruptible, watched};
 use crate::progress::{Listener, Notices};
 use crate::table::Table;
 
-/// A manifest and a folder of data.
+/// Manifest of a study with its data folder.
 #[pyclass(frozen, module = "asperity._asperity")]
 pub struct Session {
     manifest: PathBuf,
     data: PathBuf,
 }
 
-/// Name, stages, tasks, whether there may be more tasks, and warnings.
+/// Name, stages, number of tasks, whether that number can grow, and warnings.
 type Checked = (String, Vec<String>, usize, bool, Vec<String>);
 
-/// A stage, and name, type, role, unit and meaning of its columns.
+/// Name of a stage, and name, type, role, unit and meaning of its columns.
 type StageColumns = (Option<String>, Vec<[String; 5]>);
 
-/// A table, and what should be known of it.
+/// Table with notices about it.
 type TableRead = (Table, Notices);
 
 impl Session {
-    /// Asks a session on a thread of its own, which Ctrl-C leaves behind.
-    fn ask<T: Send + 'static>(
+    /// Calls a session in another thread, which Ctrl-C abandons.
+    fn call<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        question: impl FnOnce(&session::Session<'_>) -> Result<T, SessionError> + Send + 'static,
+        method: impl FnOnce(&session::Session<'_>) -> Result<T, SessionError> + Send + 'static,
     ) -> PyResult<(T, Notices)> {
         let (manifest, data) = (self.manifest.clone(), self.data.clone());
         let listener = Listener::default();
-        let heard = listener.clone();
+        let events = listener.clone();
         let answer = interruptible(py, move || {
             let session = session::Session::new(manifest, data);
-            question(&session.observed_by(&listener))
+            method(&session.observed_by(&listener))
         })?;
         match answer {
-            Ok(answer) => Ok((answer, heard.notices())),
+            Ok(answer) => Ok((answer, events.take_notices())),
             Err(error) => Err(session_error(py, &error)),
         }
     }
@@ -62,9 +62,9 @@ impl Session {
         Session { manifest, data }
     }
 
-    /// What the manifest amounts to.
+    /// Validates the manifest and summarizes it.
     fn check(&self, py: Python<'_>) -> PyResult<Checked> {
-        let answer = self.ask(py, |session| {
+        let answer = self.call(py, |session| {
             let study = session.study()?;
             let plan = session::Plan::new(&study);
             let stages = plan.stages.iter().map(|stage| stage.name.clone()).collect();
@@ -74,13 +74,13 @@ impl Session {
         Ok(answer?.0)
     }
 
-    /// What the study has and what it would compute, with reasons.
+    /// Returns finished and missing tasks with reasons.
     fn status(&self, py: Python<'_>) -> PyResult<StudyStatus> {
-        let (status, _) = self.ask(py, |session| session.status())?;
-        Ok(StudyStatus::of(&status))
+        let (status, _) = self.call(py, |session| session.status())?;
+        Ok(StudyStatus::new(&status))
     }
 
-    /// Computes what is missing; `tell` is called with how far it has come, again and again.
+    /// Computes missing tasks and calls `tell` with the progress periodically.
     fn run(
         &self,
         py: Python<'_>,
@@ -99,39 +99,39 @@ impl Session {
         };
         let (manifest, data) = (self.manifest.clone(), self.data.clone());
         let listener = Listener::default();
-        let heard = listener.clone();
+        let events = listener.clone();
         let stop: Arc<AtomicBool> = Arc::default();
         let stopped = stop.clone();
         let work = move || {
             let session = session::Session::new(manifest, data);
             session.observed_by(&listener).run(&options, &stopped)
         };
-        let report = watched(py, &stop, work, |_| match (&tell, heard.advance()) {
+        let report = watched(py, &stop, work, |_| match (&tell, events.advance()) {
             (Some(tell), Some(advance)) => tell.call1((advance,)).map(drop),
             _ => Ok(()),
         })?;
         let report = report.map_err(|error| session_error(py, &error))?;
-        Ok((Run::of(&report), heard.notices()))
+        Ok((Run::new(&report), events.take_notices()))
     }
 
     fn table(&self, py: Python<'_>, name: String) -> PyResult<TableRead> {
-        let (table, notices) = self.ask(py, move |session| session.table(&name))?;
+        let (table, notices) = self.call(py, move |session| session.table(&name))?;
         Ok((table.into(), notices))
     }
 
     fn sql(&self, py: Python<'_>, query: String) -> PyResult<TableRead> {
-        let (table, notices) = self.ask(py, move |session| session.sql(&query))?;
+        let (table, notices) = self.call(py, move |session| session.sql(&query))?;
         Ok((table.into(), notices))
     }
 
     fn failures(&self, py: Python<'_>) -> PyResult<Table> {
-        let (table, _) = self.ask(py, |session| session.failures())?;
+        let (table, _) = self.call(py, |session| session.failures())?;
         Ok(table.into())
     }
 
-    /// The columns of all stages, or of one.
+    /// Describes the columns of all stages or of one.
     fn columns(&self, py: Python<'_>, stage: Option<String>) -> PyResult<Vec<StageColumns>> {
-        let (stages, _) = self.ask(py, move |session| session.columns(stage.as_deref()))?;
+        let (stages, _) = self.call(py, move |session| session.columns(stage.as_deref()))?;
         let stages = stages.into_iter().map(|stage| {
             let columns = stage.columns.into_iter().map(|column| {
                 let kind = column.kind.to_owned();
@@ -143,11 +143,11 @@ impl Session {
     }
 
     fn claims<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let (found, _) = self.ask(py, |session| session.claims())?;
+        let (found, _) = self.call(py, |session| session.claims())?;
         claims::all(py, &found)
     }
 
-    /// Writes the report, and says where: page, folder of figures.
+    /// Writes the report and returns the paths of the page and of the folder of figures.
     fn report(
         &self,
         py: Python<'_>,
@@ -155,17 +155,17 @@ impl Session {
         replace: bool,
     ) -> PyResult<(PathBuf, PathBuf)> {
         let options = ReportOptions { output, replace, ..ReportOptions::default() };
-        let (report, _) = self.ask(py, move |session| session.report(&options))?;
+        let (report, _) = self.call(py, move |session| session.report(&options))?;
         Ok((report.page, report.figures))
     }
 }
 
-/// Words about a study, with control characters escaped.
+/// Escapes control characters in a text.
 fn plain(words: impl ToString) -> String {
     escaped(&words.to_string()).into_owned()
 }
 
-/// What the study has and what it would compute, in Python a dictionary.
+/// Finished and missing tasks of a study, converted to a dictionary.
 #[derive(IntoPyObject)]
 struct StudyStatus {
     study: String,
@@ -182,12 +182,12 @@ struct StageStatus {
     cached: usize,
     to_run: usize,
     core_hours: f64,
-    /// How many tasks, the seconds of one core that they take, and why they would run.
+    /// Number of tasks, expected core-seconds, and causes.
     reasons: Vec<(usize, f64, Vec<String>)>,
 }
 
 impl StudyStatus {
-    fn of(status: &Status) -> StudyStatus {
+    fn new(status: &Status) -> StudyStatus {
         let stages = status.stages().into_iter().map(|stage| {
             let reasons = stage.reasons.iter().map(|reason| {
                 let causes = reason.phrases().into_iter().map(plain).collect();
@@ -212,7 +212,7 @@ impl StudyStatus {
     }
 }
 
-/// What came of a run, in Python a dictionary.
+/// Result of a run, converted to a dictionary.
 #[derive(IntoPyObject)]
 struct Run {
     study: String,
@@ -235,10 +235,10 @@ struct StageRun {
 }
 
 impl Run {
-    fn of(report: &RunReport) -> Run {
+    fn new(report: &RunReport) -> Run {
         let RunReport { sampled, outcome, .. } = report;
-        let stages = report.stages().into_iter().enumerate().map(|(place, stage)| {
-            let published = report.tables.as_ref().and_then(|tables| tables.get(place));
+        let stages = report.stages().into_iter().enumerate().map(|(index, stage)| {
+            let published = report.tables.as_ref().and_then(|tables| tables.get(index));
             StageRun {
                 name: stage.before.name.to_owned(),
                 kind: stage.before.kind.name(),

@@ -1,4 +1,4 @@
-//! What heights are like.
+//! Statistics and power spectra of height maps.
 
 use asperity::contact::grid::Boundary;
 use asperity::contact::topography::descriptors::{Descriptors, Roughness};
@@ -9,10 +9,10 @@ use pyo3::prelude::*;
 
 use crate::conversion;
 
-/// Names and values; `None` where a map has no such value.
+/// Names and values of statistics; `None` for undefined values.
 type Statistics = Vec<(&'static str, Option<f64>)>;
 
-/// Statistics of a map, by the names of columns.
+/// Computes the statistics of a map, named like table columns.
 #[pyfunction]
 pub fn statistics(
     py: Python<'_>,
@@ -45,11 +45,11 @@ pub fn statistics(
     ])
 }
 
-/// Angular wavenumber, spectral density and number of modes of each ring.
+/// Angular wavenumber, spectral density and number of modes for each ring.
 type Spectrum<'py> =
     (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>);
 
-/// The power spectral density over rings of wavevectors.
+/// Computes the power spectral density, averaged over rings of wavevectors.
 #[pyfunction]
 pub fn power_spectrum<'py>(
     py: Python<'py>,
@@ -60,7 +60,7 @@ pub fn power_spectrum<'py>(
     let surface = conversion::surface(py, &heights, size)?;
     let side = surface.grid().cell().longer_side();
     let rings = py.detach(|| rings(&surface, boundary(is_periodic)));
-    // The mean is none of the roughness.
+    // The mean height is not part of the roughness.
     let rings: Vec<_> = rings.into_iter().filter(|ring| ring.waves > 0).collect();
     let wavenumbers = rings.iter().map(|ring| ring.wavenumber(side));
     let densities = rings.iter().map(|ring| ring.density);

@@ -1,4 +1,4 @@
-//! Maps of heights: drawn, read, prepared.
+//! Height maps: generating, reading and preparing them.
 
 use std::fs;
 use std::path::PathBuf;
@@ -17,10 +17,10 @@ use crate::errors::{direct_error, surface_error, value_error};
 use crate::interruption::interruptible;
 use crate::table::Table;
 
-/// Heights, sides, rms slope, whether it repeats itself, and row of a drawn surface.
+/// Heights, sides, rms slope, periodicity and table row of a generated surface.
 type Drawn<'py> = (Bound<'py, PyArray2<f64>>, [f64; 2], f64, bool, Table);
 
-/// Draws the surface that keys of a `generate` stage describe.
+/// Generates the surface that the keys of a `generate` stage define.
 #[pyfunction]
 pub fn draw<'py>(
     py: Python<'py>,
@@ -35,8 +35,8 @@ pub fn draw<'py>(
     Ok((heights, grid.cell().size(), drawn.rms_slope, drawn.is_periodic, drawn.row.into()))
 }
 
-/// What a file holds: heights (NaN where missing), sides, unit of the heights, whether sides are in
-/// that unit, the channel, all channels, and the format.
+/// Heights (NaN if missing), sides in the unit of the heights, unit, name of the channel, names of
+/// all channels, and format of a file.
 type Read<'py> = (
     Bound<'py, PyArray2<f64>>,
     Option<[f64; 2]>,
@@ -46,28 +46,31 @@ type Read<'py> = (
     &'static str,
 );
 
-/// Reads a map of a file of an instrument.
+/// Reads a channel of a topography file.
 #[pyfunction]
 #[pyo3(signature = (path, channel=None))]
 pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyResult<Read<'py>> {
     let bytes = py.detach(|| fs::read(&path))?;
     let file = py.detach(|| asperity::topography_files::read(&bytes));
     let file = file.map_err(|error| surface_error(py, &error))?;
-    let place = match &channel {
+    let index = match &channel {
         Some(channel) => file.find(channel).map_err(|error| {
             let names = file.channels().iter().map(|channel| format!("`{}`", channel.name()));
             let names: Vec<String> = names.collect();
-            value_error(py, format!("{error}; its channels are {}", names.join(", ")))
+            value_error(py, format!("{error}; available channels: {}", names.join(", ")))
         })?,
         None => file.first_heights().ok_or_else(|| {
-            let message = format!("`{}` has no channel of heights", path.display());
+            let message = format!(
+                "`{}` has no channel of heights; name a channel with `channel`",
+                path.display()
+            );
             value_error(py, message)
         })?,
     };
     let channels = file.channels();
-    let chosen = &channels[place];
+    let chosen = &channels[index];
     let unit = chosen.unit().map(str::to_owned);
-    // Sides in another unit than the heights are no sides of them.
+    // Ignore sides whose unit differs from the unit of the heights.
     let size = match (chosen.quantity(), chosen.size()) {
         (Quantity::Unitless, Size::Unitless(sides)) => Some(sides),
         (Quantity::Height | Quantity::Other(_), Size::Metres(sides)) => Some(sides),
@@ -87,7 +90,7 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyR
     ))
 }
 
-/// Takes away a form.
+/// Subtracts a form, such as the mean plane.
 #[pyfunction]
 pub fn level<'py>(
     py: Python<'py>,
@@ -103,7 +106,7 @@ pub fn level<'py>(
     map(py, levelled.heights().to_vec(), nodes)
 }
 
-/// Gives heights to missing points.
+/// Fills missing points with heights.
 #[pyfunction]
 pub fn fill<'py>(
     py: Python<'py>,
@@ -120,7 +123,7 @@ pub fn fill<'py>(
     map(py, filled.into_heights(), nodes)
 }
 
-/// A part of a map, and its sides.
+/// Returns a part of a map and its sides.
 #[pyfunction]
 pub fn crop<'py>(
     py: Python<'py>,
@@ -137,7 +140,7 @@ pub fn crop<'py>(
     Ok((heights, grid.cell().size()))
 }
 
-/// The one of these that a manifest calls so.
+/// Returns the item with this name in manifests.
 fn named<T: Copy, const N: usize>(
     py: Python<'_>,
     all: [T; N],
@@ -148,6 +151,6 @@ fn named<T: Copy, const N: usize>(
     let found = known.find(|one| name(*one) == wanted);
     found.ok_or_else(|| {
         let names = all.map(|one| format!("\"{}\"", name(one)));
-        value_error(py, format!("\"{wanted}\" is none of {}", names.join(", ")))
+        value_error(py, format!("\"{wanted}\" is not one of {}", names.join(", ")))
     })
 }

@@ -1,4 +1,4 @@
-//! Tables, over Arrow's interface for Python.
+//! Tables for Python, with Arrow's PyCapsule interface.
 
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Float64Type, Int64Type};
@@ -13,7 +13,7 @@ use pyo3::types::{PyBytes, PyCapsule, PyList};
 
 use crate::errors::{surface_error, unknown_name};
 
-/// Rows under named, typed and explained columns.
+/// Table with described columns.
 #[pyclass(frozen, module = "asperity._asperity")]
 pub struct Table(table::Table);
 
@@ -25,14 +25,14 @@ impl From<table::Table> for Table {
 
 #[pymethods]
 impl Table {
-    /// The rows as a stream of Arrow's, which reads the memory of this table.
+    /// Exports the rows as an Arrow stream that shares the memory of the table.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
-        // Whoever asks for other types has to cast: the interface allows to give what there is.
+        // The interface permits ignoring the requested types; the consumer must cast.
         drop(requested_schema);
         let batch = self.0.batch().clone();
         let schema = batch.schema();
@@ -55,7 +55,7 @@ impl Table {
         self.0.names().into_iter().map(str::to_owned).collect()
     }
 
-    /// Name, type, role, unit and meaning of every column.
+    /// Returns name, type, role, unit and meaning of every column.
     fn descriptions(&self) -> Vec<(String, &'static str, String, String, String)> {
         let described = self.0.descriptions().into_iter();
         let described = described
@@ -63,24 +63,26 @@ impl Table {
         described.collect()
     }
 
-    /// A column as an array of NumPy's, copied: NaN where a number is not known. Text, bytes and lists
-    /// are lists of Python's.
+    /// Returns a copy of a column: a NumPy array with NaN for nulls, or a Python list of texts,
+    /// bytes or lists.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(array) = self.0.batch().column_by_name(name) else {
-            let message =
-                format!("the table has no column `{name}`: {}", self.0.names().join(", "));
+            let message = format!(
+                "the table has no column `{name}`; available: {}",
+                self.0.names().join(", ")
+            );
             return Err(unknown_name(py, message));
         };
         values(py, array.as_ref())
     }
 
-    /// The address of the first value of a column, which is what readers without copies see.
+    /// Returns the memory address of the first value of a column, to test that readers do not copy.
     fn address(&self, name: &str) -> Option<usize> {
         let array = self.0.batch().column_by_name(name)?.to_data();
         Some(array.buffers().first()?.as_ptr() as usize)
     }
 
-    /// The first rows, as a person reads them.
+    /// Formats the first rows as text.
     fn cells(&self, rows: usize) -> Vec<Vec<String>> {
         let batch = self.0.batch();
         let cell = |array: &dyn Array, row: usize| match array.data_type() {

@@ -1,4 +1,4 @@
-//! Theories, laws and corrections, value by value.
+//! Theories, laws and corrections as functions of arrays.
 
 use asperity::contact::grid::Boundary;
 use asperity::contact::morphology::area::{ContactArea, PI_OVER_EIGHT, YASTREBOV_2017};
@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 
 use crate::errors::{fit_error, value_error};
 
-/// A function of Persson's theory, of each value. NaN where it is not defined.
+/// Evaluates a function of Persson's theory; NaN where it is not defined.
 #[pyfunction]
 pub fn persson<'py>(
     py: Python<'py>,
@@ -28,7 +28,7 @@ pub fn persson<'py>(
         "curvature" => Box::new(theory::curvature),
         "slope_curvature" => Box::new(theory::slope_curvature),
         "load" => Box::new(|area| theory::load(area).unwrap_or(f64::NAN)),
-        "load_at_noncontact" => Box::new(|left| theory::load_at_noncontact(left).unwrap_or(f64::NAN)),
+        "load_leaving" => Box::new(|left| theory::load_at_noncontact(left).unwrap_or(f64::NAN)),
         "approach" => Box::new(theory::approach),
         "pressure_density" => Box::new(move |pressure| theory::pressure_density(load, pressure)),
         other => return Err(value_error(py, format!("no function `{other}`"))),
@@ -36,8 +36,8 @@ pub fn persson<'py>(
     Ok(each(py, values.as_slice()?, of))
 }
 
-/// Separation, load, area, slope and stiffness of an asperity model, at these separations or loads. NaN
-/// where no separation has the load.
+/// Returns separation, load, area, slope and stiffness of an asperity model at the given
+/// separations or loads; NaN for loads that no separation gives.
 #[pyfunction]
 pub fn asperities<'py>(
     py: Python<'py>,
@@ -51,7 +51,7 @@ pub fn asperities<'py>(
         "simplified-elliptic" => AsperityModel::SimplifiedElliptic,
         "mean-curvature" => AsperityModel::MeanCurvature,
         "greenwood-williamson" => AsperityModel::GreenwoodWilliamson,
-        other => return Err(value_error(py, format!("no model `{other}`"))),
+        other => return Err(value_error(py, format!("unknown model `{other}`"))),
     };
     let asperities = Asperities::new(model, nayak);
     let asperities = asperities.map_err(|error| value_error(py, error.to_string()))?;
@@ -77,7 +77,7 @@ pub fn asperities<'py>(
     ])
 }
 
-/// A function of a contact evolution law, of each value. NaN where it is not defined.
+/// Evaluates a function of a contact evolution law; NaN where it is not defined.
 #[pyfunction]
 pub fn evolution<'py>(
     py: Python<'py>,
@@ -106,10 +106,10 @@ fn each<'py>(
     PyArray1::from_iter(py, values.iter().map(|value| of(*value)))
 }
 
-/// κ, β and μ, rms residual, R², number of data.
+/// Parameters κ, β and μ, rms residual, R², number of data.
 type Fitted = ([f64; 3], f64, Option<f64>, usize);
 
-/// Fits a contact evolution law to the areas, a row each, of surfaces under the same loads.
+/// Fits a contact evolution law to areas of shape (surfaces, loads).
 #[pyfunction]
 #[pyo3(signature = (loads, areas, window, quantity, kappa=None, least_convex=false))]
 pub fn fit_evolution(
@@ -124,7 +124,12 @@ pub fn fit_evolution(
     let quantity = match quantity {
         "area" => Quantity::Area,
         "slope" => Quantity::Slope,
-        other => return Err(value_error(py, format!("no quantity `{other}`"))),
+        other => {
+            return Err(value_error(
+                py,
+                format!("unknown quantity `{other}`; use \"area\" or \"slope\""),
+            ));
+        }
     };
     let kappa = match (kappa, least_convex) {
         (Some(kappa), _) => Kappa::Given(kappa),
@@ -145,7 +150,8 @@ pub fn fit_evolution(
     Ok((parameters, fit.rms_residual, fit.r_squared, fit.data))
 }
 
-/// Counted and corrected fraction of a contact map, and bounds of the true one.
+/// Returns the counted and the corrected area fraction of a contact map, and bounds of the true
+/// one.
 #[pyfunction]
 pub fn corrected_area(
     py: Python<'_>,
@@ -158,13 +164,14 @@ pub fn corrected_area(
         "pi/8" => PI_OVER_EIGHT,
         "2017" => YASTREBOV_2017,
         other => {
-            let message = format!("\"{other}\" is none of \"none\", \"pi/8\", \"2017\"");
+            let message =
+                format!("unknown coefficient \"{other}\"; use \"none\", \"pi/8\" or \"2017\"");
             return Err(value_error(py, message));
         }
     };
     let shape = [contact.shape()[0], contact.shape()[1]];
     if shape.contains(&0) {
-        return Err(value_error(py, "a contact map needs a node".to_owned()));
+        return Err(value_error(py, "a contact map must have at least one node".to_owned()));
     }
     let touches = contact.as_slice()?.iter();
     let pressures: Vec<f64> = touches.map(|touches| f64::from(u8::from(*touches))).collect();

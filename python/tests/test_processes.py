@@ -54,7 +54,7 @@ def test_a_forked_process_goes_on_with_a_contact():
 
 @pytest.mark.parametrize("jobs", [0, 1025, 100_000])
 def test_jobs_are_bounded_as_on_the_command_line(study, jobs):
-    with pytest.raises(asperity.ArgumentError, match=f"`jobs` is {jobs}, it must be from 1 to 1024"):
+    with pytest.raises(asperity.ArgumentError, match=f"`jobs` is {jobs}, but must be from 1 to 1024"):
         study.run(jobs=jobs, progress=False)
     rough = asperity.surface(nodes=32, hurst=0.8, k_lower=1, k_upper=8)
     with pytest.raises(asperity.ArgumentError, match="from 1 to 1024"):

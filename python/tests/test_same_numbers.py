@@ -74,7 +74,7 @@ def test_cores_change_no_number():
 
 
 def test_no_core_presses_nothing():
-    with pytest.raises(asperity.errors.ArgumentError, match="`jobs` is 0, it must be from 1 to 1024"):
+    with pytest.raises(asperity.errors.ArgumentError, match="`jobs` is 0, but must be from 1 to 1024"):
         asperity.press(asperity.surface(**KEYS), loads=LOADS, jobs=0)
 
 
