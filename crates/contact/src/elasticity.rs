@@ -230,7 +230,7 @@ impl PeriodicHalfSpace {
         Self { grid }
     }
 
-    /// Returns |q|/2π. Nyquist waves keep the full |q|, as any other wave of the mesh.
+    /// Returns the wavenumber |q|/2π; Nyquist waves keep the full |q|, as any other wave.
     #[inline(always)]
     fn wavenumber(&self, waves: [usize; 2]) -> f64 {
         self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
@@ -246,14 +246,14 @@ impl ElasticOperator for PeriodicHalfSpace {
         Some(Box::new(Self::new(grid)))
     }
 
-    /// 2/|q|, and zero at q = 0.
+    /// Returns 2/|q|, and zero at q = 0.
     #[inline(always)]
     fn displacement(&self, waves: [usize; 2]) -> f64 {
         let k = self.wavenumber(waves);
         if k > 0.0 { 1.0 / (PI * k) } else { 0.0 }
     }
 
-    /// |q|/2.
+    /// Returns the stiffness |q|/2 of a wave.
     #[inline(always)]
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         PI * self.wavenumber(waves)
@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn a_raised_node_asks_for_the_nodal_stiffness_and_a_pressed_one_sinks_by_the_compliance() {
+    fn a_displaced_node_needs_the_nodal_stiffness_and_a_pressed_one_sinks_by_the_compliance() {
         for grid in grids() {
             let half_space = PeriodicHalfSpace::new(grid);
             let mut alone = vec![0.0; grid.count()];
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn units_of_length_are_of_no_consequence() {
+    fn units_of_length_do_not_matter() {
         let of = |side: f64| PeriodicHalfSpace::new(rectangle([8, 6], [side, 0.75 * side]));
         assert_eq!(
             of(1.0).nodal_compliance(&Threads::one()),

@@ -251,8 +251,8 @@ impl<T: Real> Transform<T> {
         self.begin(&mut Source(field), scratch);
     }
 
-    /// Multiplies the spectrum by a kernel: transforms columns forward, multiplies and transforms back, a few
-    /// columns at a time.
+    /// Multiplies the spectrum by a kernel: transforms columns forward, multiplies and transforms
+    /// back, a few columns at a time.
     ///
     /// Returns the sum of map × convolved map.
     pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {

@@ -103,14 +103,14 @@ mod tests {
     }
 
     #[test]
-    fn unknown_instructions_are_refused_with_the_names_of_those_there_are() {
+    fn unknown_instructions_are_refused_with_the_known_names() {
         let message = Instructions::choose("mmx").unwrap_err().to_string();
         assert!(message.starts_with("unknown vector instructions `mmx`; this processor has `"));
         assert!(message.ends_with("`portable`"), "{message}");
     }
 
     #[test]
-    fn what_is_in_use_stays_so() {
+    fn instructions_in_use_stay_in_use() {
         let in_use = Instructions::in_use().name();
         assert_eq!(Instructions::choose(in_use), Ok(()));
         for other in Instructions::all() {

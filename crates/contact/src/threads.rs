@@ -58,8 +58,8 @@ pub struct Threads {
 
 #[derive(Debug)]
 struct Cores {
-    /// Pool of `count − 1` workers; the calling thread is the last worker. A worker more would compete for
-    /// the core of the caller, because idle workers wake up whenever there is work.
+    /// Pool of `count − 1` workers; the calling thread is the last worker. A worker more would
+    /// compete for the core of the caller, because idle workers wake up whenever there is work.
     pool: ThreadPool,
     count: usize,
     in_use: Mutex<InUse>,
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn both_of_two_things_are_done() {
+    fn join_runs_both_functions() {
         for count in [1, 2, 3] {
             let threads = threads(count);
             let both = threads.join(1 << 20, || 2 + 2, || vec![7]);
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_of_one_thread_is_one_of_all_and_frees_the_cores() {
+    fn a_panic_of_one_thread_spreads_and_frees_the_cores() {
         let threads = threads(3);
         let pass = || {
             let workers = threads.workers_up_to(3);

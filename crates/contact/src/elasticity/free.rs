@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn displacements_are_sums_over_cells_and_nothing_comes_around() {
+    fn displacements_are_sums_over_cells_without_periodic_images() {
         for grid in [square(1, 1.0), square(8, 1.0), rectangle([5, 12], [1.0, 3.0])] {
             let pressure: Vec<f64> =
                 (0..grid.count()).map(|node| libm::sin(7.0 + (node * node) as f64).abs()).collect();

@@ -71,8 +71,8 @@ pub struct Packed<T> {
 }
 
 pub struct Scratch<T> {
-    /// All tiles, one after another: real parts, imaginary parts, padding. Stored as doubles for either `T`, so
-    /// that transforms of both precisions can share the memory.
+    /// All tiles, one after another: real parts, imaginary parts, padding. Stored as doubles for
+    /// either `T`, so that transforms of both precisions can share the memory.
     tiles: Aligned<f64>,
     buffers: Vec<Buffers<T>>,
 }

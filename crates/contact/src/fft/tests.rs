@@ -212,7 +212,7 @@ fn meshes_of_other_factors_are_left_to_rustfft() {
 }
 
 /// Meshes for both implementations.
-const EITHER_WAY: [[usize; 2]; 8] =
+const BOTH_METHODS: [[usize; 2]; 8] =
     [[1, 1], [7, 7], [36, 36], [64, 64], [480, 480], [5, 36], [96, 32], [32, 160]];
 
 /// Meshes for both implementations that are large enough for three threads.
@@ -280,7 +280,7 @@ fn every_row_is_seen_once_in_ascending_order() {
             self.1 = later.1;
         }
     }
-    for nodes in EITHER_WAY.into_iter().chain(SHARED) {
+    for nodes in BOTH_METHODS.into_iter().chain(SHARED) {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
         let mut scratch = transform.scratch_on(threads(3));
         let mut calls = [Calls(0, 0), Calls(0, 0), Calls(0, 0)];
@@ -294,7 +294,7 @@ fn every_row_is_seen_once_in_ascending_order() {
 }
 
 #[test]
-fn a_turn_is_an_end_and_a_beginning() {
+fn finish_and_begin_is_finish_then_begin() {
     /// Multiplies rows by three.
     struct Triple;
     impl Rows<f64> for Triple {
@@ -308,7 +308,7 @@ fn a_turn_is_an_end_and_a_beginning() {
 
         fn append(&mut self, _: Self) {}
     }
-    for nodes in EITHER_WAY {
+    for nodes in BOTH_METHODS {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
         let mut scratch = transform.scratch();
         let field = map(nodes);
@@ -329,12 +329,12 @@ fn a_turn_is_an_end_and_a_beginning() {
 }
 
 #[test]
-fn a_peek_shows_two_rows_of_what_is_to_come() {
-    struct Seen<'a> {
+fn a_peek_shows_two_rows_of_the_result() {
+    struct GapSums<'a> {
         map: &'a [f64],
         rows: Vec<usize>,
     }
-    impl Rows<f64> for Seen<'_> {
+    impl Rows<f64> for GapSums<'_> {
         fn row(&mut self, row: Row, values: &mut [f64]) {
             assert_eq!(values, row.of(self.map));
             self.rows.push(row.index());
@@ -348,7 +348,7 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
             self.rows.extend(later.rows);
         }
     }
-    for nodes in EITHER_WAY.into_iter().chain(SHARED) {
+    for nodes in BOTH_METHODS.into_iter().chain(SHARED) {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
         let mut scratch = transform.scratch_on(threads(3));
         let field = &map(nodes);
@@ -356,7 +356,7 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
         transform.convolve(&kernel, field, &mut convolved, &mut scratch);
         transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        let mut seen = Seen { map: &convolved, rows: Vec::new() };
+        let mut seen = GapSums { map: &convolved, rows: Vec::new() };
         let pairs = Vec::from_iter(0..nodes[0].div_ceil(2));
         transform.peek(&pairs, &mut seen, &mut scratch);
         assert_eq!(seen.rows, Vec::from_iter(0..nodes[0]));
@@ -364,7 +364,7 @@ fn a_peek_shows_two_rows_of_what_is_to_come() {
 }
 
 #[test]
-fn a_map_that_was_kept_goes_on_as_one_that_was_written() {
+fn a_stored_map_is_convolved_as_one_that_was_written() {
     /// Records rows and multiplies them by a factor.
     struct Times<'a>(f64, Band<'a, f64>);
     impl Rows<f64> for Times<'_> {
@@ -379,7 +379,7 @@ fn a_map_that_was_kept_goes_on_as_one_that_was_written() {
 
         fn append(&mut self, _: Self) {}
     }
-    let whole = EITHER_WAY.into_iter().chain(SHARED);
+    let whole = BOTH_METHODS.into_iter().chain(SHARED);
     for (map_nodes, nodes) in whole.map(|nodes| (nodes, nodes)).chain(CORNERS) {
         let kernel = Kernel::new(nodes, factor);
         let transform = Transform::padded(map_nodes, nodes);
@@ -411,8 +411,8 @@ fn a_map_that_was_kept_goes_on_as_one_that_was_written() {
 }
 
 #[test]
-fn the_work_of_a_map_on_its_convolution_is_told_on_the_way() {
-    for nodes in MESHES.into_iter().chain(EITHER_WAY) {
+fn multiply_returns_the_sum_of_map_times_convolved_map() {
+    for nodes in MESHES.into_iter().chain(BOTH_METHODS) {
         let (transform, kernel) = (Transform::new(nodes), Kernel::new(nodes, factor));
         let mut scratch = transform.scratch();
         let field = &map(nodes);
@@ -468,7 +468,7 @@ fn a_corner_is_convolved_to_the_bytes_of_the_whole_mesh_with_zeros() {
 }
 
 #[test]
-fn a_corner_turns_peeks_and_tells_its_work_as_the_whole_mesh_does() {
+fn a_corner_is_chained_peeked_and_summed_as_the_whole_mesh() {
     /// Keeps rows and adds them up.
     #[derive(Default)]
     struct Sum(Vec<f64>);

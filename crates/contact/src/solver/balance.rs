@@ -10,7 +10,7 @@
 
 use super::evaluation::Convergence;
 use super::lanes::Wide;
-use super::passes::{FEWEST_NODES, PeekGap, Seen};
+use super::passes::{GapSums, MIN_SAMPLE_NODES, PeekGap};
 use super::search::Search;
 use super::{Hardness, Solver};
 
@@ -20,14 +20,14 @@ const BALANCED_REDUCTION: f64 = 1e-3;
 /// Sums of a search under a hardness.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {
-    /// Sum of all pressures.
+    /// Sum of the pressures of all nodes.
     pub sum: f64,
     /// Mean gap of free nodes.
     pub free_offset: f64,
 }
 
 impl Balance {
-    pub fn seen(seen: &Seen, sum: f64, offset: f64) -> Self {
+    pub fn seen(seen: &GapSums, sum: f64, offset: f64) -> Self {
         Self { sum, free_offset: offset + seen.free_sum / seen.free_nodes.max(1.0) }
     }
 }
@@ -85,7 +85,7 @@ impl Search {
         });
         let (single, scratch) = (&self.transform, &mut self.scratch);
         single.peek(&self.sample.pairs(), &mut peek, scratch);
-        if sees_all_rows || peek.0.saw_too_little() {
+        if sees_all_rows || peek.0.is_too_small() {
             single.peek(&self.sample.other_pairs(), &mut peek, scratch);
         }
         let shift = peek.0.nodes.shift(0.0, hardness as f32).unwrap_or(0.0);
@@ -102,7 +102,7 @@ impl Solver {
     pub(super) fn balanced_offset(&mut self, hardness: Hardness, convergence: Convergence) -> f64 {
         self.search.candidates.clear();
         self.gather(self.search.sample.pairs(), hardness, convergence);
-        if (self.search.candidates.len() as f64) < FEWEST_NODES {
+        if (self.search.candidates.len() as f64) < MIN_SAMPLE_NODES {
             self.gather(self.search.sample.other_pairs(), hardness, convergence);
         }
         let shift = self.search.candidates.shift(0.0, hardness.pressure() as f32);
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_shift_does_is_said() {
+    fn a_sum_out_of_reach_has_no_shift() {
         assert_eq!(Nodes::default().shift(0.0, 1.0), None);
         assert_eq!(nodes(&[(0.5, 0.0)]).shift(0.6, 1.0), None);
         assert_eq!(nodes(&[(0.5, 0.0)]).shift(-0.6, 1.0), None);

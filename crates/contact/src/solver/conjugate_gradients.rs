@@ -4,8 +4,8 @@
 //! stay positive and keep its mean. One iteration takes two pairs of transforms:
 //!
 //! 1. *Correct.* Free nodes have pressure or penetrate. Their gap above the offset is the residual
-//!    r. The preconditioner turns r into the pressure z that would close the gap
-//!    ([`Search::correct`]). The direction t is z made conjugate to the last move.
+//!    r. The preconditioner turns r into z, the decrease of pressure that would close the gap
+//!    ([`Search::correct`]). The direction t is −z made conjugate to the last move.
 //! 2. *Move.* The pressure follows t by a predicted step length τ, is clipped at zero and scaled
 //!    back to its mean. The displacement under this move updates the gap.
 //!
@@ -151,7 +151,7 @@ impl Search {
                     LineSearch::yielding(&sums, reference_sum, load, balance.free_offset)
                 }
             };
-            if line.sheds_load() {
+            if line.loses_load() {
                 history.shorten_steps();
                 self.extension.continues = history.continues();
                 return End::Residual {
@@ -302,7 +302,7 @@ impl Search {
             Some(nodal) => nodal.peek(&self.threads, &pairs, self.nodes, peek),
         };
         look(self.sample.pairs(), &mut peek);
-        if sees_all_rows || peek.0.saw_too_little() {
+        if sees_all_rows || peek.0.is_too_small() {
             look(self.sample.other_pairs(), &mut peek);
         }
         let means = peek.0.means();

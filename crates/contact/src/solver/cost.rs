@@ -19,7 +19,7 @@ const NESTED: f64 = 13.0;
 const NESTED_PER_DECADE: f64 = 3.0;
 
 /// Time for repeated measurements of one pair.
-const PATIENCE: Duration = Duration::from_millis(20);
+const MEASURING_TIME: Duration = Duration::from_millis(20);
 
 /// Relative increase of the pairs for each tenth of the tolerance, down to 1e-10.
 const PER_DECADE: f64 = 0.18;
@@ -46,7 +46,7 @@ const LARGEST_MEASURED: usize = 2048;
 
 /// Returns the core seconds that the preparation of a body takes, compared with a periodic one,
 /// whose preparation is negligible.
-pub fn preparation(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
+pub fn preparation_seconds(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     match body.boundary {
         Boundary::Periodic => 0.0,
         Boundary::Free => FREE_KERNEL * nodes_x as f64 * nodes_y as f64,
@@ -84,7 +84,7 @@ fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let nested = Grid::new(nodes, cell).is_ok_and(is_nested);
     let nodes = (nodes[0] as f64 * nodes[1] as f64).sqrt();
     let decades = decades(tolerance);
-    let patience = (1.0 + PER_DECADE * decades).max(PER_DECADE);
+    let by_tolerance = (1.0 + PER_DECADE * decades).max(PER_DECADE);
     let growth = (nodes / 512.0).powf(0.14);
     let mut last = None;
     let pairs = loads.iter().map(|&load| {
@@ -92,9 +92,9 @@ fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
         if nested && is_far(before, load) {
             return (NESTED + NESTED_PER_DECADE * decades).max(NESTED_PER_DECADE);
         }
-        let hardness = if load < 1.0 { 8.0 } else { 7.5 };
+        let pairs = if load < 1.0 { 8.0 } else { 7.5 };
         let step = before.map_or(1.5, |before| load / before);
-        patience * growth * hardness * (1.0 + 1.8 * step.log2().clamp(0.0, 3.0))
+        by_tolerance * growth * pairs * (1.0 + 1.8 * step.log2().clamp(0.0, 3.0))
     });
     pairs.sum()
 }
@@ -124,7 +124,7 @@ pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
     pair();
     let begun = Instant::now();
     let mut fastest = pair().min(pair());
-    while begun.elapsed() < PATIENCE {
+    while begun.elapsed() < MEASURING_TIME {
         fastest = fastest.min(pair());
     }
     OVERHEAD * fastest

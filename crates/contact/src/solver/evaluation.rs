@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::balance::Balance;
 use super::flags::{PRESSED, SATURATED, has};
-use super::lanes::{Found, InOrder, Lanes, Wide, over_rows, sum_by, total, weight};
+use super::lanes::{Accumulate, InOrder, Lanes, Wide, over_rows, sum_by, total, weight};
 use super::line_search::{History, LastMove, LineSearch};
 use super::passes::{
     GapOutput, MoveOutput, MoveScaling, PendingUpdate, PressureInput, Promote, PromotedInput,
@@ -40,7 +40,8 @@ impl Solver {
         self.finish_gap()
     }
 
-    /// Evaluates a guess, and evaluates it twice if it is no solution but its error is hidden by rounding.
+    /// Evaluates a guess, and evaluates it twice if it is no solution but its error is hidden by
+    /// rounding.
     ///
     /// The rounding is that of gaps far from their reference. A search could not improve such a
     /// guess.
@@ -115,7 +116,7 @@ impl Solver {
         balance: &Balance,
         offset: f64,
     ) -> Evaluation {
-        let scale = self.promote_yielding(hardness, PendingUpdate::NOTHING);
+        let scale = self.promote_yielding(hardness, PendingUpdate::NONE);
         self.search.reference += offset;
         self.begin_with_moves_kept(hardness);
         let (evaluation, curvature) = self.finish_move::<true>(scale, offset);
@@ -164,7 +165,7 @@ impl Solver {
             return self.evaluate_without(1.0 - part, evaluation.convergence.offset);
         }
         history.last = (best > 0.0).then_some(LastMove {
-            pending: PendingUpdate::NOTHING,
+            pending: PendingUpdate::NONE,
             curvature,
             missed: (best - 1.0).min(1.0),
             offset_change,
@@ -238,7 +239,8 @@ impl Solver {
 /// Offset and largest error of the gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// Mean gap in contact, or, if the material yields, the offset that the rigid surface should have.
+    /// Mean gap in contact, or, if the material yields, the offset that the rigid surface should
+    /// have.
     pub offset: f64,
     /// Largest |gap − offset| that violates the contact conditions: gaps in contact, and
     /// penetration of nodes that have not yielded.
@@ -300,8 +302,8 @@ pub struct GapStatistics {
     extremes: Extremes,
 }
 
-impl Found for GapStatistics {
-    const NOTHING: Self = Self {
+impl Accumulate for GapStatistics {
+    const ZERO: Self = Self {
         contact_nodes: 0.0,
         elastic_nodes: 0.0,
         elastic_sum: 0.0,
@@ -325,7 +327,7 @@ impl Found for GapStatistics {
 impl GapStatistics {
     /// Creates empty statistics, with or without a sum of gaps over the map.
     pub fn new(sums_gaps: bool) -> Self {
-        Self { gap_sum: sums_gaps.then_some(0.0), ..Self::NOTHING }
+        Self { gap_sum: sums_gaps.then_some(0.0), ..Self::ZERO }
     }
 
     /// Adds the sums of a row of gaps in double precision; the flags are in `last_step`.

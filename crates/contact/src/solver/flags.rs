@@ -11,7 +11,7 @@
 
 use pulp::Simd;
 
-use super::lanes::{Choice, LANES, Lanes};
+use super::lanes::{LANES, Lanes, Mask};
 use crate::fft::{Band, Row};
 
 /// Flag of free nodes, whose pressure may change in the direction of the residual.
@@ -20,8 +20,8 @@ pub const FREE: u32 = 1;
 /// Flag of nodes that have pressure.
 pub const PRESSED: u32 = 2;
 
-/// Flag of nodes with the pressure at which the material yields; these are pressed too. Without a hardness
-/// the bit belongs to the number.
+/// Flag of nodes with the pressure at which the material yields; these are pressed too. Without a
+/// hardness the bit belongs to the number.
 pub const SATURATED: u32 = 4;
 
 const MARKS: u32 = FREE | PRESSED;
@@ -31,8 +31,8 @@ const ALL_MARKS: u32 = MARKS | SATURATED;
 #[inline(always)]
 pub fn mark<S: Simd, const R: usize>(
     last_step: Lanes<S, R>,
-    free: Choice<S, R>,
-    pressed: Choice<S, R>,
+    free: Mask<S, R>,
+    pressed: Mask<S, R>,
 ) -> Lanes<S, R> {
     last_step.with(MARKS, [(FREE, free), (PRESSED, pressed)])
 }
@@ -41,9 +41,9 @@ pub fn mark<S: Simd, const R: usize>(
 #[inline(always)]
 pub fn mark_yielding<S: Simd, const R: usize>(
     last_step: Lanes<S, R>,
-    free: Choice<S, R>,
-    pressed: Choice<S, R>,
-    saturated: Choice<S, R>,
+    free: Mask<S, R>,
+    pressed: Mask<S, R>,
+    saturated: Mask<S, R>,
 ) -> Lanes<S, R> {
     let marks = [(FREE, free), (PRESSED, pressed), (SATURATED, saturated)];
     last_step.with(ALL_MARKS, marks)

@@ -33,7 +33,7 @@ use crate::threads::Threads;
 /// let mut solver = body.solver(grid, &heights);
 ///
 /// let load = 8e-4;
-/// hardness.bear(load)?;
+/// hardness.check_load(load)?;
 /// let outcome = solver.press(load, &Settings::default(), &|| false);
 /// assert_eq!(outcome.peak_pressure, hardness.pressure());
 /// assert!(outcome.saturated_nodes > 0 && outcome.yielded_depth > 0.0);
@@ -54,11 +54,11 @@ pub struct HalfSpace {
 impl HalfSpace {
     /// Prepares a surface, as [`Solver::new`] does.
     pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
-        self.solver_on(Threads::one(), grid, heights)
+        self.solver_with_threads(Threads::one(), grid, heights)
     }
 
     /// Prepares a surface with several threads, which later [share the work](Solver::set_threads).
-    pub fn solver_on(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
+    pub fn solver_with_threads(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
         let body: Box<dyn ElasticOperator> = match self.boundary {
             Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),
             Boundary::Free => Box::new(FreeHalfSpace::new(grid)),
@@ -95,9 +95,9 @@ const YIELDING_BYTES: f64 = 10.0;
 ///
 /// // Steel of 2 GPa, E* = 230 GPa, on a surface of rms slope 0.2.
 /// let hardness = Hardness::new(2e9 / (230e9 * 0.2))?;
-/// assert!(hardness.bear(0.01).is_ok());
+/// assert!(hardness.check_load(0.01).is_ok());
 /// assert_eq!(
-///     hardness.bear(0.06),
+///     hardness.check_load(0.06),
 ///     Err(HardnessError::Overloaded { load: 0.06, hardness: hardness.pressure() })
 /// );
 /// assert!(Hardness::new(0.0).is_err());
@@ -142,7 +142,7 @@ impl Hardness {
     }
 
     /// Checks that the mean pressure `load`, in the same unit, is below the hardness.
-    pub fn bear(self, load: f64) -> Result<(), HardnessError> {
+    pub fn check_load(self, load: f64) -> Result<(), HardnessError> {
         if load < self.0 {
             Ok(())
         } else {
@@ -159,11 +159,11 @@ pub struct Stiffness {
     /// Nodes of the map, which is a corner of the mesh or all of it.
     map: [usize; 2],
     kernel: Kernel<f32>,
-    apart: Option<Apart>,
+    apart: Option<SeparateTransform>,
 }
 
 /// Separate transform for a mesh that is larger than the map.
-struct Apart {
+struct SeparateTransform {
     transform: Transform<f32>,
     scratch: Scratch<f32>,
     /// Moves of pressures, on the way to the mesh of pressures.
@@ -177,7 +177,7 @@ impl Stiffness {
         let is_apart = body.stiffness_nodes() != map;
         let apart = || {
             let transform = Transform::new(body.stiffness_nodes());
-            Apart {
+            SeparateTransform {
                 scratch: transform.scratch_on(threads.clone()),
                 transform,
                 moves: vec![0.0; map[0] * map[1]],
@@ -200,7 +200,7 @@ impl Stiffness {
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
+        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
         transform.begin(rows, scratch);
     }
 
@@ -211,7 +211,7 @@ impl Stiffness {
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
+        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
         transform.multiply(&self.kernel, scratch);
         transform.finish_and_store(rows, scratch);
     }
@@ -224,7 +224,7 @@ impl Stiffness {
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
+        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
         in_corner(self.map, rows, |rows| transform.peek_stored(pairs, rows, scratch));
     }
 
@@ -235,7 +235,7 @@ impl Stiffness {
         single: &Transform<f32>,
         scratch: &mut Scratch<f32>,
     ) {
-        let (transform, scratch) = of_mesh(&mut self.apart, single, scratch);
+        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
         in_corner(self.map, rows, |rows| transform.read_stored(rows, scratch));
     }
 
@@ -263,8 +263,8 @@ impl Stiffness {
 }
 
 /// Returns the separate transform, or else the shared one.
-fn of_mesh<'a>(
-    apart: &'a mut Option<Apart>,
+fn transform_of_mesh<'a>(
+    apart: &'a mut Option<SeparateTransform>,
     single: &'a Transform<f32>,
     scratch: &'a mut Scratch<f32>,
 ) -> (&'a Transform<f32>, &'a mut Scratch<f32>) {

@@ -150,7 +150,7 @@ pub struct CountHeights<'a> {
 
 /// Bin of a histogram that contains the level of a given number of nodes.
 #[derive(Debug, Clone, Copy)]
-pub struct Highest {
+pub struct LevelBin {
     /// Number of nodes above the higher level.
     pub above: f64,
     pub low: f64,
@@ -165,14 +165,14 @@ impl<'a> CountHeights<'a> {
 
     /// Returns the bin in which the count of the highest nodes reaches `nodes`; `above` nodes lie
     /// above the histogram.
-    pub fn highest(&self, mut above: f64, nodes: f64) -> Highest {
+    pub fn highest(&self, mut above: f64, nodes: f64) -> LevelBin {
         let bin = self.counts.iter().position(|count| {
             above += f64::from(*count);
             above >= nodes
         });
         let bin = bin.unwrap_or(BINS - 1);
         let width = self.width();
-        Highest {
+        LevelBin {
             above: above - f64::from(self.counts[bin]),
             low: self.high - (bin + 1) as f64 * width,
             high: self.high - bin as f64 * width,
@@ -282,7 +282,7 @@ mod tests {
     use super::{range, *};
 
     #[test]
-    fn heights_are_centred_and_their_range_known_whoever_shares_the_work() {
+    fn heights_are_centred_and_their_range_is_found_on_any_threads() {
         // Rows of whole groups and a remainder, with enough nodes for several threads.
         let (rows, row_nodes) = (600, 1000);
         let bump = |node: usize| 3.0 + (node as f64).sin();

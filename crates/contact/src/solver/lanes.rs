@@ -126,7 +126,7 @@ pub struct Lanes<S: Simd, const R: usize>(S, [S::f32s; R]);
 
 /// A mask of true or false for each lane.
 #[derive(Clone, Copy)]
-pub struct Choice<S: Simd, const R: usize>(S, [S::m32s; R]);
+pub struct Mask<S: Simd, const R: usize>(S, [S::m32s; R]);
 
 impl<S: Simd, const R: usize> Lanes<S, R> {
     #[inline(always)]
@@ -167,7 +167,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
     }
 
     #[inline(always)]
-    pub fn is_below(self, other: Self) -> Choice<S, R> {
+    pub fn is_below(self, other: Self) -> Mask<S, R> {
         let mut below = self.none();
         for i in 0..R {
             below.1[i] = self.0.less_than_f32s(self.1[i], other.1[i]);
@@ -176,9 +176,9 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
     }
 
     #[inline(always)]
-    fn none(self) -> Choice<S, R> {
+    fn none(self) -> Mask<S, R> {
         let zero = self.0.splat_f32s(0.0);
-        Choice(self.0, [self.0.less_than_f32s(zero, zero); R])
+        Mask(self.0, [self.0.less_than_f32s(zero, zero); R])
     }
 
     /// Returns self + a b, rounded once.
@@ -192,7 +192,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
 
     /// Returns whether `bit` is set in each number.
     #[inline(always)]
-    pub fn has(self, bit: u32) -> Choice<S, R> {
+    pub fn has(self, bit: u32) -> Mask<S, R> {
         let mut set = self.none();
         let bits = self.0.splat_u32s(bit);
         for i in 0..R {
@@ -204,7 +204,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
 
     /// Replaces the bits of `mask` by those `bits` whose mask is true.
     #[inline(always)]
-    pub fn with<const B: usize>(mut self, mask: u32, bits: [(u32, Choice<S, R>); B]) -> Self {
+    pub fn with<const B: usize>(mut self, mask: u32, bits: [(u32, Mask<S, R>); B]) -> Self {
         let simd = self.0;
         let (none, rest) = (simd.splat_u32s(0), simd.splat_u32s(!mask));
         for i in 0..R {
@@ -250,7 +250,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
     }
 }
 
-impl<S: Simd, const R: usize> Choice<S, R> {
+impl<S: Simd, const R: usize> Mask<S, R> {
     #[inline(always)]
     pub fn choose(self, mut yes: Lanes<S, R>, no: Lanes<S, R>) -> Lanes<S, R> {
         for i in 0..R {
@@ -308,8 +308,8 @@ macro_rules! operators {
 }
 
 operators! {
-    BitAnd::bitand for Choice: and_m32s;
-    BitOr::bitor for Choice: or_m32s;
+    BitAnd::bitand for Mask: and_m32s;
+    BitOr::bitor for Mask: or_m32s;
     Add::add for Lanes: add_f32s;
     Sub::sub for Lanes: sub_f32s;
     Mul::mul for Lanes: mul_f32s;
@@ -380,16 +380,16 @@ pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
 }
 
 /// A result that is accumulated over the mesh.
-pub trait Found: Copy {
+pub trait Accumulate: Copy {
     /// The result for no row.
-    const NOTHING: Self;
+    const ZERO: Self;
 
     /// Adds the result of later rows.
     fn add(&mut self, later: Self);
 }
 
-impl Found for f64 {
-    const NOTHING: Self = 0.0;
+impl Accumulate for f64 {
+    const ZERO: Self = 0.0;
 
     fn add(&mut self, later: Self) {
         *self += later;
@@ -399,7 +399,7 @@ impl Found for f64 {
 /// Results of rows, in the order of the rows.
 pub struct InOrder<F>(Vec<F>);
 
-impl<F: Found> InOrder<F> {
+impl<F: Accumulate> InOrder<F> {
     pub fn new() -> Self {
         Self(Vec::new())
     }
@@ -413,7 +413,7 @@ impl<F: Found> InOrder<F> {
     }
 
     pub fn total(&self) -> F {
-        self.0.iter().fold(F::NOTHING, |mut total, found| {
+        self.0.iter().fold(F::ZERO, |mut total, found| {
             total.add(*found);
             total
         })
@@ -425,7 +425,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_do_not_depend_on_who_has_found_what() {
+    fn sums_do_not_depend_on_the_split_between_threads() {
         // Any other order rounds differently.
         let terms = [1.0, 1e16, -1e16, 3.0, 1e-3];
         let one_by_one = terms.iter().fold(0.0, |sum, term| sum + term);

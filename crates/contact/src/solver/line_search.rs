@@ -15,25 +15,25 @@
 use super::passes::{PendingUpdate, Sums};
 
 /// Maximum factor by which pressures may have to be scaled after a move.
-const WORST_SCALE: f64 = 2.0;
+const MAX_SCALE: f64 = 2.0;
 
 /// The line from the pressure before a move through the pressure after it.
 #[derive(Debug, Clone, Copy)]
 pub struct LineSearch {
-    /// Factor s that restores the mean pressure.
+    /// Factor s that restores the mean pressure, or 1 if the material yields.
     pub scale: f64,
     /// Factor that would restore the mean of the pressures after the move.
     needed_scale: f64,
     /// Slope ⟨d, g⟩ of the energy; the offset of the gaps does not matter, because d has zero mean.
     slope: f64,
-    /// ⟨p, A d⟩.
+    /// Product ⟨p, A d⟩ of the pressure and the displacement under d.
     along: f64,
-    /// ⟨p, g⟩.
+    /// Product ⟨p, g⟩ of pressure and gap.
     pressure_on_gap: f64,
-    /// ⟨m, u⟩ and ⟨p, u⟩.
+    /// Products ⟨m, u⟩ and, in `work`, ⟨p, u⟩.
     move_on_displacement: f64,
     work: f64,
-    /// Σ p.
+    /// Sum of all pressures, as required.
     total: f64,
 }
 
@@ -103,9 +103,9 @@ impl LineSearch {
     /// Returns whether the move loses so much of the load that it must be undone.
     ///
     /// This happens if a sample of rows missed the relevant nodes, or if numbers overflow.
-    pub fn sheds_load(&self) -> bool {
+    pub fn loses_load(&self) -> bool {
         let scale = self.needed_scale;
-        !(scale > 0.0 && scale <= WORST_SCALE && self.slope.is_finite())
+        !(scale > 0.0 && scale <= MAX_SCALE && self.slope.is_finite())
     }
 
     /// Returns the part of the move with the lowest energy.
@@ -131,9 +131,9 @@ impl LineSearch {
 /// Iterations with separate step lengths; later iterations share the last one.
 const STEPS: usize = 16;
 
-/// Step length before any was learnt. Corrections are too large by up to a third; with one half, first loads take
-/// half as many pairs again.
-const UNTRIED_STEP: f64 = 0.9;
+/// Step length before any was learnt. Corrections are too large by up to a third; with one half,
+/// first loads take half as many pairs again.
+const INITIAL_STEP: f64 = 0.9;
 
 /// Range of step lengths that surfaces of all kinds were seen to need, so that a load that ends in
 /// rounding does not spoil the next.
@@ -148,7 +148,7 @@ pub struct Steps([f64; STEPS]);
 
 impl Default for Steps {
     fn default() -> Self {
-        Self([UNTRIED_STEP; STEPS])
+        Self([INITIAL_STEP; STEPS])
     }
 }
 
@@ -181,13 +181,13 @@ impl Steps {
 
 /// A move with a best part below this is undone to that part. Below one half it would have raised
 /// the energy.
-const SMALLEST_PART: f64 = 0.5;
+const MIN_DESCENT_PART: f64 = 0.5;
 
 /// A move with a best part below this is undone completely, and the next steps are shortened.
 ///
 /// A small part would leave traces of pressure on many nodes that should have none and would
 /// disturb later directions.
-const RECKLESS_PART: f64 = 0.25;
+const MIN_PART: f64 = 0.25;
 
 /// A best part below this shortens the next step accordingly: while many nodes change between free
 /// and fixed, one step too long follows another.
@@ -199,7 +199,7 @@ const CONTINUED_DAMPING: f64 = 0.5;
 
 /// A damping below this occurs only if directions are wrong altogether, for example if they fit the
 /// rows of a sample and contact follows the rows.
-const LEAST_DAMPING: f64 = 0.01;
+const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
 /// State that iterations of one load pass on, apart from the step lengths.
 pub struct History {
@@ -244,17 +244,17 @@ impl History {
         // The first move from a guess clips many nodes, which must not be undone. It says little
         // about the next move, except after a coarser mesh, where few nodes are clipped.
         let is_first = self.iteration == 0;
-        let short = !is_first && best < SMALLEST_PART;
+        let short = !is_first && best < MIN_DESCENT_PART;
         if !is_first || self.is_nested {
             let went_too_far = best < EXPECTED_PART;
-            self.caution = if went_too_far { best.max(SMALLEST_PART) } else { 1.0 };
+            self.caution = if went_too_far { best.max(MIN_DESCENT_PART) } else { 1.0 };
         }
         self.iteration += 1;
         if !short {
             self.damping = (2.0 * self.damping).min(1.0);
             return 1.0;
         }
-        if best < RECKLESS_PART {
+        if best < MIN_PART {
             self.shorten_steps();
             return 0.0;
         }
@@ -268,7 +268,7 @@ impl History {
 
     pub fn shorten_steps(&mut self) {
         self.damping *= 0.5;
-        self.sees_all_rows |= self.damping < LEAST_DAMPING;
+        self.sees_all_rows |= self.damping < MIN_SAMPLE_DAMPING;
     }
 }
 
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_tell_what_the_scaled_move_does() {
+    fn sums_describe_the_scaled_move() {
         let ([pressure, gap, moved], line) = example();
         let whole: Vec<f64> =
             moved.iter().zip(&pressure).map(|(m, p)| line.scale * (p + m) - p).collect();
@@ -367,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_material_yields_a_move_is_weighed_as_it_is() {
+    fn a_move_of_a_yielding_material_is_not_scaled() {
         let ([pressure, gap, moved], _) = example();
         let after: f64 = pressure.iter().zip(&moved).map(|(p, m)| p + m).sum();
         let (before, total, offset) = (pressure.iter().sum::<f64>(), 1.1 * after, 0.07);
@@ -385,7 +385,7 @@ mod tests {
         assert!(close(line.best(curvature) * curvature, (-slope).max(0.0)));
         assert_eq!(line.best(-curvature), 0.0);
         assert_eq!(line.scale, 1.0);
-        assert!(!line.sheds_load());
+        assert!(!line.loses_load());
     }
 
     #[test]
@@ -402,8 +402,8 @@ mod tests {
     #[test]
     fn a_move_that_takes_all_pressure_away_sheds_the_load() {
         let nothing_left = Sums { pressure_increment: -1.0, ..Sums::default() };
-        assert!(LineSearch::new(&nothing_left, 1.0, 1.0, 0.0).sheds_load());
+        assert!(LineSearch::new(&nothing_left, 1.0, 1.0, 0.0).loses_load());
         let (_, line) = example();
-        assert!(!line.sheds_load());
+        assert!(!line.loses_load());
     }
 }

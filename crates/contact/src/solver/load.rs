@@ -331,8 +331,8 @@ impl Pass<f64> for PromoteYielding<'_> {
 pub struct Tally {
     pub hardness: f64,
     pub saturated_nodes: f64,
-    /// Indices of elastic nodes in ascending order. Meshes with more nodes than `u32` can index do not fit into
-    /// memory.
+    /// Indices of elastic nodes in ascending order. Meshes with more nodes than `u32` can index do
+    /// not fit into memory.
     elastic: Vec<u32>,
 }
 

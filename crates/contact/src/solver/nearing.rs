@@ -11,9 +11,7 @@
 use pulp::Simd;
 
 use super::Solver;
-use super::lanes::{
-    Choice, InOrder, LANES, Lanes, Pass, REST, over_rows, split, split_mut, sum_by,
-};
+use super::lanes::{InOrder, LANES, Lanes, Mask, Pass, REST, over_rows, split, split_mut, sum_by};
 use crate::fft::Row;
 
 /// Nodes that are free at the start, over the expected growth of contact.
@@ -59,7 +57,7 @@ impl Nearing {
         self,
         gap: Lanes<S, R>,
         earlier: Lanes<S, R>,
-    ) -> Choice<S, R> {
+    ) -> Mask<S, R> {
         let above = gap - gap.like(self.offset);
         let before = earlier - gap.like(self.earlier_offset);
         above.is_below(gap.like(self.part) * before)
@@ -173,9 +171,9 @@ pub enum Expected {
 
 /// A row of gaps, with a lower limit at nodes that must not be free.
 #[derive(Clone)]
-pub struct ShownGap(Vec<f32>);
+pub struct LimitedGap(Vec<f32>);
 
-impl ShownGap {
+impl LimitedGap {
     pub fn new(row_nodes: usize) -> Self {
         Self(vec![0.0; row_nodes])
     }
@@ -299,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn most_nodes_that_come_into_contact_are_expected_and_few_of_the_others_that_seem_to() {
+    fn most_nodes_that_come_into_contact_are_predicted_and_few_others() {
         // The second load is predicted from the first alone, the third from both.
         let mut solver = solver();
         let press = |solver: &mut Solver, load| {

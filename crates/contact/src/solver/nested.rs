@@ -26,10 +26,10 @@ use crate::grid::Grid;
 use crate::threads::Threads;
 
 /// Minimum number of nodes along the shorter side of the smallest mesh.
-const FEWEST: usize = 128;
+const MIN_NODES: usize = 128;
 
 /// Minimum number of meshes, including the finest: on 256² nodes nested iteration takes longer.
-const FEWEST_MESHES: usize = 3;
+const MIN_MESHES: usize = 3;
 
 /// Residual on coarser meshes, in steps of that mesh. Half or twice of it takes as many pairs.
 const TOLERANCE: f64 = 1e-2;
@@ -90,7 +90,7 @@ impl Coarser {
         let levels = levels.map(|body| Level::new(threads, &**body, sampled()));
         let levels = levels.collect();
         let heights: Vec<f64> = sampled().collect();
-        let found = CoarseContact::nothing(&*coarsest);
+        let found = CoarseContact::empty(&*coarsest);
         let yielding = hardness.and_then(|hardness| {
             let body = body.on_coarser(coarsest.grid())?;
             Some(Solver {
@@ -137,7 +137,7 @@ impl Coarser {
 /// Returns the grids of coarser meshes, if there are enough of them.
 fn coarser_grids(grid: Grid) -> Vec<Grid> {
     let grids: Vec<Grid> = successors(coarsened(&grid), coarsened).collect();
-    if grids.len() + 1 < FEWEST_MESHES {
+    if grids.len() + 1 < MIN_MESHES {
         return Vec::new();
     }
     grids
@@ -151,7 +151,7 @@ pub fn is_nested(grid: Grid) -> bool {
 /// Returns the grid of every second node, if it is large enough.
 fn coarsened(grid: &Grid) -> Option<Grid> {
     let coarser = grid.coarsened()?;
-    let is_large = coarser.nodes().into_iter().all(|nodes| nodes >= FEWEST);
+    let is_large = coarser.nodes().into_iter().all(|nodes| nodes >= MIN_NODES);
     is_large.then_some(coarser)
 }
 
@@ -188,7 +188,7 @@ impl Level {
         let heights = heights.map(|height| height as f32).collect();
         let mut search = Search::new(threads, body, heights);
         search.drop_maps();
-        Self { search, found: CoarseContact::nothing(body) }
+        Self { search, found: CoarseContact::empty(body) }
     }
 
     /// Solves the contact, starting from the solution on the next coarser mesh.

@@ -15,6 +15,6 @@ pub use evaluate::{
     GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromotedInput, TakeBack, promote,
 };
 pub use extend::{Extend, Nodal, TakeOthers};
-pub use peek::{FEWEST_NODES, GatherCandidates, Means, Peek, PeekGap, Sample};
-pub use update_gap::{GapUpdate, Seen, UpdateGap};
+pub use peek::{GatherCandidates, MIN_SAMPLE_NODES, Means, Peek, PeekGap, Sample};
+pub use update_gap::{GapSums, GapUpdate, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

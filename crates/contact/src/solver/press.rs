@@ -32,21 +32,21 @@ const DECISIONS: u32 = 2;
 impl Solver {
     /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
     ///
-    /// The load must be below the hardness, if there is one ([`Hardness::bear`]). Loads may come in
+    /// The load must be below the hardness, if there is one ([`Hardness::check_load`]). Loads may come in
     /// any order; ascending loads are fastest. Some node always bears pressure, even under the
     /// lightest load and after an interruption. `watch` is called in every iteration and can stop
     /// the solver; `&|| false` never stops it.
     pub fn press(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
         assert!(load.is_finite() && load > 0.0, "the load must be positive and finite");
         if let Some(hardness) = self.hardness {
-            hardness.bear(load).expect("the load is below the hardness");
+            hardness.check_load(load).expect("the load is below the hardness");
         }
         self.search.pairs = 0;
         self.expected = Expected::All;
         self.search.extension.continues = true;
         self.search.reference_pressure.prepare(settings.tolerance);
         self.search.active.prepare(ReferencePressure::is_map(settings.tolerance));
-        if self.is_flattened_by(load) {
+        if self.reaches_full_contact(load) {
             self.search.bound = None;
             self.set_full_contact(load);
             let evaluation = self.evaluate();
@@ -120,7 +120,7 @@ impl Solver {
     }
 
     /// Returns whether the load presses all nodes into contact without yielding.
-    pub fn is_flattened_by(&self, load: f64) -> bool {
+    pub fn reaches_full_contact(&self, load: f64) -> bool {
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         self.full_contact.is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
     }
@@ -225,7 +225,7 @@ impl Solver {
     }
 }
 
-/// A node loses its pressure if this pressure would close less than this part of its own gap.
+/// A node loses its pressure if this pressure would close less than this part of the node's gap.
 ///
 /// With 0.675, as many nodes are released too early as too late in series of loads on 256² to 1024²
 /// nodes.

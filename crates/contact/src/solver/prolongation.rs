@@ -33,7 +33,7 @@ pub struct CoarseContact {
 
 impl CoarseContact {
     /// Creates the contact of a body that was not pressed.
-    pub fn nothing(body: &dyn ElasticOperator) -> Self {
+    pub fn empty(body: &dyn ElasticOperator) -> Self {
         let nodes = body.grid().nodes();
         Self {
             pressure_less_gap: Vec::new(),
@@ -175,7 +175,7 @@ impl Search {
         } else {
             (work - sums.pressure_on_height) / sums.pressure - reference
         };
-        let (convergence, free_offset) = self.update_gap::<YIELDS>(PendingUpdate::NOTHING, offset);
+        let (convergence, free_offset) = self.update_gap::<YIELDS>(PendingUpdate::NONE, offset);
         let balance = YIELDS.then(|| Balance {
             sum: sums.pressure + sums.saturated_nodes * (hardness - f64::from(hardness as f32)),
             free_offset,

@@ -23,7 +23,6 @@ pub struct Search {
     pub steps_per_side: f64,
     pub heights: Vec<f32>,
     /// Level that is subtracted from heights.
-    /// Level that is subtracted from heights.
     pub height_reference: f64,
     /// Mean pressure to be reached.
     pub load: f64,
@@ -34,7 +33,6 @@ pub struct Search {
     pub nested_steps: Steps,
 
     pub gap: Vec<f32>,
-    /// Level that is subtracted from gaps.
     /// Level that is subtracted from gaps.
     pub reference: f64,
     /// Level from which the residual is measured, minus `reference`.

@@ -15,10 +15,10 @@ use std::ops::RangeInclusive;
 
 use super::balance::Balance;
 use super::evaluation::Convergence;
-use super::heights::{CountHeights, CountedFrom, Highest, PressAbove, Untouched, range};
+use super::heights::{CountHeights, CountedFrom, LevelBin, PressAbove, Untouched, range};
 use super::lanes::{InOrder, over_rows};
 use super::line_search::Steps;
-use super::nearing::{Expected, ShownGap, SumInContact};
+use super::nearing::{Expected, LimitedGap, SumInContact};
 use super::passes::{Extrapolation, GapUpdate, InitialResidual, SavePressure};
 use super::{Hardness, Solver};
 use crate::elasticity;
@@ -138,7 +138,7 @@ impl Solver {
         let mut pass = InitialResidual::<YIELDS> {
             extrapolation,
             expected: take(&mut self.expected),
-            shown: ShownGap::new(self.search.nodes[1]),
+            shown: LimitedGap::new(self.search.nodes[1]),
             heights: &self.search.heights,
             response: GapUpdate::to_a_start(offset),
             gap: Band::new(&mut self.search.gap),
@@ -240,7 +240,7 @@ const PRESSED: f64 = 1.5;
 const BISECTIONS: u32 = 60;
 
 /// Ratio of all nodes to raised ones from which the raised ones are copied.
-const MANY: usize = 4;
+const COPY_RATIO: usize = 4;
 
 impl Solver {
     /// Guesses the pressure under a first load.
@@ -300,7 +300,7 @@ impl Solver {
         low: f64,
         high: f64,
         nodes: [(f64, f64); N],
-    ) -> [Highest; N] {
+    ) -> [LevelBin; N] {
         let mut counts = CountHeights::between(low, high, &self.heights);
         over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut counts);
         nodes.map(|(nodes, above)| counts.highest(above, nodes))
@@ -354,7 +354,7 @@ impl Solver {
             }
             if sum > load * cells {
                 high = shift;
-                if raised < all.len() / MANY {
+                if raised < all.len() / COPY_RATIO {
                     let above = all.iter().filter(|p| **p + high > 0.0);
                     few = Some(above.copied().collect());
                 }

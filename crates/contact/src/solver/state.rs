@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_the_gap_is_the_one_that_the_solver_tells() {
+    fn the_mean_gap_is_that_of_the_outcome() {
         for boundary in [Boundary::Periodic, Boundary::Free] {
             let mut solver = solver_of(body(boundary, None));
             let outcome = solver.press(0.05, &Settings::default(), &|| false);
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gap_is_negative_where_the_material_has_yielded_and_by_the_depth_that_is_told() {
+    fn the_gap_of_yielded_material_is_minus_the_depth_of_the_outcome() {
         let mut solver = solver_of(body(Boundary::Periodic, Some(0.3)));
         let outcome = solver.press(0.1, &Settings::default(), &|| false);
         let pressure = solver.pressure().to_vec();

@@ -115,11 +115,11 @@ fn violation(solver: &Solver, heights: &[f64]) -> f64 {
 }
 
 /// Presses at the default tolerance and checks the outcome against the stored pressures.
-fn assert_told_truly(solver: &mut Solver, heights: &[f64], load: f64) -> Outcome {
-    assert_told_truly_at(&Settings::default(), solver, heights, load)
+fn assert_outcome(solver: &mut Solver, heights: &[f64], load: f64) -> Outcome {
+    assert_outcome_at(&Settings::default(), solver, heights, load)
 }
 
-fn assert_told_truly_at(
+fn assert_outcome_at(
     settings: &Settings,
     solver: &mut Solver,
     heights: &[f64],

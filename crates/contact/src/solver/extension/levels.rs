@@ -1,7 +1,7 @@
 //! Passes between the levels of the pyramid.
 //!
 //! Values of blocks are interpolated linearly along each side to their parts, and collected by the
-//! transpose. A part of a block lies between the centre of its own block and that of a neighbour.
+//! transpose. A part of a block lies between the centres of its block and of a neighbouring one.
 //! Rows are stored with one more block at each end, because they are periodic.
 
 use pulp::Simd;

@@ -117,7 +117,7 @@ fn dot(a: &[f32], b: &[f32]) -> f64 {
 }
 
 #[test]
-fn handing_back_is_the_transpose_of_continuing() {
+fn collecting_is_the_transpose_of_extending() {
     let whole = [[64, 64], [50, 37], [128, 6], [6, 90], [9, 12], [1, 9], [3, 3], [1, 1]];
     let corners =
         [[[40, 48], [64, 64]], [[50, 37], [96, 64]], [[33, 5], [33, 10]], [[1, 1], [2, 2]]];
@@ -143,7 +143,7 @@ fn handing_back_is_the_transpose_of_continuing() {
 }
 
 #[test]
-fn what_all_nodes_ask_for_is_continued_nearly_as_it_is() {
+fn a_residual_on_all_nodes_is_extended_almost_unchanged() {
     let nodes = [96, 80];
     let residual = vec![2.0; 96 * 80];
     let last_step = vec![f32::from_bits(FREE); 96 * 80];
@@ -153,7 +153,7 @@ fn what_all_nodes_ask_for_is_continued_nearly_as_it_is() {
 }
 
 #[test]
-fn what_one_node_asks_for_fades_with_the_distance() {
+fn the_residual_of_one_node_decays_with_distance() {
     let nodes = [64, 64];
     let (mut residual, mut last_step) = (vec![0.0; 64 * 64], vec![0.0; 64 * 64]);
     (residual[0], last_step[0]) = (1.0, f32::from_bits(FREE));
@@ -182,7 +182,7 @@ fn the_map_repeats() {
 }
 
 #[test]
-fn rows_of_several_threads_come_to_the_same_bits() {
+fn rows_of_several_threads_give_the_same_bits() {
     for (map, nodes) in [([64, 48], [64, 48]), ([50, 37], [50, 37]), ([50, 37], [64, 64])] {
         let count = map[0] * map[1];
         let last_step = marks(3, count, 0.3);

@@ -6,15 +6,15 @@
 
 use pulp::Simd;
 
-use super::update_gap::{GapUpdate, Seen};
+use super::update_gap::{GapSums, GapUpdate};
 use super::update_pressure::PendingUpdate;
 use crate::fft::{Band, Row};
 use crate::solver::extension::ResidualRows;
 use crate::solver::flags::{ActiveBand, FREE, PRESSED, SATURATED, has, marked_by_pressure};
 use crate::solver::lanes::{
-    Found, InOrder, LANES, Lanes, Pass, REST, greater, split_mut, sum_by, total, weight,
+    Accumulate, InOrder, LANES, Lanes, Pass, REST, greater, split_mut, sum_by, total, weight,
 };
-use crate::solver::nearing::{Expected, ShownGap};
+use crate::solver::nearing::{Expected, LimitedGap};
 use crate::solver::prolongation::Prolonged;
 
 /// Computes the first residual from the last gap and pressure, or from their extrapolation; a pass
@@ -23,7 +23,7 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub extrapolation: Option<Extrapolation<'a>>,
     /// Nodes that may be free if they penetrate.
     pub expected: Expected,
-    pub shown: ShownGap,
+    pub shown: LimitedGap,
     pub heights: &'a [f32],
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
@@ -39,7 +39,7 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub reference_pressure: ReferenceBand<'a>,
     /// Set to the pressure minus the reference pressure.
     pub pressure_increment: Band<'a, f32>,
-    pub seen: InOrder<Seen>,
+    pub seen: InOrder<GapSums>,
     /// Sum of the reference pressures.
     pub reference_sum: InOrder<f64>,
     /// Σ pressure within its bounds, if the material yields.
@@ -290,13 +290,13 @@ pub struct BeginPressed<'a, const YIELDS: bool> {
 #[derive(Clone, Copy)]
 pub struct PressedSums {
     pub pressure: f64,
-    /// Σ pressure × height.
+    /// Σ pressure × height over all nodes.
     pub pressure_on_height: f64,
     pub saturated_nodes: f64,
 }
 
-impl Found for PressedSums {
-    const NOTHING: Self = Self { pressure: 0.0, pressure_on_height: 0.0, saturated_nodes: 0.0 };
+impl Accumulate for PressedSums {
+    const ZERO: Self = Self { pressure: 0.0, pressure_on_height: 0.0, saturated_nodes: 0.0 };
 
     fn add(&mut self, later: Self) {
         self.pressure += later.pressure;
@@ -487,7 +487,7 @@ mod tests {
             assert!(apart.into_iter().all(|by| by < 1e-6), "{found:?}, {exact:?}");
         };
         close(left(PendingUpdate::ALL_BACK, f64::INFINITY), before);
-        close(left(PendingUpdate::NOTHING, f64::INFINITY), after);
+        close(left(PendingUpdate::NONE, f64::INFINITY), after);
         let half = PendingUpdate { scale: 1.0, part: 0.5 };
         close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
         // Without the flag of free nodes the number is no move.

@@ -8,10 +8,10 @@ use crate::fft::{Band, Row};
 use crate::solver::balance::Nodes;
 use crate::solver::extension::{Extension, GivenRows};
 use crate::solver::flags::{ActiveGroups, FREE, PRESSED, SATURATED, has};
-use crate::solver::lanes::{Found, InOrder, LANES, Pass, sum_over_groups, weight};
+use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
 
 /// Minimum number of free nodes in a sample; with fewer, all rows are visited.
-pub const FEWEST_NODES: f64 = 64.0;
+pub const MIN_SAMPLE_NODES: f64 = 64.0;
 
 /// Means over free nodes, or zero if there are none.
 #[derive(Debug, Default, Clone, Copy)]
@@ -48,8 +48,8 @@ struct PeekSums {
     sums: Means,
 }
 
-impl Found for PeekSums {
-    const NOTHING: Self = Self {
+impl Accumulate for PeekSums {
+    const ZERO: Self = Self {
         free_nodes: 0.0,
         sampled_nodes: 0.0,
         sums: Means {
@@ -159,8 +159,8 @@ impl<'a> Peek<'a> {
 
     /// Returns whether there were too few free nodes. A direction that does not keep the mean
     /// pressure may lose all of it.
-    pub fn saw_too_little(&self) -> bool {
-        self.sums.total().free_nodes < FEWEST_NODES
+    pub fn is_too_small(&self) -> bool {
+        self.sums.total().free_nodes < MIN_SAMPLE_NODES
     }
 
     /// Returns the collected nodes, if the material yields.
@@ -254,8 +254,8 @@ pub struct PeekGap<'a> {
 
 impl PeekGap<'_> {
     /// Returns whether there were too few nodes.
-    pub fn saw_too_little(&self) -> bool {
-        (self.nodes.len() as f64) < FEWEST_NODES
+    pub fn is_too_small(&self) -> bool {
+        (self.nodes.len() as f64) < MIN_SAMPLE_NODES
     }
 }
 
@@ -297,10 +297,10 @@ impl Pass<f32> for PeekGap<'_> {
 }
 
 /// Minimum number of pairs of rows in a sample; smaller meshes are sampled completely.
-const FEWEST: usize = 32;
+const MIN_PAIRS: usize = 32;
 
 /// Maximum distance of the pairs of rows in a sample.
-const SPARSEST: usize = 8;
+const MAX_STRIDE: usize = 8;
 
 /// Sample of rows of a map, in evenly distributed pairs.
 pub struct Sample {
@@ -319,7 +319,7 @@ struct Geometry {
 impl Sample {
     pub fn new([rows, row_nodes]: [usize; 2]) -> Self {
         let pairs = rows.div_ceil(2);
-        let stride = (pairs / FEWEST).clamp(1, SPARSEST);
+        let stride = (pairs / MIN_PAIRS).clamp(1, MAX_STRIDE);
         Self {
             geometry: Geometry { rows, row_nodes, stride },
             kept: vec![0.0; 2 * pairs.div_ceil(stride) * row_nodes],

@@ -9,7 +9,7 @@ use crate::solver::extension::ResidualRows;
 use crate::solver::flags::{
     ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, SATURATED, mark, mark_yielding,
 };
-use crate::solver::lanes::{Found, InOrder, Lanes, Pass, REST, split, split_mut};
+use crate::solver::lanes::{Accumulate, InOrder, Lanes, Pass, REST, split, split_mut};
 
 /// Updates the gap by the displacement of a move, frees nodes, and computes the residual of free
 /// nodes.
@@ -26,7 +26,7 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
     pub sample: SampleBand<'a>,
-    pub seen: InOrder<Seen>,
+    pub seen: InOrder<GapSums>,
 }
 
 /// Update of the gap, the same for all nodes.
@@ -45,7 +45,7 @@ pub struct GapUpdate {
 
 /// Counts, sums and extremes of the gap.
 #[derive(Clone, Copy)]
-pub struct Seen {
+pub struct GapSums {
     pub free_nodes: f64,
     pub extremes: Extremes,
     /// Nodes with pressure that are not saturated, if the material yields.
@@ -56,8 +56,8 @@ pub struct Seen {
     pub free_sum: f64,
 }
 
-impl Found for Seen {
-    const NOTHING: Self = Self {
+impl Accumulate for GapSums {
+    const ZERO: Self = Self {
         free_nodes: 0.0,
         extremes: Extremes::NONE,
         elastic_nodes: 0.0,
@@ -169,7 +169,7 @@ impl GapUpdate {
         gap: &[f32],
         last_step: &mut [f32],
         groups: &mut GroupsOfRow,
-        seen: &mut InOrder<Seen>,
+        seen: &mut InOrder<GapSums>,
     ) {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(gap);
@@ -199,7 +199,7 @@ impl GapUpdate {
         values: &mut [[S::f32s; R]],
         gap: &[[S::f32s; R]],
         last_step: &mut [[S::f32s; R]],
-    ) -> Seen {
+    ) -> GapSums {
         let offset = Lanes::all(simd, self.offset);
         let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
         let mut free_nodes = zero;
@@ -250,10 +250,10 @@ impl GapUpdate {
                 mark(next, free, pressed).numbers()
             };
         }
-        let mut seen = Seen {
+        let mut seen = GapSums {
             free_nodes: free_nodes.total(),
             extremes: Extremes::of(highest, lowest),
-            ..Seen::NOTHING
+            ..GapSums::ZERO
         };
         if YIELDS {
             seen.elastic_nodes = elastic_nodes.total();

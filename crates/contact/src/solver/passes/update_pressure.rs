@@ -6,7 +6,9 @@ use super::begin::ReferencePressure;
 use crate::fft::{Band, Row};
 use crate::solver::extension::GivenRows;
 use crate::solver::flags::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
-use crate::solver::lanes::{Found, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups};
+use crate::solver::lanes::{
+    Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups,
+};
 
 /// Update of pressures that is still to be done after a move: scaling, and undoing a part.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +20,7 @@ pub struct PendingUpdate {
 }
 
 impl PendingUpdate {
-    pub const NOTHING: Self = Self { scale: 1.0, part: 1.0 };
+    pub const NONE: Self = Self { scale: 1.0, part: 1.0 };
 
     pub const ALL_BACK: Self = Self { scale: 1.0, part: 0.0 };
 
@@ -251,18 +253,18 @@ pub struct Sums {
     pub pressure_increment: f64,
     /// Correction of this sum for saturated nodes, because the hardness is rounded.
     pub rounded: f64,
-    /// Σ move × gap.
+    /// Σ move × gap over all nodes.
     pub move_on_gap: f64,
     /// Σ pressure after the move × gap; over elastic nodes only, if the material yields.
     pub pressure_on_gap: f64,
-    /// Σ move × height.
+    /// Σ move × height over all nodes.
     pub move_on_height: f64,
     /// Σ pressure after the move × height.
     pub pressure_on_height: f64,
 }
 
-impl Found for Sums {
-    const NOTHING: Self = Self {
+impl Accumulate for Sums {
+    const ZERO: Self = Self {
         pressure_increment: 0.0,
         rounded: 0.0,
         move_on_gap: 0.0,

@@ -60,7 +60,7 @@ fn saturated_and_elastic_contact_is_as_independent_code_has_it() {
 }
 
 #[test]
-fn what_does_not_yield_keeps_every_bit() {
+fn loads_below_the_hardness_keep_every_bit() {
     let heights = rough(48, 7);
     let bits = |solver: &Solver| Vec::from_iter(solver.pressure().iter().map(|p| p.to_bits()));
     for boundary in [Boundary::Periodic, Boundary::Free] {
@@ -89,7 +89,7 @@ fn what_does_not_yield_keeps_every_bit() {
 }
 
 #[test]
-fn a_guess_that_passes_the_hardness_in_vain_changes_no_bit() {
+fn a_guess_that_exceeds_the_hardness_needlessly_changes_no_bit() {
     let heights = map(64, |x, y| {
         let is_face = (x - 0.5).hypot(y - 0.5) < 0.3;
         if is_face { 0.0 } else { -0.001 }
@@ -251,7 +251,7 @@ fn yielding_in_any_order_of_loads_is_the_same() {
 
 #[test]
 fn two_elastic_nodes_far_from_where_gaps_were_counted_from_are_found_to_their_last_digit() {
-    // 42 nodes yield together. Found by the property test below.
+    // 42 nodes yield together. Accumulate by the property test below.
     let (nodes, hardness) = (7, 10_f64.powf(-3.7070496578738408));
     let heights = noise(nodes, 18270964029254293781);
     let mut solver = yielding(nodes, hardness, &heights);

@@ -35,7 +35,7 @@ fn hard_surfaces_are_solved_to_the_last_digits() {
 }
 
 #[test]
-fn what_a_sample_of_rows_does_not_show_is_found_all_the_same() {
+fn contact_outside_the_sample_of_rows_is_found() {
     // On this mesh every fourth pair of rows is sampled, and the peak is in the first.
     let peak = map(256, |x, y| if x == 0.0 && y == 0.0 { 0.1 } else { 0.0 });
     let ridge = map(256, |x, _| if x == 0.0 { 0.01 } else { 0.0 });
@@ -60,7 +60,7 @@ fn a_flat_surface_is_in_full_contact_under_any_load() {
 }
 
 #[test]
-fn a_solve_stops_where_it_is_told_to_and_can_be_taken_up_again() {
+fn a_load_stops_on_request_and_can_be_solved_later() {
     let heights = rough(32, 3);
     let mut solver = super::solver(32, &heights);
     let load = 0.2 * solver.full_contact_load().unwrap();
@@ -84,7 +84,7 @@ fn an_unreachable_tolerance_ends_at_the_pair_limit_and_spoils_no_later_load() {
 #[test]
 fn unloading_along_a_line_asks_no_more_of_single_precision_than_it_holds() {
     // On the line through the last two solutions the gap in contact is nearly closed, but pressures
-    // are far below zero. Found by the property test below.
+    // are far below zero. Accumulate by the property test below.
     let heights = rough(14, 16071871414132732062);
     let mut solver = super::solver(14, &heights);
     let full = solver.full_contact_load().unwrap();
@@ -176,8 +176,8 @@ fn saturated_nodes_stay_saturated_where_they_bear_nearly_all_of_the_load() {
     let grid = square(12, 1.0);
     let heights = reduced(&Shape::Paraboloid { radius: 1.0 }.draw(grid));
     let mut solver = yields_at(0.01).solver(grid, &heights);
-    assert_told_truly(&mut solver, &heights, 0.0012);
-    let outcome = assert_told_truly(&mut solver, &heights, 0.0047917);
+    assert_outcome(&mut solver, &heights, 0.0012);
+    let outcome = assert_outcome(&mut solver, &heights, 0.0047917);
     assert_eq!(outcome.saturated_nodes, 69);
 }
 
@@ -192,7 +192,7 @@ fn loads_near_whole_numbers_of_saturated_nodes_are_solved() {
             for saturated in (1..nodes * nodes).step_by(7) {
                 let whole = saturated as f64 / grid.count() as f64 * hardness;
                 for part in [1.0 - 1e-5, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.0 + 1e-5] {
-                    assert_told_truly(&mut solver, &heights, part * whole);
+                    assert_outcome(&mut solver, &heights, part * whole);
                 }
             }
         }
@@ -210,7 +210,7 @@ fn no_loaded_node_is_dropped_on_elongated_cells() {
                 let full = solver.full_contact_load().unwrap();
                 for part in [1e-6, 1e-3, 0.03, 0.3] {
                     let load = part * full;
-                    let outcome = assert_told_truly(&mut solver, &heights, load);
+                    let outcome = assert_outcome(&mut solver, &heights, load);
                     // With mesh steps along x and y as different as this, many loads do not
                     // converge.
                     if outcome.stop != Stop::Converged {
@@ -237,7 +237,7 @@ fn cells_up_to_thirty_times_as_long_as_wide_converge() {
                 let mut solver = HalfSpace::default().solver(grid, &heights);
                 let full = solver.full_contact_load().unwrap();
                 for part in [1e-6, 1e-3, 0.03, 0.3] {
-                    let outcome = assert_told_truly(&mut solver, &heights, part * full);
+                    let outcome = assert_outcome(&mut solver, &heights, part * full);
                     assert_eq!(outcome.stop, Stop::Converged);
                 }
             }
@@ -268,7 +268,7 @@ proptest! {
         let mut solver = body.solver(grid, &heights);
         for part in parts {
             let load = 10_f64.powf(part) * hardness.unwrap_or(1.0).min(1.0) * 0.99;
-            assert_told_truly_at(&settings, &mut solver, &heights, load);
+            assert_outcome_at(&settings, &mut solver, &heights, load);
         }
     }
 }

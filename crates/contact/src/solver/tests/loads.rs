@@ -147,7 +147,7 @@ fn strips_along_the_rows_are_found_where_a_sample_of_rows_shows_their_edges_alon
 }
 
 #[test]
-fn a_load_that_is_given_up_spoils_none_after_it() {
+fn an_unsolved_load_does_not_spoil_later_ones() {
     for seed in 0..6 {
         let heights = rough(33, seed);
         let [mut fresh, mut worn] = [0; 2].map(|_| super::solver(33, &heights));
@@ -313,7 +313,7 @@ fn a_hardness_that_no_pressure_passes_changes_no_bit_and_one_that_some_pass_is_b
 }
 
 #[test]
-fn a_load_ends_where_it_is_told_to_on_a_coarser_mesh_and_can_be_taken_up_again() {
+fn a_load_stops_on_request_on_a_coarser_mesh_and_can_be_solved_later() {
     let heights = smooth(NODES, 8, 5);
     // Many quarters add up without rounding.
     for hardness in [None, Some(0.25)] {
