@@ -1,4 +1,5 @@
-//! Presses a rough surface under nine loads and prints its contact area and that of Persson's theory.
+//! Presses a rough surface under nine loads and prints its contact area and that of Persson's
+//! theory.
 //!
 //! ```sh
 //! cargo run --release -p asperity-contact --example press

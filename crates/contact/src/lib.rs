@@ -25,8 +25,28 @@
 //! [`FreeHalfSpace`](elasticity::FreeHalfSpace). From the pressure, make a
 //! [`ContactMap`](morphology::map::ContactMap); it gives the
 //! [`ContactArea`](morphology::area::ContactArea) and the
-//! [`Clusters`](morphology::clusters::Clusters). The README and `examples/press.rs` are complete
-//! examples.
+//! [`Clusters`](morphology::clusters::Clusters).
+//!
+//! ```
+//! use asperity_contact::elasticity::PeriodicHalfSpace;
+//! use asperity_contact::grid::Grid;
+//! use asperity_contact::morphology::{area::ContactArea, map::ContactMap};
+//! use asperity_contact::solver::{Settings, Solver, Stop};
+//! use asperity_contact::topography::random::{Amplitude, RandomSurface};
+//! use asperity_contact::topography::spectrum::Spectrum;
+//!
+//! let grid = Grid::square(64, 1.0)?;
+//! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16, anisotropy: None };
+//! let amplitude = Amplitude::Gaussian;
+//! let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 1, realization: 0 };
+//! // The solver needs heights in units of h′ L. Here h′ and L are one.
+//! let mut solver = Solver::new(PeriodicHalfSpace::new(grid), surface.draw(grid).heights());
+//! let outcome = solver.press(0.05, &Settings::default(), &|| false);
+//! assert_eq!(outcome.stop, Stop::Converged);
+//! let map = ContactMap::from_pressures(grid.nodes(), solver.pressure());
+//! assert!((0.0..0.2).contains(&ContactArea::from_map(&map).fraction()));
+//! # Ok::<(), asperity_contact::grid::GridError>(())
+//! ```
 //!
 //! # Conventions
 //!
