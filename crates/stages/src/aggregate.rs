@@ -162,7 +162,8 @@ pub struct Sql {
     /// Names of the inputs in the query, each with its number of tables; empty before the study is
     /// planned.
     pub tables: Vec<(String, usize)>,
-    /// Units and meanings of columns that no input has. They are wording and not part of the recipe.
+    /// Units and meanings of columns that no input has. They are wording and not part of the
+    /// recipe.
     #[serde(skip)]
     pub columns: BTreeMap<String, Meaning>,
 }
@@ -182,8 +183,8 @@ pub struct Meaning {
     pub meaning: String,
 }
 
-/// Returns the columns that a stage may add, except the statistics of columns, which are named after
-/// them like `area_fraction_mean`.
+/// Returns the columns that a stage may add, except the statistics of columns, which are named
+/// after them like `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
     groups::OWN.into_iter().chain(models).collect()

@@ -227,7 +227,8 @@ impl Ensemble {
         self.rows[member][load]
     }
 
-    /// Returns the rows of all surfaces under a load, or `None` if a surface does not have the load.
+    /// Returns the rows of all surfaces under a load, or `None` if a surface does not have the
+    /// load.
     ///
     /// A surface has no rows beyond its first load in full contact, so that a mean over the
     /// remaining surfaces would fall with the load.
@@ -245,11 +246,11 @@ impl Ensemble {
     }
 }
 
-/// Removes rows that repeat the surface and load of an earlier row, as when two stages share rows or
-/// two blocks share a load.
+/// Removes rows that repeat the surface and load of an earlier row, as when two stages share rows
+/// or two blocks share a load.
 ///
-/// Loads that differ by rounding become equal. A table that is not about single surfaces is returned
-/// unchanged.
+/// Loads that differ by rounding become equal. A table that is not about single surfaces is
+/// returned unchanged.
 ///
 /// # Errors
 /// Returns an error if loads are not numbers.
@@ -351,8 +352,8 @@ const REGION: [&str; 6] = [
 /// rows are correlated and count as one sample. Statistics over rows of several points therefore
 /// count sampling units.
 ///
-/// A pair of seed and realization is one unit, and so is a region of a file. Every other surface, and
-/// every row that is not about a single surface, is a separate unit.
+/// A pair of seed and realization is one unit, and so is a region of a file. Every other surface,
+/// and every row that is not about a single surface, is a separate unit.
 ///
 /// # Errors
 /// Returns an error if seeds, realizations or names of surfaces have another type.

@@ -19,8 +19,8 @@
 //! | [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //! | [`caveats`] | surfaces that violate the assumptions of theories of rough contact |
 //!
-//! Each kind of stage has its own file and folder. A new kind is added to the `match` expressions in
-//! this file and in [`form`].
+//! Each kind of stage has its own file and folder. A new kind is added to the `match` expressions
+//! in this file and in [`form`].
 
 pub mod aggregate;
 pub mod caveats;

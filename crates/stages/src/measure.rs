@@ -1,9 +1,9 @@
-//! Counts contacts, or heights, and measures surfaces.
+//! Stages that measure contact maps and surfaces.
 //!
-//! How a density of heights varies between surfaces takes the histograms of a thousand of them, and
-//! nobody looks at those one by one: as rows they would be millions. `pool` counts all surfaces of a
-//! parameter point in one task that keeps sums alone. More surfaces count the old ones again, which
-//! takes seconds, for they are drawn and not solved.
+//! The scatter of height distributions between surfaces requires the histograms of about a thousand
+//! surfaces, which would be millions of rows. `pool` therefore measures all surfaces of a parameter
+//! point in one task that stores only sums. If a study is extended, all surfaces are measured
+//! again, which takes seconds because they are drawn but not pressed.
 
 mod contacts;
 pub mod distributions;
@@ -27,14 +27,14 @@ use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;
 use asperity_tables::table::Table;
 
-use contacts::Besides;
+use contacts::OptionalColumns;
 pub use distributions::Distribution;
 use statistics::Statistic;
 
-/// Version of the numbers, part of every key: raised whenever they change.
+/// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 4;
 
-/// Counts contacts, or heights, and measures surfaces.
+/// Definition of `measure` stages.
 pub const STAGE: Definition = Definition {
     name: "measure",
     version: VERSION,
@@ -47,7 +47,7 @@ pub const STAGE: Definition = Definition {
         _ => Some(Rows::Contacts),
     },
     columns: || {
-        let contacts = contacts::columns(Besides {
+        let contacts = contacts::columns(OptionalColumns {
             rectangles: true,
             yields: true,
             flows: true,
@@ -73,35 +73,35 @@ pub const STAGE: Definition = Definition {
     },
 };
 
-/// What is measured; it follows from what the stage reads.
+/// Quantities that a task measures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "lowercase")]
 pub enum Params {
-    /// Contact maps, from a solve stage.
+    /// Contact maps of a `solve` stage.
     Contacts {
-        /// Whether the stiffness of the interface is measured, too; a recipe says so where it is, as it was
-        /// before there was a choice.
+        /// Whether the stiffness of the interface is measured. Omitted from the recipe if false, so
+        /// that existing keys stay valid.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         stiffness: bool,
     },
-    /// The distribution of heights, from a generate stage.
+    /// Height distribution of the surfaces of a `generate` stage.
     Heights {
         /// Number of bins.
         bins: u32,
         /// Half width of the histogram, in rms heights.
         range: f64,
     },
-    /// How that distribution varies between the surfaces of a parameter point.
+    /// Mean and scatter of the height distributions of all surfaces of a parameter point.
     Pool {
         /// Number of bins.
         bins: u32,
         /// Half width of the histograms, in rms heights.
         range: f64,
     },
-    /// Another statistic of each surface.
+    /// Another statistic of each surface of a `generate` stage.
     #[serde(untagged)]
     Surface(Statistic),
-    /// A distribution under each load, from a solve stage.
+    /// Distribution under each load of a `solve` stage.
     #[serde(untagged)]
     Distribution(Distribution),
 }
@@ -119,9 +119,9 @@ impl Stage for Params {
         match *self {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
-            Params::Distribution(distribution) => distribution.of(input),
-            Params::Contacts { stiffness } => contacts::of(&input.table, stiffness),
-            Params::Pool { .. } => unreachable!("pools were told apart"),
+            Params::Distribution(distribution) => distribution.measure(input),
+            Params::Contacts { stiffness } => contacts::measure(&input.table, stiffness),
+            Params::Pool { .. } => unreachable!("pools are handled above"),
         }
     }
 
@@ -129,13 +129,13 @@ impl Stage for Params {
         Ok(match self {
             Params::Contacts { stiffness } => {
                 let solved = stacked(inputs)?;
-                let besides = Besides {
+                let optional = OptionalColumns {
                     rectangles: grids::has_rectangles(&solved),
                     yields: solved.has(SATURATED_NODES.name),
                     flows: solved.has(FLOW_STOP.name),
                     stiffness: *stiffness,
                 };
-                beside_coordinates(&contacts::columns(besides), inputs)?
+                beside_coordinates(&contacts::columns(optional), inputs)?
             }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
             Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
@@ -160,7 +160,7 @@ impl Stage for Params {
         }
     }
 
-    /// Pooled surfaces are drawn again, whether or not their heights were kept.
+    /// Does not read heights for pooled surfaces, which are drawn again.
     fn columns_read(&self) -> Columns {
         match self {
             Params::Contacts { .. }
@@ -171,19 +171,19 @@ impl Stage for Params {
         }
     }
 
-    /// A surface drawn again, or the labels of clusters.
+    /// Counts the memory for drawing a surface again, or for the labels of clusters.
     fn footprint(&self) -> Footprint {
-        let beside = match self {
+        let additional = match self {
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Contacts { .. }
             | Params::Distribution(_)
             | Params::Heights { .. }
             | Params::Pool { .. } => 0.0,
         };
-        Footprint { work: 36.0 + beside, table: 0.0 }
+        Footprint { work: 36.0 + additional, table: 0.0 }
     }
 
-    /// A surface is drawn again to look at its heights; of contact there are bits to count.
+    /// Counts the transforms for drawing a surface again; contact maps only need a count of bits.
     fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
             Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
@@ -194,7 +194,8 @@ impl Stage for Params {
 }
 
 fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {
-    let surface = drawn(input).surface(&input.table, context.sources, context.threads)?;
+    let params = surface_params(input);
+    let surface = params.surface(&input.table, context.sources, context.threads)?;
     let histogram = Histogram::from_surface(&surface, bins, range);
     let columns = vec![
         (BIN, reals(histogram.bins.iter().map(|bin| bin.center))),
@@ -206,9 +207,9 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
 }
 
 fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
-    let params = drawn(input);
+    let params = surface_params(input);
     let surface = params.surface(&input.table, context.sources, context.threads)?;
-    let (rows, columns) = statistic.of(&surface, &params.origin);
+    let (rows, columns) = statistic.measure(&surface, &params.origin);
     Ok(input.table.coordinates().pick(&vec![0; rows]).with(columns))
 }
 
@@ -217,15 +218,15 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
         if (context.interrupted)() {
             return Err(StageError::Interrupted);
         }
-        let surface = drawn(input).draw(context.sources, &Threads::one())?;
+        let surface = surface_params(input).draw(context.sources, &Threads::one())?;
         Ok(HistogramPool::from_histogram(&Histogram::from_surface(&surface, bins, range)))
     };
     let mut pooled = HistogramPool::default();
-    // As many at a time as there are threads, which others may need after these.
+    // Only one surface per thread at a time, so that other tasks can take threads between batches.
     for inputs in inputs.chunks(context.threads.count()) {
         let mut pools: Vec<_> = inputs.iter().map(|input| (input, None)).collect();
-        let crew = context.threads.crew_of(inputs.len());
-        crew.each(
+        let workers = context.threads.workers_up_to(inputs.len());
+        workers.for_each(
             &mut Vec::new(),
             || (),
             &mut pools,
@@ -250,9 +251,9 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
     Ok(point.pick(&vec![0; bins.len()]).with(columns))
 }
 
-fn drawn<'a>(input: &Input<'a>) -> &'a generate::Params {
-    let Recipe::Generate(drawn) = input.recipe else {
-        unreachable!("the study lets surfaces alone be measured so")
+fn surface_params<'a>(input: &Input<'a>) -> &'a generate::Params {
+    let Recipe::Generate(params) = input.recipe else {
+        unreachable!("validation accepts only surfaces for these measurements")
     };
-    drawn
+    params
 }

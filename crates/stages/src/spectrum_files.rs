@@ -1,10 +1,10 @@
 //! Files of power spectral densities: tables of wavenumbers and densities, as CSV or Parquet.
 //!
 //! The first column `wavenumber` holds angular wavenumbers. The first column `spectral_density`, or
-//! else `density`, holds the density C(q) with ∫ C d²q/(2π)² = h_rms². Other columns are ignored. In
-//! a CSV file a name may be followed by its unit in brackets: `wavenumber [1/µm]`, `density [µm^4]`.
-//! Fields are separated by commas, semicolons, tabs or spaces, and lines that begin with `#` are
-//! comments. The published table of a `measure` stage is such a file.
+//! else `density`, holds the density C(q) with ∫ C d²q/(2π)² = h_rms². Other columns are ignored.
+//! In a CSV file a name may be followed by its unit in brackets: `wavenumber [1/µm]`, `density
+//! [µm^4]`. Fields are separated by commas, semicolons, tabs or spaces, and lines that begin with
+//! `#` are comments. The published table of a `measure` stage is such a file.
 
 use thiserror::Error;
 
@@ -28,8 +28,8 @@ pub struct SpectrumTable {
 }
 
 impl SpectrumTable {
-    /// Returns the ratio of the table's unit of length to `unit`: 1 if one of them is not named, and
-    /// `None` if one of them is not a length.
+    /// Returns the ratio of the table's unit of length to `unit`: 1 if one of them is not named,
+    /// and `None` if one of them is not a length.
     pub fn length_scale(&self, unit: &str) -> Option<f64> {
         match &self.unit {
             Some(own) if !unit.is_empty() => length_ratio(own, unit),

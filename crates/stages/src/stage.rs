@@ -118,8 +118,8 @@ pub trait Stage {
         None
     }
 
-    /// Returns the recipe for inputs with these names and numbers of tables, if they are part of the
-    /// recipe.
+    /// Returns the recipe for inputs with these names and numbers of tables, if they are part of
+    /// the recipe.
     fn over(&self, _inputs: Vec<(String, usize)>) -> Option<Recipe> {
         None
     }
@@ -312,8 +312,8 @@ impl Work {
     }
 }
 
-/// Passes one column to `with` in parts, for tables that do not fit into memory. Returns whether the
-/// table has such a column.
+/// Passes one column to `with` in parts, for tables that do not fit into memory. Returns whether
+/// the table has such a column.
 fn each_part(
     source: &TableSource,
     name: &str,

@@ -148,8 +148,8 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
     })
 }
 
-/// Computes slopes by finite differences of the mean curve, and secants. The load must ascend within
-/// each curve.
+/// Computes slopes by finite differences of the mean curve, and secants. The load must ascend
+/// within each curve.
 fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageError> {
     let curve = names.keys_of_a_curve();
     let before = |values: Expr| match curve.is_empty() {
@@ -212,8 +212,8 @@ const IN_TWO_UNITS: [[&str; 2]; 2] =
 
 /// Columns that define the groups.
 ///
-/// A derived column (see [`Role::Derived`]) holds a coordinate in another unit. If loads are given in
-/// pascals, the reduced load differs between surfaces and must not split groups. Groups are then
+/// A derived column (see [`Role::Derived`]) holds a coordinate in another unit. If loads are given
+/// in pascals, the reduced load differs between surfaces and must not split groups. Groups are then
 /// distinguished by the coordinate from which the column is derived.
 struct GroupNames {
     /// Columns of the reduced table that describe a group, in order.
@@ -222,8 +222,8 @@ struct GroupNames {
     keys: Vec<String>,
     /// Shown columns that are derived from a shown key. Their values may differ within a group.
     derived: Vec<String>,
-    /// Shown columns that are derived from a key that is not shown, each with this key. Their values
-    /// must not differ within a group.
+    /// Shown columns that are derived from a key that is not shown, each with this key. Their
+    /// values must not differ within a group.
     stand_ins: Vec<(String, String)>,
     /// Key that is a load, if there is one.
     load: Option<String>,

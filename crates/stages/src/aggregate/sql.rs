@@ -22,7 +22,8 @@ use asperity_tables::column::{Role, described};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
 
-/// Answers the query of a stage. `tables` are the tables of its inputs, in the order of `sql.tables`.
+/// Answers the query of a stage. `tables` are the tables of its inputs, in the order of
+/// `sql.tables`.
 ///
 /// # Errors
 /// Returns an error under the conditions of [`ask`].
@@ -204,7 +205,8 @@ fn unknown_of_a_table(
     })
 }
 
-/// Parses the message `unable to find column "laod"; valid columns: ["load", "area", "load:other"]`.
+/// Parses the message `unable to find column "laod"; valid columns: ["load", "area",
+/// "load:other"]`.
 ///
 /// Polars gives the name `load:other` to a column that two joined tables have.
 fn unknown_anywhere(reason: &str) -> Option<QueryError> {

@@ -1,12 +1,13 @@
 //! Statistics of a group: their names in manifests and columns, and the statistics that polars does
 //! not provide.
 //!
-//! Standard errors and confidence intervals of means use Student's t over surfaces. A surface counts
-//! once, even if a group contains several of its rows: areas of one surface under neighbouring loads
-//! are strongly correlated, and so are areas of one seed and realization at several points of a
-//! sweep, which share random numbers (see [`sampling_units`]). For n surfaces with sums Sᵢ over nᵢ
-//! rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m nᵢ)²/(Σnᵢ)² of a ratio of two
-//! means. With one row per surface it equals the square of s/√n. A single surface has no error.
+//! Standard errors and confidence intervals of means use Student's t over surfaces. A surface
+//! counts once, even if a group contains several of its rows: areas of one surface under
+//! neighbouring loads are strongly correlated, and so are areas of one seed and realization at
+//! several points of a sweep, which share random numbers (see [`sampling_units`]). For n surfaces
+//! with sums Sᵢ over nᵢ rows, the mean m of all rows has the variance n/(n − 1) Σ(Sᵢ − m
+//! nᵢ)²/(Σnᵢ)² of a ratio of two means. With one row per surface it equals the square of s/√n. A
+//! single surface has no error.
 //!
 //! [`sampling_units`]: crate::ensemble::sampling_units
 //!
@@ -132,7 +133,8 @@ fn share_after(prefix: &str, word: &str) -> Option<f64> {
     (is_plain && is_shortest && share > 0.0).then_some(share)
 }
 
-/// Returns the name of a confidence interval: `ci95` for a level of 0.95, with at least two decimals.
+/// Returns the name of a confidence interval: `ci95` for a level of 0.95, with at least two
+/// decimals.
 fn interval_word(level: f64) -> String {
     let digits = level.to_string().replace("0.", "");
     format!("ci{digits:0<2}")

@@ -1,4 +1,4 @@
-//! Closed-form theories beside the mean curves, and how curves approach full contact.
+//! Areas predicted by theories as additional columns, and the approach of curves to full contact.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use asperity_contact::topography::spectrum::Spectrum;
 use asperity_tables::column::{Column, optional_reals};
 use asperity_tables::table::{Table, TableError};
 
-/// A theory of the contact area.
+/// Theory of the contact area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Model {
     /// Persson 2001.
@@ -37,7 +37,7 @@ pub enum Model {
     /// Greenwood & Williamson 1966 with the parameters of McCool 1986.
     #[serde(rename = "greenwood-mccool")]
     GreenwoodMccool,
-    /// √(2π) times the load, what asperity models tend to at light load.
+    /// Limit of asperity models at light load, √(2π) times the load.
     #[serde(rename = "bgt-asymptote")]
     BgtAsymptote,
     /// Isolated cracks near full contact: 1 − (3/4) erfc(√2 y).
@@ -45,7 +45,7 @@ pub enum Model {
     PennyCrack,
 }
 
-/// A predicted area and its slope.
+/// Predicted area and its derivative with respect to the load.
 #[derive(Debug, Clone, Copy)]
 struct Prediction {
     area: f64,
@@ -53,7 +53,6 @@ struct Prediction {
 }
 
 impl Model {
-    /// Every theory.
     pub const ALL: [Model; 7] = [
         Model::Persson,
         Model::BushGibsonThomas,
@@ -64,13 +63,13 @@ impl Model {
         Model::PennyCrack,
     ];
 
-    /// Whether it integrates over summits of all heights and curvatures, load by load, which takes
-    /// seconds.
+    /// Returns whether the theory integrates over heights and curvatures of summits for each load,
+    /// which takes seconds per table.
     pub fn integrates_over_summits(self) -> bool {
         matches!(self, Model::BushGibsonThomas | Model::Greenwood2006 | Model::MeanCurvature)
     }
 
-    /// The columns that it fills: area, slope, secant, approach to full contact.
+    /// Returns its columns: area, slope, secant, approach to full contact.
     pub fn columns(self) -> [Column; 4] {
         match self {
             Model::Persson => PERSSON,
@@ -83,7 +82,7 @@ impl Model {
         }
     }
 
-    /// The asperity model, if it is one: these need Nayak's parameter.
+    /// Returns the asperity model, if the theory is one. Asperity models need Nayak's parameter.
     pub fn asperities(self) -> Option<AsperityModel> {
         match self {
             Model::BushGibsonThomas => Some(AsperityModel::BushGibsonThomas),
@@ -94,7 +93,8 @@ impl Model {
         }
     }
 
-    /// The prediction under a load > 0, for roughness of Nayak's parameter α where it matters.
+    /// Returns the prediction under a load > 0. `nayak` is Nayak's parameter α, which only asperity
+    /// models need.
     fn predict(self, load: f64, nayak: Option<f64>) -> Option<Prediction> {
         if let Some(model) = self.asperities() {
             let contact = Asperities::new(model, nayak?).ok()?.at_load(load)?;
@@ -112,7 +112,7 @@ impl Model {
         Some(Prediction { area, slope })
     }
 
-    /// F(y) = −ln[(1 − a) y √(2π)]; `None` where the model has no room left to full contact.
+    /// Returns F(y) = −ln[(1 − a) y √(2π)], or `None` if the predicted contact is full.
     fn approach(self, load: f64, nayak: Option<f64>) -> Option<f64> {
         match self {
             Model::Persson => Some(persson::approach(load)),
@@ -125,13 +125,13 @@ impl Model {
     }
 }
 
-/// Columns that decide Nayak's parameter of a spectrum in a square cell.
+/// Columns that determine Nayak's parameter of a spectrum in a square cell.
 pub const OF_THE_SPECTRUM: [&str; 4] = [HURST.name, K_LOWER.name, K_ROLLOFF.name, K_UPPER.name];
 
-/// Adds to reduced rows what was asked for beyond their statistics.
+/// Adds the approach to full contact and the predictions of theories to reduced rows.
 ///
 /// # Errors
-/// When rows lack the load, or the parameters of the spectrum that a model needs.
+/// Returns an error if the rows lack the load or parameters of the spectrum that a model needs.
 pub fn complete(reduced: &Table, names: &[String], groups: &Groups) -> Result<Table, StageError> {
     let mut columns = Vec::new();
     let asks_for = |statistic| groups.statistics.contains(&statistic);
@@ -151,7 +151,7 @@ pub fn complete(reduced: &Table, names: &[String], groups: &Groups) -> Result<Ta
     Ok(table.with(predicted))
 }
 
-/// The means that slopes and the approach to full contact were computed from.
+/// Removes the intermediate columns of means and of the load of the group.
 fn hide_means(reduced: &Table, groups: &Groups) -> Table {
     let hidden: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
     let hidden = hidden.iter().map(String::as_str).chain([LOAD_OF_GROUP]);
@@ -165,10 +165,10 @@ fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
     table.beside(&one)
 }
 
-/// F(y) of the mean curve of a column of areas.
+/// Computes F(y) of the mean curve of a column of areas.
 ///
-/// It has no value at full contact, and none where some surfaces of the group are beyond it and
-/// have left: the mean of the others is not that of the group.
+/// The value is null at full contact, and also where a surface of the group has no row because it
+/// is beyond full contact: the mean of the other surfaces is not the mean of the group.
 fn approach(
     reduced: &Table,
     names: &[String],
@@ -191,7 +191,7 @@ fn approach(
     Ok((named(name, Statistic::Approach), optional_reals(values)))
 }
 
-/// Numbers the curves by the columns that tell them apart, and returns the number for each row.
+/// Numbers the curves by the columns that distinguish them, and returns the number for each row.
 fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
     let columns: Vec<_> =
         names.iter().filter_map(|name| table.batch().column_by_name(name)).collect();
@@ -240,10 +240,10 @@ fn predictions(
     Ok(columns)
 }
 
-/// Nayak's parameter of each row's spectrum over the modes of its cell; none for rows of other
-/// surfaces.
+/// Computes Nayak's parameter of the spectrum of each row over the modes of its cell; `None` for
+/// surfaces without a spectrum.
 ///
-/// Grain is left out: the theories are about isotropic roughness.
+/// Anisotropy is ignored, because the theories assume isotropic roughness.
 fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     let hurst = table.reals(HURST.name)?;
     let lower = table.integers(K_LOWER.name)?;
@@ -284,49 +284,61 @@ fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
 const APPROACH: Column =
     real("approach", "1", "F = −ln[(1 − a) y √(2π)] of the mean area a under the load y");
 
-/// The columns of a theory: its area, and the slope, secant and approach to full contact of it.
+/// Declares the columns of a theory: area, slope, secant and approach to full contact.
 macro_rules! columns {
-    ($area:literal, $meaning:literal) => {
+    ($area:literal, $theory:literal, $details:literal) => {
         [
-            real($area, "1", $meaning),
-            real(concat!($area, "_slope"), "1 per load", "its slope at `load_midpoint`"),
-            real(concat!($area, "_secant"), "1 per load", "the same over the load"),
-            real(concat!($area, "_approach"), "1", "F = −ln[(1 − a) y √(2π)] of this area"),
+            real($area, "1", concat!("area fraction predicted by ", $theory, ", ", $details)),
+            real(
+                concat!($area, "_slope"),
+                "1 per load",
+                concat!("slope of the area predicted by ", $theory, ", at `load_midpoint`"),
+            ),
+            real(
+                concat!($area, "_secant"),
+                "1 per load",
+                concat!("area predicted by ", $theory, ", divided by the load"),
+            ),
+            real(
+                concat!($area, "_approach"),
+                "1",
+                concat!("F = −ln[(1 − a) y √(2π)] of the area a predicted by ", $theory),
+            ),
         ]
     };
 }
 
 const PERSSON: [Column; 4] =
-    columns!("area_persson", "share of the area by Persson 2001, for isotropic Gaussian roughness");
+    columns!("area_persson", "Persson 2001", "for isotropic Gaussian roughness");
 const BUSH_GIBSON_THOMAS: [Column; 4] = columns!(
     "area_bush_gibson_thomas",
-    "share of the area by Bush, Gibson & Thomas 1975, for isotropic Gaussian roughness with α \
-     of the spectrum over the modes of the cell"
+    "Bush, Gibson & Thomas 1975",
+    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
 const GREENWOOD_2006: [Column; 4] = columns!(
     "area_greenwood_2006",
-    "share of the area by Greenwood 2006, for isotropic Gaussian roughness with α of the \
-     spectrum over the modes of the cell"
+    "Greenwood 2006",
+    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
 const MEAN_CURVATURE: [Column; 4] = columns!(
     "area_mean_curvature",
-    "share of the area by spheres of the mean curvature, for isotropic Gaussian roughness with α \
-     of the spectrum over the modes of the cell"
+    "the model of spheres with the mean curvature of each summit",
+    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
 const GREENWOOD_MCCOOL: [Column; 4] = columns!(
     "area_greenwood_mccool",
-    "share of the area by Greenwood & Williamson 1966 and McCool 1986, for isotropic Gaussian \
-     roughness with α of the spectrum over the modes of the cell"
+    "Greenwood & Williamson 1966 with the parameters of McCool 1986",
+    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
 const BGT_ASYMPTOTE: [Column; 4] = columns!(
     "area_bgt_asymptote",
-    "√(2π) times the load, what asperity models of isotropic Gaussian roughness tend to at light \
-     load"
+    "the asymptote of asperity models at light load",
+    "√(2π) times the load, for isotropic Gaussian roughness"
 );
 const PENNY_CRACK: [Column; 4] = columns!(
     "area_penny_crack",
-    "share of the area with isolated cracks, 1 − (3/4) erfc(√2 y), for isotropic Gaussian \
-     roughness; near full contact"
+    "the model of isolated cracks near full contact",
+    "1 − (3/4) erfc(√2 y), for isotropic Gaussian roughness"
 );
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
-//! What is measured of contact maps under each load: areas, edges, clusters, percolation, stiffness.
+//! Measures of contact maps: areas, edges, clusters, percolation, and the stiffness of the
+//! interface.
 //!
-//! The incremental stiffness of the interface is K = dp₀/dδ, with δ the approach of the bodies. The
-//! approach is a parabola in ln p₀ through a load and its two neighbours, so that K = p₀/(dδ/d ln p₀)
-//! is exact where p₀ ∝ exp(δ/u₀) (Persson, *Phys. Rev. Lett.* 99, 2007, 125502). The error grows with
-//! the square of the distance of the loads. A load has no stiffness where a neighbour is missing, was
-//! given up, or differs by more than a tenth of the load.
+//! The incremental stiffness is K = dp₀/dδ, where δ is the approach of the bodies. δ is
+//! interpolated by a parabola in ln p₀ through a load and its two neighbours. K = p₀/(dδ/d ln p₀)
+//! is then exact for p₀ ∝ exp(δ/u₀) (Persson, *Phys. Rev. Lett.* 99, 2007, 125502), and its error
+//! grows with the square of the distance of the loads. A load has no stiffness if a neighbour is
+//! missing, did not converge, or differs by more than a tenth of the load.
 
 use arrow::array::Array;
 
@@ -18,49 +19,53 @@ use asperity_contact::morphology::map::ContactMap;
 use asperity_tables::column::{Column, flags, integers, optional_reals, reals};
 use asperity_tables::table::Table;
 
-/// Largest relative distance of a neighbouring load, with some slack for the rounding of loads.
+/// Largest relative distance of a neighbouring load, with a margin for the rounding of loads.
 const LARGEST_STEP: f64 = 0.1 + 1e-9;
 
-/// What has been solved for and stands beside what is measured, as far as it is there; so does the flow.
-const CARRIED: [Column; 6] =
+/// Columns that are copied from the solved loads, if they exist; the columns of the flow are copied
+/// too.
+const COPIED: [Column; 6] =
     [SATURATED_NODES, SATURATED_FRACTION, MEAN_GAP, MEAN_YIELDED_DEPTH, ENERGY, STOP];
 
-/// What the table has columns of, besides what all have.
+/// Groups of columns that only some tables of contacts have.
 #[derive(Debug, Clone, Copy)]
-pub struct Besides {
+pub struct OptionalColumns {
     pub rectangles: bool,
     pub yields: bool,
     pub flows: bool,
     pub stiffness: bool,
 }
 
-/// What is measured of contact maps, beside coordinates.
-pub fn columns(besides: Besides) -> Vec<Column> {
+/// Returns the columns of contacts, without coordinates.
+pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     let mut measures = CONTACT_MEASURES.to_vec();
     let gap = measures.iter().position(|column| *column == MEAN_GAP);
-    let gap = gap.expect("it is measured");
-    if besides.flows {
+    let gap = gap.expect("the mean gap is a measure");
+    if optional.flows {
         measures.splice(gap + 1..gap + 1, FLOW);
     }
-    if besides.stiffness {
+    if optional.stiffness {
         measures.insert(gap, STIFFNESS);
     }
-    if besides.yields {
+    if optional.yields {
         let gap = measures.iter().position(|column| *column == MEAN_GAP);
-        let gap = gap.expect("it is measured");
+        let gap = gap.expect("the mean gap is a measure");
         measures.insert(gap + 1, MEAN_YIELDED_DEPTH);
         measures.splice(gap..gap, [SATURATED_NODES, SATURATED_FRACTION]);
     }
-    if besides.rectangles {
-        let before = measures.iter().position(|column| *column == SWITCHES);
-        let place = before.unwrap_or(measures.len());
-        measures.splice(place..place, SWITCHES_ALONG_AXES);
+    if optional.rectangles {
+        let switches = measures.iter().position(|column| *column == SWITCHES);
+        let index = switches.unwrap_or(measures.len());
+        measures.splice(index..index, SWITCHES_ALONG_AXES);
     }
     measures
 }
 
-/// What is measured of the contact maps of one block of loads, with the stiffness or without.
-pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
+/// Measures the contact maps of one block of loads, and optionally the stiffness.
+///
+/// # Errors
+/// Returns an error if a column is missing or a contact map does not fit its mesh.
+pub fn measure(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     let grids = Grids::of(solved)?;
     let maps = solved.bytes(CONTACT.name)?;
     let boundary = solve::boundary_of(solved);
@@ -68,7 +73,7 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
         .map(|row| {
             let grid = grids.grid(row)?;
             let map = ContactMap::from_bytes(grid.nodes(), maps.value(row));
-            let map = map.map_err(StageError::Map)?.within(boundary);
+            let map = map.map_err(StageError::Map)?.with_boundary(boundary);
             Ok(Contact::of(grid, &map))
         })
         .collect::<Result<Vec<_>, StageError>>()?;
@@ -122,14 +127,15 @@ pub fn of(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     if stiffness {
         columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
     }
-    let carried = CARRIED.iter().chain(&FLOW).map(|column| column.name);
-    let carried = solved.only(&carried.collect::<Vec<_>>());
-    Ok(solved.coordinates().with(columns).beside(&carried))
+    let copied = COPIED.iter().chain(&FLOW).map(|column| column.name);
+    let copied = solved.only(&copied.collect::<Vec<_>>());
+    Ok(solved.coordinates().with(columns).beside(&copied))
 }
 
-/// Computes the stiffness at each load of a block, in units of E* over the longer side. The
-/// approach of the bodies is the mean displacement of the elastic surface (free boundary only) plus
-/// the mean yielded depth, less the mean gap.
+/// Computes the stiffness at each load of a block, in units of E* over the longer side.
+///
+/// The approach of the bodies is the mean displacement of the elastic surface (only for a free
+/// boundary) plus the mean yielded depth minus the mean gap.
 fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageError> {
     let pressures = solved.reals(PRESSURE.name)?;
     let gaps = solved.reals(MEAN_GAP.name)?;
@@ -156,7 +162,7 @@ fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageEr
         .collect()
 }
 
-/// One contact map, measured.
+/// Measures of one contact map.
 struct Contact {
     grid: Grid,
     area: ContactArea,
@@ -175,17 +181,17 @@ impl Contact {
     }
 }
 
-/// One load of a block.
+/// Approach of the bodies under one load of a block.
 #[derive(Debug, Clone, Copy)]
 struct Approach {
     pressure: f64,
-    /// Approach of the bodies from any fixed reference.
+    /// Approach from an arbitrary fixed reference.
     approach: f64,
-    /// Whether it was solved for.
+    /// Whether the load converged.
     is_solved: bool,
 }
 
-/// The stiffness at each load of an ascending block, in units of pressure over length.
+/// Computes the stiffness at each load of an ascending block, in units of pressure over length.
 fn stiffness_of_block(loads: &[Approach]) -> Vec<Option<f64>> {
     let between = loads.windows(3).map(|three| at_middle([three[0], three[1], three[2]]));
     let ends = loads.len().min(2);
@@ -215,7 +221,7 @@ mod tests {
     use asperity_tables::column::{bytes, texts};
 
     #[test]
-    fn nothing_in_contact_has_no_mean_pressure() {
+    fn the_mean_contact_pressure_is_null_without_contact() {
         let map = |pressures: [f64; 4]| ContactMap::from_pressures([2, 2], &pressures).to_bytes();
         let maps = [map([0.0; 4]), map([0.0, 3.0, 0.0, 5.0])];
         let ones = || reals([1.0; 2]);
@@ -229,7 +235,7 @@ mod tests {
             (STOP, texts(["converged"; 2])),
             (CONTACT, bytes(&maps)),
         ];
-        let measured = of(&Table::new(2, columns), false).unwrap();
+        let measured = measure(&Table::new(2, columns), false).unwrap();
         let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
         assert!(means.is_null(0), "not infinite");
         assert_eq!(means.value(1), 4.0);
@@ -242,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exponential_relation_has_a_stiffness_in_proportion_to_the_pressure() {
+    fn the_stiffness_of_an_exponential_is_proportional_to_the_pressure() {
         let pressures = [0.01, 0.0105, 0.0115, 0.012, 0.013];
         let found = stiffness_of_block(&block(&pressures, |pressure| 0.4 * pressure.ln()));
         assert_eq!((found[0], found[4]), (None, None));
@@ -252,8 +258,8 @@ mod tests {
     }
 
     #[test]
-    fn a_power_is_met_to_second_order_in_the_step() {
-        // Of Hertz: p ∝ d^(3/2), so that K = 3/2 p/d.
+    fn the_error_for_a_power_law_is_of_second_order_in_the_step() {
+        // Hertz: p ∝ d^(3/2), so that K = 3/2 p/d.
         let error = |ratio: f64| {
             let pressures = [1.0 / ratio, 1.0, ratio];
             let found = stiffness_of_block(&block(&pressures, |pressure| pressure.powf(2.0 / 3.0)));
@@ -263,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_farther_than_a_tenth_leave_none() {
+    fn loads_with_neighbours_farther_than_a_tenth_have_no_stiffness() {
         let found =
             |pressures: [f64; 3]| stiffness_of_block(&block(&pressures, |pressure| pressure))[1];
         for near in [[0.9, 1.0, 1.1], [0.009, 0.01, 0.011], [45.0, 50.0, 55.0]] {
@@ -275,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_that_were_given_up_have_none_and_neither_have_their_neighbours() {
+    fn loads_that_did_not_converge_and_their_neighbours_have_no_stiffness() {
         let mut loads = block(&[1.0, 1.05, 1.1, 1.15, 1.2], |pressure| pressure);
         loads[1].is_solved = false;
         let found = stiffness_of_block(&loads);
@@ -284,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn full_contact_and_few_loads_have_none() {
+    fn full_contact_and_few_loads_have_no_stiffness() {
         let flat = stiffness_of_block(&block(&[1.0, 1.05, 1.1], |_| 0.0));
         assert_eq!(flat, [None; 3]);
         for count in 0..3 {

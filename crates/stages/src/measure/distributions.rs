@@ -1,8 +1,9 @@
-//! How pressures, gaps and clusters of contact are distributed under each load.
+//! Distributions of pressures, gaps and contact clusters under each load.
 //!
-//! One row for each surface, load and bin. Pressures and gaps have been counted by the task that
-//! solved for them; clusters are found in its contact maps. `aggregate` by load and bin has their mean
-//! over surfaces with its interval: counts of surfaces are independent, those of nodes are not.
+//! A table has one row for each surface, load and bin. Pressures and gaps are counted by the task
+//! that solves for them, and clusters are found in its contact maps. An `aggregate` stage grouped
+//! by load and bin computes means over surfaces with confidence intervals, because the counts of
+//! different surfaces are independent and the nodes of one surface are not.
 
 use std::f64::consts::{LN_10, PI};
 
@@ -21,28 +22,28 @@ use asperity_contact::theory::persson;
 use asperity_tables::column::{Column, integers, optional_reals, reals};
 use asperity_tables::table::Table;
 
-/// What is distributed.
+/// Quantity whose distribution is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "lowercase")]
 pub enum Distribution {
-    /// Pressures in contact.
+    /// Pressures of contact nodes.
     Pressures,
-    /// Gaps out of contact.
+    /// Gaps of nodes outside contact.
     Gaps,
-    /// Areas of clusters of contact.
+    /// Areas of contact clusters.
     Clusters {
-        /// Bins for each factor of ten.
+        /// Number of bins per decade.
         bins: u32,
     },
 }
 
-/// Every column of every distribution.
+/// Returns the columns of all distributions.
 pub fn all_columns() -> Vec<Column> {
     [&PRESSURE_DISTRIBUTION[..], &GAP_DISTRIBUTION, &CLUSTER_DISTRIBUTION].concat()
 }
 
 impl Distribution {
-    /// What its rows are about.
+    /// Returns the content of the rows.
     pub fn rows(&self) -> Rows {
         match self {
             Distribution::Pressures => Rows::PressureDistributions,
@@ -51,7 +52,7 @@ impl Distribution {
         }
     }
 
-    /// Its columns beside the coordinates of the loads.
+    /// Returns the columns without the coordinates of the loads.
     pub fn columns(&self) -> &'static [Column] {
         match self {
             Distribution::Pressures => &PRESSURE_DISTRIBUTION,
@@ -60,15 +61,15 @@ impl Distribution {
         }
     }
 
-    /// The distribution under each load of a solved block.
+    /// Measures the distribution under each load of a solved block.
     ///
     /// # Errors
-    /// When the block lacks a column, or holds a damaged map.
-    pub fn of(&self, solved: &Input) -> Result<Table, StageError> {
+    /// Returns an error if the block lacks a column or a contact map does not fit its mesh.
+    pub fn measure(&self, solved: &Input) -> Result<Table, StageError> {
         let Recipe::Solve(block) = solved.recipe else {
-            unreachable!("the study lets loads alone be measured so")
+            unreachable!("validation accepts only solved loads for distributions")
         };
-        let bins = |bins: Option<EqualBins>| bins.expect("the study has asked for them");
+        let bins = |bins: Option<EqualBins>| bins.expect("validation requires the bins");
         let (rows, columns) = match *self {
             Distribution::Pressures => pressures(&solved.table, bins(block.pressure_bins))?,
             Distribution::Gaps => gaps(&solved.table, bins(block.gap_bins))?,
@@ -78,20 +79,21 @@ impl Distribution {
     }
 }
 
-/// Which load each row is about, and the columns beside it.
+/// Index of the load of each row, and the columns of the distribution.
 type Distributed = (Vec<usize>, Vec<(Column, ArrayRef)>);
 
-/// One bin under one load.
+/// Count of one bin under one load.
 struct Counted {
     load: usize,
     bin: u32,
     nodes: u64,
+    /// Number of nodes above all bins.
     beyond: u64,
-    /// Nodes for a probability density of one in the bin.
+    /// Number of nodes for which the probability density in the bin would be 1.
     unit: f64,
 }
 
-/// The counts of a column, load by load and bin by bin.
+/// Reads the counts of a column by load and bin.
 fn counted(solved: &Table, column: Column, bins: EqualBins) -> Result<Vec<Counted>, StageError> {
     let grids = Grids::of(solved)?;
     let lists = solved.lists(column.name)?;
@@ -117,7 +119,7 @@ fn pressures(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError>
     let loads = solved.reals(LOAD.name)?;
     let persson = |of: &Counted| {
         let [low, high] = [of.bin, of.bin + 1].map(|edge| bins.edge(edge));
-        persson::share_between(loads.value(of.load), low, high) / bins.width()
+        persson::fraction_between(loads.value(of.load), low, high) / bins.width()
     };
     let columns = vec![
         (CONTACT_PRESSURE, reals(counted.iter().map(|of| bins.center(of.bin)))),
@@ -150,14 +152,14 @@ fn beyond(counted: &[Counted]) -> ArrayRef {
     integers(counted.iter().map(|of| of.beyond as i64))
 }
 
-/// Sums over the clusters in a bin of areas.
+/// Sums over the clusters whose areas lie in one bin.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct InBin {
     clusters: u32,
     nodes: u64,
     perimeter: f64,
     compactness: f64,
-    /// Clusters with an edge: all but one that fills a periodic cell.
+    /// Number of clusters with an edge. Only a cluster that fills a periodic cell has none.
     with_edge: u32,
 }
 
@@ -170,7 +172,7 @@ fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageErro
     for load in 0..solved.rows() {
         let grid = grids.grid(load)?;
         let map = ContactMap::from_bytes(grid.nodes(), maps.value(load));
-        let map = map.map_err(StageError::Map)?.within(boundary);
+        let map = map.map_err(StageError::Map)?.with_boundary(boundary);
         let edges = area_edges(grid, bins_a_decade);
         let bins = in_bins(&Cluster::all(&map), grid, &edges);
         for (bin, sums) in bins.into_iter().enumerate() {
@@ -202,12 +204,13 @@ fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageErro
     Ok((loads, columns))
 }
 
-/// Ends of bins of areas over the nominal one, ascending to 1, the first of which holds one node.
+/// Returns the ends of the bins of area fractions in ascending order. The last end is 1, and the
+/// first bin contains the area of one node.
 fn area_edges(grid: Grid, bins_a_decade: u32) -> Vec<f64> {
     let smallest = 1.0 / grid.count() as f64;
     let edge = |bin: u32| libm::exp10(-f64::from(bin) / f64::from(bins_a_decade));
     let bins = (1..).find(|bin| edge(*bin) <= smallest);
-    let bins = bins.expect("edges go to zero");
+    let bins = bins.expect("the ends of bins tend to zero");
     (0..=bins).rev().map(edge).collect()
 }
 
@@ -236,7 +239,7 @@ fn in_bins(clusters: &[Cluster], grid: Grid, edges: &[f64]) -> Vec<InBin> {
 mod tests {
     use super::*;
 
-    /// Returns the map of a square whose nodes (i, j) touch where `contact` holds.
+    /// Returns the map of a square in which node (i, j) is in contact if `contact(i, j)`.
     fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {
         let touches = |node: usize| f64::from(u8::from(contact(node / nodes, node % nodes)));
         let pressures: Vec<f64> = (0..nodes * nodes).map(touches).collect();
@@ -244,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn bins_of_areas_reach_from_one_node_to_the_whole_map() {
+    fn bins_of_areas_extend_from_one_node_to_the_whole_map() {
         for (nodes, bins_a_decade) in [(1, 5), (2, 1), (10, 5), (64, 7), (1000, 3)] {
             let grid = Grid::square(nodes, 2.0).unwrap();
             let edges = area_edges(grid, bins_a_decade);
@@ -262,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_disc_is_compact_and_a_square_more_so() {
+    fn the_compactness_of_a_large_disc_is_one_and_of_a_square_four_over_pi() {
         let grid = Grid::square(256, 1.0).unwrap();
         let compactness = |contact: &dyn Fn(usize, usize) -> bool| {
             let clusters = Cluster::all(&map(256, contact));
@@ -271,7 +274,7 @@ mod tests {
         };
         let from_middle = |index: usize| index as f64 - 127.5;
         let disc = compactness(&|i, j| from_middle(i).hypot(from_middle(j)) < 80.0);
-        // Its edge in the metric of the mesh is that of the square around it.
+        // The Manhattan perimeter of a disc equals that of its bounding square.
         assert!((disc - 1.0).abs() < 0.01, "{disc}");
         let square = compactness(&|i, j| i.max(j) < 50);
         assert!((square - 4.0 / PI).abs() < 1e-12);
@@ -282,12 +285,12 @@ mod tests {
         let grid = Grid::square(16, 1.0).unwrap();
         let full = Cluster::all(&map(16, |_, _| true));
         let bins = in_bins(&full, grid, &area_edges(grid, 5));
-        let last = bins.last().expect("there are bins");
+        let last = bins.last().unwrap();
         assert_eq!((last.clusters, last.nodes, last.with_edge), (1, 256, 0));
     }
 
     #[test]
-    fn a_distribution_is_written_by_its_word() {
+    fn a_distribution_is_serialised_by_its_name() {
         let written =
             |of| serde_json::to_string(&crate::measure::Params::Distribution(of)).unwrap();
         assert_eq!(written(Distribution::Gaps), r#"{"of":"gaps"}"#);

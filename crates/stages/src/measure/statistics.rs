@@ -1,9 +1,9 @@
 //! Statistics of surfaces: power spectra, autocorrelation, slopes and curvatures by scale, bearing
 //! curve, roughness parameters.
 //!
-//! One row for each surface and wavenumber, lag, scale or height, beside the coordinates of the
-//! surface. Heights are taken as the surface has them: levelled, filled or filtered they are where
-//! surfaces are made. Maps that are not periodic are windowed for spectra, and nothing else.
+//! A table has one row for each surface and wavenumber, lag, scale or height, with the coordinates
+//! of the surface. Heights are not prepared further: surfaces are levelled, filled and filtered
+//! when they are read. Maps that are not periodic are windowed only for spectra.
 
 use std::f64::consts::TAU;
 
@@ -21,30 +21,30 @@ use asperity_contact::topography::surface::{Axis, Surface};
 use asperity_contact::topography::{differences, height_distribution, power_spectrum};
 use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 
-/// A statistic of one surface.
+/// Statistic of one surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "kebab-case")]
 pub enum Statistic {
-    /// The power spectral density, over rings of wavevectors.
+    /// Power spectral density over rings of wavevectors.
     Spectrum,
-    /// That of profiles along x and y.
+    /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
-    /// The autocorrelation along x and y, and over all directions.
+    /// Autocorrelation along x, along y, and averaged over all directions.
     Autocorrelation,
     /// Slope and curvature by scale, along x and y.
     Scales,
-    /// The bearing curve.
+    /// Bearing curve.
     Bearing {
-        /// Number of steps between its planes.
+        /// Number of intervals between planes.
         bins: u32,
-        /// The highest plane, in rms heights.
+        /// Height of the highest plane, in rms heights.
         range: f64,
     },
-    /// Parameters of ISO 25178.
+    /// Roughness parameters of ISO 25178.
     Roughness,
 }
 
-/// Every column of every statistic.
+/// Returns the columns of all statistics.
 pub fn all_columns() -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     for statistic in Statistic::EACH {
@@ -54,7 +54,7 @@ pub fn all_columns() -> Vec<Column> {
     columns
 }
 
-/// Columns and their values; all of one length.
+/// Columns of equal length.
 type Measured = Vec<(Column, ArrayRef)>;
 
 impl Statistic {
@@ -67,7 +67,7 @@ impl Statistic {
         Statistic::Roughness,
     ];
 
-    /// What its rows are about.
+    /// Returns the content of the rows.
     pub fn rows(&self) -> Rows {
         match self {
             Statistic::Spectrum => Rows::PowerSpectra,
@@ -79,7 +79,7 @@ impl Statistic {
         }
     }
 
-    /// Its columns beside the coordinates of the surface.
+    /// Returns the columns without the coordinates of the surface.
     pub fn columns(&self) -> Vec<Column> {
         match self {
             Statistic::Spectrum => {
@@ -93,12 +93,9 @@ impl Statistic {
         }
     }
 
-    /// Measures a surface, and how many rows that makes.
-    pub fn of(&self, surface: &Surface, origin: &Origin) -> (usize, Measured) {
-        let boundary = match origin.is_open() {
-            true => Boundary::Free,
-            false => Boundary::Periodic,
-        };
+    /// Measures a surface and returns the number of rows and the columns.
+    pub fn measure(&self, surface: &Surface, origin: &Origin) -> (usize, Measured) {
+        let boundary = if origin.is_open() { Boundary::Free } else { Boundary::Periodic };
         match *self {
             Statistic::Spectrum => spectrum(surface, origin, boundary),
             Statistic::ProfileSpectrum => profile_spectrum(surface, boundary),
@@ -109,7 +106,7 @@ impl Statistic {
         }
     }
 
-    /// Pairs of transforms that it costs, of the nodes of the surface.
+    /// Returns the cost in pairs of transforms on the mesh of the surface.
     pub fn pairs(&self) -> f64 {
         match self {
             Statistic::Autocorrelation => 5.0,
@@ -117,10 +114,10 @@ impl Statistic {
         }
     }
 
-    /// Bytes that it needs for each node beside the surface.
+    /// Returns the memory per node in bytes, without the surface.
     pub fn bytes_per_node(&self) -> f64 {
         match self {
-            // Four times the nodes where the map is not periodic, and their spectrum.
+            // A map that is not periodic is padded to four times its nodes, and transformed.
             Statistic::Autocorrelation => 100.0,
             _ => 28.0,
         }
@@ -132,7 +129,8 @@ fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, M
     let rings = power_spectrum::rings(surface, boundary);
     let independent = match origin {
         Origin::File(file) if file.edges == Edges::Open => power_spectrum::INDEPENDENT_FRACTION,
-        // Its modes are real, and those that one axis reflects into each other are one.
+        // The modes of a mirrored map are real, and modes that are reflections of each other are
+        // equal.
         Origin::File(file) if file.edges == Edges::Mirror => 0.25,
         _ => 1.0,
     };
@@ -186,7 +184,7 @@ fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) 
     let columns = vec![
         (BEARING_LEVEL, reals(levels.iter().map(|level| level.level))),
         (HEIGHT, reals(levels.iter().map(|level| level.height))),
-        (BEARING_SHARE, reals(levels.iter().map(|level| level.share))),
+        (BEARING_SHARE, reals(levels.iter().map(|level| level.material_ratio))),
     ];
     (levels.len(), columns)
 }
@@ -199,7 +197,7 @@ fn roughness(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
     (1, columns.collect())
 }
 
-/// Rows that name their direction.
+/// Returns the number of rows and their columns, preceded by the column of the direction.
 fn beside_direction<const N: usize>(
     rows: impl Iterator<Item = (&'static str, [f64; N])>,
     columns: [Column; N],
@@ -207,8 +205,8 @@ fn beside_direction<const N: usize>(
     let (directions, values): (Vec<_>, Vec<_>) = rows.unzip();
     let count = directions.len();
     let mut measured = vec![(ALONG, texts(directions))];
-    for (place, column) in columns.into_iter().enumerate() {
-        measured.push((column, reals(values.iter().map(|row| row[place]))));
+    for (index, column) in columns.into_iter().enumerate() {
+        measured.push((column, reals(values.iter().map(|row| row[index]))));
     }
     (count, measured)
 }
@@ -221,12 +219,12 @@ mod tests {
     use asperity_contact::topography::shapes::Shape;
 
     #[test]
-    fn every_statistic_has_the_columns_that_it_promises() {
+    fn every_statistic_has_the_columns_that_it_declares() {
         let shape = Shape::WaveSum { amplitude: 0.1, waves: 2 };
         let origin = Origin::Shape { nodes: PerAxis::same(16), shape };
         let surface = shape.draw(Grid::square(16, 1.0).unwrap());
         for statistic in Statistic::EACH {
-            let (rows, measured) = statistic.of(&surface, &origin);
+            let (rows, measured) = statistic.measure(&surface, &origin);
             let columns: Vec<Column> = measured.iter().map(|(column, _)| *column).collect();
             assert_eq!(columns, statistic.columns());
             assert!(rows > 0);
@@ -235,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_statistic_is_written_by_its_word() {
+    fn a_statistic_is_serialised_by_its_name() {
         let written = |statistic: Statistic| {
             serde_json::to_string(&crate::measure::Params::Surface(statistic)).unwrap()
         };

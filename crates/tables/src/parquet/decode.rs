@@ -1,8 +1,9 @@
 //! Decoding of tables from Parquet files.
 //!
-//! The file of a task does not contain the Arrow schema, which would take nine kilobytes and half of
-//! the run time of a small task. All types but two can be restored without it, and the roles of the
-//! columns fit in one line of JSON. Published tables contain the Arrow schema for other programs.
+//! The file of a task does not contain the Arrow schema, which would take nine kilobytes and half
+//! of the run time of a small task. All types but two can be restored without it, and the roles of
+//! the columns fit in one line of JSON. Published tables contain the Arrow schema for other
+//! programs.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -293,8 +294,8 @@ fn restored(parquet: &Schema, roles: &str) -> Option<Schema> {
     Some(Schema::new(fields.map(field).collect::<Vec<_>>()))
 }
 
-/// Returns the column type for a type that Arrow derives from Parquet, which does not store the size
-/// of the offsets of lists and bytes.
+/// Returns the column type for a type that Arrow derives from Parquet, which does not store the
+/// size of the offsets of lists and bytes.
 fn our_type(found: &DataType) -> DataType {
     match found {
         DataType::Binary => ColumnKind::Bytes.data_type(),

@@ -1,8 +1,8 @@
 //! Deterministic execution of polars queries.
 //!
 //! SQL does not define the order of groups, of joined rows, and of rows that compare equal. Polars
-//! orders them by hashes that differ between processes, and splits sums by the number of threads, so
-//! that the last digits of a mean would differ between runs. This module makes polars keep all
+//! orders them by hashes that differ between processes, and splits sums by the number of threads,
+//! so that the last digits of a mean would differ between runs. This module makes polars keep all
 //! orders and work on one thread.
 
 use std::sync::{Arc, Mutex, OnceLock};
@@ -62,8 +62,8 @@ pub fn on_query_thread<T: Send, E: From<QueryError> + Send>(
     })
 }
 
-/// Returns whether the system allows the query thread and the two thread pools that polars starts at
-/// its first use.
+/// Returns whether the system allows the query thread and the two thread pools that polars starts
+/// at its first use.
 ///
 /// Polars panics or waits forever if it cannot start all of them. The first positive answer holds
 /// for the whole process, because the pools remain.

@@ -17,8 +17,8 @@ use super::QueryError;
 /// Maximum length of a query in bytes, so that any syntax tree fits on the stack.
 const LONGEST: usize = 64 << 10;
 
-/// Maximum number of nested operations, and of parts of a `union`. The time of polars grows at least
-/// with the square of this number, and its stack by about 80 kB for each level.
+/// Maximum number of nested operations, and of parts of a `union`. The time of polars grows at
+/// least with the square of this number, and its stack by about 80 kB for each level.
 const DEEPEST: usize = 500;
 
 /// Query that polars can execute.

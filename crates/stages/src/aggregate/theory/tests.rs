@@ -1,12 +1,12 @@
-//! Models and approaches to full contact as columns.
+//! Columns of theories and of the approach to full contact.
 
 use super::*;
 use crate::aggregate::grouped as reduce;
 use crate::columns::{AREA_FRACTION, LOAD};
 use asperity_tables::column::{ColumnKind, integers, reals, texts};
 
-/// Two surfaces of one spectrum that follow Persson's theory; the second one is in full contact
-/// under its last load but one, and has no row under the last.
+/// Returns a table of two surfaces of one spectrum that follow Persson's theory. The second surface
+/// has no row under the last load, as if it were already in full contact.
 fn table() -> Table {
     let loads = [0.06, 1.0, 1.5, 2.0, 0.06, 1.0, 1.5];
     let areas = loads.iter().map(|&load| persson::area(load));
@@ -38,7 +38,7 @@ fn column(reduced: &Table, name: &str) -> Vec<Option<f64>> {
 }
 
 #[test]
-fn every_model_is_a_column_of_its_own_area_under_the_rows_load() {
+fn every_model_has_a_column_with_its_area_under_the_load_of_the_row() {
     let models = [
         Model::Persson,
         Model::BushGibsonThomas,
@@ -82,14 +82,14 @@ fn slopes_belong_to_midpoints_and_secants_to_loads() {
 }
 
 #[test]
-fn the_approach_of_data_and_model_is_that_of_the_theory() {
+fn the_approach_of_data_and_models_is_exact() {
     let asked = groups(&[Statistic::Approach], &[Model::Persson, Model::PennyCrack]);
     let reduced = reduce(&table(), &asked).unwrap();
     let data = column(&reduced, "area_fraction_approach");
     let model = column(&reduced, "area_persson_approach");
     let cracks = column(&reduced, "area_penny_crack_approach");
     for row in 0..3 {
-        // 1 − a of stored areas keeps a rounding of one, over 0.0027 at the heaviest.
+        // Stored areas are rounded relative to 1, but 1 − a is only 0.0027 at the heaviest load.
         assert!((data[row].unwrap() - model[row].unwrap()).abs() < 1e-12);
         let rest = cracks[row].unwrap() - model[row].unwrap();
         assert!((rest - (4.0_f64 / 3.0).ln()).abs() < 1e-13);
@@ -97,10 +97,10 @@ fn the_approach_of_data_and_model_is_that_of_the_theory() {
 }
 
 #[test]
-fn no_approach_is_told_where_contact_is_full() {
+fn the_approach_is_null_at_full_contact() {
     let asked = groups(&[Statistic::Approach], &[Model::BgtAsymptote]);
     let reduced = reduce(&table(), &asked).unwrap();
-    // √(2π) y exceeds one from y = 0.4 on; the last load is one that a surface has not reached.
+    // √(2π) y exceeds 1 for y > 0.4. The last load is missing for one surface.
     assert_eq!(column(&reduced, "area_bgt_asymptote_approach")[1..], [None; 2]);
     let full = Table::new(1, vec![(LOAD, reals([2.0])), (AREA_FRACTION, reals([1.0]))]);
     let reduced = reduce(&full, &groups(&[Statistic::Approach], &[])).unwrap();
@@ -109,8 +109,8 @@ fn no_approach_is_told_where_contact_is_full() {
 }
 
 #[test]
-fn asperity_models_have_the_nayak_parameter_of_the_modes_of_the_cell() {
-    // α = 43.91 over the modes, 28.33 over continuous wavenumbers, with which the area was 0.0790.
+fn asperity_models_use_the_nayak_parameter_of_the_modes_of_the_cell() {
+    // α is 43.91 for the modes, and 28.33 for continuous wavenumbers, for which the area is 0.0790.
     let table = Table::new(
         1,
         vec![
