@@ -83,8 +83,8 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// use asperity_contact::topography::moments::Moments;
 /// use asperity_contact::topography::shapes::Shape;
 ///
-/// // Westergaard's wave: full contact at π E* Δ/λ, which is E* × rms slope / √2; a strip of
-/// // a = (2/π) arcsin √(p/p*) under less.
+/// // Westergaard's wave: full contact at p* = π E* Δ/λ = E* × rms slope / √2, and under a lower
+/// // load p a strip that covers (2/π) arcsin √(p/p*) of the area.
 /// let grid = Grid::square(64, 1.0)?;
 /// let wave = Shape::Wave { amplitude: 1.0, waves: 1 }.draw(grid);
 /// let slope = Moments::from_surface(&wave).rms_slope();
@@ -95,7 +95,7 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 ///
 /// let outcome = solver.press(full / 2.0, &Settings::default(), &|| false);
 /// assert_eq!(outcome.stop, Stop::Converged);
-/// // Half of the 64 rows, but for one at each edge of the strip.
+/// // Half of the 64 rows, give or take one at each edge of the strip.
 /// assert!(outcome.contact_nodes.abs_diff(32 * 64) <= 2 * 64);
 /// let mean = solver.pressure().iter().sum::<f64>() / grid.count() as f64;
 /// assert!((mean - full / 2.0).abs() < 1e-12);

@@ -14,10 +14,9 @@ use super::ElasticOperator;
 use crate::fft::Transform;
 use crate::grid::{Grid, magnitude};
 
-/// Width of the margin around the map on which the stiffness acts, over the longer side.
-///
-/// Margins of an eighth, a quarter and a half take 162, 158 and 151 pairs of transforms for a light
-/// contact on 1024² nodes, and 209, 185 and 183 for a heavy one.
+/// Width of the margin around the map on which the stiffness acts, over the longer side. Margins of
+/// an eighth, a quarter and a half take 162, 158 and 151 pairs of transforms for a light contact on
+/// 1024² nodes, and 209, 185 and 183 for a heavy one.
 const MARGIN: f64 = 0.25;
 
 /// Lengths of fast transforms are multiples of this number, with factors of 2, 3 and 5 only.

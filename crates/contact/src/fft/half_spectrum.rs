@@ -10,13 +10,11 @@ use super::rows::Aligned;
 use super::{Band, ROW_BATCH, Real, Row, Rows, Sink, Source, Stored, cut, cut_pairs};
 use crate::threads::{Threads, Workers};
 
-/// Number of columns that are transformed together.
-///
-/// They fill one cache line in single precision or two in double precision, so every byte of a
-/// fetched line is used, and the tile stays in the second-level cache.
+/// Number of columns that are transformed together. They fill one cache line in single precision or
+/// two in double precision, so every byte of a fetched line is used, and the tile stays in the
+/// second-level cache.
 const TILE_COLUMNS: usize = 8;
 
-/// Plans of the transforms of one mesh.
 pub struct HalfSpectrum<T> {
     nodes: [usize; 2],
     /// Rows of the maps that are convolved. The rows beyond are zero and not transformed.
@@ -85,12 +83,10 @@ impl<T: Real> HalfSpectrum<T> {
         }
     }
 
-    /// Returns the number of wavenumbers kept along a row.
     pub fn columns(&self) -> usize {
         self.nodes[1] / 2 + 1
     }
 
-    /// Returns the number of entries of a half spectrum.
     pub fn len(&self) -> usize {
         self.nodes[0] * self.columns()
     }

@@ -50,17 +50,15 @@ mod stages;
 use columns::Columns;
 use stages::Stages;
 
-/// Complex rows that are transformed and then copied to the tiles together.
-///
-/// With fewer rows, neighbours in a cache line would be written too late; more would not fit into
-/// the first-level cache.
+/// Complex rows that are transformed and then copied to the tiles together. With fewer rows,
+/// neighbours in a cache line would be written too late; more would not fit into the first-level
+/// cache.
 const BATCH: usize = ROW_BATCH / 2;
 
 /// Cache lines between tiles, so that the registers of a row in all tiles fall into different cache
 /// sets.
 const PADDING: usize = 2;
 
-/// Plans of the convolutions on one mesh.
 pub struct Packed<T> {
     nodes: [usize; 2],
     /// Filled rows, rounded up to whole batches; all rows beyond are zero.
@@ -90,7 +88,6 @@ impl<T: Real> Scratch<T> {
 
 struct Buffers<T> {
     rows: Aligned<T>,
-    /// Space for one or two tiles.
     spare: Aligned<T>,
 }
 
@@ -133,7 +130,6 @@ impl<T: Real> Packed<T> {
         Scratch { tiles: Aligned::zeros(0), buffers: Vec::new() }
     }
 
-    /// Returns the count of numbers in all tiles.
     fn tiles_len(&self) -> usize {
         self.nodes[1] / T::LANES * self.tile_len()
     }

@@ -24,9 +24,7 @@ pub const MAX_LANES: usize = 16;
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Registers: Copy {
     type Number: Real;
-    /// The type of a register.
     type Lanes: Pod;
-    /// Number of lanes in a register.
     const LANES: usize = <Self::Number as Vectorize>::LANES;
     /// Registers of the processor, of which one or two form one register. Operations that do not
     /// mix lanes run on one after the other, so that fewer values are live at a time.

@@ -20,9 +20,7 @@ const BALANCED_REDUCTION: f64 = 1e-3;
 /// Sums of a search under a hardness.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {
-    /// Sum of the pressures of all nodes.
     pub sum: f64,
-    /// Mean gap of free nodes.
     pub free_offset: f64,
 }
 
@@ -164,7 +162,6 @@ impl Nodes {
         }
     }
 
-    /// Appends nodes that were collected later.
     pub fn append(&mut self, mut later: Self) {
         self.pressure.append(&mut later.pressure);
         self.change.append(&mut later.change);

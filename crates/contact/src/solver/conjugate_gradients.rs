@@ -341,7 +341,6 @@ impl Search {
         Direction::next(last.pending, share, step, mean)
     }
 
-    /// Moves the pressures along a new direction.
     pub(super) fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
         match self.bound {
             None => self.update_pressure_as::<false>(direction, is_last),
@@ -397,7 +396,6 @@ impl Search {
         self.extension.collect(&self.threads);
     }
 
-    /// Begins the transform of the extended residual.
     fn begin_correction(&mut self) {
         self.extension.extend(&self.threads);
         let mut pass = Wide(Extend {

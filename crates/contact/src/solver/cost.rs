@@ -24,20 +24,18 @@ const MEASURING_TIME: Duration = Duration::from_millis(20);
 /// Relative increase of the pairs for each tenth of the tolerance, down to 1e-10.
 const PER_DECADE: f64 = 0.18;
 
-/// Time of a pair for a free boundary, over that of a periodic one.
-///
-/// Every second pair is on a mesh of twice the nodes along both axes, most of which are known to be
-/// zero, and the others are on one of 1.25 times the nodes.
+/// Time of a pair for a free boundary, over that of a periodic one. Every second pair is on a mesh
+/// of twice the nodes along both axes, most of which are known to be zero, and the others are on
+/// one of 1.25 times the nodes.
 const FREE: f64 = 2.3;
 
 /// Seconds per node for the kernels of a free half-space.
 const FREE_KERNEL: f64 = 2e-7;
 
-/// Time of the pairs of a material that yields, over that of an elastic one.
-///
-/// Counts of pairs under hardnesses of 0.3 and 1 E* × rms slope are 1.1 to 1.3 times as many on
-/// 128² nodes, for any tolerance, and 1 to 1.3 on 1024². Because many iterations take one pair
-/// instead of two, each pair takes 1.3 times as long.
+/// Time of the pairs of a material that yields, over that of an elastic one. Counts of pairs under
+/// hardnesses of 0.3 and 1 E* × rms slope are 1.1 to 1.3 times as many on 128² nodes, for any
+/// tolerance, and 1 to 1.3 on 1024². Because many iterations take one pair instead of two, each
+/// pair takes 1.3 times as long.
 const YIELDING: f64 = 1.45;
 
 /// Longest side of a mesh that is measured; a larger one takes seconds and gigabytes, so a part of

@@ -13,7 +13,6 @@ use super::passes::{
 use super::{Hardness, Settings, Solver};
 use crate::fft::Band;
 
-/// Result of an evaluation in double precision.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
     pub convergence: Convergence,
@@ -79,7 +78,6 @@ impl Solver {
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
-    /// Evaluates after undoing `part` of the last move.
     fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
         self.take_back(part);
         self.impose_load();
@@ -87,7 +85,6 @@ impl Solver {
         self.evaluate()
     }
 
-    /// Subtracts `part` of the last move from the pressures.
     pub(super) fn take_back(&mut self, part: f64) {
         let mut pass =
             TakeBack { part, hardness: self.search.ceiling(), last_step: &self.search.last_step };
@@ -291,7 +288,6 @@ impl Extremes {
 #[derive(Debug, Clone, Copy)]
 pub struct GapStatistics {
     pub contact_nodes: f64,
-    /// Contact nodes that are not saturated.
     pub elastic_nodes: f64,
     /// Σ gap over elastic nodes, added by the caller in double precision.
     pub elastic_sum: f64,

@@ -34,10 +34,8 @@ use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
 /// Nodes along a side of the smallest blocks; with 2, there are hardly fewer iterations.
 const SIDE: usize = 4;
 
-/// Weight of the value around a block, over the nodes of the block.
-///
-/// The largest eigenvalues from 0.006 to 1 E* × rms slope are 1.2 to 1.4; with half or double the
-/// weight 1.2 to 2.
+/// Weight of the value around a block, over the nodes of the block. The largest eigenvalues from
+/// 0.006 to 1 E* × rms slope are 1.2 to 1.4; with half or double the weight 1.2 to 2.
 const WEIGHT: f32 = 0.25;
 
 /// Pyramid of means on a mesh that is taken as periodic; the extension need not be exact.
@@ -45,7 +43,6 @@ pub struct Extension {
     levels: Vec<Level>,
     /// Values that rows of the smallest blocks collected for the rows before and after them.
     for_neighbours: [Vec<f32>; 2],
-    /// Nodes of the map along x and y.
     map: [usize; 2],
     /// Nodes of the mesh, of which the map is a corner.
     nodes: [usize; 2],
@@ -54,11 +51,9 @@ pub struct Extension {
 }
 
 struct Level {
-    /// Blocks along x and y.
     blocks: [usize; 2],
     /// Weight of the value around each block, in nodes.
     around: f32,
-    /// Number of free nodes in each block.
     free: Vec<f32>,
     /// Sums over free nodes, or values derived from them.
     values: Vec<f32>,

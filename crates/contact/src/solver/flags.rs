@@ -94,13 +94,11 @@ impl ActiveGroups {
         self.always = always;
     }
 
-    /// Returns which groups of a row are active.
     #[inline(always)]
     pub fn row(&self, row: Row) -> &[bool] {
         Row::new(row.index(), self.row_groups).of(&self.active)
     }
 
-    /// Returns which groups of a row have a free node.
     #[inline(always)]
     pub fn free_row(&self, row: Row) -> &[bool] {
         Row::new(row.index(), self.row_groups).of(&self.free)
@@ -121,11 +119,9 @@ pub struct ActiveBand<'a> {
     row_groups: usize,
     active: Band<'a, bool>,
     free: Band<'a, bool>,
-    /// True if all groups stay active.
     pub always: bool,
 }
 
-/// The groups of a row, mutable.
 pub struct GroupsOfRow<'r> {
     pub active: &'r mut [bool],
     pub free: &'r mut [bool],

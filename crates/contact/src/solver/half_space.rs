@@ -79,9 +79,8 @@ impl HalfSpace {
 }
 
 /// Additional bytes per node of a free half-space, which has no coarser meshes: a mesh with twice
-/// the nodes along both axes for the factors of its kernels, and these kernels.
-///
-/// 100 bytes a node in all were measured at the peak of runs on 2048², 4096² and 8192² nodes.
+/// the nodes along both axes for the factors of its kernels, and these kernels. 100 bytes a node in
+/// all were measured at the peak of runs on 2048², 4096² and 8192² nodes.
 const FREE_BYTES: f64 = 44.0;
 
 /// Additional bytes per node for lists of nodes that may change, measured at the peak of a run on
@@ -171,7 +170,6 @@ struct SeparateTransform {
 }
 
 impl Stiffness {
-    /// Prepares the stiffness of a body.
     pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
         let map = body.grid().nodes();
         let is_apart = body.stiffness_nodes() != map;
@@ -186,7 +184,6 @@ impl Stiffness {
         Self { map, kernel: elasticity::stiffness_on(threads, body), apart: is_apart.then(apart) }
     }
 
-    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: &Threads) {
         if let Some(apart) = &mut self.apart {
             apart.scratch.set_threads(threads.clone());

@@ -83,7 +83,6 @@ pub fn range(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
     seen.found()
 }
 
-/// Lowest and highest numbers of each lane.
 #[derive(Clone, Copy)]
 pub struct RangeSoFar {
     lowest: [f64; LANES],
@@ -137,7 +136,6 @@ impl Pass<f64> for RangeSoFar {
     }
 }
 
-/// Number of bins between two levels.
 const BINS: usize = 1024;
 
 /// Histogram of the heights between two levels, from the higher level down; a pass over pressures.
@@ -158,7 +156,6 @@ pub struct LevelBin {
 }
 
 impl<'a> CountHeights<'a> {
-    /// Counts nodes above `low` and not above `high`.
     pub fn between(low: f64, high: f64, heights: &'a [f64]) -> Self {
         Self { heights, low, high, counts: [0; BINS] }
     }

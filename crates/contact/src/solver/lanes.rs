@@ -22,13 +22,10 @@ pub const LANES: usize = 16;
 
 /// A pass over the rows of a map, in which `R` registers hold sixteen numbers.
 pub trait Pass<T>: Sized + Send {
-    /// Visits a row, as [`Rows::row`].
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [T]);
 
-    /// Splits the pass, as [`Rows::split_off`].
     fn split_off(&mut self, row: Row) -> Self;
 
-    /// Merges a part, as [`Rows::append`].
     fn append(&mut self, later: Self);
 }
 
@@ -139,7 +136,6 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         Self(simd, [simd.splat_f32s(number); R])
     }
 
-    /// Returns lanes that all hold `number`.
     #[inline(always)]
     pub fn like(self, number: f32) -> Self {
         Self::all(self.0, number)
@@ -381,10 +377,8 @@ pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
 
 /// A result that is accumulated over the mesh.
 pub trait Accumulate: Copy {
-    /// The result for no row.
     const ZERO: Self;
 
-    /// Adds the result of later rows.
     fn add(&mut self, later: Self);
 }
 

@@ -136,10 +136,8 @@ const STEPS: usize = 16;
 const INITIAL_STEP: f64 = 0.9;
 
 /// Range of step lengths that surfaces of all kinds were seen to need, so that a load that ends in
-/// rounding does not spoil the next.
-///
-/// More than 1 would only help nodes that are about to be released; one load may have many of them,
-/// and the next none.
+/// rounding does not spoil the next. More than 1 would only help nodes that are about to be
+/// released; one load may have many of them, and the next none.
 const STEP_RANGE: (f64, f64) = (0.1, 1.0);
 
 /// Step length of each iteration, learnt from earlier loads.
@@ -157,7 +155,6 @@ impl Steps {
         self.0[iteration.min(STEPS - 1)]
     }
 
-    /// Returns all step lengths in the order of iterations.
     pub fn all(&self) -> &[f64] {
         &self.0
     }
@@ -183,10 +180,9 @@ impl Steps {
 /// the energy.
 const MIN_DESCENT_PART: f64 = 0.5;
 
-/// A move with a best part below this is undone completely, and the next steps are shortened.
-///
-/// A small part would leave traces of pressure on many nodes that should have none and would
-/// disturb later directions.
+/// A move with a best part below this is undone completely, and the next steps are shortened. A
+/// small part would leave traces of pressure on many nodes that should have none and would disturb
+/// later directions.
 const MIN_PART: f64 = 0.25;
 
 /// A best part below this shortens the next step accordingly: while many nodes change between free
@@ -203,7 +199,6 @@ const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
 /// State that iterations of one load pass on, apart from the step lengths.
 pub struct History {
-    /// True if the iterations started from a coarser mesh.
     pub is_nested: bool,
     pub iteration: usize,
     /// Factor that shortens steps after a step that was far too long. Without it, such a step would
@@ -213,7 +208,6 @@ pub struct History {
     pub caution: f64,
     /// True if corrections of all rows are considered, not those of a sample.
     pub sees_all_rows: bool,
-    /// The last move, if it was evaluated in double precision.
     pub last: Option<LastMove>,
 }
 
@@ -231,7 +225,6 @@ impl Default for History {
 }
 
 impl History {
-    /// Creates the history of iterations that start from a coarser mesh.
     pub fn nested() -> Self {
         Self { is_nested: true, ..Self::default() }
     }
@@ -280,7 +273,6 @@ pub struct LastMove {
     pub curvature: f64,
     /// Part of the move that should still be added to it.
     pub missed: f64,
-    /// Change of the offset by the move.
     pub offset_change: f64,
 }
 

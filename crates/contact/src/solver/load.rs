@@ -90,7 +90,6 @@ impl Pass<f64> for Total {
     }
 }
 
-/// Multiplies pressures by a factor.
 struct Scale(f64);
 
 impl Pass<f64> for Scale {

@@ -38,16 +38,13 @@ impl Solver {
     }
 }
 
-/// Number of bins of the histogram.
 const BINS: usize = 256;
 
 /// Nodes whose gap is less than a part of their gap under the previous load.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearing {
     pub part: f32,
-    /// Level of the gaps under the last load.
     pub offset: f32,
-    /// Level of the gaps under the load before.
     pub earlier_offset: f32,
 }
 
@@ -160,12 +157,10 @@ impl Pass<f64> for SumInContact<'_> {
 /// Nodes that may be free at the start of a search. Other nodes are treated as open.
 #[derive(Clone, Copy, Default)]
 pub enum Expected {
-    /// All nodes that penetrate the other body.
     #[default]
     All,
     /// Nodes close to contact, by extrapolation from the last load.
     Near(Nearing),
-    /// Nodes of at least this height.
     AsHighAs(f32),
 }
 
@@ -275,7 +270,6 @@ mod tests {
         Solver::new(PeriodicHalfSpace::new(grid), surface.heights())
     }
 
-    /// Returns which nodes have pressure.
     fn contact(solver: &Solver) -> Vec<bool> {
         solver.pressure().iter().map(|p| *p > 0.0).collect()
     }

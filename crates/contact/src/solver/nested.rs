@@ -37,7 +37,6 @@ const TOLERANCE: f64 = 1e-2;
 /// Maximum number of transform pairs on a coarser mesh: three times what most take.
 const PAIR_LIMIT: u32 = 60;
 
-/// Coarser meshes of a surface.
 pub struct Coarser {
     /// Intermediate meshes, the finest first.
     levels: Vec<Level>,
@@ -108,7 +107,6 @@ impl Coarser {
         })
     }
 
-    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: &Threads) {
         for level in &mut self.levels {
             level.search.set_threads(threads.clone());
@@ -134,7 +132,6 @@ impl Coarser {
     }
 }
 
-/// Returns the grids of coarser meshes, if there are enough of them.
 fn coarser_grids(grid: Grid) -> Vec<Grid> {
     let grids: Vec<Grid> = successors(coarsened(&grid), coarsened).collect();
     if grids.len() + 1 < MIN_MESHES {
@@ -270,16 +267,14 @@ impl Search {
     }
 }
 
-/// Ratio of consecutive loads from which coarser meshes are used first.
-///
-/// On 1024² and 2048² nodes this saves time from ratios of 1.2 to 1.4 on, on 512² from 1.4 to 1.6.
+/// Ratio of consecutive loads from which coarser meshes are used first. On 1024² and 2048² nodes
+/// this saves time from ratios of 1.2 to 1.4 on, on 512² from 1.4 to 1.6.
 const FAR: f64 = 1.3;
 
 /// A search starts in single precision if the tolerance is more than this many times the rounding
-/// error of the highest displacement.
-///
-/// With 3.1 or less, rounding kept the residual above the tolerance on 4096² and 8192² nodes, and a
-/// further search was needed. Starting in double precision takes a tenth more time.
+/// error of the highest displacement. With 3.1 or less, rounding kept the residual above the
+/// tolerance on 4096² and 8192² nodes, and a further search was needed. Starting in double
+/// precision takes a tenth more time.
 const DIGITS: f64 = 3.5;
 
 /// Returns whether a load is far from the last one, or the first.

@@ -32,10 +32,10 @@ const DECISIONS: u32 = 2;
 impl Solver {
     /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
     ///
-    /// The load must be below the hardness, if there is one ([`Hardness::check_load`]). Loads may come in
-    /// any order; ascending loads are fastest. Some node always bears pressure, even under the
-    /// lightest load and after an interruption. `watch` is called in every iteration and can stop
-    /// the solver; `&|| false` never stops it.
+    /// The load must be below the hardness, if there is one ([`Hardness::check_load`]). Loads may
+    /// come in any order; ascending loads are fastest. Some node always bears pressure, even under
+    /// the lightest load and after an interruption. `watch` is called in every iteration and can
+    /// stop the solver; `&|| false` never stops it.
     pub fn press(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
         assert!(load.is_finite() && load > 0.0, "the load must be positive and finite");
         if let Some(hardness) = self.hardness {
@@ -226,15 +226,13 @@ impl Solver {
 }
 
 /// A node loses its pressure if this pressure would close less than this part of the node's gap.
-///
 /// With 0.675, as many nodes are released too early as too late in series of loads on 256² to 1024²
 /// nodes.
 const UNDECIDED: f64 = 0.675;
 
-/// Largest part of the load on elastic nodes that decisions may change.
-///
-/// If saturated nodes bear nearly all of the load, the tolerance is worth more pressure than all
-/// elastic nodes have, and says nothing about single nodes.
+/// Largest part of the load on elastic nodes that decisions may change. If saturated nodes bear
+/// nearly all of the load, the tolerance is worth more pressure than all elastic nodes have, and
+/// says nothing about single nodes.
 const LARGEST_CHANGE: f64 = 0.1;
 
 impl Solver {
@@ -317,7 +315,6 @@ impl Pass<f64> for Changes<'_> {
     }
 }
 
-/// Applies a decision to the pressures.
 struct Decide<'a> {
     decision: Decision,
     gap: &'a [f32],

@@ -19,12 +19,10 @@ pub const RATIO: f64 = 4.0;
 /// 1 and 2 take as many pairs.
 const COMPLIANCES: f64 = 1.5;
 
-/// Contact on a coarser mesh.
 pub struct CoarseContact {
     /// The map s p − g.
     pressure_less_gap: Vec<f32>,
     nodes: [usize; 2],
-    /// Level from which gaps are counted.
     pub reference: f64,
     pub peak_pressure: f64,
     /// Transform pairs used, those of coarser meshes in proportion to their nodes.
@@ -32,7 +30,6 @@ pub struct CoarseContact {
 }
 
 impl CoarseContact {
-    /// Creates the contact of a body that was not pressed.
     pub fn empty(body: &dyn ElasticOperator) -> Self {
         let nodes = body.grid().nodes();
         Self {
@@ -44,7 +41,6 @@ impl CoarseContact {
         }
     }
 
-    /// Returns the map s p − g.
     pub fn map(&self) -> CoarseMap<'_> {
         CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
     }
@@ -54,7 +50,6 @@ impl CoarseContact {
         (self.pairs / RATIO).round() as u32
     }
 
-    /// Sets the pressure to zero everywhere.
     pub fn clear(&mut self) {
         self.pressure_less_gap.clear();
         self.pressure_less_gap.resize(self.nodes[0] * self.nodes[1], 0.0);

@@ -16,7 +16,6 @@ use crate::elasticity::ElasticOperator;
 use crate::fft::{Kernel, Scratch, Transform};
 use crate::threads::Threads;
 
-/// Everything that an iteration reads and writes.
 pub struct Search {
     pub nodes: [usize; 2],
     /// Number of smaller mesh steps in the longer side.
@@ -24,7 +23,6 @@ pub struct Search {
     pub heights: Vec<f32>,
     /// Level that is subtracted from heights.
     pub height_reference: f64,
-    /// Mean pressure to be reached.
     pub load: f64,
     /// The hardness, while pressures are kept below it.
     pub bound: Option<Hardness>,
@@ -109,7 +107,6 @@ impl Search {
         }
     }
 
-    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: Threads) {
         self.scratch.set_threads(threads.clone());
         self.stiffness.set_threads(&threads);

@@ -34,9 +34,7 @@ const LIGHT: f64 = 1.0;
 /// Start of a search whose first residual is in the single-precision transform.
 pub struct Start {
     pub convergence: Convergence,
-    /// Σ of the reference pressure.
     pub reference_sum: f64,
-    /// Balance of pressures, if the material may yield.
     pub balance: Option<Balance>,
 }
 
@@ -243,7 +241,6 @@ const BISECTIONS: u32 = 60;
 const COPY_RATIO: usize = 4;
 
 impl Solver {
-    /// Guesses the pressure under a first load.
     pub(super) fn guess_first(&mut self, load: f64) {
         let share = 1.0 - (-CONTACT_OVER_LOAD * load).exp();
         if self.search.bound.is_none() && share < SMALL_SHARE {

@@ -31,9 +31,7 @@ const SHORT_WAVES: f64 = 0.45;
 pub const YIELDING_ITERATIONS: usize = 6;
 
 /// Iterations with this preconditioner after a start from a coarser mesh, whose errors are short
-/// waves.
-///
-/// Two or four take as many pairs, none takes a tenth to a third more.
+/// waves. Two or four take as many pairs, none takes a tenth to a third more.
 pub const NESTED_ITERATIONS: usize = 3;
 
 /// Two-level preconditioner with a stiffness of blocks and one of shorter waves.
@@ -72,7 +70,6 @@ impl TwoLevel {
         }
     }
 
-    /// Sets the threads that share the work.
     pub fn set_threads(&mut self, threads: &Threads) {
         self.scratch.set_threads(threads.clone());
     }

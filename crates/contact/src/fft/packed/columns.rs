@@ -83,7 +83,6 @@ impl<T: Real> Columns<T> {
         kernel
     }
 
-    /// Returns the count of numbers in the kernel of a tile.
     fn kernel_of_tile(&self) -> usize {
         let blocks = self.nodes[0] / 2 / self.lanes;
         (blocks / 2 + 1) * 2 * self.lanes * self.lanes
@@ -122,7 +121,6 @@ pub struct Pair<'a, T> {
     pub sum: f64,
 }
 
-/// Convolution of the columns of a pair of tiles.
 pub struct Convolve<'a, 'b, T> {
     pub columns: &'a Columns<T>,
     pub pair: &'a mut Pair<'b, T>,

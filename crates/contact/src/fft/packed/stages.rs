@@ -256,19 +256,16 @@ fn minus<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Comp
     Complex { re: r.sub(a.re, b.re), im: r.sub(a.im, b.im) }
 }
 
-/// Returns a + i b.
 #[inline(always)]
 fn plus_i<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
     Complex { re: r.sub(a.re, b.im), im: r.add(a.im, b.re) }
 }
 
-/// Returns a − i b.
 #[inline(always)]
 fn minus_i<R: Registers>(r: R, a: Complex<R::Lanes>, b: Complex<R::Lanes>) -> Complex<R::Lanes> {
     Complex { re: r.add(a.re, b.im), im: r.sub(a.im, b.re) }
 }
 
-/// Returns a + f b.
 #[inline(always)]
 fn plus_scaled<R: Registers>(
     r: R,
@@ -279,7 +276,6 @@ fn plus_scaled<R: Registers>(
     Complex { re: r.add_product(a.re, f, b.re), im: r.add_product(a.im, f, b.im) }
 }
 
-/// Returns a − f b.
 #[inline(always)]
 fn minus_scaled<R: Registers>(
     r: R,

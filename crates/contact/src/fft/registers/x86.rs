@@ -14,7 +14,6 @@ struct Single<S>(S);
 #[derive(Clone, Copy)]
 struct Double<S>(S);
 
-/// Two processor registers that form one register.
 #[derive(Clone, Copy)]
 struct Pair<R>(R);
 

@@ -9,7 +9,6 @@ use pulp::Simd;
 use crate::fft::Row;
 use crate::solver::lanes::Pass;
 
-/// Blocks along a side of a larger one.
 const HALVES: usize = 2;
 
 /// Sets larger blocks to the sums of their quarters.
@@ -299,7 +298,6 @@ pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
     }
 }
 
-/// Adds up the parts of each block.
 #[inline(always)]
 pub fn sum<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
     for (block, parts) in blocks.iter_mut().zip(parts) {

@@ -26,7 +26,6 @@ pub struct ResidualRows<'a> {
 }
 
 impl Extension {
-    /// Returns all rows of the residual.
     pub fn residual_rows(&mut self) -> ResidualRows<'_> {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
@@ -39,7 +38,6 @@ impl Extension {
         }
     }
 
-    /// Returns all rows of the extension.
     pub fn continued_rows(&self) -> ContinuedRows<'_> {
         ContinuedRows::new(&self.levels[0])
     }
@@ -114,7 +112,6 @@ pub struct ContinuedRows<'a> {
     near: Vec<f32>,
     /// The previous, present and next row of blocks, interpolated along the row.
     rows: [Vec<f32>; 3],
-    /// Index of the present row of blocks.
     here: Option<usize>,
 }
 
@@ -189,7 +186,6 @@ pub struct TakenRows<'a> {
 }
 
 impl Extension {
-    /// Returns all rows of the pressures to collect.
     pub fn taken_rows(&mut self) -> TakenRows<'_> {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
@@ -202,7 +198,6 @@ impl Extension {
         }
     }
 
-    /// Returns all rows of the result of the transpose.
     pub fn given_rows(&self) -> GivenRows<'_> {
         GivenRows::new(&self.levels[0])
     }
@@ -298,7 +293,6 @@ pub struct GivenRows<'a> {
     smallest: &'a Level,
     /// The present row of blocks, repeated for each node.
     nodes: Vec<f32>,
-    /// Index of the present row of blocks.
     here: Option<usize>,
 }
 
@@ -346,7 +340,6 @@ fn give(values: &mut [f32], given: &[f32]) {
 const AREA: f32 = (SIDE * SIDE) as f32;
 
 impl Extension {
-    /// Returns the number of smallest blocks along x and y.
     pub fn blocks(&self) -> [usize; 2] {
         self.levels[0].blocks
     }
@@ -382,7 +375,6 @@ impl Extension {
     }
 }
 
-/// Means of blocks, row by row.
 pub struct Means<'a> {
     smallest: &'a Level,
     /// Sums of the residual over free nodes.
@@ -406,7 +398,6 @@ impl Pass<f32> for Means<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Pressures of block means, row by row.
 pub struct TakenMeans<'a> {
     stiffness: f32,
     free: &'a [f32],

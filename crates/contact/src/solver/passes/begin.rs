@@ -27,20 +27,17 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub heights: &'a [f32],
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
-    /// Pressure at which nodes are saturated.
     pub hardness: f64,
     /// Last move of free nodes, if there is one to continue from; flags are set by pressure.
     pub last_step: Band<'a, f32>,
     /// Set where there are free nodes or pressures to change.
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
-    /// A row of the residual.
     pub row: Vec<f32>,
     pub reference_pressure: ReferenceBand<'a>,
     /// Set to the pressure minus the reference pressure.
     pub pressure_increment: Band<'a, f32>,
     pub seen: InOrder<GapSums>,
-    /// Sum of the reference pressures.
     pub reference_sum: InOrder<f64>,
     /// Σ pressure within its bounds, if the material yields.
     pub bounded_sum: InOrder<f64>,
@@ -50,9 +47,7 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
 pub struct Extrapolation<'a> {
     /// Distance from the last solution, in units of that between the two.
     pub reach: f64,
-    /// Set to the last pressure.
     pub earlier_pressure: Band<'a, f32>,
-    /// Set to the last gap.
     pub earlier_gap: Band<'a, f32>,
 }
 
@@ -243,7 +238,6 @@ impl LastMoveDone {
     }
 }
 
-/// Pressures from which a search starts.
 pub enum StartPressure<'a> {
     OfCoarserMesh(Prolonged<'a>),
     OfLastMove(LastMoveDone),
@@ -282,7 +276,6 @@ pub struct BeginPressed<'a, const YIELDS: bool> {
     pub pressure_increment: Band<'a, f32>,
     /// Flags are set by pressure; last moves are zero.
     pub last_step: Band<'a, f32>,
-    /// Set where there is pressure.
     pub active: ActiveBand<'a>,
     pub sums: InOrder<PressedSums>,
 }
@@ -290,7 +283,6 @@ pub struct BeginPressed<'a, const YIELDS: bool> {
 #[derive(Clone, Copy)]
 pub struct PressedSums {
     pub pressure: f64,
-    /// Σ pressure × height over all nodes.
     pub pressure_on_height: f64,
     pub saturated_nodes: f64,
 }
@@ -362,7 +354,6 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
 /// Computes s × pressure − gap of a search whose reference pressure is zero; a pass over that map.
 pub struct PressureLessGap<'a> {
     pub compliance: f32,
-    /// Level from which gaps are counted.
     pub offset: f32,
     pub done: LastMoveDone,
     pub pressure_increment: &'a [f32],
@@ -394,10 +385,8 @@ impl Pass<f32> for PressureLessGap<'_> {
     }
 }
 
-/// Tolerance below which pressures are increments to a reference pressure.
-///
-/// Single precision holds a pressure to 6e-8 of it, and a gap to about as much of a mesh step at
-/// unit rms slope.
+/// Tolerance below which pressures are increments to a reference pressure. Single precision holds a
+/// pressure to 6e-8 of it, and a gap to about as much of a mesh step at unit rms slope.
 const FINE: f64 = 1e-5;
 
 /// Reference pressure of a search: zero, or a map if the tolerance is small.
@@ -419,7 +408,6 @@ impl ReferencePressure {
         self.map.resize(if is_map { cells } else { 0 }, 0.0);
     }
 
-    /// Sets the reference pressure to zero.
     pub fn clear(&mut self) {
         self.map.fill(0.0);
     }
@@ -429,7 +417,6 @@ impl ReferencePressure {
         tolerance < FINE
     }
 
-    /// Returns a row of the reference pressure.
     #[inline(always)]
     pub fn row(&self, row: Row) -> &[f32] {
         self.map.get(row.range()).unwrap_or(&self.zeros)

@@ -134,7 +134,6 @@ pub struct GapOutput<'a, const YIELDS: bool> {
     pub reference: f64,
     pub gap: Band<'a, f32>,
     pub last_step: &'a [f32],
-    /// True if gaps are added up over the whole map.
     pub sums_gaps: bool,
     pub statistics: InOrder<GapStatistics>,
 }
@@ -176,10 +175,8 @@ pub struct MoveOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
     pub scaling: MoveScaling,
-    /// True if gaps are added up over the whole map.
     pub sums_gaps: bool,
     pub statistics: InOrder<GapStatistics>,
-    /// Σ move × displacement under it.
     pub curvature: InOrder<f64>,
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
@@ -196,7 +193,6 @@ pub struct MoveOutput<'a, const YIELDS: bool> {
 #[derive(Clone, Copy)]
 pub struct MoveScaling {
     pub scale: f32,
-    /// Increase of the gap reference.
     pub reference_change: f32,
 }
 

@@ -13,13 +13,10 @@ use crate::threads::Threads;
 ///
 /// The map may be a corner of the mesh; the extension covers the rest.
 pub struct Extend<'a> {
-    /// Nodes of the map along x and y.
     pub map: [usize; 2],
-    /// Level from which the residual is measured.
     pub level: f32,
     pub gap: &'a [f32],
     pub last_step: &'a [f32],
-    /// Groups that may have free nodes.
     pub active: &'a ActiveGroups,
     pub continued: ContinuedRows<'a>,
 }
@@ -113,7 +110,6 @@ pub struct TakeOthers<'a> {
     /// Nodes of the map, around which no node is free.
     pub map: [usize; 2],
     pub last_step: &'a [f32],
-    /// Groups that may have free nodes.
     pub active: &'a ActiveGroups,
     pub taken: TakenRows<'a>,
 }

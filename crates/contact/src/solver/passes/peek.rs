@@ -27,11 +27,8 @@ pub struct Means {
 
 /// Adds up the sums for [`Means`].
 pub struct Peek<'a> {
-    /// Last moves, with flags of free nodes.
     last_step: &'a [f32],
-    /// Groups that may have free nodes.
     groups: &'a ActiveGroups,
-    /// Displacements under the last move.
     sample: &'a Sample,
     /// Result of the transpose of the extension, to be added to corrections.
     given: GivenRows<'a>,
@@ -79,7 +76,6 @@ pub struct GatherCandidates<'a> {
     pub of_move: f32,
     /// Pressures and their changes by corrections.
     pub nodes: Nodes,
-    /// Last moves of these nodes.
     pub last_moves: Vec<f32>,
     pub rows: usize,
 }
@@ -241,7 +237,6 @@ pub struct PeekGap<'a> {
     pub pressure_increment: &'a [f32],
     /// Moves of free nodes, with flags by the pressure after them.
     pub last_step: &'a [f32],
-    /// Part of the move that is kept.
     pub part: f32,
     /// Decrease of the pressure per unit gap.
     pub stiffness: f32,
@@ -253,7 +248,6 @@ pub struct PeekGap<'a> {
 }
 
 impl PeekGap<'_> {
-    /// Returns whether there were too few nodes.
     pub fn is_too_small(&self) -> bool {
         (self.nodes.len() as f64) < MIN_SAMPLE_NODES
     }
@@ -308,7 +302,6 @@ pub struct Sample {
     kept: Vec<f32>,
 }
 
-/// Selection of the rows of a sample.
 #[derive(Clone, Copy)]
 struct Geometry {
     rows: usize,
@@ -326,13 +319,11 @@ impl Sample {
         }
     }
 
-    /// Returns the pairs of rows in the sample.
     pub fn pairs(&self) -> Vec<usize> {
         let Geometry { rows, stride, .. } = self.geometry;
         (stride / 2..rows.div_ceil(2)).step_by(stride).collect()
     }
 
-    /// Returns the pairs of rows outside the sample.
     pub fn other_pairs(&self) -> Vec<usize> {
         let Geometry { rows, stride, .. } = self.geometry;
         let pairs = 0..rows.div_ceil(2);

@@ -20,9 +20,7 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
     pub response: GapUpdate,
     pub heights: &'a [f32],
     pub gap: Band<'a, f32>,
-    /// Moves of free nodes, with flags.
     pub last_step: Band<'a, f32>,
-    /// Set where there are free nodes.
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
     pub sample: SampleBand<'a>,
@@ -32,14 +30,12 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
 /// Update of the gap, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct GapUpdate {
-    /// Level of the gap after the move.
     pub offset: f32,
     /// Factor of the displacement under the move before scaling.
     pub on_move: f32,
     /// Factor of the displacement under the pressure before the move.
     pub on_pressure: f32,
     pub reference: f32,
-    /// Flag of nodes that may have pressure.
     pub pressed: u32,
 }
 

@@ -51,11 +51,9 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub ceiling: Ceiling,
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: Band<'a, f32>,
-    /// Groups in which pressures may change.
     pub active: &'a ActiveGroups,
     /// Result of the transpose of the extension, to be added to corrections.
     pub given: GivenRows<'a>,
-    /// Moves of free nodes, with flags.
     pub last_step: Band<'a, f32>,
     pub gap: &'a [f32],
     pub heights: &'a [f32],
@@ -131,7 +129,6 @@ pub struct Direction {
     scaling: f32,
     /// Subtracted from the direction, which keeps the mean pressure if nothing is clipped.
     mean: f32,
-    /// Step length τ along the direction.
     step: f32,
 }
 
@@ -253,13 +250,10 @@ pub struct Sums {
     pub pressure_increment: f64,
     /// Correction of this sum for saturated nodes, because the hardness is rounded.
     pub rounded: f64,
-    /// Σ move × gap over all nodes.
     pub move_on_gap: f64,
     /// Σ pressure after the move × gap; over elastic nodes only, if the material yields.
     pub pressure_on_gap: f64,
-    /// Σ move × height over all nodes.
     pub move_on_height: f64,
-    /// Σ pressure after the move × height.
     pub pressure_on_height: f64,
 }
 
