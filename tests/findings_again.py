@@ -38,8 +38,8 @@ def load(label):
 
 
 def neighbour(label):
-    """Returns the spectra after and before that of a label such as `k_lower 1, k_upper 32, k_lower 4 over it`."""
-    axis, greater = re.search(r"(k_lower|k_upper) (\d+) over it", label).groups()
+    """Returns the spectra after and before that of a label such as `k_lower 1, k_upper 32 → k_lower 4`."""
+    axis, greater = re.search(r"→ (k_lower|k_upper) (\d+)", label).groups()
     at = dict(zip(("k_lower", "k_upper"), spectrum(label), strict=True))
     place = CUTOFFS[axis].index(at[axis])
     before = {**at, axis: CUTOFFS[axis][place - 1]}
@@ -77,7 +77,7 @@ def scatter(label):
 
 
 def equal_bandwidth(label, correction="none"):
-    (upper, of_upper), (lower, of_lower) = [
+    (lower, of_lower), (upper, of_upper) = [
         (int(one), int(other)) for one, other in re.findall(r"k_lower (\d+), k_upper (\d+)", label)]
     return math.log(mean((upper, of_upper), load(label), correction) / mean((lower, of_lower), load(label), correction))
 
