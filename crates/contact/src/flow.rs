@@ -164,15 +164,15 @@ fn conductances(
     let mut multigrid = Multigrid::new(channels.graph(links));
     let film = Film { links, channels };
     let mut pressures = vec![[0.0; 2]; channels.count];
-    let mut surplus = pressures.clone();
+    let mut net_inflow = pressures.clone();
     let mut search = Search::new(channels.count);
-    let mut dissipation = film.dissipation(&pressures, &mut surplus);
+    let mut dissipation = film.dissipation(&pressures, &mut net_inflow);
     let mut bounds = dissipation.map(|upper| Conductance { upper, lower: 0.0 });
     for iteration in 1..=ITERATION_LIMIT {
-        multigrid.precondition(&surplus, is_interrupted)?;
-        let step = search.step(multigrid.graph(), multigrid.potentials(), &surplus);
+        multigrid.precondition(&net_inflow, is_interrupted)?;
+        let step = search.step(multigrid.graph(), multigrid.potentials(), &net_inflow);
         add(&mut pressures, step.length, &search.direction);
-        add(&mut surplus, step.length.map(|length| -length), &search.image);
+        add(&mut net_inflow, step.length.map(|length| -length), &search.image);
         dissipation = [0, 1].map(|axis| dissipation[axis] - step.gain[axis]);
         let is_slow = |dissipation: Pair| {
             let mut axes = [0, 1].into_iter();
@@ -182,9 +182,9 @@ fn conductances(
         if !is_slow(dissipation) && iteration % REFRESH_INTERVAL != 0 && !is_last {
             continue;
         }
-        dissipation = film.dissipation(&pressures, &mut surplus);
+        dissipation = film.dissipation(&pressures, &mut net_inflow);
         if is_slow(dissipation) || is_last {
-            bounds = film.bounds(&pressures, &surplus, dissipation);
+            bounds = film.bounds(&pressures, &net_inflow, dissipation);
             if bounds.iter().all(|bounds| bounds.residual() <= TOLERANCE) {
                 break;
             }
@@ -200,7 +200,7 @@ struct Film<'a> {
 }
 
 /// A link and the pressure drop along it.
-struct Passage {
+struct LinkState {
     conductance: f64,
     from: usize,
     to: usize,
@@ -211,7 +211,7 @@ struct Passage {
 }
 
 impl Film<'_> {
-    fn passages(&self, pressures: &[Pair]) -> impl Iterator<Item = Passage> {
+    fn link_states(&self, pressures: &[Pair]) -> impl Iterator<Item = LinkState> {
         self.channels.links(self.links).map(|(link, [from, to])| {
             let seam = link.crosses_seam.then_some(link.axis);
             let seam = seam.filter(|axis| self.channels.percolates[*axis]);
@@ -219,45 +219,45 @@ impl Film<'_> {
             if let Some(axis) = seam {
                 drop[axis] += 1.0;
             }
-            Passage { conductance: link.conductance, from, to, drop, seam }
+            LinkState { conductance: link.conductance, from, to, drop, seam }
         })
     }
 
     /// Returns the dissipation of the pressures, and writes the net inflow of each node to
-    /// `surplus`.
-    fn dissipation(&self, pressures: &[Pair], surplus: &mut [Pair]) -> Pair {
-        surplus.fill([0.0; 2]);
+    /// `net_inflow`.
+    fn dissipation(&self, pressures: &[Pair], net_inflow: &mut [Pair]) -> Pair {
+        net_inflow.fill([0.0; 2]);
         let mut dissipation = [0.0; 2];
-        for passage in self.passages(pressures) {
+        for link in self.link_states(pressures) {
             for axis in [0, 1] {
-                let flux = passage.conductance * passage.drop[axis];
-                surplus[passage.from][axis] -= flux;
-                surplus[passage.to][axis] += flux;
-                dissipation[axis] += flux * passage.drop[axis];
+                let flux = link.conductance * link.drop[axis];
+                net_inflow[link.from][axis] -= flux;
+                net_inflow[link.to][axis] += flux;
+                dissipation[axis] += flux * link.drop[axis];
             }
         }
         dissipation
     }
 
     /// Returns the bounds of the conductances by the principles of Dirichlet and Thomson.
-    fn bounds(&self, pressures: &[Pair], surplus: &[Pair], upper: Pair) -> [Conductance; 2] {
+    fn bounds(&self, pressures: &[Pair], net_inflow: &[Pair], upper: Pair) -> [Conductance; 2] {
         let mut flow = [0.0; 2];
-        for passage in self.passages(pressures) {
-            if let Some(axis) = passage.seam {
-                flow[axis] += passage.conductance * passage.drop[axis];
+        for link in self.link_states(pressures) {
+            if let Some(axis) = link.seam {
+                flow[axis] += link.conductance * link.drop[axis];
             }
         }
         let mut dissipation = upper;
-        let mut surplus = surplus.to_vec();
+        let mut net_inflow = net_inflow.to_vec();
         for link in &self.channels.parent_links {
             let [node, parent] = [link.node, link.parent].map(|number| number as usize);
             for axis in [0, 1] {
                 let crossings = f64::from(link.crossings[axis]);
                 let drop = pressures[node][axis] - pressures[parent][axis] + crossings;
-                let led = surplus[node][axis];
-                surplus[parent][axis] += led;
-                flow[axis] += crossings * led;
-                dissipation[axis] += led * (2.0 * drop + led / link.conductance);
+                let correction = net_inflow[node][axis];
+                net_inflow[parent][axis] += correction;
+                flow[axis] += crossings * correction;
+                dissipation[axis] += correction * (2.0 * drop + correction / link.conductance);
             }
         }
         [0, 1].map(|axis| Conductance {

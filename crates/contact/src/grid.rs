@@ -68,7 +68,7 @@ pub struct Grid {
 
 /// Error of a grid or a cell that cannot exist.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum GridError {
     #[error("a grid without nodes; give at least one node along each axis")]
     Empty,

@@ -11,8 +11,8 @@
 //!
 //! The table gives the coverage in per cent at a nominal 95 %, from 600 experiments (300 with fifty
 //! surfaces). The parameters are the exponent μ of the evolution law with a given κ, and the least
-//! convex κ. The areas under 20 loads up to 0.06 scatter by 5 %; the first number is for normal,
-//! the second for lognormal scatter.
+//! convex κ. The areas scatter by 5 %; the first number is for normal, the second for lognormal
+//! scatter. The tests of this module repeat some experiments with 20 loads up to 0.06.
 //!
 //! | surfaces | percentile | basic | studentised | Student's t |
 //! |---|---|---|---|---|

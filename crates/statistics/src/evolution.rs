@@ -203,16 +203,16 @@ impl EvolutionProblem {
     ) -> Result<ContactEvolution, FitError> {
         let starts = STARTS.iter().map(|&(beta, mu)| ContactEvolution { kappa, beta, mu });
         let mut some_curved = false;
-        let mut stray = None;
+        let mut diverged = None;
         for start in near.into_iter().chain(starts) {
             let (law, converged) = search(start);
             match (self.is_curved(&law), converged) {
                 (true, true) => return Ok(law),
                 (true, false) => some_curved = true,
-                (false, _) => stray = Some(law),
+                (false, _) => diverged = Some(law),
             }
         }
-        Err(match stray {
+        Err(match diverged {
             Some(ContactEvolution { kappa, beta, mu }) if !some_curved => {
                 FitError::Runaway { kappa, beta, mu }
             }

@@ -43,7 +43,7 @@ pub use least_squares::{GoodnessOfFit, line};
 
 /// Error of a fit that has no result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum FitError {
     #[error(
         "{surfaces} surfaces have areas under {areas} loads, but there are {loads} loads: \

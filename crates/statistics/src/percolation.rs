@@ -66,7 +66,7 @@ pub struct Threshold {
 
 /// Sealing of a surface along one direction.
 #[derive(Debug, Clone, Copy)]
-struct Passage {
+struct Sealing {
     /// Middle of the last open and the first sealed state.
     middle: Threshold,
     /// Difference of the first sealed and the last open state.
@@ -77,7 +77,7 @@ struct Passage {
 #[derive(Debug, Clone)]
 pub struct PercolationProblem {
     /// Sealing of each surface along each direction.
-    passages: Vec<Vec<Passage>>,
+    sealings: Vec<Vec<Sealing>>,
     thresholds: Vec<Threshold>,
 }
 
@@ -94,12 +94,12 @@ impl PercolationProblem {
         window: Window,
         channels: Channels,
     ) -> Result<Self, FitError> {
-        let passages: Vec<Vec<Passage>> = surfaces
+        let sealings: Vec<Vec<Sealing>> = surfaces
             .iter()
-            .filter_map(|interfaces| Passage::of_surface(interfaces, window, channels))
+            .filter_map(|interfaces| Sealing::of_surface(interfaces, window, channels))
             .collect();
-        let without = surfaces.len() - passages.len();
-        if without > 0 || passages.is_empty() {
+        let without = surfaces.len() - sealings.len();
+        if without > 0 || sealings.is_empty() {
             return Err(FitError::NotSealed {
                 without,
                 surfaces: surfaces.len(),
@@ -107,8 +107,8 @@ impl PercolationProblem {
                 window,
             });
         }
-        let of_surface = |all: &Vec<Passage>| mean_of(all.iter().map(|passage| passage.middle));
-        Ok(Self { thresholds: passages.iter().map(of_surface).collect(), passages })
+        let of_surface = |all: &Vec<Sealing>| mean_of(all.iter().map(|sealing| sealing.middle));
+        Ok(Self { thresholds: sealings.iter().map(of_surface).collect(), sealings })
     }
 
     /// Returns the thresholds of the surfaces, averaged over the directions.
@@ -123,7 +123,7 @@ impl PercolationProblem {
 
     /// Returns the additional standard error due to the resolution of the loads.
     pub fn resolution_error(&self) -> Threshold {
-        let width = mean_of(self.passages.iter().flatten().map(|passage| passage.width));
+        let width = mean_of(self.sealings.iter().flatten().map(|sealing| sealing.width));
         let factor = rounding_of_the_mean(self.scatter() / width.load);
         Threshold::from_values(width.values().map(|width| factor * width))
     }
@@ -137,11 +137,11 @@ impl PercolationProblem {
     ///
     /// It is zero if the resolution of the loads explains the scatter.
     fn scatter(&self) -> f64 {
-        let all = || self.passages.iter().flatten();
+        let all = || self.sealings.iter().flatten();
         let count = all().count() as f64;
-        let mean = all().map(|passage| passage.middle.load).sum::<f64>() / count;
-        let squares = all().map(|passage| (passage.middle.load - mean).powi(2));
-        let of_rounding = all().map(|passage| passage.width.load.powi(2) / 12.0);
+        let mean = all().map(|sealing| sealing.middle.load).sum::<f64>() / count;
+        let squares = all().map(|sealing| (sealing.middle.load - mean).powi(2));
+        let of_rounding = all().map(|sealing| sealing.width.load.powi(2) / 12.0);
         let variance = squares.sum::<f64>() / (count - 1.0) - of_rounding.sum::<f64>() / count;
         variance.max(0.0).sqrt()
     }
@@ -203,14 +203,14 @@ impl Threshold {
     }
 }
 
-impl Passage {
+impl Sealing {
     /// Returns the sealing along each direction, or `None` if a direction does not seal in the
     /// window.
     fn of_surface(
         interfaces: &[Interface],
         window: Window,
         channels: Channels,
-    ) -> Option<Vec<Passage>> {
+    ) -> Option<Vec<Sealing>> {
         let inside: Vec<&Interface> =
             interfaces.iter().filter(|interface| window.contains(interface.load)).collect();
         let along = |axis: usize| {
@@ -223,7 +223,7 @@ impl Passage {
             });
             let [open, closed] = around.map(|one| one.values());
             let width = [0, 1, 2].map(|value| closed[value] - open[value]);
-            Some(Passage { middle: mean_of(around), width: Threshold::from_values(width) })
+            Some(Sealing { middle: mean_of(around), width: Threshold::from_values(width) })
         };
         channels.axes().iter().map(|&axis| along(axis)).collect()
     }

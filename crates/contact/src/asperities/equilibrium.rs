@@ -133,9 +133,9 @@ fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
         [] => vec![0.0; count],
         [(before, last)] => last.iter().map(|u| u * load / before).collect(),
         [(one, last), (two, earlier), ..] => {
-            let share = (load - one) / (one - two);
+            let weight = (load - one) / (one - two);
             let pairs = last.iter().zip(earlier);
-            pairs.map(|(last, earlier)| last + share * (last - earlier)).collect()
+            pairs.map(|(last, earlier)| last + weight * (last - earlier)).collect()
         }
     }
 }

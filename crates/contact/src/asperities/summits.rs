@@ -199,12 +199,13 @@ impl Contact {
             return true;
         }
         let (one, two) = (self.squares(), other.squares());
-        let separation = |share: f64| {
-            let mixed: [f64; 3] = std::array::from_fn(|i| (1.0 - share) * one[i] + share * two[i]);
+        let separation = |lambda: f64| {
+            let mixed: [f64; 3] =
+                std::array::from_fn(|i| (1.0 - lambda) * one[i] + lambda * two[i]);
             let [xx, xy, yy] = mixed;
             let [x, y] = offset;
             let form = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy);
-            share * (1.0 - share) * form
+            lambda * (1.0 - lambda) * form
         };
         maximum(separation) <= 1.0
     }

@@ -123,7 +123,7 @@ impl Graph {
         for &(node, conductance) in &self.grounds {
             let node = node as usize;
             residual[node] =
-                [0, 1].map(|of| residual[node][of] - conductance * potentials[node][of]);
+                [0, 1].map(|axis| residual[node][axis] - conductance * potentials[node][axis]);
         }
     }
 
@@ -135,7 +135,7 @@ impl Graph {
             potentials[node] = potential;
             for (other, conductance) in self.above(node) {
                 let work = &mut work[other];
-                *work = [0, 1].map(|of| work[of] + conductance * potential[of]);
+                *work = [0, 1].map(|axis| work[axis] + conductance * potential[axis]);
             }
         }
     }
@@ -154,14 +154,14 @@ impl Graph {
             let change = inflow.map(|current| current * self.inverse_diagonal[node]);
             residual[node] = change;
             let potential = &mut potentials[node];
-            *potential = [0, 1].map(|of| potential[of] + change[of]);
+            *potential = [0, 1].map(|axis| potential[axis] + change[axis]);
         }
     }
 
     /// Returns a current plus the inflow to a node from the potentials of nodes of higher index.
     fn with_inflow(&self, node: usize, current: Pair, potentials: &[Pair]) -> Pair {
         self.above(node).fold(current, |sum, (other, conductance)| {
-            [0, 1].map(|of| sum[of] + conductance * potentials[other][of])
+            [0, 1].map(|axis| sum[axis] + conductance * potentials[other][axis])
         })
     }
 }
@@ -213,7 +213,7 @@ impl Factors {
         for node in 0..self.count {
             let before = row(node)[..node].iter().zip(&potentials[..node]);
             let sum = before.fold(potentials[node], |sum, (entry, potential)| {
-                [0, 1].map(|of| sum[of] - entry * potential[of])
+                [0, 1].map(|axis| sum[axis] - entry * potential[axis])
             });
             potentials[node] = sum;
         }
@@ -224,7 +224,7 @@ impl Factors {
         for node in (0..self.count).rev() {
             let (before, own) = potentials.split_at_mut(node);
             for (potential, entry) in before.iter_mut().zip(row(node)) {
-                *potential = [0, 1].map(|of| potential[of] - entry * own[0][of]);
+                *potential = [0, 1].map(|axis| potential[axis] - entry * own[0][axis]);
             }
         }
     }
@@ -264,22 +264,22 @@ impl Search {
     /// The preconditioner may change from step to step (flexible conjugate gradients).
     pub fn step(&mut self, graph: &Graph, correction: &[Pair], residual: &[Pair]) -> Step {
         let common = dot(correction, &self.image);
-        let share = [0, 1].map(|of| ratio(common[of], self.curvature[of]));
+        let projection = [0, 1].map(|axis| ratio(common[axis], self.curvature[axis]));
         for (direction, correction) in self.direction.iter_mut().zip(correction) {
-            *direction = [0, 1].map(|of| correction[of] - share[of] * direction[of]);
+            *direction = [0, 1].map(|axis| correction[axis] - projection[axis] * direction[axis]);
         }
         graph.currents(&self.direction, &mut self.image);
         self.curvature = dot(&self.direction, &self.image);
         let along = dot(&self.direction, residual);
-        let length = [0, 1].map(|of| ratio(along[of], self.curvature[of]));
-        Step { length, gain: [0, 1].map(|of| length[of] * length[of] * self.curvature[of]) }
+        let length = [0, 1].map(|axis| ratio(along[axis], self.curvature[axis]));
+        Step { length, gain: [0, 1].map(|axis| length[axis] * length[axis] * self.curvature[axis]) }
     }
 }
 
 /// Adds `factor` × `others` to `values`.
 pub fn add(values: &mut [Pair], factor: Pair, others: &[Pair]) {
     for (value, other) in values.iter_mut().zip(others) {
-        *value = [0, 1].map(|of| value[of] + factor[of] * other[of]);
+        *value = [0, 1].map(|axis| value[axis] + factor[axis] * other[axis]);
     }
 }
 
@@ -291,7 +291,7 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
 /// Returns the scalar products, summed in order.
 fn dot(one: &[Pair], other: &[Pair]) -> Pair {
     let pairs = one.iter().zip(other);
-    pairs.fold([0.0; 2], |sum, (one, other)| [0, 1].map(|of| sum[of] + one[of] * other[of]))
+    pairs.fold([0.0; 2], |sum, (one, other)| [0, 1].map(|axis| sum[axis] + one[axis] * other[axis]))
 }
 
 #[cfg(test)]

@@ -120,14 +120,14 @@ fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
             if aggregate != NONE {
                 let residual = graph.residual_after_sweep(node, potentials);
                 let current = &mut coarse.currents[aggregate as usize];
-                *current = [0, 1].map(|of| current[of] + residual[of]);
+                *current = [0, 1].map(|axis| current[axis] + residual[axis]);
             }
         }
         solve(coarser, is_interrupted)?;
         for (potential, &aggregate) in potentials.iter_mut().zip(&level.aggregates) {
             if aggregate != NONE {
                 let correction = coarser[0].solution[aggregate as usize];
-                *potential = [0, 1].map(|of| potential[of] + correction[of]);
+                *potential = [0, 1].map(|axis| potential[axis] + correction[axis]);
             }
         }
     }
@@ -156,8 +156,8 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
         let search = &mut level.search;
         let step = search.step(&level.graph, &level.potentials, &level.currents);
         add(&mut level.solution, step.length, &search.direction);
-        gained = [0, 1].map(|of| gained[of] + step.gain[of]);
-        if [0, 1].iter().all(|&of| step.gain[of] <= LEAST_GAIN * gained[of]) {
+        gained = [0, 1].map(|axis| gained[axis] + step.gain[axis]);
+        if [0, 1].iter().all(|&axis| step.gain[axis] <= LEAST_GAIN * gained[axis]) {
             break;
         }
         add(&mut level.currents, step.length.map(|length| -length), &search.image);

@@ -33,7 +33,7 @@ pub struct ContactMap {
 
 /// Error of bytes that are not a contact map.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum MapError {
     #[error("a contact map of {} × {} nodes needs {needed} bytes, not {found}", nodes[0], nodes[1])]
     Length { nodes: [usize; 2], needed: usize, found: usize },
@@ -59,8 +59,8 @@ impl ContactMap {
         assert_eq!(pressures.len(), nodes[0] * nodes[1]);
         let mut words = vec![0; pressures.len().div_ceil(WORD)];
         let workers = threads.workers(pressures.len());
-        let share = words.len().div_ceil(workers.cuts(words.len()).len());
-        let blocks = words.chunks_mut(share).zip(pressures.chunks(share * WORD));
+        let block_words = words.len().div_ceil(workers.cuts(words.len()).len());
+        let blocks = words.chunks_mut(block_words).zip(pressures.chunks(block_words * WORD));
         let mut blocks: Vec<_> = blocks.collect();
         let fill = |(): &mut (), (words, pressures): &mut (&mut [u64], &[f64])| {
             for (word, pressures) in words.iter_mut().zip(pressures.chunks(WORD)) {
@@ -210,10 +210,10 @@ pub(crate) mod samples {
         map([nodes; 2], contact)
     }
 
-    /// Returns a map of independent nodes that are in contact with probability `share`.
-    pub fn random(nodes: [usize; 2], share: f64) -> ContactMap {
+    /// Returns a map of independent nodes that are in contact with the given probability.
+    pub fn random(nodes: [usize; 2], probability: f64) -> ContactMap {
         let draws = crate::topography::draws::Draws::new(5, nodes[1] as u32);
-        map(nodes, |i, j| (-draws.mode(i as i32, j as u32).power()).exp() < share)
+        map(nodes, |i, j| (-draws.mode(i as i32, j as u32).power()).exp() < probability)
     }
 }
 

@@ -88,13 +88,13 @@ fn average_inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     let reference = surface.heights()[0];
     let heights: Vec<f64> = surface.heights().iter().map(|height| height - reference).collect();
     let mut rows = vec![0.0; heights.len()];
-    let share = normalisation(nodes_x, &along_x);
+    let norms = normalisation(nodes_x, &along_x);
     for (i, row) in rows.chunks_exact_mut(nodes_y).enumerate() {
         for (other, weight) in neighbours(i, nodes_x, &along_x) {
-            add(row, &heights[other * nodes_y..][..nodes_y], weight / share[i]);
+            add(row, &heights[other * nodes_y..][..nodes_y], weight / norms[i]);
         }
     }
-    let share = normalisation(nodes_y, &along_y);
+    let norms = normalisation(nodes_y, &along_y);
     let mut means = vec![reference; heights.len()];
     for (row, means) in rows.chunks_exact(nodes_y).zip(means.chunks_exact_mut(nodes_y)) {
         let mut sums = vec![0.0; nodes_y];
@@ -104,8 +104,8 @@ fn average_inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
                 add(&mut sums[steps..], &row[..nodes_y - steps], weight);
             }
         }
-        let all = means.iter_mut().zip(sums).zip(&share);
-        all.for_each(|((mean, sum), share)| *mean += sum / share);
+        let all = means.iter_mut().zip(sums).zip(&norms);
+        all.for_each(|((mean, sum), norm)| *mean += sum / norm);
     }
     means
 }

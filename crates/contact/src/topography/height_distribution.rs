@@ -161,12 +161,12 @@ impl HistogramPool {
         let [low, high] = [center - self.width / 2.0, center + self.width / 2.0];
         // If both ends are on one side of the mean, erfc avoids cancellation in the tails.
         let (near, far) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
-        let share = if low < 0.0 && high > 0.0 {
+        let probability = if low < 0.0 && high > 0.0 {
             libm::erf(near / SQRT_2) + libm::erf(far / SQRT_2)
         } else {
             libm::erfc(near / SQRT_2) - libm::erfc(far / SQRT_2)
         };
-        share / (2.0 * self.width)
+        probability / (2.0 * self.width)
     }
 }
 
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn density_integrates_to_the_share_of_nodes_in_range() {
+    fn density_integrates_to_the_fraction_of_nodes_in_range() {
         let surface = Shape::Paraboloid { radius: 1.0 }.draw(square(50, 1.0));
         let histogram = Histogram::from_surface(&surface, 100, 1.2);
         let inside: usize = counts(&histogram).iter().sum();
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_grows_by_what_the_histogram_counts() {
+    fn differences_of_the_bearing_curve_are_the_counts_of_the_histogram() {
         let surface = Shape::Paraboloid { radius: 0.3 }.draw(square(41, 1.0));
         let levels = bearing_curve(&surface, 10, 3.0);
         let histogram = Histogram::from_surface(&surface, 10, 3.0);
@@ -339,14 +339,14 @@ mod tests {
     }
 
     #[test]
-    fn a_punch_bears_on_its_top() {
+    fn the_material_ratio_of_a_punch_is_that_of_its_top() {
         let punch = Shape::Punch { radius: 0.3, depth: 1.0 };
         let surface = punch.draw(square(32, 1.0));
         let top = surface.heights().iter().filter(|&&h| h == 0.0).count() as f64 / 1024.0;
-        let shares: Vec<f64> =
+        let ratios: Vec<f64> =
             bearing_curve(&surface, 100, 5.0).iter().map(|l| l.material_ratio).collect();
         let distinct: std::collections::BTreeSet<u64> =
-            shares.iter().map(|share| share.to_bits()).collect();
+            ratios.iter().map(|share| share.to_bits()).collect();
         let expected = [0.0, top, 1.0].map(f64::to_bits);
         assert_eq!(distinct, expected.into());
     }
@@ -354,7 +354,7 @@ mod tests {
     #[test]
     fn a_flat_surface_lies_at_its_mean() {
         let surface = Surface::new(square(4, 1.0), vec![7.1; 16]).unwrap();
-        let shares = bearing_curve(&surface, 2, 1.0);
-        assert!(shares.iter().all(|level| level.material_ratio == 1.0));
+        let ratios = bearing_curve(&surface, 2, 1.0);
+        assert!(ratios.iter().all(|level| level.material_ratio == 1.0));
     }
 }

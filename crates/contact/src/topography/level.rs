@@ -1,9 +1,9 @@
 //! Removal of the form of a map (levelling).
 //!
 //! A polynomial in x and y is fitted to the measured points by least squares with equal weights and
-//! subtracted. Missing points stay missing. The basis are Legendre polynomials over the sides of
-//! the map, which are nearly orthogonal. The solution of the normal equations is refined with the
-//! residuals. A surface of the fitted form is therefore removed up to rounding.
+//! subtracted. Missing points stay missing. The basis consists of Legendre polynomials over the
+//! sides of the map, which are nearly orthogonal. The solution of the normal equations is refined
+//! with the residuals. A surface of the fitted form is therefore removed up to rounding.
 
 use serde::{Deserialize, Serialize};
 

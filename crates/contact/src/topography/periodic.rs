@@ -176,7 +176,7 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
     };
     let along_x = sources(before.nodes()[0], nodes[0]);
     let along_y = sources(before.nodes()[1], nodes[1]);
-    let share = 1.0 / before.count() as f64;
+    let normalisation = 1.0 / before.count() as f64;
     let modes = along_x.iter().flat_map(|rows| {
         let columns = along_y.iter().take(to.spectrum_columns());
         columns.map(|columns| {
@@ -186,7 +186,7 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
                     sum += mode([*row, *column]) * (weight_x * weight_y);
                 }
             }
-            sum * share
+            sum * normalisation
         })
     });
     let mut spectrum: Vec<Complex<f64>> = modes.collect();

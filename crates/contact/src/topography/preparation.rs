@@ -60,7 +60,7 @@ pub struct Prepared {
 
 /// Error of the preparation of a map.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum PreparationError {
     #[error("cannot crop the map: {0}")]
     Crop(#[from] CropError),
@@ -145,7 +145,7 @@ pub struct Crop {
 
 /// Error of a crop that does not fit the map.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum CropError {
     #[error("the crop reaches from {from} to {to} along {axis}, the map from 0 to {side}")]
     Outside { axis: char, from: f64, to: f64, side: f64 },

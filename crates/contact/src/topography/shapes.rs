@@ -26,7 +26,7 @@ const Y: usize = 1;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename_all = "kebab-case")]
-#[expect(missing_docs, reason = "the formula of each names them")]
+#[expect(missing_docs, reason = "the formulas document the fields")]
 pub enum Shape {
     /// h = −r²/(2R) around the centre of the cell: Hertz contact, if the contact is much smaller
     /// than the cell.

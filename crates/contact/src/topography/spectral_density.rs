@@ -37,7 +37,7 @@ enum Shape {
 
 /// Error of a table that is not a spectral density.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum SpectralDensityError {
     #[error("the spectral density has {found} wavenumbers; it needs at least 2")]
     TooFew { found: usize },
@@ -150,8 +150,8 @@ fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f
     if low == 0.0 || high == 0.0 {
         return 0.0;
     }
-    let share = log_ratio(wavenumber, left) / log_ratio(right, left);
-    let rise = share * log_ratio(high, low);
+    let fraction = log_ratio(wavenumber, left) / log_ratio(right, left);
+    let rise = fraction * log_ratio(high, low);
     let factor = libm::exp(rise);
     if factor.is_finite() && factor > 0.0 { low * factor } else { libm::exp(libm::log(low) + rise) }
 }

@@ -28,7 +28,7 @@ pub struct Surface {
 
 /// Error of heights that do not form a surface.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[expect(missing_docs, reason = "the message of each says it")]
+#[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum SurfaceError {
     #[error("{found} heights for a grid of {} × {} nodes; give one height for each node", nodes[0], nodes[1])]
     Count { found: usize, nodes: [usize; 2] },

@@ -76,14 +76,14 @@ impl Search<'_> {
             None => STARTS.map(|exponent| [libm::log(exponent); P]).to_vec(),
         };
         let mut best: Option<([f64; P], f64)> = None;
-        let mut stray = None;
+        let mut diverged = None;
         for start in starts {
             let found = minimize(self, start);
             let exponents = found.parameters.map(libm::exp);
             let chi_square = match self.solved(&exponents) {
                 Some(solved) if found.converged => self.residual(&solved).norm_squared(),
                 _ => {
-                    stray = stray.or(self.outside(&exponents));
+                    diverged = diverged.or(self.outside(&exponents));
                     continue;
                 }
             };
@@ -91,7 +91,7 @@ impl Search<'_> {
                 best = Some((found.parameters, chi_square));
             }
         }
-        let (logarithms, _) = best.ok_or(stray.unwrap_or(FitError::NotConverged))?;
+        let (logarithms, _) = best.ok_or(diverged.unwrap_or(FitError::NotConverged))?;
         Ok(logarithms.iter().copied().map(libm::exp).collect())
     }
 

@@ -184,10 +184,10 @@ impl Hole {
             }
             let towards = self.preconditioned(&residual);
             let next = dot(&residual, &towards);
-            let share = next / power;
+            let beta = next / power;
             power = next;
             let turned = direction.iter_mut().zip(towards);
-            turned.for_each(|(direction, towards)| *direction = towards + share * *direction);
+            turned.for_each(|(direction, towards)| *direction = towards + beta * *direction);
         }
         solution
     }
