@@ -49,8 +49,8 @@ pub trait ElasticOperator: Send + Sync {
 
     /// Returns the displacement per unit pressure of a wave.
     ///
-    /// `waves` counts the periods of the wave along x and y of the [convolved
-    /// mesh](ElasticOperator::convolved_nodes).
+    /// `waves` counts the periods of the wave along x and y of the
+    /// [mesh of the convolution](ElasticOperator::convolved_nodes).
     fn displacement(&self, waves: [usize; 2]) -> f64;
 
     /// Returns the nodes along x and y of the mesh on which the stiffness acts.
@@ -60,22 +60,23 @@ pub trait ElasticOperator: Send + Sync {
         self.convolved_nodes()
     }
 
-    /// Returns the pressure per unit displacement of a wave of that mesh, exact or approximate.
+    /// Returns the pressure per unit displacement of a wave, exact or approximate.
     ///
-    /// The solver preconditions with it. It is zero for the mean, so that the preconditioner does
-    /// not change the load.
+    /// `waves` counts the periods of the wave along x and y of the
+    /// [mesh of the stiffness](ElasticOperator::stiffness_nodes). The solver uses the stiffness as
+    /// a preconditioner. It is zero for the mean, so that the load does not change.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
-    /// Writes the displacements of the waves with 0, 1, … periods along one axis and `across` along
-    /// the other.
+    /// Writes the displacements of the waves with 0, 1, … periods along axis `along` and `across`
+    /// along the other axis.
     fn displacements(&self, along: Axis, across: usize, displacements: &mut [f64]) {
         for (waves, displacement) in displacements.iter_mut().enumerate() {
             *displacement = self.displacement(along.waves(waves, across));
         }
     }
 
-    /// Writes the stiffnesses of the waves with 0, 1, … periods along one axis and `across` along
-    /// the other.
+    /// Writes the stiffnesses of the waves with 0, 1, … periods along axis `along` and `across`
+    /// along the other axis.
     fn stiffnesses(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
         for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
             *stiffness = self.stiffness(along.waves(waves, across));

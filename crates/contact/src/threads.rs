@@ -58,8 +58,8 @@ pub struct Threads {
 
 #[derive(Debug)]
 struct Cores {
-    /// Pool of `count − 1` workers; the calling thread is the last worker. A worker more would
-    /// compete for the core of the caller, because idle workers wake up whenever there is work.
+    /// Pool of `count − 1` workers; the calling thread is the last worker. One more worker
+    /// would compete with the caller for its core, because idle workers wake up for any work.
     pool: ThreadPool,
     count: usize,
     in_use: Mutex<InUse>,

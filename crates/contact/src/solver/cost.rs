@@ -42,8 +42,7 @@ const YIELDING: f64 = 1.45;
 /// it is measured.
 const LARGEST_MEASURED: usize = 2048;
 
-/// Returns the core seconds that the preparation of a body takes, compared with a periodic one,
-/// whose preparation is negligible.
+/// Returns the core seconds that preparing a body takes; they are negligible for a periodic body.
 pub fn preparation_seconds(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     match body.boundary {
         Boundary::Periodic => 0.0,

@@ -1,9 +1,9 @@
 //! Line search along a move, before the gap under it is known, and prediction of step lengths.
 //!
-//! A move m is the clipped step. All pressures are then scaled by s to restore their mean. From
-//! pressure p with gap g and displacement u, both together change the pressure by d = s m + (s − 1)
-//! p, with displacement A d = s A m + (s − 1) u. The line search follows from sums over m, p, g and
-//! u, and from ⟨m, A m⟩.
+//! A move m is the clipped step. All pressures are then scaled by s to restore their mean. Both
+//! together change the pressure p by d = s m + (s − 1) p. The displacement changes by A d = s A m +
+//! (s − 1) u, where u is the displacement under p. With the gap g, the line search follows from
+//! sums over m, p, g and u, and from ⟨m, A m⟩.
 //!
 //! If the material yields, saturated pressures must not be scaled, and the displacement of scaling
 //! elastic pressures alone is unknown. There d = m, and the next direction restores the missing
