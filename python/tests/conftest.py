@@ -1,4 +1,4 @@
-"""What tests share: files of the repository, and a small study in a folder of its own."""
+"""Fixtures: files of the repository, and a small study in a temporary folder."""
 
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def repository():
 
 @pytest.fixture
 def study(tmp_path):
-    """A study that has not been run."""
+    """Returns a study that has not run."""
     path = tmp_path / "small.toml"
     path.write_text(MANIFEST)
     return asperity.Study(path, data=tmp_path / "data")
@@ -47,6 +47,6 @@ def study(tmp_path):
 
 @pytest.fixture
 def finished(study):
-    """The same once it has been."""
+    """Returns the same study after a run."""
     study.run(progress=False)
     return study

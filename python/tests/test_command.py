@@ -1,4 +1,4 @@
-"""The command of the wheel is the extension, and behaves as the program does."""
+"""Tests that the command of the Python package behaves like the program."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Every example of docstrings and pages runs, and a user's script has types."""
+"""Tests the examples in docstrings and pages, and the types of a user script."""
 
 import doctest
 import importlib
@@ -29,7 +29,7 @@ def test_examples_of_docstrings_run(name, repository, monkeypatch):
     assert tried > 0 or name.rsplit(".", 1)[-1] in WITHOUT_EXAMPLES
 
 
-# What has no function that a user calls.
+# Names without functions that users call.
 WITHOUT_EXAMPLES = {"errors", "_contact", "_plan", "_arrays", "_command", "_picture", "_progress"}
 
 

@@ -1,4 +1,4 @@
-"""What a user writes in ten lines, beside what is known of it."""
+"""Tests short programs of users against closed forms."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Ctrl-C ends work within two seconds, in a process and in a notebook, and other threads run meanwhile."""
+"""Tests that Ctrl-C ends work within two seconds, and that other threads run during the work."""
 
 import subprocess
 import sys
@@ -9,7 +9,7 @@ import pytest
 
 import asperity
 
-# Minutes of work.
+# A study that takes minutes.
 LONG = """\
 import asperity
 study = asperity.Study.parse({
@@ -24,7 +24,7 @@ study = asperity.Study.parse({
 
 
 def store_is_sound(data):
-    """Nothing that is stored is damaged, and a run goes on from it."""
+    """Checks that no stored table is damaged and that a run continues."""
     verify = [sys.executable, "-m", "asperity", "--data", data, "verify"]
     subprocess.run(verify, check=True, capture_output=True)
     assert not list(data.glob("**/*.damaged"))
@@ -51,7 +51,7 @@ def test_the_button_of_a_notebook_ends_a_run(tmp_path):
     manager, client = jupyter_client.manager.start_new_kernel()
     try:
         client.execute_interactive(LONG.replace("DATA", repr(str(data))), timeout=60)
-        # Else the kernel drops what it is asked right after an error.
+        # Without this, the kernel drops requests right after an error.
         request = client.execute("study.run()", stop_on_error=False)
         time.sleep(4)
         manager.interrupt_kernel()
@@ -61,7 +61,7 @@ def test_the_button_of_a_notebook_ends_a_run(tmp_path):
             reply = client.get_shell_msg(timeout=20)
         assert time.monotonic() - asked < 2.0
         assert reply["content"]["ename"] == "KeyboardInterrupt"
-        # The kernel lives, and so does the study.
+        # The kernel and the study are still usable.
         after = client.execute_interactive("print(study.plan().to_run)", timeout=60)
         assert after["content"]["status"] == "ok"
     finally:
@@ -103,7 +103,7 @@ def test_another_thread_runs_while_one_presses():
         now = time.perf_counter()
         longest, last = max(longest, now - last), now
     thread.join()
-    # Pressing takes seconds; whoever waits for the lock of the interpreter waits for a switch of threads.
+    # Pressing takes seconds; a thread that waits for the interpreter lock waits for one thread switch.
     assert longest < 0.5
 
 

@@ -1,4 +1,4 @@
-"""Processes that Python forks, and bounds on threads."""
+"""Tests forked processes and the number of threads."""
 
 import multiprocessing
 import subprocess
@@ -11,13 +11,13 @@ import asperity
 
 
 def threads():
-    """How many threads this process has."""
+    """Returns the number of threads of this process."""
     with open("/proc/self/status", encoding="ascii") as status:
         return next(int(line.split()[1]) for line in status if line.startswith("Threads:"))
 
 
 def forked(work):
-    """What a forked process makes of the work; fails if it has not ended within 20 seconds."""
+    """Runs work in a forked process and returns its result; fails after 20 seconds."""
     context = multiprocessing.get_context("fork")
     answers = context.Queue()
     child = context.Process(target=lambda: answers.put(work()), daemon=True)
@@ -42,7 +42,7 @@ def test_a_forked_process_reads_what_its_parent_has_read(finished):
 
 
 def test_a_forked_process_goes_on_with_a_contact():
-    # On this mesh threads share the work.
+    # This mesh is large enough for threads to share the work.
     rough = asperity.surface(nodes=512, hurst=0.8, k_lower=4, k_upper=64)
     idle = threads()
     contact = asperity.press(rough, loads=[0.01], jobs=3)

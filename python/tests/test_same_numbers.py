@@ -1,4 +1,4 @@
-"""What the module computes is what a study stores, to the last bit."""
+"""Tests that the module computes the same bits as a study stores."""
 
 import subprocess
 import sys
@@ -16,7 +16,7 @@ LOADS = [0.01, 0.1, 0.5]
 
 
 def stored(study, column):
-    """The values of a heavy column, which stays in the store: a table of each surface, in any order."""
+    """Reads a column of maps from the store: one table per surface, in any order."""
     tables = [
         polars.read_parquet(path)
         for path in study.data.glob("store/**/*.parquet")
@@ -93,7 +93,7 @@ def test_fields_satisfy_the_conditions_of_contact():
     assert (pressure >= 0).all() and (gap * pressure == 0).all()
     assert gap.min() > -1e-4 * 0.1 * rough.spacing[0]
     assert abs(gap.mean() - contact.mean_gap[0]) < 1e-5 * contact.mean_gap[0]
-    # The gap is the displacement less the heights, but for the rigid offset.
+    # The gap is displacement − heights − rigid offset.
     offset = (contact.displacement(0) - rough.heights.filled() - gap)[gap > 0]
     assert np.ptp(offset) < 1e-12
 
@@ -116,7 +116,7 @@ def test_what_cannot_be_read_is_named():
     scan = Path(__file__).resolve().parents[2] / "data/topography/di-3.di"
     with pytest.raises(FileNotFoundError, match="nosuch.x3p"):
         asperity.read("nosuch.x3p")
-    with pytest.raises(asperity.ArgumentError, match="`Heigth`; its channels are .*`ZSensor`"):
+    with pytest.raises(asperity.ArgumentError, match="`Heigth`; available channels: .*`ZSensor`"):
         asperity.read(scan, channel="Heigth")
     with pytest.raises(asperity.SurfaceError, match="complex"):
         asperity.press(np.ones((8, 8)) * 1j, size=1.0, boundary="free", loads=[0.1])

@@ -1,4 +1,4 @@
-"""A study from Python."""
+"""Tests the class Study."""
 
 import warnings
 

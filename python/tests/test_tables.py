@@ -1,4 +1,4 @@
-"""Tables in other libraries: the same rows, words of columns, and memory."""
+"""Tests tables in other libraries: rows, descriptions of columns, and shared memory."""
 
 import pytest
 
@@ -33,7 +33,7 @@ def test_fields_keep_what_columns_mean(table):
 
 
 def test_no_copy_of_ours_is_between(table):
-    """Readers have their values at the address at which the table has its own."""
+    """Checks that readers use the memory of the table without a copy."""
     own = table._table.address("mean_gap")
     for _ in range(2):
         (chunk,) = pyarrow.table(table)["mean_gap"].chunks

@@ -1,4 +1,4 @@
-"""What a user writes, for mypy --strict and for Python alike."""
+"""Example of a user script, for Python and for mypy --strict."""
 
 from typing import List
 

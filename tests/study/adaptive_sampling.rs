@@ -1,4 +1,4 @@
-//! Studies that draw surfaces until a mean is known, or claims are decided.
+//! Adaptive sampling until a mean is precise enough or claims are decided.
 
 mod claims;
 
@@ -8,7 +8,7 @@ use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 
 const UNTIL: &str = "sem(area.area_fraction) < 4 %";
 
-/// The small study with this for a number of surfaces, and with means of what they depend on.
+/// Returns the small study with this number of surfaces and with stages that compute their means.
 fn study(realizations: &str) -> String {
     let study = STUDY.replace("realizations = 2", &format!("realizations = {realizations}"));
     format!(
@@ -26,7 +26,7 @@ fn growing(at_most: u32) -> String {
     study(&format!("{{ at_least = 3, at_most = {at_most}, until = \"{UNTIL}\" }}"))
 }
 
-/// What `plan --json` says of the surfaces.
+/// Returns the surfaces in the output of `plan --json`.
 fn planned(bench: &Bench, manifest: &str) -> Value {
     let path = bench.write(manifest);
     let output = bench.output(&["plan", path.to_str().unwrap(), "--json"]);
@@ -35,7 +35,7 @@ fn planned(bench: &Bench, manifest: &str) -> Value {
     json["growing"][0].clone()
 }
 
-/// The largest standard error over its mean, and how many surfaces each mean is of.
+/// Returns the largest relative standard error and the number of surfaces of each mean.
 fn largest_error(bench: &Bench) -> (f64, i64) {
     let means = bench.table("small", "means");
     let column = |name: &str| means.reals(name).unwrap().values().to_vec();
@@ -59,7 +59,7 @@ fn surfaces_are_drawn_until_the_mean_is_known_and_no_more() {
     let after = planned(&bench, &manifest);
     assert_eq!((&after["surfaces"], &after["holds"]), (&surfaces.into(), &true.into()));
     assert!(bench.run(&manifest).values().all(is_idle));
-    // Fewer do not do.
+    // Fewer surfaces are not enough.
     let fewer = Bench::new();
     fewer.run(&study("3"));
     assert!(largest_error(&fewer).0 > 0.04);

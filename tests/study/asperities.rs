@@ -1,4 +1,4 @@
-//! Asperities beside the solution, from end to end.
+//! Asperity models compared with the solver, from manifest to table.
 
 use arrow::array::Array;
 use asperity::tables::table::Table;
@@ -47,7 +47,7 @@ fn asperities_have_rows_beside_those_that_are_solved() {
     let interactions = summits.texts("interaction").unwrap();
     let solved = bench.table("asperities", "solved");
     for row in 0..summits.rows() {
-        // Hertz' contacts of the summits carry the load on about the area that is solved for.
+        // The Hertz contacts of the summits carry the load with about the area of the solution.
         let place = |table: &Table, row: usize| {
             let surface = table.texts("surface").unwrap().value(row).to_owned();
             (surface, table.reals("load").unwrap().value(row).to_bits())
@@ -61,7 +61,7 @@ fn asperities_have_rows_beside_those_that_are_solved() {
         assert!(summits.integers("contacts").unwrap().value(row) > 0);
         assert_eq!(summits.texts("stop").unwrap().value(row), "converged");
     }
-    // A uniform displacement moves the plane and nothing else.
+    // A uniform displacement only shifts the plane.
     let of = |word: &str| -> Vec<f64> {
         let rows = (0..summits.rows()).filter(|&row| interactions.value(row) == word);
         rows.map(|row| areas.value(row)).collect()
@@ -89,7 +89,7 @@ fn a_page_draws_models_over_the_solution() {
     let title = "Asperity models beside the solution";
     let drawn = said["drawn"].as_array().unwrap();
     assert!(drawn.iter().any(|one| one == title), "{said}");
-    for interaction in ["no interaction", "mean field", "each by all others"] {
+    for interaction in ["no interaction", "mean field", "explicit interaction"] {
         assert!(page.contains(interaction), "{interaction}");
     }
 }

@@ -1,4 +1,4 @@
-//! What somebody meets first: a manifest to start from, and manual pages.
+//! The commands `init`, `schema` and `man`.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! A folder to run studies in, and what it takes to look at them.
+//! Temporary folders in which tests run studies and inspect the files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -12,7 +12,7 @@ use asperity::tables::table::Table;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Two spectra × two surfaces × four loads: small enough to be run dozens of times.
+/// Study of two spectra × two surfaces × four loads, small enough to run dozens of times.
 pub const STUDY: &str = r#"
 [study]
 name = "small"
@@ -54,7 +54,7 @@ over = ["area_corrected"]
 statistics = ["mean", "sd"]
 "#;
 
-/// A folder with a manifest and its data.
+/// Temporary folder with a manifest and its data folder.
 pub struct Bench {
     folder: TempDir,
 }
@@ -79,7 +79,7 @@ impl Bench {
         path
     }
 
-    /// The command, on this bench's data.
+    /// Returns the command `asperity` for the data folder of this bench.
     pub fn asperity(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_asperity"));
         command.args(arguments).env("ASPERITY_DATA", self.data()).env("NO_COLOR", "1");
@@ -90,7 +90,7 @@ impl Bench {
         self.asperity(arguments).output().expect("the command starts")
     }
 
-    /// Runs a manifest that must succeed; how much of each stage was computed.
+    /// Runs a manifest, which must succeed, and returns the counts of each stage.
     pub fn run(&self, manifest: &str) -> BTreeMap<String, Count> {
         self.run_with(manifest, &[])
     }
@@ -111,14 +111,14 @@ impl Bench {
         counts(&output.stdout)
     }
 
-    /// A stage's table of results.
+    /// Reads the published table of a stage.
     pub fn table(&self, study: &str, stage: &str) -> Table {
         let name = format!("data/results/{study}/{stage}.parquet");
         let file = File::open(self.path(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         parquet::decode(file, Columns::All).expect("a table of results").0
     }
 
-    /// The table of a stage's first task with its maps.
+    /// Reads the table of the first task of a stage, with its maps.
     pub fn with_maps(&self, study: &str, stage: &str) -> Table {
         let table = self.table(study, stage);
         let key = table.texts("task").expect("tables name their tasks");
@@ -128,7 +128,7 @@ impl Bench {
         parquet::decode(file, Columns::All).expect("a table of the store").0
     }
 
-    /// Every file of the data, by its path within it.
+    /// Reads every file of the data folder, by its relative path.
     pub fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut files = BTreeMap::new();
         collect(&self.data(), &self.data(), &mut files);
@@ -136,7 +136,7 @@ impl Bench {
     }
 }
 
-/// Fails with the names of the files that differ, or that only one of both has.
+/// Asserts that both sets of files are equal; the message names the differences.
 #[track_caller]
 pub fn assert_same_files(
     found: &BTreeMap<PathBuf, Vec<u8>>,
@@ -148,7 +148,7 @@ pub fn assert_same_files(
     assert!(differing.is_empty(), "these files differ: {differing:?}");
 }
 
-/// How much of a stage there was and was done.
+/// Numbers of cached, missing, computed and failed tasks of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Count {
     pub cached: u64,
@@ -157,7 +157,7 @@ pub struct Count {
     pub failed: u64,
 }
 
-/// All there and nothing done.
+/// Counts of a stage whose tasks were all cached.
 pub fn is_idle(count: &Count) -> bool {
     count.to_run == 0 && count.computed == 0 && count.cached > 0
 }
@@ -181,7 +181,7 @@ pub fn counts(json: &[u8]) -> BTreeMap<String, Count> {
         .collect()
 }
 
-/// The name of a file that a process of this machine has left unfinished, which has ended since.
+/// Returns the name of an unfinished file of a process that has ended.
 pub fn left_behind() -> String {
     let mut process = Command::new("true").spawn().expect("it starts");
     process.wait().expect("it ends");
@@ -189,7 +189,7 @@ pub fn left_behind() -> String {
     writer.prefix() + "aB3dEf"
 }
 
-/// What a command printed.
+/// Converts the output of a command to text.
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }

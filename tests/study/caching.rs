@@ -1,10 +1,10 @@
-//! What is computed once is kept: extensions compute what is new, cosmetic edits nothing.
+//! Reuse of results: extensions compute only new tasks, cosmetic edits compute nothing.
 
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 
-/// The rows of a table that belong to the tasks of another, older one.
+/// Returns the rows of a table whose tasks an older table contains, too.
 fn rows_of_old_tasks(new: &Table, old: &Table) -> Table {
     let known: Vec<_> = old.texts("task").unwrap().iter().flatten().collect();
     let tasks = new.texts("task").unwrap();
@@ -13,7 +13,7 @@ fn rows_of_old_tasks(new: &Table, old: &Table) -> Table {
     new.pick(&rows)
 }
 
-/// Rows sorted by task: a new surface comes between old ones.
+/// Sorts the rows by task, because new surfaces come between old ones.
 fn by_task(table: &Table) -> Table {
     let tasks = table.texts("task").unwrap();
     let mut rows: Vec<usize> = (0..table.rows()).collect();
@@ -42,7 +42,7 @@ fn a_study_ends_with_one_table_per_stage() {
     assert_eq!(["law", "curves"].map(computed), [2, 1]);
     let rows = |stage: &str| bench.table("small", stage).rows();
     let all = ["surfaces", "light", "area", "corrected", "law", "curves"];
-    // Two spectra × two corrections make four fits, each with four loads in its curve.
+    // Two spectra × two corrections give four fits, each with four loads per curve.
     assert_eq!(all.map(rows), [4, 16, 16, 32, 4, 16]);
 }
 
@@ -250,7 +250,7 @@ fn jobs_change_no_byte() {
 
 #[test]
 fn a_surface_that_has_all_cores_has_the_bytes_of_one() {
-    // By registers, and by transforms of other factors; several cores share either.
+    // One mesh uses transforms in registers, the other mixed-radix transforms; cores share both.
     let manifest = STUDY.replace("nodes = 32", "nodes = [640, 637]");
     let manifest = manifest.replace("k_upper = [4, 8]\nrealizations = 2", "k_upper = 8");
     let [alone, shared] = [Bench::new(), Bench::new()];
@@ -259,7 +259,7 @@ fn a_surface_that_has_all_cores_has_the_bytes_of_one() {
     assert_same_files(&alone.files(), &shared.files());
 }
 
-/// A task whose file is gone is computed again; one whose file says nothing is never looked at.
+/// A missing file is computed again; a file that no task reads is never opened.
 #[test]
 fn an_extension_reads_what_is_published_in_place_of_thousands_of_files() {
     let many = |realizations: usize| {

@@ -1,4 +1,4 @@
-//! A block of loads goes on from where it was, to the bytes that it would have had.
+//! Checkpoints: an interrupted block of loads continues and gives the same bytes.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -12,7 +12,7 @@ use asperity::session::{Event, RunOptions, Session};
 
 use crate::bench::{Bench, assert_same_files};
 
-/// One surface and one long block, with pressures and with nothing beyond the edges.
+/// One surface with free boundaries, one long block of loads, and stored pressures.
 const STUDY: &str = r#"
 [study]
 name = "long"
@@ -40,7 +40,7 @@ fn options() -> RunOptions {
     }
 }
 
-/// Runs until a share of the block is done; the shares that were told.
+/// Runs until a share of the block is done and returns the reported shares.
 fn run_until(bench: &Bench, study: &str, most: f64) -> Vec<f64> {
     let (stop, told) = (AtomicBool::new(false), Mutex::new(Vec::new()));
     let on_event = |event: Event| {
@@ -54,10 +54,10 @@ fn run_until(bench: &Bench, study: &str, most: f64) -> Vec<f64> {
     told.into_inner().unwrap()
 }
 
-/// How many loads were solved, of those whose ends another run has told: within a load shares are told
-/// by the clock.
-fn loads(told: &[f64], by_another: &[f64]) -> usize {
-    told.iter().filter(|share| by_another.contains(share)).count()
+/// Counts the reported shares that another run reported, too, which are the ends of loads. Shares
+/// within a load depend on the clock.
+fn loads(reported: &[f64], by_another: &[f64]) -> usize {
+    reported.iter().filter(|share| by_another.contains(share)).count()
 }
 
 #[test]

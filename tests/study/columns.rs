@@ -1,4 +1,4 @@
-//! What columns say of themselves: in tables, in the metadata of files, and in `columns`.
+//! Descriptions of columns in tables, in the metadata of files, and in `asperity columns`.
 
 use std::collections::HashSet;
 use std::fs::File;
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
 use crate::shipped;
 
-/// The columns that a manifest promises, stage by stage.
+/// Returns the columns of each stage that `asperity columns` lists for a manifest.
 fn promised(manifest: &Path) -> Vec<DescribedColumns> {
     let session = Session::new(manifest, manifest.with_file_name("nothing-computed"));
     session.columns(None).unwrap()
@@ -22,8 +22,8 @@ fn name(described: &DescribedColumns) -> &str {
     described.stage.as_deref().expect("a stage of a study")
 }
 
-/// The tables of a study that was run have the columns that its manifest promises, no more and no
-/// less, in the same order and with the same words.
+/// Checks that the tables of a study have exactly the listed columns, in the same order and with
+/// the same descriptions.
 pub fn assert_kept(bench: &Bench, study: &str, manifest: &Path) {
     for described in promised(manifest) {
         let stage = name(&described);
@@ -106,7 +106,7 @@ columns = { twice = { unit = "1/2", meaning = "double the area" } }
     assert_kept(&bench, "small", &bench.path("study.toml"));
 }
 
-/// A sentence is wording: no key and no stored table depends on it.
+/// Checks that no key and no stored table depends on the wording of a description.
 #[test]
 fn another_meaning_computes_nothing_and_stands_in_the_published_table() {
     let bench = Bench::new();
@@ -193,7 +193,7 @@ fn columns_are_listed_for_a_stage_a_study_and_any_study() {
 
 #[test]
 fn what_any_study_may_have_holds_all_that_the_shipped_ones_have() {
-    // A stage's table has two columns more: the task of a row, and the file of its surface.
+    // The published table has two more columns: the task of a row and the file of its surface.
     let known: HashSet<String> = DescribedColumns::of_kinds()
         .into_iter()
         .flat_map(|kind| kind.columns)
@@ -201,8 +201,7 @@ fn what_any_study_may_have_holds_all_that_the_shipped_ones_have() {
         .chain(["task", "path"].map(str::to_owned))
         .collect();
     for manifest in shipped::all() {
-        // Statistics are called after the columns that they reduce, and queries call theirs as
-        // they like.
+        // Statistics are named after the columns that they reduce; queries choose their own names.
         let mut stages = promised(&manifest);
         stages.retain(|described| described.kind != Kind::Aggregate);
         for described in stages {

@@ -1,4 +1,4 @@
-//! What the commands print, and how they end.
+//! Output and exit codes of the commands.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -52,7 +52,7 @@ fn plan_touches_nothing() {
     assert!(!bench.data().exists());
 }
 
-/// The tasks of a study, as `plan --tasks` has them.
+/// Returns the tasks of a study from `plan --tasks`.
 fn tasks(bench: &Bench, manifest: &str) -> Vec<Value> {
     let path = bench.write(manifest);
     let output = bench.output(&["plan", path.to_str().unwrap(), "--tasks"]);

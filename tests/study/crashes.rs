@@ -1,5 +1,5 @@
-//! Killed at any moment, alone, in company or on a full disk: nothing is lost, and in the end the
-//! bytes are those of a run that nobody has disturbed.
+//! Runs that are killed or meet a full disk: no result is lost, and the final bytes equal those of
+//! an undisturbed run.
 
 use std::fs;
 use std::path::PathBuf;
@@ -13,15 +13,15 @@ use rand_chacha::ChaCha8Rng;
 use crate::bench::{Bench, STUDY, assert_same_files, left_behind};
 use crate::disk::Disk;
 
-/// How often each study is disturbed.
+/// Number of disturbances per study.
 const TIMES: usize = 50;
 
-/// More tasks, each still short.
+/// Study with more tasks, all of them short.
 fn study() -> String {
     STUDY.replace("realizations = 2", "realizations = 4")
 }
 
-/// The bench of an undisturbed run, and how long it took.
+/// Returns the bench of an undisturbed run and its duration.
 fn undisturbed() -> (Bench, Duration) {
     let bench = Bench::new();
     let begun = Instant::now();
@@ -36,8 +36,7 @@ fn start(bench: &Bench) -> Child {
     silent.spawn().unwrap()
 }
 
-/// Lets processes live for a random share of `whole` each, then kills them; whether one of them
-/// was done before.
+/// Kills each process after a random share of `whole`; returns whether one had finished before.
 fn kill_at_random(mut runs: Vec<Child>, whole: Duration, random: &mut ChaCha8Rng) -> bool {
     let mut is_done = false;
     for run in &mut runs {
@@ -48,8 +47,7 @@ fn kill_at_random(mut runs: Vec<Child>, whole: Duration, random: &mut ChaCha8Rng
     is_done
 }
 
-/// Kills runs again and again; whenever a study is done, its bytes are compared, and it begins
-/// anew.
+/// Kills runs repeatedly; compares the bytes when a study is complete, and starts again.
 fn survives(together: usize, seed: u64) {
     let (undisturbed, whole) = undisturbed();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -106,7 +104,7 @@ fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
     assert_same_files(&bench.files(), &undisturbed.files());
 }
 
-/// The nearest thing to a full disk that anybody may have.
+/// Simulates a full disk with `ulimit -f`, which needs no special permissions.
 #[test]
 fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
     const LIMITED: &str = "ulimit -f $1; exec $2 run $3";

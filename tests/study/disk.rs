@@ -1,16 +1,16 @@
-//! A small disk of one's own.
+//! Small file systems in memory, for tests with full or read-only disks.
 
 use std::io::{Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A file system in memory, mounted on a folder until it is dropped.
+/// File system in memory that is unmounted when dropped.
 pub struct Disk {
     folder: PathBuf,
 }
 
 impl Disk {
-    /// Mounts it; nothing, with a line that says why, where that is not allowed.
+    /// Mounts the file system; prints the reason and returns `None` if mounting is not permitted.
     pub fn mount(folder: &Path) -> Option<Disk> {
         std::fs::create_dir_all(folder).expect("the folder can be made");
         let mut command = Command::new("mount");
@@ -23,18 +23,18 @@ impl Disk {
             Ok(output) => String::from_utf8_lossy(&output.stderr).into_owned(),
             Err(error) => error.to_string(),
         };
-        // Not by `println`, which tests that pass keep to themselves.
+        // `println` output is hidden for tests that pass.
         let line = format!("NOT TESTED, because no disk can be mounted: {}\n", why.trim());
         stderr().write_all(line.as_bytes()).expect("somebody hears");
         None
     }
 
-    /// Gives it this many blocks of 4096 bytes.
+    /// Sets the size to this number of blocks of 4096 bytes.
     pub fn resize(&self, blocks: u64) {
         self.remount(&format!("size={}k", 4 * blocks));
     }
 
-    /// Lets nobody write to it.
+    /// Makes the file system read-only.
     pub fn protect(&self) {
         self.remount("ro");
     }
@@ -49,7 +49,7 @@ impl Disk {
 
 impl Drop for Disk {
     fn drop(&mut self) {
-        // A disk that is still in use, after a failed assertion, goes as soon as it is not.
+        // After a failed assertion the disk may be in use; lazy unmounting waits for its end.
         let _ = Command::new("umount").arg("-l").arg(&self.folder).status();
     }
 }

@@ -1,4 +1,4 @@
-//! How pressures, gaps and clusters are distributed, and where gaps stop percolating.
+//! Distributions of pressures, gaps and clusters, and the percolation threshold of the gap.
 
 use arrow::array::Array;
 use asperity::tables::table::Table;
@@ -52,7 +52,7 @@ from = "area"
 law = "gap-percolation"
 "#;
 
-/// Sums over the rows of each load of each surface, in the order of the loads.
+/// Sums a column over the rows of each load of each surface, in the order of loads.
 fn sums(table: &Table, loads: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
     let bins = table.rows() / loads;
     let of_load = |load: usize| (load * bins..(load + 1) * bins).map(&value).sum();
@@ -76,7 +76,7 @@ fn distributions_integrate_to_what_is_measured_of_the_map() {
     let borne = sums(&pressures, loads, |row| density[row] * middle[row] * 0.05);
     for (load, given) in reals(&area, "load").into_iter().enumerate() {
         assert!((covered[load] - fractions[load]).abs() < 1e-12);
-        // Nodes lie anywhere in their bins.
+        // The values of the nodes can lie anywhere in their bins.
         assert!((borne[load] - given).abs() < 0.005, "{} {given}", borne[load]);
     }
 
@@ -111,13 +111,13 @@ fn the_gap_stops_percolating_near_two_fifths_of_the_area() {
     let fits = bench.table("spread", "threshold");
     assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
     let value = |name: &str| fits.reals(name).unwrap().value(0);
-    // Wang & Müser 2020: 0.415 of large cells; three small ones scatter.
+    // Wang & Müser 2020: 0.415 for large cells; three small cells scatter.
     let area = value("percolation_area_corrected");
     assert!((area - 0.415).abs() < 0.06, "{area}");
     assert!(area < value("percolation_area"));
     let [lower, upper] = ["lower", "upper"].map(|end| value(&format!("percolation_load_{end}")));
     assert!(lower < value("percolation_load") && value("percolation_load") < upper);
-    // From measured contacts, sealed under the heaviest load alone: no threshold.
+    // The contacts are sealed only at the largest load, so there is no threshold.
     let light = PRESSED.replace("to = 0.8, steps = 14", "to = 0.2, steps = 3");
     bench.run(&light);
     let fits = bench.table("spread", "threshold");
@@ -200,7 +200,7 @@ fn a_page_draws_distributions_and_thresholds_where_a_study_has_them() {
     ] {
         assert!(drawn.iter().any(|one| one == title), "{title}: {said}");
     }
-    // The lightest, the middle and the heaviest of fourteen loads.
+    // The first, the middle and the last of fourteen loads.
     for load in ["load 0.15<", "load 0.5<", "load 0.8<"] {
         assert!(page.contains(load), "{load}");
     }

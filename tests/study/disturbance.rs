@@ -1,4 +1,4 @@
-//! Nothing that happens to a run changes what it computes.
+//! Disturbances of a run do not change its results.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::bench::{Bench, STUDY, assert_same_files, counts, is_idle};
 
-/// A study that takes long enough to be killed in its middle.
+/// Study that runs long enough to be killed halfway.
 fn longer() -> String {
     STUDY.replace("nodes = 32", "nodes = 128").replace("realizations = 2", "realizations = 3")
 }
@@ -74,7 +74,7 @@ fn two_runs_at_once_agree() {
     assert_same_files(&bench.files(), &alone.files());
 }
 
-/// The files of the tables in the store.
+/// Returns the files of the tables in the store.
 fn stored(bench: &Bench) -> Vec<PathBuf> {
     let files = bench.files().into_keys();
     let tables = files.filter(|path| path.starts_with("store"));
@@ -85,7 +85,7 @@ fn stored(bench: &Bench) -> Vec<PathBuf> {
 #[test]
 fn a_failed_task_lets_independent_ones_finish() {
     let bench = Bench::new();
-    // Surfaces alone, then something in the place of one of them, then everything.
+    // First only surfaces, then a damaged surface file, then all stages.
     let surfaces = STUDY.split("[stage.light]").next().unwrap();
     bench.run(surfaces);
     let victim = stored(&bench).remove(0);
@@ -107,7 +107,7 @@ fn a_failed_task_lets_independent_ones_finish() {
     assert!(bench.run(STUDY).values().all(is_idle));
 }
 
-/// What becomes of a file on a bad day.
+/// Kinds of damage to a file.
 fn damages(whole: &[u8], other: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
     let mut flipped = whole.to_vec();
     flipped[whole.len() / 3] ^= 4;
@@ -131,7 +131,7 @@ fn a_damaged_file_is_set_aside_and_computed_again() {
         for (how, bytes) in damages(&whole[name], other) {
             let bench = Bench::new();
             for (path, content) in &whole {
-                // Without results, every table is read.
+                // If there are no results, every table of the store is read.
                 if path.starts_with("store") {
                     let path = bench.data().join(path);
                     fs::create_dir_all(path.parent().unwrap()).unwrap();

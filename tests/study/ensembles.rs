@@ -1,16 +1,16 @@
-//! Rows sorted into parameter points, surfaces and loads: nothing is lost, nothing counts twice.
+//! Grouping of rows by parameter point, surface and load: no row is lost or counted twice.
 
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY};
 
-/// The claims of a study that has been run, as JSON.
+/// Runs a study and returns its claims as JSON.
 fn claims(bench: &Bench) -> Value {
     let path = bench.path("study.toml");
     let output = bench.output(&["claims", path.to_str().unwrap(), "--json"]);
     assert!(output.status.success(), "{output:?}");
     let mut claims: Value = serde_json::from_slice(&output.stdout).unwrap();
-    // What more surfaces would take is measured anew by every command.
+    // The cost of more surfaces is measured by every command and differs.
     for claim in claims["claims"].as_array_mut().unwrap() {
         claim["core_hours"] = Value::Null;
     }
@@ -44,7 +44,7 @@ loads = [0.02, 0.04, 0.05, 0.06]
     let query = "select count(*) as rows from curves where load = 0.06";
     let asked = ["table", path.to_str().unwrap(), "--sql", query, "--json"];
     let answer: Value = serde_json::from_slice(&bench.output(&asked).stdout).unwrap();
-    // Two spectra, counted and corrected.
+    // Two spectra, each with the counted and the corrected area.
     assert_eq!(answer["rows"], 4);
 }
 
@@ -59,7 +59,7 @@ from = "surfaces"
 load_unit = "absolute"
 loads = [0.0005, 0.001, 0.0015]
 "#;
-    // E* = 1 and a slope of 0.02, which no sum of powers of two is.
+    // E* = 1 and a slope of 0.02, which is not exact in binary.
     let sloped = reduced.replace("hurst = 0.8", "hurst = 0.8\nrms_slope = 0.02");
     let both = sloped.replace("from = \"light\"", "from = [\"light\", \"pascals\"]");
     bench.run(&format!("{both}{pascals}"));
@@ -88,7 +88,7 @@ fn claims_rest_on_the_surfaces_of_every_seed() {
     let [both, reversed, one] = [found("[1, 2]"), found("[2, 1]"), found("1")];
     assert_eq!(both, reversed, "no seed comes first");
     assert_ne!(both, one);
-    // Six surfaces of two seeds have intervals that three of one have not.
+    // Six surfaces of two seeds give intervals; three surfaces of one seed do not.
     let verdict = |claims: &Value| {
         let all = claims.as_array().unwrap().iter();
         let mut named = all.filter(|claim| claim["name"] == "area-above-persson");
@@ -121,7 +121,7 @@ fn claims_rest_on_one_tolerance_and_name_what_they_leave_out() {
     assert!(told.contains("omitted: 40 rows with tolerance 0.5"), "{told}");
 }
 
-/// Whatever is swept, to two values each.
+/// Every swept key, with two values each.
 fn sweeps() -> Vec<(&'static str, String)> {
     let swept = [
         ("hurst = 0.8", "hurst = [0.3, 0.8]"),
@@ -153,7 +153,7 @@ fn plan_and_tables_agree_on_parameter_points_whatever_is_swept() {
     for (sweep, manifest) in sweeps() {
         let bench = Bench::new();
         bench.run(&manifest);
-        // Surfaces of two seeds are of one point, everything else makes two of one.
+        // Two seeds belong to one parameter point; two values of any other key give two points.
         let (points, surfaces) = if sweep.contains("seed") { (2, 4) } else { (4, 2) };
         let corrections = 2;
         let law = bench.table("small", "law");
@@ -167,7 +167,7 @@ fn plan_and_tables_agree_on_parameter_points_whatever_is_swept() {
     }
 }
 
-/// Surfaces of one spectrum, whose slopes scatter, under pressures in pascals.
+/// Surfaces of one spectrum with different rms slopes, at pressures in pascals.
 const IN_PASCALS: &str = r#"
 [study]
 name = "pascals"
@@ -253,7 +253,7 @@ fn a_condition_on_the_error_of_a_mean_counts_surfaces_under_pressures_in_pascals
         let until = r#"{ at_least = 3, at_most = 5, until = "sem(area.area_fraction) < 0.01 %" }"#;
         manifest.replace("realizations = 4", &format!("realizations = {until}"))
     });
-    // The areas of the surfaces scatter by several per cent.
+    // The areas of the surfaces differ by several per cent.
     let surfaces = bench.table("pascals", "surfaces");
     assert_eq!(surfaces.rows(), 5);
 }
@@ -280,6 +280,6 @@ fn the_report_has_the_area_against_pressure_of_an_ensemble_in_pascals() {
     assert!(output.status.success(), "{output:?}");
     let figures = bench.data().join("results/pascals/figures");
     let drawn = std::fs::read_to_string(figures.join("pressure.svg")).unwrap();
-    // The curve has a marker under each of its five pressures.
+    // The curve has a marker at each of its five pressures.
     assert!(drawn.matches("<circle").count() >= 5, "{drawn}");
 }

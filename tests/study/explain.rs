@@ -1,4 +1,4 @@
-//! Why tasks would run: one kind of edit, one kind of reason.
+//! Reasons for running tasks: each kind of edit gives its kind of reason.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle};
 
-/// A bench on which the small study has been run.
+/// Returns a bench on which the small study has run.
 fn finished() -> Bench {
     let bench = Bench::new();
     bench.run(STUDY);
@@ -21,7 +21,7 @@ fn explain(bench: &Bench, manifest: &str) -> Value {
     serde_json::from_slice(&output.stdout).expect("the command prints JSON")
 }
 
-/// Every reason of a stage as `TASKS STAGE WHY FIELDS`.
+/// Formats every reason of a stage as `TASKS STAGE WHY FIELDS`.
 fn reasons(explained: &Value, stage: &str) -> Vec<String> {
     let stages = explained["stages"].as_array().unwrap();
     let stage = stages.iter().find(|other| other["name"] == stage).unwrap();
@@ -214,7 +214,7 @@ fn a_missing_file_a_damaged_one_and_one_not_computed_yet_are_told_apart() {
     assert_eq!(reasons(&explained, "corrected"), ["1 corrected missing", "1 corrected damaged"]);
     assert_all(&explained, &["law", "curves"], &[]);
 
-    // What a run leaves that was killed.
+    // The state after a killed run.
     let record = bench.path("data/plans/small.json");
     let text = fs::read_to_string(&record).unwrap();
     fs::write(&record, text.replace("\"finished\":4", "\"finished\":2")).unwrap();
@@ -257,7 +257,7 @@ fn looking_changes_no_reason_and_running_does() {
     assert_all(&explain(&bench, &edited), &STAGES[..4], &changed);
     assert_same_files(&bench.files(), &before);
     bench.run(&edited);
-    // Back again: everything is there.
+    // After undoing the edit, all results exist.
     let back = explain(&bench, STUDY);
     assert_all(&back, &STAGES, &[]);
 }

@@ -1,4 +1,4 @@
-//! What could not be computed is told, written down, and computed again by one command.
+//! Failed tasks are reported, recorded in a table, and can be repeated with one command.
 
 use std::fs;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, counts, text};
 
-/// A study one of whose tasks cannot be stored, because something is in its place.
+/// Study in which one task cannot be stored, because a folder has the path of its table.
 struct Blocked {
     bench: Bench,
     key: String,
@@ -17,7 +17,7 @@ struct Blocked {
 }
 
 impl Blocked {
-    /// Blocks the first task of a stage.
+    /// Creates a folder at the path of the first task of a stage.
     fn at(stage: &str) -> Blocked {
         let undisturbed = Bench::new();
         undisturbed.run(STUDY);
@@ -41,7 +41,7 @@ fn column(table: &Table, name: &str) -> Vec<String> {
     texts.iter().map(|text| text.unwrap().to_owned()).collect()
 }
 
-/// The stages of the tasks that came to such an end.
+/// Returns the stages of the tasks with this outcome.
 fn stages(failures: &Table, outcome: &str) -> Vec<String> {
     let rows = column(failures, "stage").into_iter();
     let rows = rows.zip(column(failures, "outcome"));
@@ -198,7 +198,7 @@ fn earlier_failures_that_cannot_be_read_are_no_failure() {
         assert_eq!(blocked.run().status.code(), Some(1));
         assert!(fs::read(&file).unwrap() == sound);
     }
-    // The table of a stage has other columns.
+    // The table of a stage would have different columns.
     fs::copy(file.with_file_name("surfaces.parquet"), &file).unwrap();
     assert_eq!(blocked.run().status.code(), Some(1));
     assert!(fs::read(&file).unwrap() == sound);

@@ -1,4 +1,4 @@
-//! What may be wrong with files and folders: told by name, mended where possible, never believed.
+//! Damaged files and folders are reported by name, recomputed if possible, and never used.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -26,7 +26,7 @@ fn is_table(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "parquet")
 }
 
-/// One bit flipped, or the end cut off.
+/// Flips one bit or cuts off the end of a file.
 fn damage(whole: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = whole.to_vec();
     let place = random.random_range(0..bytes.len());
@@ -37,7 +37,7 @@ fn damage(whole: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-/// Damages `FAULTS` of these files; which.
+/// Damages `FAULTS` of these files and returns their paths.
 fn strike<'a>(
     bench: &Bench,
     files: &'a BTreeMap<PathBuf, Vec<u8>>,
@@ -54,7 +54,7 @@ fn strike<'a>(
     victims
 }
 
-/// Whether everything is as it was, but for what has been set aside; removes that.
+/// Returns whether all files are unchanged, after removing the quarantined files.
 fn is_mended(bench: &Bench, before: &BTreeMap<PathBuf, Vec<u8>>) -> bool {
     let mut files = bench.files();
     files.retain(|path, _| {
@@ -71,7 +71,7 @@ fn told(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
-/// 500 faults over the store and the results.
+/// Checks `verify` with 500 faults in the store and the results.
 #[test]
 fn verify_finds_every_flipped_bit_and_every_truncation() {
     let bench = Bench::new();
@@ -93,7 +93,7 @@ fn verify_finds_every_flipped_bit_and_every_truncation() {
     }
 }
 
-/// 500 faults more, met by runs that nobody has warned.
+/// Checks runs with 500 faults that `verify` has not found before.
 #[test]
 fn no_flipped_bit_and_no_truncation_reaches_a_result() {
     let bench = Bench::new();
@@ -102,7 +102,7 @@ fn no_flipped_bit_and_no_truncation_reaches_a_result() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for _ in 0..ROUNDS / 2 {
         let victims = strike(&bench, &files, "store", &mut random);
-        // Without results, every table of the store is read.
+        // If there are no results, every table of the store is read.
         fs::remove_dir_all(bench.data().join("results")).unwrap();
         let manifest = bench.write(&study());
         let output = bench.output(&["run", manifest.to_str().unwrap()]);
@@ -156,7 +156,7 @@ fn verify_tells_scripts_what_it_found() {
     assert!(cause.contains("does not hold the table of stage `area` of study `small`"), "{cause}");
 }
 
-/// The command for somebody who may not write everywhere, as root may.
+/// Returns the command for a user without the permissions of root.
 fn by_anybody(bench: &Bench, arguments: &[&str]) -> Output {
     let program = bench.path("asperity");
     if !program.exists() {

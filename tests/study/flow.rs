@@ -1,4 +1,4 @@
-//! What flows through the gap, from end to end.
+//! Flow through the gap, from manifest to table.
 
 use arrow::array::Array;
 
@@ -69,7 +69,7 @@ fn interfaces_become_stiffer_under_load_and_the_ends_of_a_block_have_no_slope() 
     let stiffness = area.reals("stiffness_finite_difference").unwrap();
     for surface in 0..3 {
         let of = |load: usize| 8 * surface + load;
-        // Both ends, and both sides of the jump from 0.11 to 0.2.
+        // Check both ends and both sides of the jump from 0.11 to 0.2.
         for load in [0, 2, 3, 7] {
             assert!(stiffness.is_null(of(load)));
         }
@@ -109,10 +109,10 @@ stiffness = true
     let pressure = area.reals("pressure").unwrap();
     let stiffness = area.reals("stiffness_finite_difference").unwrap();
     for row in [1, 4] {
-        // a³ = 3 F R/(4 E*) and dF/dδ = 2 E* a, of a side, a modulus and a radius of one.
+        // a³ = 3 F R/(4 E*) and dF/dδ = 2 E* a, with side, modulus and radius 1.
         let expected = 2.0 * (0.75 * pressure.value(row)).cbrt();
         let found = stiffness.value(row);
-        // The mesh moves the edge by less than half a node, of about 30 in a radius.
+        // The mesh moves the edge by less than half a node; the radius has about 30 nodes.
         assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
     }
 }
@@ -137,7 +137,7 @@ fn a_flow_changes_no_other_column() {
     let with = bench.table("leaking", "contact");
     bench.run(&LEAKING.replace("flow = true", ""));
     let without = bench.table("leaking", "contact");
-    // Another question is another task.
+    // Other flow parameters give another task.
     let columns = without.without(&["task"]);
     assert_eq!(with.only(&columns.names()), columns);
     assert_eq!(with.names().len(), without.names().len() + 6);

@@ -1,4 +1,4 @@
-//! Materials that yield, through the command.
+//! Materials with a hardness, from manifest to report.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ fn counts(table: &Table, name: &str) -> Vec<i64> {
     table.integers(name).unwrap().values().to_vec()
 }
 
-/// Every column but that of keys.
+/// Returns every column except the key of the task.
 fn without_keys(table: &Table) -> Table {
     table.without(&["task"])
 }
@@ -46,7 +46,7 @@ kind = "measure"
 from = "contact"
 "#;
 
-/// The tables of contacts and of areas with these lines in the stage that presses.
+/// Runs a study with these lines in its `solve` stage; returns the tables of contacts and areas.
 fn pressed(lines: &str) -> (Bench, [Table; 2]) {
     let bench = Bench::new();
     let manifest = SMALL.replace("from = \"rough\"\n", &format!("from = \"rough\"\n{lines}\n"));
@@ -82,7 +82,7 @@ fn a_hardness_in_either_unit_is_the_same() {
     let relative = run("hardness = [0.3, 0.8]\nhardness_unit = \"relative\"");
     let absolute = run("hardness = [0.012, 0.032]");
     for (relative, absolute) in relative.iter().zip(&absolute) {
-        // The given hardness is a parameter, and the other one is derived from it.
+        // The given hardness is a parameter; the one in the other unit is derived from it.
         let roles = |table: &Table| {
             let columns = table.descriptions().into_iter();
             let of_hardness = columns.filter(|column| column.name.starts_with("hardness"));
@@ -102,7 +102,7 @@ fn a_hardness_in_either_unit_is_the_same() {
 #[test]
 fn what_saturates_bears_no_more_than_the_load_and_the_rest_must_touch_for_it() {
     for boundary in ["periodic", "free"] {
-        // 4.1 in units of E* × rms slope: the last load is nearly all that it bears.
+        // 4.1 in units of E* × rms slope, slightly above the last load.
         let lines = format!("hardness = 0.164\nboundary = \"{boundary}\"");
         let (_, [contact, area]) = pressed(&lines);
         let [hardness, pressure, shares, peaks, depths] =
@@ -141,7 +141,7 @@ sql = "SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact WHERE hardnes
     let points = "cases = [{}, { hardness = 0.2 }, { hardness = 0.3 }]";
     let with_cases = SMALL.replace("from = \"rough\"\n", &format!("from = \"rough\"\n{points}\n"));
     let counts_of = bench.run(&format!("{with_cases}{curves}"));
-    // What nothing bounds is the recipe that it was.
+    // Without a hardness the recipe is unchanged.
     assert_eq!(counts_of["contact"].cached, 2);
     let means = bench.table("yielding", "curves");
     let known: Vec<Option<f64>> = means.reals("hardness").unwrap().iter().collect();
@@ -160,7 +160,7 @@ sql = "SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact WHERE hardnes
 fn loads_go_on_beyond_full_contact_as_long_as_the_material_yields_there() {
     let wave = |hardness: f64| {
         let bench = Bench::new();
-        // Full contact at 1/√2, where the peak is twice as high; crests yield beyond 1.061 of load.
+        // Full contact at 1/√2, where the peak is twice as high; crests yield at loads above 1.061.
         bench.run(&format!(
             "
 [study]
@@ -285,7 +285,7 @@ fn maps_of_a_page_are_of_one_hardness() {
     let areas = page.split("data-area=\"").skip(1);
     let areas: Vec<f64> =
         areas.map(|told| told.split(' ').next().unwrap().parse().unwrap()).collect();
-    // Rows are in the order of hardnesses, surfaces and loads.
+    // Rows are sorted by hardness, surface and load.
     let expected = &reals(&bench.table("yielding", "area"), "area_fraction")[..3];
     assert_near(&areas, &expected.iter().map(|a| 100.0 * a).collect::<Vec<_>>(), 5e-3);
     assert!(page.contains("hardness 0.012 ·"), "it says which");

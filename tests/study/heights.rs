@@ -1,4 +1,4 @@
-//! Surfaces without heights, and the distribution of heights over many surfaces.
+//! Surfaces without stored heights, and the distribution of heights over many surfaces.
 
 use std::fs;
 use std::path::Path;
@@ -107,8 +107,8 @@ fn summit_density_of_many_surfaces_is_that_of_the_lattice() {
     let sem = values(&table, "summit_density_integer_sem");
     let mean = values(&table, "summit_density_integer_mean");
     for (row, lattice) in values(&table, "summit_density_lattice").into_iter().enumerate() {
-        // A mean of ratios: it is the ratio of means but for a bias of second order in the scatter,
-        // at most some per cent of a spectrum with so few modes.
+        // A mean of ratios differs from the ratio of means by a term of second order in the
+        // scatter, here a few per cent, because the spectrum has few modes.
         assert!((mean[row] - lattice).abs() < 4.0 * sem[row] + 0.02 * lattice);
         assert!(sem[row] < 0.05 * lattice);
     }
@@ -139,7 +139,7 @@ fn pooled_densities_are_mean_and_deviation_of_those_of_each_surface() {
 fn the_lower_cutoff_decides_how_normal_heights_are() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/heights.toml");
     let manifest = fs::read_to_string(path).unwrap();
-    // The same study on a coarser mesh, of shorter spectra, with fewer surfaces.
+    // The same study with a coarser mesh, shorter spectra and fewer surfaces.
     let small = manifest
         .replace("nodes = 512", "nodes = 256")
         .replace("k_upper = [32, 128]", "k_upper = [16, 64]")

@@ -1,9 +1,9 @@
-//! Vector instructions: whichever compute a study, its tables have the same bytes.
+//! All sets of vector instructions give the same bytes.
 
 use crate::bench::{Bench, assert_same_files, text};
 
-/// Meshes of both kinds of transform, rows that fill no register, and tolerances of both kinds of
-/// search.
+/// Study with meshes for both kinds of transform, rows that are no multiple of a register, and
+/// tolerances for both kinds of solve.
 const MESHES: &str = r#"
 [study]
 name = "meshes"
@@ -31,7 +31,7 @@ kind = "measure"
 from = ["contact", "tight"]
 "#;
 
-/// The sets that this processor has, as the refusal of an unknown one names them.
+/// Returns the instruction sets of this processor from the error about an unknown one.
 fn there_are() -> Vec<String> {
     let bench = Bench::new();
     let path = bench.write(MESHES);

@@ -1,11 +1,11 @@
-//! Limits of a study, and where it should go on.
+//! Fits of limits, and advice for extending a study.
 
 use serde_json::Value;
 
 use crate::bench::{Bench, text};
 use crate::report::report;
 
-/// Three small numbers, each at two values or more, on meshes that take no time.
+/// Study with three small parameters, each with at least two values, on small meshes.
 const LIMITS: &str = r#"
 [study]
 name = "limits"
@@ -64,7 +64,7 @@ fn every_quantity_and_every_form_has_a_row() {
     assert!(fits.integers("data").unwrap().iter().all(|data| data == Some(6)));
 }
 
-/// Mean gaps of every surface over the rms height of this very surface, which the query finds.
+/// Study whose query divides the mean gaps of every surface by the rms height of the same surface.
 const OVER_HEIGHTS: &str = r#"
 [stage.gaps]
 kind = "aggregate"
@@ -90,7 +90,7 @@ fn an_observable_may_be_made_of_columns_that_a_query_joins() {
     assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
     assert_eq!(fits.integers("data").unwrap().value(0), 6);
     assert_eq!(fits.integers("surfaces").unwrap().value(0), 5);
-    // Between rough surfaces the mean gap is some rms heights wide under a light load.
+    // At light loads, the mean gap is a few rms heights.
     let limit = fits.reals("limit").unwrap().value(0);
     assert!((0.1..3.0).contains(&limit), "{limit}");
 }
@@ -128,7 +128,7 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     let advice: Value = serde_json::from_str(&advise(&["--json"])).unwrap();
     let steps = advice[0]["steps"].as_array().unwrap();
     let step = |term: &str| steps.iter().find(|step| step["term"] == term).unwrap();
-    // Twice the cutoffs on twice the nodes, twice the upper one, and twice the nodes alone.
+    // Both cutoffs and the nodes doubled, the upper cutoff doubled, and only the nodes doubled.
     for (term, doubled, points) in [
         ("1 / k_lower", &["k_lower", "k_upper", "nodes"][..], 3),
         ("k_lower / k_upper", &["k_upper", "nodes"], 4),

@@ -1,5 +1,4 @@
-//! Studies from end to end, through the command that users run, and one file through the library
-//! alone.
+//! Tests of whole studies with the command `asperity`; `session.rs` uses the library.
 
 #![allow(clippy::print_stderr)]
 

@@ -1,4 +1,4 @@
-//! How much memory a run takes.
+//! Memory use of runs compared with its estimate.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -11,7 +11,7 @@ use bytesize::ByteSize;
 
 use crate::bench::{Bench, STUDY, text};
 
-/// The most bytes that a process has held until it ended, as Linux counts them.
+/// Returns the peak memory of a process in bytes, as Linux reports it.
 fn peak(mut process: Child) -> u64 {
     let status = format!("/proc/{}/status", process.id());
     let mut peak = 0;
@@ -27,7 +27,7 @@ fn peak(mut process: Child) -> u64 {
     peak << 10
 }
 
-/// The least memory that a run of a manifest is said to take.
+/// Returns the estimated minimum memory of a run.
 fn least(bench: &Bench, manifest: &Path) -> ByteSize {
     let status = Session::new(manifest, bench.data()).status().unwrap();
     status.least_memory()
@@ -37,7 +37,7 @@ fn least(bench: &Bench, manifest: &Path) -> ByteSize {
 #[test]
 fn a_worker_takes_no_more_memory_than_is_reckoned_with() {
     let bench = Bench::new();
-    // On a mesh so large that its maps outweigh the program.
+    // The mesh is so large that its maps need more memory than the program.
     let manifest = STUDY.replace("nodes = 32", "nodes = 1024");
     let manifest = manifest.replace("k_upper = [4, 8]\nrealizations = 2", "k_upper = 8");
     let manifest = manifest.replace(
@@ -84,7 +84,7 @@ fn a_size_that_is_none_is_refused() {
     assert!(text(&output.stderr).contains("lots"));
 }
 
-/// A study that needs much memory, and time that nobody would wait for.
+/// Returns a study that would need much memory and a very long time.
 fn huge() -> String {
     STUDY.replace("nodes = 32", "nodes = 8192").replace("k_upper = [4, 8]", "k_upper = 8")
 }
@@ -109,7 +109,7 @@ fn what_does_not_fit_is_refused_before_anything_starts() {
     assert!(tables.is_empty(), "{tables:?}");
 }
 
-/// A run in a process that has so many kibibytes of addresses.
+/// Runs a study in a process with this address space in KiB.
 #[cfg(target_os = "linux")]
 fn limited(bench: &Bench, manifest: &Path, kibibytes: u64) -> Output {
     let run = bench.asperity(&["run", manifest.to_str().unwrap(), "--jobs", "2"]);
@@ -146,7 +146,7 @@ fn few_addresses_refuse_a_task_and_break_none() {
     assert_eq!([ends[0], ends[9]], [2, 0], "{ends:?}");
 }
 
-/// A table of two million rows.
+/// Returns a study with a table of two million rows.
 const LARGE: &str = r#"
 [study]
 name = "large"

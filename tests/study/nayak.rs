@@ -1,4 +1,4 @@
-//! Nayak's parameter and the density of summits, against the tables of the 2015 paper.
+//! Nayak's parameter and the summit density, compared with the tables of the 2015 paper.
 
 use std::fs;
 use std::path::Path;
@@ -9,8 +9,7 @@ use asperity::contact::topography::spectrum::Spectrum;
 
 use crate::bench::Bench;
 
-/// A cell of one of the paper's tables: a spectrum, the mean over 200 surfaces, and the value of
-/// the closed form.
+/// Cell of a table of the paper: spectrum, mean over 200 surfaces, and value of the closed form.
 struct Cell {
     spectrum: Spectrum,
     numerical: f64,
@@ -41,7 +40,7 @@ fn table(name: &str) -> Vec<Cell> {
 }
 
 fn assert_as_printed(found: f64, printed: f64) {
-    // Half a unit of the last of two decimals, and the rounding of this difference.
+    // Half a unit of the second decimal, plus the rounding of this difference.
     assert!((found - printed).abs() <= 0.005 + 1e-9, "{found} {printed}");
 }
 
@@ -59,7 +58,7 @@ fn every_analytic_cell_is_reproduced_to_the_printed_digit() {
     }
 }
 
-/// α and D of each realization that `manifests/nayak.toml` draws first.
+/// Computes α and D of the first realizations of `manifests/nayak.toml`.
 fn realizations(spectrum: Spectrum, count: u32) -> Vec<[f64; 2]> {
     let drawn = (0..count).map(|realization| {
         let surface = RandomSurface {
@@ -77,8 +76,8 @@ fn realizations(spectrum: Spectrum, count: u32) -> Vec<[f64; 2]> {
     drawn.collect()
 }
 
-/// The difference of two means in units of its standard error; theirs is of 200 surfaces that
-/// scatter like ours, rounded to two decimals.
+/// Returns the difference of two means in units of its standard error. The mean of the paper is
+/// over 200 surfaces with the same scatter and rounded to two decimals.
 fn z(ours: &[f64], theirs: f64) -> f64 {
     let count = ours.len() as f64;
     let mean = ours.iter().sum::<f64>() / count;
@@ -117,7 +116,8 @@ fn numerical_cells_are_means_of_the_same_ensemble() {
     let mut squares = [0.0; 2];
     for (nayak, density) in nayak.iter().zip(&density) {
         assert_eq!(nayak.spectrum, density.spectrum);
-        // As many as draw about as many modes; the manifest draws 200 of each.
+        // The number of surfaces gives similar numbers of modes; the manifest draws 200 surfaces
+        // each.
         let count = match nayak.spectrum.k_upper {
             512.. => 10,
             256.. => 40,
@@ -127,12 +127,12 @@ fn numerical_cells_are_means_of_the_same_ensemble() {
         for (index, printed) in [nayak.numerical, density.numerical].into_iter().enumerate() {
             let ours: Vec<f64> = drawn.iter().map(|values| values[index]).collect();
             let z = z(&ours, printed);
-            // 132 cells of normal errors exceed it once in sixteen times.
+            // With normal errors, one of 132 cells exceeds this bound with probability 1/16.
             assert!(z.abs() < 3.5, "{:?}: {z}", nayak.spectrum);
             squares[index] += z * z;
         }
     }
-    // Cells of one row share their draws, there and here: far fewer than 66 degrees of freedom.
+    // The cells of a row share their surfaces, so there are far fewer than 66 degrees of freedom.
     for square in squares {
         let rms = (square / 66.0_f64).sqrt();
         assert!((0.6..1.4).contains(&rms), "{rms}");

@@ -1,4 +1,4 @@
-//! Two manifests whose studies have one name.
+//! Two manifests with the same study name.
 
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
@@ -7,7 +7,7 @@ use std::process::Output;
 
 use crate::bench::{Bench, STUDY, assert_same_files, counts, text};
 
-/// Another manifest beside that of the bench.
+/// Writes another manifest next to that of the bench.
 fn write(bench: &Bench, name: &str, manifest: &str) -> PathBuf {
     let path = bench.path(name);
     fs::write(&path, manifest).unwrap();
@@ -19,7 +19,7 @@ fn run(bench: &Bench, manifest: &Path, options: &[&str]) -> Output {
     bench.output(&[&arguments, options].concat())
 }
 
-/// The tables of the bench's study, which has been run, must not be replaced by those of another.
+/// Checks that another manifest is refused and that the tables of the bench are unchanged.
 fn is_refused(bench: &Bench, other: &str) -> String {
     let before = bench.files();
     let manifest = write(bench, "other.toml", other);
@@ -40,7 +40,7 @@ fn another_manifest_of_the_same_name_computes_nothing_unless_it_is_told_to_take_
     for part in ["results/small`", "study.toml`", "rows of `surfaces`", "--replace"] {
         assert!(told.contains(part), "{part} in\n{told}");
     }
-    // Who only looks is told the truth, and harms nobody.
+    // Reading commands use the results of their own manifest and change nothing.
     let other = bench.path("other.toml");
     for command in [
         &["table", other.to_str().unwrap(), "area"] as &[&str],
@@ -89,7 +89,7 @@ fn a_copy_that_takes_nothing_away_needs_no_permission() {
             .replace("[\"none\", \"2017\"]", "[\"none\", \"pi/8\", \"2017\"]")
             .replace("\"mean\", \"sd\"", "\"mean\", \"sd\", \"sem\""),
     ];
-    // Each in a file of its own, after the one before.
+    // Each manifest has its own file and runs after the previous one.
     for (number, manifest) in more.iter().enumerate() {
         let copy = write(&bench, &format!("copy-{number}.toml"), manifest);
         let output = run(&bench, &copy, &[]);

@@ -1,4 +1,4 @@
-//! Systems that allow few threads: each counts as a process of its user.
+//! Systems with a limit on the number of threads (each counts as a process of its user).
 
 use std::fs::{self, Permissions};
 use std::io::{Write, stderr};
@@ -8,10 +8,10 @@ use std::thread::available_parallelism;
 
 use crate::bench::{Bench, STUDY, assert_same_files, text};
 
-/// A user who has no process, so that the limit is that of the command alone.
+/// Number of a user without processes, so that only the command counts.
 const USER: &str = "54321";
 
-/// A bench that everybody may write to, with its manifest.
+/// Returns a bench that all users can write to, with its manifest.
 fn open_bench() -> Bench {
     let bench = Bench::new();
     fs::set_permissions(bench.path(""), Permissions::from_mode(0o777)).unwrap();
@@ -19,8 +19,8 @@ fn open_bench() -> Bench {
     bench
 }
 
-/// Runs a command on the bench's manifest as a user who may have so many threads; nothing, with a line
-/// that says so, where this process may not change its user.
+/// Runs a command as a user with this limit of threads. If this process cannot change its user,
+/// prints a line and returns `None`.
 fn limited(bench: &Bench, threads: u32, arguments: &[&str]) -> Option<Output> {
     let mut command = Command::new("setpriv");
     command
@@ -39,7 +39,7 @@ fn limited(bench: &Bench, threads: u32, arguments: &[&str]) -> Option<Output> {
     if is_changed {
         return output.ok();
     }
-    // Not by `println`, which tests that pass keep to themselves.
+    // `println` output is hidden for tests that pass.
     let line = b"NOT TESTED, because this process may not change its user\n";
     stderr().write_all(line).expect("somebody hears");
     None
@@ -58,7 +58,7 @@ fn a_run_of_few_threads_computes_the_same_bytes_and_none_panics() {
         assert!(!told.contains("panicked"), "{told}");
     };
     refused(&alone);
-    // Means are taken by polars, which starts threads of its own: two to a core.
+    // Means use polars, which starts two threads per core.
     refused(&limited(&bench, 3, &["run"]).unwrap());
     let query = ["table", "--sql", "select count(*) as n from area"];
     refused(&limited(&bench, 2, &query).unwrap());
@@ -67,7 +67,7 @@ fn a_run_of_few_threads_computes_the_same_bytes_and_none_panics() {
         assert!(output.status.success(), "{reader:?}: {}", text(&output.stderr));
     }
     let cores = u32::try_from(available_parallelism().unwrap().get()).unwrap();
-    // Besides, helpers, workers, the thread of a query and the one that hears signals.
+    // Other threads: helpers, workers, the thread of a query and the signal handler.
     let enough = 4 * cores + 2;
     for command in [&["run"][..], &["report"], &query] {
         let output = limited(&bench, enough, command).unwrap();

@@ -1,4 +1,4 @@
-//! Only what nobody needs is deleted, and only when it is asked for and nobody is at work.
+//! Pruning deletes only unneeded files, only with `--yes`, and never during a run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle, left_behind, text};
 
-/// What `prune` says, by kind of file.
+/// Returns the output of `prune --json`, by kind of file.
 fn prune(bench: &Bench, arguments: &[&str]) -> BTreeMap<String, u64> {
     let arguments = [&["prune", "--json"], arguments].concat();
     let output = bench.output(&arguments);
@@ -29,7 +29,7 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
     let bench = Bench::new();
     bench.run(STUDY);
     let small = bench.files();
-    // Another surface for each spectrum, and what pools them.
+    // One more surface per spectrum, and the stages that pool them.
     let larger =
         STUDY.replace("realizations = 2", "realizations = 3").replace("\"small\"", "\"larger\"");
     bench.run(&larger);
@@ -131,7 +131,7 @@ fn two_runs_and_prunes_at_once_do_no_harm() {
     for mut run in runs {
         assert!(run.wait().unwrap().success());
     }
-    // The last prune may have found nobody at work.
+    // The last prune may have run when no process was active.
     bench.run(&study);
     assert_same_files(&bench.files(), &alone.files());
 }

@@ -1,4 +1,4 @@
-//! Who reads results while runs replace them finds whole files, old or new.
+//! Readers always find complete files, old or new, while runs replace them.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -54,7 +54,7 @@ fn a_table_a_page_and_its_owner_are_whole_at_every_moment_of_runs_that_replace_t
                 serde_json::from_slice::<serde_json::Value>(&owner).unwrap();
             }
         });
-        // A panic here would leave the readers reading for ever.
+        // A panic here would let the readers run forever.
         let runs = [3, 1, 2, 3, 1, 2].map(|surfaces| {
             fs::write(&manifest, study(surfaces)).unwrap();
             let run = bench.output(&["run", manifest.to_str().unwrap()]);

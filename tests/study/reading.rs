@@ -1,4 +1,4 @@
-//! Whoever only looks needs no store, and writes nothing.
+//! Reading commands need no store and write nothing.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, assert_same_files, text};
 
-/// How a command on the bench's manifest ends, and what it prints.
+/// Runs a command on the manifest of the bench; returns its exit code and output.
 fn command(bench: &Bench, command: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
     let manifest = bench.path("study.toml");
     let all = [&[command, manifest.to_str().unwrap()], arguments].concat();
@@ -17,7 +17,7 @@ fn command(bench: &Bench, command: &str, arguments: &[&str]) -> (Option<i32>, St
     (output.status.code(), out, err)
 }
 
-/// What every command prints that only looks, one after the other.
+/// Returns the outputs of all reading commands.
 fn all_that_is_read(bench: &Bench) -> Vec<(Option<i32>, String, String)> {
     let query = "select count(*) as n from area join law using (k_upper)";
     let commands: [(&str, &[&str]); 6] = [
@@ -37,7 +37,7 @@ fn rows(bench: &Bench, stage: &str) -> (usize, String) {
     (out.lines().count(), err)
 }
 
-/// The results, without what only says where they come from.
+/// Returns the results without columns and metadata about their origin.
 fn results(bench: &Bench) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = bench.files();
     files.retain(|path, _| path.starts_with("results"));
@@ -84,10 +84,10 @@ fn each_task_is_read_from_where_it_is() {
         let key = tasks.value(row);
         bench.data().join("store").join(&key[..2]).join(format!("{key}.parquet"))
     };
-    // Of one task only the published rows are left, of others only what is in the store …
+    // One task exists only in the published table, others only in the store …
     bench.run(&STUDY.replace("realizations = 2", "realizations = 1"));
     fs::remove_file(stored(0)).unwrap();
-    // … and a third surface is asked for.
+    // … and the manifest requests a third surface.
     bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
     let (read, told) = rows(&bench, "area");
     assert_eq!(read, whole);
@@ -118,7 +118,7 @@ fn a_run_without_its_store_takes_no_rows_away() {
     assert_eq!(done["area"].computed, 1);
     assert!(results(&bench) == before);
 
-    // One task is new, of the others only the rows are left.
+    // One task is new; of the others only published rows exist.
     let larger = STUDY.replace("realizations = 2", "realizations = 3");
     let surfaces = bench.plan(&larger)["surfaces"];
     assert_eq!(surfaces.to_run, 5);
@@ -169,7 +169,7 @@ fn a_map_is_drawn_where_it_is_and_otherwise_the_command_is_named_that_brings_it_
     assert!(!picture.exists());
 }
 
-/// A rough map of 32 × 32 nodes as NumPy writes it.
+/// Writes a rough map of 32 × 32 nodes as a NumPy file.
 fn npy() -> Vec<u8> {
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (32, 32), }";
     let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
@@ -206,11 +206,11 @@ fn a_surface_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
         let (code, _, told) = command(&bench, name, output);
         assert_eq!(code, Some(0), "{name}: {told}");
     }
-    // Who would compute needs it.
+    // A run needs the file.
     let (code, _, told) = command(&bench, "run", &[]);
     assert_eq!(code, Some(2));
     assert!(told.contains("map.npy"), "{told}");
-    // What nobody has ever read is not made up.
+    // A file that was never read has no recorded content.
     bench.write(&measured().replace("map.npy", "other.npy"));
     assert_eq!(command(&bench, "table", &["corrected"]).0, Some(2));
 }
@@ -241,7 +241,7 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
     assert_eq!(report(&["--replace"]).0, Some(0));
     assert_eq!(report(&[]).0, Some(0), "its own, as it was written");
 
-    // A page that was changed, and one of another study.
+    // An edited page, and a page of another study.
     let written = fs::read_to_string(&page).unwrap();
     let other = written.replace("\"study\":\"small\"", "\"study\":\"other\"");
     assert_ne!(other, written);
@@ -282,7 +282,7 @@ fn a_report_of_less_goes_elsewhere_or_asks() {
     assert_eq!(figures(&said).len(), all.len() - 1);
     assert_same_files(&bench.files(), &before);
     let page = fs::read_to_string(elsewhere.join("report.html")).unwrap();
-    assert!(page.contains("which are in the store no more"));
+    assert!(page.contains("which are no longer in the store"));
     let table = elsewhere.join("../data/results/small/area.parquet");
     assert!(
         table.exists() && page.contains("..&#x2f;data&#x2f;results&#x2f;small&#x2f;area.parquet")

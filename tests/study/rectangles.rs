@@ -1,4 +1,4 @@
-//! Rectangles, cells that are not square, and surfaces with nothing beyond their edges.
+//! Rectangles, rectangular mesh cells, and free boundaries.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -13,12 +13,12 @@ use serde_json::Value;
 use crate::bench::{Bench, assert_same_files, is_idle, text};
 use crate::reference::column;
 
-/// The surfaces that independent code has solved, and what it has found.
+/// Folder of surfaces with reference solutions by independent code.
 fn solved_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact/tests/data/rectangular-and-free")
 }
 
-/// The loads that independent code has solved of a surface, a text with a header.
+/// Reads the loads of a reference solution from a text file with a header.
 fn solved_by_others(name: &str) -> String {
     let path = solved_folder().join("rectangular_and_free.csv");
     let csv = fs::read_to_string(path).unwrap();
@@ -26,7 +26,7 @@ fn solved_by_others(name: &str) -> String {
     csv.lines().filter(of_surface).collect::<Vec<_>>().join("\n")
 }
 
-/// A bench with one of the surfaces beside its manifest.
+/// Returns a bench with one of these surfaces next to its manifest.
 fn bench_with(name: &str) -> Bench {
     let bench = Bench::new();
     let file = format!("{name}.npy");
@@ -35,7 +35,7 @@ fn bench_with(name: &str) -> Bench {
     bench
 }
 
-/// Imports a surface and presses it at the loads that others have solved.
+/// Imports a surface and presses it at the loads of the reference solution.
 fn manifest(name: &str, size: [f64; 2], boundary: &str) -> String {
     let pressures = column(&solved_by_others(name), "pressure");
     let is_periodic = boundary == "periodic";
@@ -208,7 +208,7 @@ over = ["area_corrected"]
 statistics = ["mean", "sd"]
 "#;
 
-/// A rectangle is made of squares: what is drawn on it has the statistics of a square.
+/// Checks that a random surface on a rectangle has the statistics of a square.
 #[test]
 fn rectangles_are_drawn_pressed_measured_corrected_and_aggregated() {
     let bench = Bench::new();
@@ -233,7 +233,7 @@ fn rectangles_are_drawn_pressed_measured_corrected_and_aggregated() {
     let curves = bench.table("rough", "curves");
     assert_eq!(curves.rows(), 2 * 2 * 4);
     assert!(curves.has("nodes_x") && curves.has("side_y"));
-    // The same again is nothing to do, and the same with the pair written out neither.
+    // Repeating the run computes nothing, also if the pair is written out.
     assert!(bench.run(ROUGH).values().all(is_idle));
     let before = tables(&bench);
     let outright = ROUGH.replace("[64, 32]", "[[64, 32]]").replace("[2.0, 1.0]", "[[2.0, 1.0]]");
@@ -241,7 +241,7 @@ fn rectangles_are_drawn_pressed_measured_corrected_and_aggregated() {
     assert_same_files(&tables(&bench), &before);
 }
 
-/// Every table on disk.
+/// Reads every table on disk.
 fn tables(bench: &Bench) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = bench.files();
     files.retain(|path, _| path.extension().is_some_and(|ending| ending == "parquet"));
@@ -276,7 +276,7 @@ fn squares_beside_rectangles_keep_their_columns() {
     }
 }
 
-/// Width and height of a picture.
+/// Returns width and height of a picture.
 fn size_of(bench: &Bench, arguments: &[&str]) -> ([u32; 2], Value) {
     let path = bench.path("view.png");
     let study = bench.path("study.toml");
@@ -296,7 +296,7 @@ fn pictures_of_rectangles_are_as_wide_as_x_and_as_high_as_y() {
     bench.run(&manifest("p256x160_cells", [1.0, 1.25], "periodic"));
     for arguments in [&["scan"][..], &["contact"], &["contact", "--map", "pressures"]] {
         let (size, told) = size_of(&bench, arguments);
-        // Cells of 1/256 × 1/128: two pixels high.
+        // Mesh cells of 1/256 × 1/128 are drawn two pixels high.
         assert_eq!(size, [256, 320], "{arguments:?}");
         assert_eq!(told["nodes"], serde_json::json!([256, 160]));
     }

@@ -1,4 +1,5 @@
-//! Contacts that other programs have solved to 1e-12, imported as any measured surface is.
+//! Comparison with contacts that other programs have solved to 1e-12, imported as measured
+//! surfaces.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,13 +14,13 @@ fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/reference").join(name)
 }
 
-/// A file of the contacts with a hardness, which the tests of the solver read, too.
+/// Returns the path of a reference file with a hardness, which the tests of the solver use, too.
 pub fn with_hardness(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact/tests/data/hardness");
     folder.join(name)
 }
 
-/// A column of the reference by its name.
+/// Reads a column of the reference by its name.
 pub fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let header = lines.next().expect("a header");
@@ -82,7 +83,7 @@ from = "contact"
         let expected = column(&csv, "switches")[row];
         assert!((switches.value(row) as f64 - expected).abs() <= 4.0, "switches at {load}");
         assert_eq!(clusters.value(row) as f64, column(&csv, "n_clusters")[row], "at {load}");
-        // Both codes stop with gaps wrong by some 1e-8 of rms slope × mesh step, here 1e-12.
+        // Both codes stop at errors of the gap near 1e-8 × rms slope × mesh step, here 1e-12.
         let expected = column(&csv, "mean_gap")[row];
         assert!((gaps.value(row) - expected).abs() < 1e-11, "gap at {load}");
     }
@@ -94,7 +95,8 @@ fn reals(table: &Table, name: &str) -> Vec<f64> {
     table.reals(name).unwrap().values().to_vec()
 }
 
-/// Contact and saturation at each load: bits most significant first behind a header of 128 bytes.
+/// Reads contact and saturation at each load: packed bits, most significant first, after a header
+/// of 128 bytes.
 fn maps_by_others(name: &str) -> Vec<Vec<bool>> {
     let bytes = fs::read(with_hardness(&format!("{name}_maps.npy"))).unwrap();
     let bits = |byte: &u8| [7, 6, 5, 4, 3, 2, 1, 0].map(|bit| byte >> bit & 1 == 1);

@@ -1,4 +1,4 @@
-//! What `report` writes of a study.
+//! Pages and figures of `asperity report`.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};
 
-/// Writes a report of the bench's manifest; what it says, and the page.
+/// Writes a report and returns the output of the command and the page.
 pub fn report(bench: &Bench) -> (Value, String) {
     let path = bench.path("study.toml");
     let output = bench.output(&["report", path.to_str().unwrap(), "--json"]);
@@ -32,7 +32,7 @@ fn a_page_needs_no_other_file_and_holds_figures_tables_and_manifest() {
     }
 }
 
-/// A number from what stands beside each map of a slider.
+/// Parses a number from the caption of each map of a slider.
 fn beside_maps(slider: &str, what: &str) -> Vec<f64> {
     let opening = format!("data-{what}=\"");
     let told = slider.split(&opening).skip(1);
@@ -58,7 +58,7 @@ fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do
         let shown = beside_maps(sliders[0], told);
         assert_eq!(shown.len(), rows.len(), "{told}");
         for (row, shown) in rows.iter().zip(shown) {
-            // Three digits.
+            // The captions have three digits.
             let expected = unit * values.value(*row);
             assert!((shown - expected).abs() <= 5e-3 * expected, "{told}: {shown}");
         }
@@ -105,7 +105,7 @@ fn what_is_missing_is_named_with_the_lines_that_would_add_it() {
     let missing = said["missing"].as_array().unwrap();
     let corrected = missing.iter().find(|one| one["figure"] == "Corrected contact area");
     assert!(corrected.is_some(), "{said}");
-    // The lines are a stage that reads this study's measured contacts.
+    // These lines define a stage that reads the measured contacts.
     let proposed = "[stage.corrected]\nkind = &quot;correct&quot;\nfrom = &quot;area&quot;";
     assert!(page.contains(proposed));
 }
@@ -122,7 +122,7 @@ fn a_figure_that_a_study_has_no_more_is_taken_away() {
     assert!(!file.exists());
 }
 
-/// A file of heights for NumPy.
+/// Writes heights as a NumPy file.
 fn npy(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<u8> {
     let header =
         format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({nodes}, {nodes}), }}");
@@ -136,7 +136,7 @@ fn npy(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<u8> {
     bytes
 }
 
-/// Two measured surfaces, pressed in pascals to loads between light and full contact.
+/// Study of two measured surfaces at pressures in pascals, from light to full contact.
 fn measured(bench: &Bench, surfaces: &[&str]) {
     let waves = |x: f64, y: f64| (2.0 * x).cos() * y.sin() + 0.5 * (3.0 * x + 2.0 * y).sin();
     let worn = |x: f64, y: f64| 1e-8 * waves(x, y).min(0.2);
@@ -200,7 +200,7 @@ fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulu
     {
         assert!(drawn.iter().any(|one| one == title), "{title} in {said}");
     }
-    // 50 GPa/(1 − 0.3²), and lengths and pressures with the prefixes that suit them.
+    // E* = 50 GPa/(1 − 0.3²); lengths and pressures have suitable SI prefixes.
     assert!(page.contains("E* = 54.945 GPa"), "{page}");
     let pressure = figure(&bench, "pressure");
     assert!(pressure.contains(">mean gap, in nm<"), "{pressure}");
@@ -213,8 +213,8 @@ fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulu
     assert!(missing.contains("against the mean pressure"), "{said}");
 }
 
-/// A scan of 24 × 16 nodes on 6 µm × 3 µm, tilted, of which three points are missing, pressed as it is
-/// in pascals; with further stages.
+/// Study of a tilted scan of 24 × 16 nodes on 6 µm × 3 µm with three missing points, at pressures
+/// in pascals, with additional stages.
 fn scanned(bench: &Bench, further: &str) {
     let mut text = "# Width: 6 µm\n# Height: 3 µm\n# Value units: nm\n".to_owned();
     for j in 0..16_i32 {
@@ -236,7 +236,7 @@ fn scanned(bench: &Bench, further: &str) {
     ));
 }
 
-/// Heights of a few nanometres, fewer and fewer the shorter the waves.
+/// Returns heights of a few nanometres whose amplitudes decrease with the wavelength.
 fn rough(i: i32, j: i32) -> f64 {
     let wave = |k: i32| {
         let k = f64::from(k);
@@ -265,7 +265,7 @@ fn a_measured_surface_has_its_map_its_heights_its_spectrum_and_its_slopes_withou
     for words in ["as measured", "0.78 % missing", "as pressed"] {
         assert_eq!(maps.matches(words).count(), 1, "{words} in {maps}");
     }
-    // Two maps with a bar for lengths and one for heights each: a fifth to a third of 6 µm.
+    // Two maps, each with a scale bar of a fifth to a third of 6 µm and a colour bar.
     assert_eq!(maps.matches(">2 µm<").count(), 2);
     assert_eq!(maps.matches(" nm<").count(), 4);
     for (name, words) in [
@@ -292,7 +292,7 @@ fn what_stages_have_measured_of_a_surface_is_drawn_from_their_tables() {
     );
     let (_, page) = report(&bench);
     let [spectrum, scales] = ["spectrum", "slope-at-scale"].map(|name| figure(&bench, name));
-    // One curve each: the page does not draw what it could compute beside what is in a table.
+    // One curve each: the page prefers a table to its own computation.
     assert_eq!(spectrum.matches(">scan.txt<").count(), 1, "{spectrum}");
     assert_eq!(scales.matches(">scan.txt, along x<").count(), 1);
     assert_eq!(spectrum.matches(">self-affine law, fitted<").count(), 1);
@@ -301,7 +301,7 @@ fn what_stages_have_measured_of_a_surface_is_drawn_from_their_tables() {
     let told = page.split("scan.txt H = ").nth(1).unwrap();
     let told: f64 = told.split(' ').next().unwrap().parse().unwrap();
     assert!((told - hurst).abs() <= 5e-3 * hurst, "{told} {hurst}");
-    // And what it computes where there is no table is the same.
+    // Without a table, the page computes the same curve.
     let alone = Bench::new();
     scanned(&alone, "");
     report(&alone);
@@ -346,7 +346,7 @@ fn theories_beside_worn_surfaces_carry_a_caveat_with_its_numbers() {
     let caveat = "assume isotropic Gaussian roughness, unlike worn.npy (";
     assert!(page.matches(caveat).count() >= 2, "{page}");
 
-    // Draws from an isotropic spectrum carry none.
+    // Random surfaces with an isotropic spectrum have no such note.
     let bench = Bench::new();
     let random = STUDY.replace("k_lower = 2", "k_lower = 6").replace("[4, 8]", "[12, 16]");
     bench.run(&random);

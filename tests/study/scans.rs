@@ -1,4 +1,4 @@
-//! Files of instruments, from the file to the report.
+//! Measured surfaces, from the file to the report.
 
 use std::fs;
 use std::io::{Cursor, Write};
@@ -13,7 +13,7 @@ use crate::bench::{Bench, text};
 const NODES: [usize; 2] = [24, 20];
 const STEP: f64 = 2e-6;
 
-/// Holes inside, at a corner and along an edge.
+/// Returns whether a point is missing: holes are inside, at a corner and along an edge.
 fn is_hole(i: usize, j: usize) -> bool {
     (5..9).contains(&i) && (7..12).contains(&j) || i + j < 3 || i == 23 && j > 15
 }
@@ -23,7 +23,7 @@ fn height(i: usize, j: usize) -> f64 {
     1e-6 * (x * 1.3).sin() * (y * 0.9).cos() + 4e-7 * x - 2e-7 * y
 }
 
-/// An X3P of doubles, whose lines run along x; what was not measured is NaN.
+/// Creates an X3P file of doubles with lines along x; missing points are NaN.
 fn x3p() -> Vec<u8> {
     let [nodes_x, nodes_y] = NODES;
     let axis = |name: &str, kind: &str| {
@@ -128,7 +128,7 @@ fn a_scan_with_holes_goes_all_the_way_to_a_report() {
     let slopes = scan.reals("rms_slope").unwrap();
     assert!(slopes.value(1) < slopes.value(0), "the tilt is gone");
 
-    // Levels go on to contacts and corrections, and make parameter points of their own.
+    // The level is a coordinate of contacts and corrections, too, and gives separate points.
     for stage in ["contact", "area", "corrected"] {
         let table = bench.table("scanned", stage);
         assert_eq!(table.rows(), 4, "{stage}");
@@ -146,7 +146,7 @@ fn a_scan_with_holes_goes_all_the_way_to_a_report() {
     assert!(page.contains("level plane"));
 }
 
-/// The heights that a study's store keeps of its only surface.
+/// Reads the stored heights of the only surface of a study.
 fn kept(bench: &Bench) -> Vec<f64> {
     let files = bench.files();
     let tables = files.iter().filter(|(path, _)| {
@@ -216,7 +216,7 @@ fn a_scan_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
 fn a_side_that_contradicts_the_file_needs_to_override_it() {
     let bench = bench();
     let stage = STUDY.split("[stage.contact]").next().unwrap();
-    // A side that agrees with the file, to a person's digits, is no contradiction.
+    // A side that agrees with the file within typed digits is accepted.
     let side = stage.replace("periodic", "side = [48e-6, 40e-6]\nunit = \"m\"\nperiodic");
     bench.run(&side);
     let scan = bench.table("scanned", "scan");

@@ -1,4 +1,4 @@
-//! The exponential relation of load and mean gap, from surfaces to its fit.
+//! Exponential relation between load and mean gap, from surfaces to the fit.
 
 use crate::bench::{Bench, text};
 
@@ -44,13 +44,13 @@ fn the_mean_gap_falls_by_half_an_rms_height_while_the_load_grows_by_e() {
     let surfaces = bench.table("separation", "surfaces");
     let heights = surfaces.reals("rms_height").unwrap().values();
     let rms_height = heights.iter().sum::<f64>() / heights.len() as f64;
-    // Persson 2007: of the order of the rms height. Four times as many nodes and twice the range of
-    // wavelengths give 0.46; six surfaces know it to some per cent.
+    // Persson 2007: of the order of the rms height. A larger study (four times the nodes, twice the
+    // range of wavelengths) gives 0.46; six surfaces give a precision of a few per cent.
     let share = value("decay_length") / rms_height;
     assert!((share - 0.46).abs() < 0.04, "{share}");
     assert!(value("decay_length_lower") < value("decay_length"));
     assert!(value("decay_length") < value("decay_length_upper"));
-    // The line explains the logarithm of the load to a few per cent.
+    // The residual of the logarithm of the load is a few per cent.
     assert!(value("rms_residual") < 0.05, "{}", value("rms_residual"));
     let path = bench.path("study.toml");
     let told = text(&bench.output(&["run", path.to_str().unwrap()]).stdout);

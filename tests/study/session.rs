@@ -1,5 +1,4 @@
-//! Studies through the library alone, as programs run them: what the command would write, byte for
-//! byte.
+//! Studies through the library, which writes the same bytes as the command.
 
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
@@ -14,7 +13,7 @@ fn session(bench: &Bench, manifest: &str) -> Session<'static> {
     Session::new(bench.write(manifest), bench.data())
 }
 
-/// One task at a time, in the order of the plan.
+/// Options that compute one task at a time, in the order of the plan.
 fn alone() -> RunOptions {
     RunOptions { jobs: NonZeroUsize::new(1), ..RunOptions::default() }
 }
@@ -72,7 +71,7 @@ fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
     assert_eq!(finished, report.wanted);
     assert!(damaged.is_empty(), "{damaged:?}");
 
-    // A surface that what comes next reads.
+    // A surface that the next tasks read.
     let surface = session.table("surfaces").unwrap();
     let key = surface.texts("task").unwrap().value(0).to_owned();
     let path = session.data().store().join(&key[..2]);

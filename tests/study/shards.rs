@@ -1,4 +1,4 @@
-//! Parts of a study, computed apart: together the same bytes, whoever is killed meanwhile.
+//! Shards of a study: together they give the same bytes, even if processes are killed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -22,14 +22,14 @@ fn shard(bench: &Bench, manifest: &Path, shard: &str) -> Output {
     bench.output(&["run", manifest, "--shard", shard, "--jobs", "1"])
 }
 
-/// Every file but those of `cluster/`.
+/// Reads every file outside `cluster/`.
 fn finished(bench: &Bench) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = bench.files();
     files.retain(|path, _| !path.starts_with("cluster"));
     files
 }
 
-/// The receipts of the study, in the order of their shards and processes.
+/// Reads the receipts of the study, sorted by shard and process.
 fn receipts(bench: &Bench) -> Vec<Value> {
     let files = bench.files().into_iter();
     let own = files.filter(|(path, _)| path.starts_with("cluster/small/receipts"));
@@ -87,7 +87,7 @@ fn a_shard_that_fails_says_in_its_receipt_what_failed_and_why() {
     let bench = Bench::new();
     let manifest = bench.write(&study());
     assert!(shard(&bench, &manifest, "1/1").status.success());
-    // A folder in the place of a surface, and nothing of what hangs on it.
+    // A folder has the path of a surface, and tasks that depend on it are missing.
     let plan = bench.output(&["plan", manifest.to_str().unwrap(), "--tasks"]);
     let first: Value = serde_json::from_str(text(&plan.stdout).lines().next().unwrap()).unwrap();
     let key = first["task"].as_str().unwrap();
@@ -159,14 +159,14 @@ fn prune_waits_for_elements_that_may_be_at_work_elsewhere() {
     assert!(bench.files().keys().all(|path| path.ends_with("lock")));
 }
 
-/// Runs of two hosts that share the data, but neither locks nor names of hosts.
+/// Runs on two hosts that share the data, but neither locks nor host names.
 struct Hosts<'a> {
     bench: &'a Bench,
     manifest: PathBuf,
 }
 
 impl Hosts<'_> {
-    /// Starts a run on a host; locks are taken on a file that only this host has.
+    /// Starts a run on a host whose lock file is not visible to the other host.
     fn start(&self, host: &str, arguments: &str) -> Child {
         let lock = self.bench.path(&format!("lock-of-{host}"));
         fs::write(&lock, "").unwrap();
@@ -188,14 +188,14 @@ impl Hosts<'_> {
     }
 }
 
-/// Whether this process may give itself names and folders of its own.
+/// Returns whether this process can create namespaces for host names and mounts.
 fn may_unshare() -> bool {
     let command =
         Command::new("unshare").args(["--mount", "--uts", "hostname", "elsewhere"]).output();
     command.is_ok_and(|output| output.status.success())
 }
 
-/// How often the hosts are killed; `ASPERITY_KILLS` asks for more.
+/// Returns how often the hosts are killed; `ASPERITY_KILLS` overrides the default.
 fn kills() -> usize {
     let asked = std::env::var("ASPERITY_KILLS").ok();
     asked.map_or(6, |asked| asked.parse().expect("a number"))
@@ -211,7 +211,7 @@ fn hosts_that_do_not_see_each_others_locks_lose_nothing_and_delete_nothing_of_ot
     alone.run(&study());
     let bench = Bench::new();
     let manifest = bench.write(&study());
-    // It makes the store, and the file that is locked.
+    // This run creates the store and the lock file.
     assert!(shard(&bench, &manifest, "1/1000000").status.success());
     let foreign = bench.data().join("store/unfinished/.unfinished-1@node-09-aB3dEf");
     fs::create_dir_all(foreign.parent().unwrap()).unwrap();
@@ -242,7 +242,7 @@ fn hosts_that_do_not_see_each_others_locks_lose_nothing_and_delete_nothing_of_ot
     }
     assert_eq!(fs::read(&foreign).unwrap(), b"half a table");
     let (mut found, expected) = (finished(&bench), finished(&alone));
-    // What the others may be writing still is not for one host to judge.
+    // One host must not delete files that another host may be writing.
     found.retain(|path, _| {
         !path.starts_with("store/unfinished")
             && !path.file_name().unwrap().to_string_lossy().starts_with(".unfinished")

@@ -1,4 +1,4 @@
-//! Archives of studies: what is unpacked is whole, can be checked, and runs.
+//! Archives of studies: unpacked archives are complete, pass their checksums, and can run.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::bench::{Bench, STUDY, is_idle, text};
 
 const DAY: &str = "2026-11-22";
 
-/// Shares the study in `study.toml`, with these options, as `NAME.zip`.
+/// Packs the study in `study.toml` into `NAME.zip` with these options.
 fn share(bench: &Bench, name: &str, options: &[&str]) -> PathBuf {
     let archive = bench.path(&format!("{name}.zip"));
     let [manifest, output] = [bench.path("study.toml"), archive.clone()];
@@ -221,7 +221,7 @@ fn an_archive_replaces_an_archive_and_nothing_else() {
 fn what_is_not_computed_is_told_of_and_the_rest_is_shared() {
     let bench = Bench::new();
     bench.run(STUDY);
-    // With more resamplings the law is another task, which no run has computed.
+    // With more bootstrap samples, the fit is a different task that has not run.
     bench.write(&STUDY.replace("bootstrap = 20", "bootstrap = 21"));
     let manifest = bench.path("study.toml");
     let output = bench.path("s.zip");

@@ -1,4 +1,4 @@
-//! The manifests that come with the program.
+//! Manifests that are shipped with the program.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ fn manifests() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests")
 }
 
-/// Every manifest that comes with the program.
+/// Returns every shipped manifest.
 pub fn all() -> Vec<PathBuf> {
     let entries = fs::read_dir(manifests()).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
@@ -20,7 +20,7 @@ pub fn all() -> Vec<PathBuf> {
     paths.filter(is_manifest).collect()
 }
 
-/// Runs a manifest; its tables have the columns that it promises.
+/// Runs a manifest and checks that its tables have the listed columns.
 fn run(bench: &Bench, name: &str) {
     let path = manifests().join(name).with_extension("toml");
     let output = bench.output(&["run", path.to_str().unwrap()]);
@@ -47,22 +47,23 @@ fn validation_finds_the_closed_forms() {
     run(&bench, "validation");
     let table = |stage: &str| bench.table("validation", stage);
 
-    // The contact is a strip of whole rows: its width is right to one node on each edge,
-    // of the 512 across the cell.
+    // The contact is a strip of whole rows; its width has an error of at most one of 512 nodes per
+    // edge.
     let wave = table("westergaard");
     let pairs = column(&wave, "area_fraction").into_iter().zip(column(&wave, "area_exact"));
     for (found, exact) in pairs {
         assert!((found - exact).abs() <= 2.0 / 512.0, "{found} {exact}");
     }
 
-    // Discs of 9 to 36 nodes across: the area wavers by the nodes that come and go on the edge, a
-    // few per cent at first; pressures at the centre hardly notice. Image forces are O((a/L)³).
+    // The contact has a diameter of 9 to 36 nodes. Single nodes on its edge change the area by a
+    // few per cent at first, but hardly the pressure at the centre. Periodic images give errors
+    // O((a/L)³).
     let hertz = table("hertz");
     assert!(column(&hertz, "area_error").iter().all(|error| error.abs() < 0.04));
     assert!(column(&hertz, "area_error").last().unwrap().abs() < 0.01);
     assert!(column(&hertz, "peak_pressure_error").iter().all(|error| error.abs() < 5e-3));
 
-    // Both asymptotes hold to their own next order: at p̄/p* of 0.002 to 0.01 and above 0.95.
+    // Both asymptotes hold up to their next order: at p̄/p* of 0.002 to 0.01, and above 0.95.
     let waves = table("waves");
     let share = column(&waves, "pressure_over_full");
     let area = column(&waves, "area_corrected");
@@ -82,7 +83,7 @@ fn validation_finds_the_closed_forms() {
     }
     assert!(seen.iter().all(|&count| count >= 3), "{seen:?}");
 
-    // The face is drawn node by node: its area is that of a disc to a node in 16 000 per edge node.
+    // The punch consists of whole nodes, so each edge node gives an error of one in 16 000 nodes.
     let punch = table("punch");
     assert!(column(&punch, "error").iter().all(|error| error.abs() < 2e-3));
 }
@@ -110,7 +111,7 @@ fn a_measured_surface_is_pressed_in_pascals_up_to_full_contact() {
     assert!(pressures[last - 1] < full && full <= pressures[last]);
     let gaps = column(&contact, "mean_gap");
     assert!(gaps.is_sorted_by(|a, b| a >= b));
-    // Nanometres of gap, under a map with 35 nm of roughness.
+    // The gap is a few nanometres for a roughness of 35 nm.
     assert!(gaps[0] < 5.0 * 35e-9 && gaps[0] > 35e-9, "{}", gaps[0]);
 }
 
@@ -128,14 +129,16 @@ fn a_scan_without_its_short_waves_is_smoother_and_touches_more() {
             assert!(cutoffs[row] > cutoffs[row - 1] && slopes[row] < slopes[row - 1]);
         }
     }
-    // Under one reduced load areas are nearly alike; under one pressure the smoother surface has more.
+    // At equal reduced loads the areas are similar; at equal pressures the smoother surface has
+    // more.
     let table = bench.table("measured", "table");
     assert_eq!(table.rows(), 48);
     let [areas, pressures] = ["area_percent", "pressure_gpa"].map(|name| column(&table, name));
     let slopes = column(&table, "rms_slope");
     for ((area, pressure), slope) in areas.iter().zip(&pressures).zip(&slopes) {
         let kappa = area / 100.0 * slope * 56.1 / pressure;
-        // Near 2.5 for the first contacts, and up to 1.7 times that on two nodes to the shortest wave.
+        // About 2.5 for the first contacts, and up to 1.7 times that with two nodes per shortest
+        // wave.
         assert!((1.2..4.3).contains(&kappa), "{kappa}");
     }
     let contact = bench.table("measured", "contact");

@@ -1,17 +1,16 @@
-//! How runs end that somebody stops.
+//! Runs that a signal stops.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
 use crate::bench::{Bench, STUDY, text};
 
-/// A study that takes longer than it takes to stop it.
+/// Study that runs longer than the test needs to stop it.
 fn long() -> String {
     STUDY.replace("nodes = 32", "nodes = 512").replace("realizations = 2", "realizations = 4")
 }
 
-/// Starts a run of the manifest, by way of a shell that does something before, and waits until
-/// tasks are under way.
+/// Starts a run from a shell that executes `before` first, and waits until tasks are running.
 fn start(bench: &Bench, manifest: &str, before: &str) -> Child {
     let path = bench.write(manifest);
     let mut run = Command::new("sh")
@@ -47,7 +46,7 @@ fn a_stopped_run_ends_as_shells_expect_of_the_signal() {
     }
 }
 
-/// As `nohup` starts it.
+/// Shell command that ignores SIGHUP, like `nohup`.
 #[test]
 fn a_run_that_ignores_the_end_of_its_terminal_outlives_it() {
     let bench = Bench::new();

@@ -1,5 +1,4 @@
-//! What is submitted to Slurm, and what its users meet first, with commands that stand in for those of
-//! Slurm; `tests/cluster.py` has real ones.
+//! Submission to Slurm with fake Slurm commands; `tests/cluster.py` uses real ones.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -10,14 +9,14 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, assert_same_files, text};
 
-/// A folder of commands by the names of Slurm's.
+/// Folder with fake Slurm commands.
 struct Slurm {
     bench: Bench,
     manifest: PathBuf,
 }
 
 impl Slurm {
-    /// With these commands, each a script of shell.
+    /// Creates the folder with these commands, each a shell script.
     fn with(commands: &[(&str, &str)]) -> Slurm {
         let bench = Bench::new();
         let manifest = bench.write(STUDY);
@@ -30,7 +29,7 @@ impl Slurm {
         Slurm { bench, manifest }
     }
 
-    /// One that takes every script, with jobs from 11 on, and writes down what it was asked for.
+    /// Creates a fake Slurm that accepts every script, numbers jobs from 11 and logs its calls.
     fn willing() -> Slurm {
         Slurm::with(&[
             ("sbatch", "echo \"$@\" >> \"$LOG\"; echo $((10 + $(/usr/bin/wc -l < \"$LOG\")))"),
@@ -44,14 +43,15 @@ impl Slurm {
         let manifest = self.manifest.to_str().unwrap();
         let mut asperity = self.bench.asperity(&[&[command, manifest], options].concat());
         asperity
-            // A machine of a cluster has commands of Slurm in the usual places.
+            // `PATH` contains only the fakes and basic commands, because this machine may have
+            // Slurm.
             .env("PATH", self.bench.path("bin"))
             .env("XDG_CONFIG_HOME", self.bench.path("config"))
             .env("LOG", self.bench.path("log"));
         asperity.output().unwrap()
     }
 
-    /// What a command that fails says, without the names of temporary folders.
+    /// Returns the error message of a failing command, without the names of temporary folders.
     fn refused(&self, command: &str, options: &[&str]) -> String {
         let output = self.output(command, options);
         assert!(!output.status.success(), "{}", text(&output.stdout));
@@ -92,7 +92,7 @@ fn an_array_is_submitted_and_a_job_after_it_however_it_ends() {
     let told = slurm.plain(&output.stdout);
     assert!(told.contains("job 11 computes, job 12 finishes"), "{told}");
     let element = fs::read_to_string(slurm.bench.data().join("cluster/small/element.sh")).unwrap();
-    // `MaxArraySize` is one more than the largest number.
+    // `MaxArraySize` is the largest index plus one.
     assert!(element.contains("$SLURM_ARRAY_TASK_ID/3\""), "{element}");
 }
 
@@ -151,7 +151,8 @@ fn the_last_job_computes_what_is_little_and_submits_again_what_is_much() {
         slurm.log().ends_with("--dependency=afterany:13 FOLDER/data/cluster/small/finish.sh 1\n")
     );
     assert!(!slurm.bench.data().join("results").exists());
-    // No round is left: what is missing is computed here, and all tables are those of a plain run.
+    // No round remains: the last job computes missing tasks, and the tables equal those of a plain
+    // run.
     let output = slurm.output("finish", &["--jobs", "1", "--round", "1"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_eq!(slurm.log().lines().count(), 4);
@@ -221,7 +222,7 @@ fn a_node_without_the_program_or_the_data_says_so() {
 }
 
 impl Slurm {
-    /// What a script that fails prints where it is an element.
+    /// Returns the output of a failing script that runs as an array element.
     fn printed_by(&self, script: &Path) -> String {
         let mut bash = Command::new("bash");
         bash.arg(script).env("SLURM_ARRAY_TASK_ID", "1").env("SLURM_ARRAY_JOB_ID", "11");
@@ -232,7 +233,7 @@ impl Slurm {
 }
 
 impl Slurm {
-    /// Runs the script of each element as a scheduler would.
+    /// Runs the script of each array element, like a scheduler.
     fn compute_elements(&self) {
         let script = self.bench.data().join("cluster/small/element.sh");
         for element in ["1", "2", "3"] {
@@ -242,7 +243,7 @@ impl Slurm {
         }
     }
 
-    /// Fails unless the tables are those that a plain run of the manifest writes.
+    /// Asserts that the tables equal those of a plain run of the manifest.
     #[track_caller]
     fn compare(&self, manifest: &str) {
         let alone = Bench::new();
@@ -266,7 +267,7 @@ fn scripts_compute_the_study_under_any_scheduler_that_counts() {
     slurm.compare(STUDY);
 }
 
-/// Submits a small study whose number of surfaces grows, and finishes it in rounds.
+/// Submits a small adaptive study and completes it in rounds.
 fn in_rounds(until: &str) {
     let realizations = format!("realizations = {until}");
     let growing = STUDY.replace("realizations = 2", &realizations);

@@ -1,4 +1,4 @@
-//! Statistics of surfaces, random surfaces with a given spectrum, and surfaces with a grain.
+//! Statistics of surfaces, random surfaces with a given spectrum, and anisotropic surfaces.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use asperity::tables::table::Table;
 use crate::bench::{Bench, is_idle, text};
 use crate::columns::assert_kept;
 
-/// A random surface as a scan, what is measured of it, and random surfaces with its spectrum.
+/// Study of a random surface as a scan, its statistics, and random surfaces with its spectrum.
 const ENSEMBLE: &str = r#"
 [study]
 name = "ensemble"
@@ -67,7 +67,7 @@ fn values(table: &Table, name: &str) -> Vec<f64> {
     column.map(|value| value.expect("no nulls")).collect()
 }
 
-/// Means and standard deviations of a column, by the values of another.
+/// Returns means and standard deviations of a column, grouped by another column.
 fn by(table: &Table, key: &str, name: &str) -> BTreeMap<u64, (f64, f64)> {
     let mut groups: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
     for (key, value) in values(table, key).into_iter().zip(values(table, name)) {
@@ -92,12 +92,12 @@ fn surfaces_drawn_from_a_measured_spectrum_have_it_within_their_scatter() {
     let drawn = by(&drawn, "wavenumber", "spectral_density");
     let rings = values(&scan, "wavenumber").into_iter();
     let densities = values(&scan, "spectral_density");
-    // Beyond the cutoff there is the rounding of transforms alone.
+    // Beyond the cutoff, only rounding errors of the transforms remain.
     let least = 1e-20 * densities.iter().copied().fold(0.0, f64::max);
     let mut compared = 0;
     for (wavenumber, density) in rings.zip(densities).filter(|ring| ring.1 > least) {
         let (mean, sd) = drawn[&wavenumber.to_bits()];
-        // Of 30 rings none deviates by four standard errors, of 20 skewed densities.
+        // None of 30 rings deviates by four standard errors; each is a mean of 20 skewed densities.
         let error = sd / 20_f64.sqrt();
         assert!((mean - density).abs() <= 4.5 * error, "{wavenumber}: {mean} {density}");
         compared += 1;
@@ -124,7 +124,7 @@ fn more_surfaces_of_a_measured_spectrum_keep_those_that_are_there() {
     bench.run(&ENSEMBLE.replace("realizations = 20", "realizations = 5"));
     let after = bench.table("ensemble", "drawn");
     assert_eq!(values(&before, "rms_height"), values(&after, "rms_height")[..3]);
-    // Another scan, other surfaces.
+    // Another scan gives other surfaces.
     bench.run_with(&few.replace("seed = 3", "seed = 4"), &["--replace"]);
     let other = bench.table("ensemble", "drawn");
     assert_ne!(values(&before, "rms_height"), values(&other, "rms_height"));
@@ -174,7 +174,7 @@ what = "roughness"
     }
     let (_, redrawn) = heights("side = 20\nheights = \"redraw\"");
     assert_eq!(micrometres, redrawn);
-    // Results can be read without the file.
+    // The results can be read without the file of the scan.
     fs::rename(bench.path("spectrum.csv"), bench.path("elsewhere.csv")).unwrap();
     let path = bench.path("study.toml");
     let shown = bench.output(&["table", path.to_str().unwrap(), "surfaces"]);
@@ -230,12 +230,12 @@ over = ["m20", "m02"]
     let (along_x, along_y) = (values(&mean, "m20_mean"), values(&mean, "m02_mean"));
     assert_eq!(along_x.len(), 3);
     let ratios: Vec<f64> = along_y.iter().zip(&along_x).map(|(y, x)| y / x).collect();
-    // Means of two surfaces of some 900 modes each, a third of that with the grain.
+    // Means over two surfaces with about 900 modes each, a third of that with anisotropy.
     assert!((ratios[0] - 1.0).abs() < 0.3, "{ratios:?}");
     assert!((ratios[1] / 9.0 - 1.0).abs() < 0.4, "{ratios:?}");
     assert!((ratios[2] * 9.0 - 1.0).abs() < 0.4, "{ratios:?}");
 
-    // A ratio of 1 is a value: a data frame grouped by the ratio keeps these surfaces.
+    // The ratio is 1, not null, so grouping a data frame by the ratio keeps these surfaces.
     for table in [bench.table("grain", "surfaces"), bench.table("grain", "mean")] {
         let column = |name| table.reals(name).unwrap();
         let (ratios, angles) = (column("anisotropy_ratio"), column("anisotropy_angle"));
@@ -248,7 +248,7 @@ over = ["m20", "m02"]
         }
     }
 
-    // A surface with the ratio 1 is the surface of a stage that writes no grain, by the same name.
+    // A ratio of 1 gives the same surface with the same key as a stage without anisotropy.
     let plain = manifest.replace(
         "anisotropy = [{ ratio = 1 }, { ratio = 3.0 }, { ratio = 3.0, angle = 90 }]\n",
         "",

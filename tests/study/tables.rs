@@ -1,4 +1,4 @@
-//! What `table` prints of a study.
+//! Output of `asperity table`.
 
 use std::io::Read;
 use std::process::Stdio;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};
 
-/// What `table` prints on standard output.
+/// Returns the standard output of `table`.
 fn table(bench: &Bench, arguments: &[&str]) -> String {
     let path = bench.path("study.toml");
     let all = [&["table", path.to_str().unwrap()], arguments].concat();
@@ -16,7 +16,7 @@ fn table(bench: &Bench, arguments: &[&str]) -> String {
     text(&output.stdout)
 }
 
-/// What `table` says on standard error when it ends with `code`.
+/// Returns the standard error of `table`, which must end with `code`.
 fn refusal(bench: &Bench, arguments: &[&str], code: i32) -> String {
     let path = bench.path("study.toml");
     let all = [&["table", path.to_str().unwrap()], arguments].concat();
@@ -147,13 +147,13 @@ fn what_is_not_computed_names_the_command_that_computes_it() {
 fn a_table_follows_its_manifest_and_says_what_is_missing() {
     let bench = Bench::new();
     bench.run(STUDY);
-    // Two surfaces of each spectrum are there, a third is asked for.
+    // Two surfaces per spectrum exist, and the manifest requests a third.
     let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
     let output = bench.output(&["table", path.to_str().unwrap(), "area", "--json"]);
     assert_eq!(text(&output.stdout).lines().count(), 16);
     let told = text(&output.stderr);
     assert!(told.contains("4 of 6 tasks"), "{told}");
-    // One surface is too many now: the table on disk holds rows that the manifest does not.
+    // The manifest has one surface less than the table on disk.
     bench.write(&STUDY.replace("realizations = 2", "realizations = 1"));
     assert_eq!(table(&bench, &["area", "--json"]).lines().count(), 8);
 }

@@ -1,4 +1,4 @@
-//! Files of surface topography, through the command.
+//! The command `asperity surface`.
 
 use std::fs;
 use std::io::Cursor;
@@ -74,7 +74,7 @@ fn missing_points_are_told_and_drawn() {
     let frame = reader.next_frame(&mut bytes).unwrap();
     assert_eq!((frame.width, frame.height), (150, 300));
     let (pixels, _) = bytes.as_chunks::<3>();
-    // The highest heights are yellow: they have green in them, too.
+    // The highest points are yellow, which contains green, too.
     let holes = pixels.iter().filter(|[red, green, _]| *red > 200 && *green < 100);
     assert_eq!(holes.count(), 12314);
 }

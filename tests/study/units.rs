@@ -1,8 +1,8 @@
-//! Units are the user's choice.
+//! Results in other units of length and pressure.
 
 use crate::bench::{Bench, STUDY};
 
-/// What has no unit: Nayak's parameter, the load at full contact, and the areas.
+/// Dimensionless columns: Nayak's parameter, the load at full contact, and the areas.
 fn without_units(side: &str, rms_slope: &str, effective_modulus: &str) -> (Vec<f64>, Vec<f64>) {
     let units = format!("nodes = 32\nside = {side}\nrms_slope = {rms_slope}");
     let modulus = format!("from = \"surfaces\"\neffective_modulus = {effective_modulus}");
@@ -29,7 +29,7 @@ fn what_has_no_unit_is_the_same_at_the_ends_of_the_units_that_may_be_chosen() {
         let [side, rms_slope, effective_modulus] = units;
         let (scaled_surfaces, scaled_areas) = without_units(side, rms_slope, effective_modulus);
         for (scaled, plain) in scaled_surfaces.iter().zip(&surfaces) {
-            // To the rounding of some dozen operations.
+            // The tolerance covers the rounding of some dozen operations.
             assert!((scaled / plain - 1.0).abs() < 1e-13, "{units:?}");
         }
         assert_eq!(scaled_areas, areas, "{units:?}");

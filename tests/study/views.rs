@@ -1,4 +1,4 @@
-//! Maps of single tasks as pictures.
+//! The command `asperity view`.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};
 
-/// Width and pixels of a picture, row by row from the top.
+/// Returns the width and the pixels of a picture, row by row from the top.
 fn pixels(path: &Path) -> (usize, Vec<[u8; 3]>) {
     let file = BufReader::new(File::open(path).unwrap());
     let mut decoder = png::Decoder::new(file);
@@ -23,7 +23,7 @@ fn pixels(path: &Path) -> (usize, Vec<[u8; 3]>) {
     (frame.width as usize, pixels.to_vec())
 }
 
-/// A picture that must come about, and what is said of it.
+/// Draws a picture, which must succeed, and returns it with the output of the command.
 fn view(bench: &Bench, arguments: &[&str]) -> (Value, Vec<u8>) {
     let path = bench.path("view.png");
     let options = ["--json", "--replace", "--output", path.to_str().unwrap()];
@@ -87,7 +87,7 @@ fn refused(bench: &Bench, arguments: &[&str]) -> String {
     text(&output.stderr)
 }
 
-/// The first task of a stage.
+/// Returns the key of the first task of a stage.
 fn first_task(bench: &Bench, stage: &str) -> String {
     let table = bench.table("small", stage);
     table.texts("task").unwrap().value(0).to_owned()
@@ -185,7 +185,7 @@ fn pressures_are_drawn_where_they_are_kept() {
     let table = bench.table("small", "light");
     assert_eq!(told["load"], table.reals("load").unwrap().value(3));
     assert_eq!(told["lowest"], 0.0);
-    // As told and read again: this parser is exact but for the last bit.
+    // The number was printed and parsed; the parser is exact up to the last bit.
     let peak = table.reals("peak_pressure").unwrap().value(3).to_string();
     let peak: serde_json::Value = serde_json::from_str(&peak).unwrap();
     assert_eq!(told["highest"], peak);

@@ -1,4 +1,4 @@
-//! Studies that draw surfaces until claims are decided.
+//! Adaptive sampling until claims are decided.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::planned;
 use crate::bench::{Bench, assert_same_files, is_idle, text};
 
-/// Two spectra under the loads that claims ask for, with a fit and means of them.
+/// Study of two spectra at the loads of the claims, with a fit and means.
 fn study(realizations: &str) -> String {
     format!(
         r#"
@@ -61,7 +61,7 @@ fn until(condition: &str, [at_least, at_most]: [u32; 2]) -> String {
 
 const GROWS: &str = "decided(area-grows-with-k-lower)";
 
-/// The verdict on a claim, with how many surfaces it rests on.
+/// Returns the verdict on a claim and its number of surfaces.
 fn verdict(bench: &Bench, name: &str) -> (String, i64) {
     let path = bench.path("study.toml");
     let output = bench.output(&["claims", path.to_str().unwrap(), "--json"]);
@@ -97,7 +97,7 @@ fn surfaces_are_drawn_until_a_named_claim_is_decided_and_no_more() {
     assert!(["holds", "does not hold"].contains(&verdict.as_str()), "{verdict}");
     assert_eq!(of, surfaces);
     assert!(bench.run(&manifest).values().all(is_idle));
-    // Fits and means are of the final number alone.
+    // Fits and means use only the final number of surfaces.
     for stage in ["law", "means"] {
         let rows = bench.table("decided", stage);
         let of = rows.integers(if stage == "law" { "surfaces" } else { "count" }).unwrap();
@@ -128,7 +128,7 @@ fn threads_kills_and_larger_studies_before_change_no_number_of_surfaces_and_no_b
     }
     killed.run(&manifest);
     assert_same_files(&results(&one), &results(&killed));
-    // More surfaces than are asked for are there already: as many are asked for as without them.
+    // Existing additional surfaces do not change the number that is requested.
     later.run(&study("40"));
     later.run(&manifest);
     for stage in ["area", "law", "means"] {
