@@ -1,14 +1,19 @@
 //! Initial guess of a search: extrapolation from the last two solutions, or heights, or full
 //! contact.
 //!
-//! Of the two solutions the first may be the surface without contact. Without an earlier load the
-//! guess is made from the heights or from the pressure of full contact. A light load bends the
-//! half-space by less than nodes differ in height. Most of the pressure of another guess would have
-//! to be removed again, in moves so much larger than the final pressure that single precision would
-//! lose it. For other first loads, the contact area is known within a factor, and a small contact
-//! is where the surface is highest. Of the nodes in contact under 0.006 E* × rms slope (k_lower =
-//! 4, k_upper = 64, 1024²), 71 of 100 are among as many highest nodes, and 46 among as many nodes
-//! with the largest pressure of full contact; under 0.3, 85 and 90.
+//! The first of the two solutions may be the surface without contact. If there is no earlier load,
+//! the guess depends on the load:
+//!
+//! - A light load bends the half-space by less than nodes differ in height, so the guess is made
+//!   from the heights. Any other guess would press on too many nodes. Removing that pressure takes
+//!   moves so much larger than the final pressure that single precision would lose it.
+//! - For a small contact, the guess presses on the highest nodes. The contact area is known within
+//!   a factor, and a small contact is where the surface is highest.
+//! - Otherwise the guess is the pressure of full contact.
+//!
+//! Under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²), 71 of 100 nodes in contact are
+//! among as many highest nodes, and 46 among as many nodes with the largest pressure of full
+//! contact. Under 0.3 they are 85 and 90.
 
 use std::mem::{swap, take};
 use std::ops::RangeInclusive;
