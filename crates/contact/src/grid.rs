@@ -11,10 +11,8 @@ pub enum Boundary {
     /// The surface is periodic along x and y.
     #[default]
     Periodic,
-    /// The map is an isolated patch on a half-space.
-    ///
-    /// The pressure beyond the edges is zero, displacements are absolute, and contact and clusters
-    /// end at the edges.
+    /// The map is an isolated patch on a half-space: the pressure beyond the edges is zero,
+    /// displacements are absolute, and contact and clusters end at the edges.
     Free,
 }
 
