@@ -1,8 +1,9 @@
-//! Pictures: curves as vectors, maps of a surface as pixels. They know no study and no file.
+//! Drawings: curves as vectors, maps of surfaces as pixels. This module is independent of studies
+//! and files.
 //!
-//! A [`chart::Chart`] and a [`map_panel::MapPanel`] are what to draw. A [`Figure`] puts them side by
-//! side above one legend and turns them into SVG, which [`svg`] turns into PNG. Equal data give equal
-//! bytes.
+//! A [`chart::Chart`] or a [`map_panel::MapPanel`] describes one panel. A [`Figure`] arranges
+//! panels above a common legend and draws them as SVG, which [`svg`] converts to PNG. Equal data
+//! give equal bytes.
 
 pub mod axis;
 pub mod chart;
@@ -21,7 +22,7 @@ use crate::charts::map_panel::{Frame, MapPanel, WORDS};
 use crate::charts::style::{Colour, Style};
 use crate::charts::svg::{finished, shift, width_of};
 
-/// The family of all words: the font that travels with the program comes first.
+/// Font family of all texts; the font that is part of the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
 /// Space around everything, in pixels.
@@ -56,7 +57,7 @@ impl Figure {
         Figure::of_charts(vec![vec![chart]], [600.0, 410.0])
     }
 
-    /// Two charts side by side: nothing of one lies over the other.
+    /// Creates a figure with two charts side by side.
     pub fn of_two(left: Chart, right: Chart) -> Figure {
         Figure::of_charts(vec![vec![left, right]], [430.0, 340.0])
     }
@@ -66,8 +67,8 @@ impl Figure {
         Figure { rows: rows.into_iter().map(|row| panels(row).collect()).collect(), panel }
     }
 
-    /// The figure as SVG in the variables of [`style`]; `name` keeps its parts apart from
-    /// those of other figures on a page.
+    /// Returns the figure as SVG with the colour variables of [`style`]. `name` makes its
+    /// identifiers unique on a page.
     pub fn to_svg(&self, name: &str) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
         let [panel_width, panel_height] = self.panel;
@@ -108,12 +109,12 @@ impl Figure {
     }
 }
 
-/// Rows of two charts: on a page, words of more would be small.
+/// Arranges charts in rows of two, because texts of more would be too small on a page.
 pub fn in_pairs(charts: Vec<Chart>) -> Vec<Vec<Chart>> {
     in_rows(2, charts)
 }
 
-/// Rows of so many, the last of what is left.
+/// Arranges items in rows of `columns`; the last row may be shorter.
 pub fn in_rows<T>(columns: usize, mut all: Vec<T>) -> Vec<Vec<T>> {
     let mut rows = Vec::new();
     while !all.is_empty() {
@@ -123,7 +124,7 @@ pub fn in_rows<T>(columns: usize, mut all: Vec<T>) -> Vec<Vec<T>> {
     rows
 }
 
-/// Width and height of panels that hold each of these maps, in pixels.
+/// Returns width and height of panels that hold each of these maps, in pixels.
 pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> [f64; 2] {
     let frame = Frame::of(panels.filter_map(Panel::map), width);
     [width, frame.height(width)]
@@ -136,19 +137,19 @@ fn place(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
     scene.defs.extend(drawn.defs);
 }
 
-/// Between the left ends of a sample and of its words.
+/// Distance between the left ends of a sample and of its label, in pixels.
 const SAMPLE: f64 = 32.0;
-/// Between two columns.
+/// Distance between two columns of the legend, in pixels.
 const GUTTER: f64 = 16.0;
 
-/// An entry: how a series looks and what it is.
+/// Entry of a legend: style and label of a series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     style: Style,
     label: String,
 }
 
-/// The named series, each name once, in order of appearance.
+/// Returns the entries of named series, each name once, in order of appearance.
 pub fn entries<'a>(series: impl Iterator<Item = &'a Series>) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     for series in series {
@@ -160,13 +161,14 @@ pub fn entries<'a>(series: impl Iterator<Item = &'a Series>) -> Vec<Entry> {
     entries
 }
 
-/// What has markers, and below it what has none, each laid out in columns that fit a width.
+/// Legend with the series that have markers and, below, those without, both in columns that fit a
+/// width.
 pub struct Legend {
     blocks: Vec<Block>,
     words: u32,
 }
 
-/// Entries in columns of one width.
+/// Entries in columns of equal width.
 struct Block {
     entries: Vec<Entry>,
     columns: usize,
@@ -174,7 +176,7 @@ struct Block {
 }
 
 impl Block {
-    /// As many columns as the longest entry allows, of rows as even as can be.
+    /// Arranges entries in as many columns as the longest entry allows, with evenly filled rows.
     fn new(entries: Vec<Entry>, width: f64, words: u32) -> Block {
         let longest = entries.iter().map(|entry| width_of(&entry.label, words));
         let column = SAMPLE + longest.fold(0.0, f64::max) + GUTTER;
@@ -209,7 +211,7 @@ impl Legend {
         self.row() * rows as f64
     }
 
-    /// Draws it centred below `top`, down the columns.
+    /// Draws the legend centred below `top`, filling columns first.
     pub fn draw(&self, scene: &mut Scene, top: f64, width: f64) {
         let widest = self.blocks.iter().map(Block::width).fold(0.0, f64::max);
         let left = (width - widest).max(0.0) / 2.0;
@@ -260,7 +262,7 @@ impl Legend {
     }
 }
 
-/// A single marker at a place of the figure: the middle of a chart whose axes are left out.
+/// Draws a single marker at a point of the figure, as the centre of a chart without its axes.
 fn marker_at(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
     let layout = Layout::new((0.0, 1.0), (0.0, 1.0)).with_width(100.0).with_height(100.0);
     let computed = ComputedLayout::from_layout(&layout);
@@ -330,7 +332,7 @@ mod tests {
     fn charts_of_a_sheet_stand_beside_each_other() {
         let chart = || Chart::new(Axis::linear("x"), Axis::linear("y"));
         let svg = Figure::of_two(chart(), chart()).to_svg("two");
-        // Each in its own group, the second one the width of a panel and a gap to the right.
+        // Each chart is in its own group; the second is shifted by the width of a panel and a gap.
         let groups: Vec<&str> = svg.split("translate(").skip(1).collect();
         assert!(groups[0].starts_with("8.0,8.0)"), "{}", &groups[0][..20]);
         assert!(groups[1].starts_with("448.0,8.0)"), "{}", &groups[1][..20]);

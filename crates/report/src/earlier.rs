@@ -1,7 +1,7 @@
-//! An earlier report: what it shows, whether it was changed, and whether it may be replaced.
+//! An earlier report: its contents, detection of changes, and permission to replace it.
 //!
-//! A page holds its [`Basis`] as JSON: the figures and rows that it shows, and digests of the figures'
-//! files. It ends with a digest of all before it.
+//! A page contains its [`Basis`] as JSON: the figures and rows that it shows, and digests of the
+//! files of the figures. It ends with a digest of the preceding text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -16,15 +16,15 @@ use crate::{FIGURES, PAGE, ReportError};
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, lock_to_read};
 
-/// What stands before and behind the basis on a page.
+/// Text before and after the basis on a page.
 const BASIS: [&str; 2] = ["id=\"basis\">", "</script>"];
-/// What stands before and behind the digest at the end of a page.
+/// Text before and after the digest at the end of a page.
 const SEAL: [&str; 2] = ["<!-- blake3 ", " -->\n"];
 
-/// What a page rests on, so that no page takes the place of one that shows more.
+/// Contents of a page, which prevent that a page replaces one that shows more.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
-    /// The study's name; pages of earlier programs have none.
+    /// Name of the study; empty for pages of earlier versions.
     #[serde(default)]
     study: String,
     figures: BTreeSet<String>,
@@ -49,14 +49,14 @@ impl Basis {
         serde_json::to_string(self).expect("it is plain data")
     }
 
-    /// Reads the basis that a page holds.
+    /// Reads the basis of a page.
     fn of_page(page: &str) -> Option<Basis> {
         let (_, rest) = page.split_once(BASIS[0])?;
         let (json, _) = rest.split_once(BASIS[1])?;
         serde_json::from_str(json).ok()
     }
 
-    /// What the page in a file shows and this does not, in words.
+    /// Describes what the page in a file shows and this one does not.
     pub fn lacks_of(&self, page: &Path) -> Vec<String> {
         let page = fs::read_to_string(page);
         match page.as_deref().map(Basis::of_page) {
@@ -83,7 +83,7 @@ impl Basis {
     }
 }
 
-/// Adds the digest by which a page tells whether it has been changed.
+/// Adds the digest that detects changes of a page.
 pub fn sealed(page: String) -> String {
     let digest = digest(page.as_bytes());
     page + SEAL[0] + &digest + SEAL[1]
@@ -99,8 +99,8 @@ fn digest(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_string()
 }
 
-/// The page in a folder and the figures beside it, as far as they are there and not as they were
-/// written together; waits for a report that is being written.
+/// Returns the page in a folder and its figures, if they exist and were changed after the report
+/// was written. Waits for a report that is being written.
 pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
     let _unchanging = lock_to_read(folder);
     let page = folder.join(PAGE);
@@ -117,12 +117,11 @@ pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
     page.into_iter().chain(figures).collect()
 }
 
-/// Checks that a report in a folder that the user names replaces nothing but an earlier report of the
-/// same study.
+/// Checks that a report in a folder chosen by the user only replaces an earlier report of the same
+/// study.
 ///
-/// # Errors
-/// When another page or figure is there. A page that no report wrote is never replaced, others are
-/// if that is asked for.
+/// # Errors If the folder contains another page or figure. A page that is not a report is never
+/// replaced; other files are with [`Existing::Replace`].
 pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<(), ReportError> {
     let page = folder.join(PAGE);
     let basis = match fs::read(&page) {

@@ -1,4 +1,5 @@
-//! Curves of statistically equal surfaces under ascending loads: means over them and error bars.
+//! Curves of ensembles, the surfaces of one parameter point: means and error bars at ascending
+//! loads.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -15,10 +16,10 @@ use asperity_stages::grids;
 use asperity_tables::column::Column;
 use asperity_tables::table::{Table, TableError};
 
-/// Where a group of surfaces stands in the study: its coordinates, as text, by name.
+/// Parameter point of a group of surfaces: values as text, by name.
 pub type Point = BTreeMap<String, String>;
 
-/// Where the nodes of a point's surfaces lie, if it says so.
+/// Returns the grid of the surfaces at a point, if the point contains it.
 pub fn grid(point: &Point) -> Option<Grid> {
     let number = |column: &Column| point.get(column.name)?.parse::<f64>().ok();
     let pair = |[either, x, y]: [Column; 3]| match number(&either) {
@@ -29,11 +30,11 @@ pub fn grid(point: &Point) -> Option<Grid> {
     grids::grid(nodes, pair([SIDE, SIDE_X, SIDE_Y])?).ok()
 }
 
-/// Surfaces of one parameter point under ascending loads.
+/// Surfaces of one parameter point at ascending loads.
 #[derive(Debug)]
 pub struct EnsembleCurves<'a> {
     pub point: Point,
-    /// Which estimate of the area the rows hold; none as it was counted.
+    /// Correction of the area; `None` for the counted area.
     pub correction: Option<String>,
     pub surfaces: usize,
     table: &'a Table,
@@ -41,22 +42,22 @@ pub struct EnsembleCurves<'a> {
     bars: Bars,
 }
 
-/// A quantity under one load, over the surfaces of an ensemble.
+/// Mean of a quantity at one load over the surfaces of an ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
     pub load: f64,
     pub mean: f64,
-    /// Half the length of its error bar; none of a single surface.
+    /// Half the length of the error bar; `None` for a single surface.
     pub half_bar: Option<f64>,
 }
 
 impl Mean {
-    /// The ends of its error bar.
+    /// Returns the ends of the error bar.
     pub fn bar(&self) -> Option<[f64; 2]> {
         ends(self.mean, self.half_bar)
     }
 
-    /// The quantity in another unit.
+    /// Converts the quantity to another unit.
     pub fn times(&self, factor: f64) -> Mean {
         Mean {
             load: self.load,
@@ -65,7 +66,7 @@ impl Mean {
         }
     }
 
-    /// The quantity over the load: the secant of its curve.
+    /// Divides the quantity by the load, which is the secant of its curve.
     pub fn secant(&self) -> Mean {
         Mean {
             load: self.load,
@@ -75,7 +76,7 @@ impl Mean {
     }
 }
 
-/// The ensembles of a table of loads, in order of appearance.
+/// Returns the ensembles of a table of loads, in order of appearance.
 pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableError> {
     let ensembles = ensemble::ensembles(table)?.into_iter();
     Ok(ensembles
@@ -94,12 +95,12 @@ pub fn point(table: &Table, row: usize) -> Point {
     told(ensemble::Point::of_row(table, row))
 }
 
-/// Parameters as text, but for the estimator of the area.
+/// Converts parameters to text, except the correction of the area.
 fn told(point: ensemble::Point) -> Point {
     let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
     let mut point: Point =
         point.iter().map(|(name, value)| (name.to_owned(), value.to_string())).collect();
-    // A spectrum without a plateau is told by two wavenumbers.
+    // Two wavenumbers name a spectrum without a plateau.
     if point.get(K_ROLLOFF.name) == point.get(K_LOWER.name) {
         point.remove(K_ROLLOFF.name);
     }
@@ -107,13 +108,13 @@ fn told(point: ensemble::Point) -> Point {
 }
 
 impl EnsembleCurves<'_> {
-    /// Whether its table has a column.
+    /// Returns true if the table has a column.
     pub fn has(&self, column: &str) -> bool {
         self.table.has(column)
     }
 
-    /// A quantity under each load that all surfaces have: a mean curve ends where the first of its
-    /// surfaces reaches full contact, for it has no rows beyond.
+    /// Returns the means of a quantity at the loads that all surfaces have. A curve ends where the
+    /// first surface reaches full contact, because it has no rows beyond.
     pub fn mean(&self, column: &str) -> Result<Vec<Mean>, TableError> {
         let values = self.table.reals(column)?;
         let means = self.complete().filter_map(|(load, rows)| {
@@ -125,9 +126,9 @@ impl EnsembleCurves<'_> {
         Ok(means.collect())
     }
 
-    /// The slope of the mean of a quantity that vanishes at no load, the first one from there: half way
-    /// between two loads, difference over difference. Bars are of slopes of single surfaces, which
-    /// scatter much less than their areas do.
+    /// Returns the slope of the mean of a quantity, half way between neighbouring loads, by
+    /// differences. The first difference starts at zero load, where the quantity vanishes. Bars
+    /// come from the slopes of single surfaces, which scatter much less than their areas.
     pub fn slope(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let mut before = (0.0, vec![0.0; self.surfaces]);
@@ -144,9 +145,9 @@ impl EnsembleCurves<'_> {
         Ok(slopes)
     }
 
-    /// The growth of the mean contact pressure y/a with the load y, area a by the given column, against
-    /// the mean of the areas under two neighbouring loads; difference over difference. Its error is the delete-one jackknife's: the pressure is not a mean
-    /// over surfaces.
+    /// Returns the growth of the mean contact pressure y/a with the load y, by differences, against
+    /// the mean area of two neighbouring loads. `column` contains the area a. The error is that of
+    /// the delete-one jackknife, because the pressure is not a mean over surfaces.
     pub fn pressure_growth(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let complete = self.complete().map(|(load, rows)| {
@@ -168,7 +169,8 @@ impl EnsembleCurves<'_> {
             let without =
                 without.map(|(area, next)| rise(sum - area, next_sum - next, count - 1.0));
             let without: Vec<f64> = without.collect();
-            // Of n values that leave one out each, the scatter is that of the mean over n − 1.
+            // The standard deviation of the n leave-one-out values, times n − 1, is that of one
+            // value.
             let half = deviation(&without)
                 .map(|scatter| self.bars.half((count - 1.0) * scatter, areas.len()));
             DataPoint { x: (sum + next_sum) / (2.0 * count), y: growth, bar: ends(growth, half) }
@@ -176,8 +178,8 @@ impl EnsembleCurves<'_> {
         Ok(growth.collect())
     }
 
-    /// A quantity over one of another ensemble of the same surfaces, surface by surface, under each load
-    /// that all of them have in both.
+    /// Returns the mean ratio of a quantity to that of another ensemble of the same surfaces, at
+    /// the loads that all surfaces have in both. Ratios are computed for each surface.
     pub fn ratio(
         &self,
         column: &str,
@@ -203,24 +205,25 @@ impl EnsembleCurves<'_> {
         Ok(means.collect())
     }
 
-    /// The loads that all surfaces have, with a row of each.
+    /// Returns the loads that all surfaces have, with the row of each surface.
     fn complete(&self) -> impl Iterator<Item = (Load, Vec<usize>)> {
         let loads = self.rows.loads.iter().enumerate();
         loads.filter_map(|(place, &load)| Some((load, self.rows.complete(place)?)))
     }
 }
 
+/// Meaning of error bars.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bars {
-    /// Standard errors of the mean: how well it is known.
+    /// Standard errors of the mean.
     #[default]
     Sem,
-    /// Standard deviations over the surfaces, as in the paper: how they scatter.
+    /// Standard deviations over the surfaces, as in the paper.
     Sd,
 }
 
 impl Bars {
-    /// Half the length of a bar, from the standard deviation of so many values.
+    /// Returns half the length of a bar, from the standard deviation of `count` values.
     pub fn half(self, deviation: f64, count: usize) -> f64 {
         match self {
             Bars::Sem => deviation / (count as f64).sqrt(),
@@ -238,13 +241,13 @@ impl fmt::Display for Bars {
     }
 }
 
-/// Arithmetic mean and, of more than one value, half the length of its error bar.
+/// Returns the mean and, for more than one value, half the length of its error bar.
 pub fn mean_and_half_bar(values: &[f64], bars: Bars) -> (f64, Option<f64>) {
     let half = deviation(values).map(|deviation| bars.half(deviation, values.len()));
     (mean(values), half)
 }
 
-/// The ends of a bar about a value.
+/// Returns the ends of a bar about a value.
 pub fn ends(value: f64, half: Option<f64>) -> Option<[f64; 2]> {
     half.map(|half| [value - half, value + half])
 }
@@ -253,7 +256,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Standard deviation over n − 1, of more than one value.
+/// Returns the standard deviation with divisor n − 1, or `None` for fewer than two values.
 pub fn deviation(values: &[f64]) -> Option<f64> {
     let mean = mean(values);
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();

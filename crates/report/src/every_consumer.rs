@@ -1,4 +1,4 @@
-//! Every coordinate there is, swept, before everybody who sorts rows into ensembles.
+//! Tests of all code that sorts rows into ensembles, with each coordinate swept.
 
 use crate::ensembles as report;
 use crate::ensembles::Bars;
@@ -14,20 +14,20 @@ use asperity_tables::table::Table;
 
 const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 
-/// Coordinates that place rows about something else than the contact of one surface.
+/// Coordinates of rows that do not describe the contact of one surface.
 const ELSEWHERE: [&str; 7] =
     [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
-/// Surfaces with a grain are all left out of claims, and so are asperity models.
+/// Coordinates of anisotropic surfaces and asperity models, which claims leave out.
 const LEFT_OUT: [&str; 3] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
 
-/// Every column that places measured or corrected contacts.
+/// Returns all coordinates of measured or corrected contacts.
 fn coordinates() -> Vec<Column> {
     let kinds = [Kind::Generate, Kind::Solve, Kind::Measure, Kind::Correct];
     let all = kinds.into_iter().flat_map(columns_of);
     all.filter(|column| column.role.is_coordinate() && !ELSEWHERE.contains(&column.name)).collect()
 }
 
-/// One value of a coordinate, or another.
+/// Returns one of two values of a coordinate.
 fn value(column: &Column, which: usize) -> Value {
     let number = which as f64 + 1.0;
     match column.kind {
@@ -37,7 +37,8 @@ fn value(column: &Column, which: usize) -> Value {
     }
 }
 
-/// Cells of one row: two surfaces under two loads each, for either value of the swept coordinate.
+/// Returns the cells of one row of a table with two surfaces and two loads, for either value of the
+/// swept coordinate.
 fn cells(swept: &Column, which: usize, surface: usize, load: usize) -> Vec<(Column, Value)> {
     let of = |column: &Column| {
         let place = match column.name {
@@ -51,7 +52,7 @@ fn cells(swept: &Column, which: usize, surface: usize, load: usize) -> Vec<(Colu
     coordinates().iter().map(of).collect()
 }
 
-/// Contacts as they are measured and corrected, with one coordinate swept.
+/// Returns a table of measured and corrected contacts with one coordinate swept.
 fn swept(column: &Column) -> Table {
     let states = [(0, 0), (0, 1), (1, 0), (1, 1)];
     let rows = [0, 1].map(|which| states.map(|(surface, load)| (which, surface, load)));
@@ -70,12 +71,12 @@ fn swept(column: &Column) -> Table {
     Table::stack(&tables.collect::<Vec<_>>()).unwrap()
 }
 
-/// How many different states of surfaces the rows are about: of surfaces that differ by realization
-/// or load alone, sweeping either of them repeats rows.
+/// Returns the number of different states among the eight rows. Sweeping the realization or the
+/// load repeats rows.
 fn states(column: &Column) -> usize {
     match column.name {
         "realization" | "load" => 4,
-        // The name of a surface follows from the rest, and so do coordinates in another unit.
+        // The name of a surface and coordinates in another unit follow from other coordinates.
         "surface" => 4,
         _ if column.role == Role::Derived => 4,
         _ => 8,
@@ -121,7 +122,7 @@ fn fits_over_meshes_take_every_row_once() {
         let fitted = fit::fitted(&params, &swept(&column)).unwrap();
         let pooled = fitted.texts("pooled").unwrap();
         let single = pooled.iter().filter(|what| *what == Some("nothing")).count();
-        // Meshes and corrections of one surface under one load are one line.
+        // All meshes and corrections of a surface at a load enter one line.
         let varied = ["nodes", "nodes_x", "nodes_y", "correction", "coefficient"];
         let is_varied = varied.contains(&column.name);
         let expected = if is_varied { 4 } else { states(&column) };
@@ -154,7 +155,7 @@ fn figures_show_every_row_once() {
         assert_eq!(shown.sum::<usize>(), states(&column), "{}", column.name);
         let mut told: Vec<_> = ensembles.iter().map(|one| (&one.point, &one.correction)).collect();
         told.dedup();
-        // Coefficients have names, which figures tell.
+        // Figures show the names of coefficients.
         if column.name != "coefficient" {
             assert_eq!(told.len(), ensembles.len(), "{}", column.name);
         }
@@ -164,7 +165,8 @@ fn figures_show_every_row_once() {
 #[test]
 fn claims_take_every_row_once_or_name_it_as_left_out() {
     for column in coordinates() {
-        // A coordinate of measured surfaces or shapes makes no other spectrum: it is left out, too.
+        // Coordinates of measured surfaces or shapes do not belong to spectra, so claims leave them
+        // out, too.
         let [taken, left_out] = claimed(swept(&column).without(&LEFT_OUT));
         let expected = match column.name {
             "correction" | "coefficient" => 4,
@@ -176,7 +178,7 @@ fn claims_take_every_row_once_or_name_it_as_left_out() {
     }
 }
 
-/// Rows of contacts that claims rest on, and those that are left out.
+/// Returns the numbers of rows that claims use and leave out.
 fn claimed(contacts: Table) -> [usize; 2] {
     let contacts = contacts.without(&["correction", "coefficient"]);
     let finished = KindTable {

@@ -1,5 +1,5 @@
-//! The tables of a study as figures need them: finished stages, curves of ensembles, how their
-//! points look, what captions say besides, and which lines of a manifest would add a figure.
+//! The tables of a study in the form that figures use: finished stages, curves of ensembles,
+//! styles, notes for captions, and lines of a manifest that would add a figure.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,21 +35,21 @@ pub struct FinishedStage {
     pub name: String,
     pub kind: Kind,
     pub table: Table,
-    /// Its file, if that holds just these rows.
+    /// File of the table, if it contains exactly these rows.
     pub path: Option<PathBuf>,
 }
 
 pub struct FinishedStages<'a> {
-    /// The stages, in the order of the plan.
+    /// Stages in the order of the plan.
     pub stages: Vec<FinishedStage>,
     pub plan: &'a Plan,
-    /// Their tables, and where the maps are.
+    /// Reader of tables and maps.
     pub archive: &'a ResultReader,
     pub sources: &'a SurfaceFiles,
 }
 
 impl<'a> FinishedStages<'a> {
-    /// What has been read of a study.
+    /// Collects the finished stages of a study.
     pub fn of(subject: &Subject<'a>) -> FinishedStages<'a> {
         let stages = subject.plan.stages.iter().zip(subject.rows);
         let stages = stages.filter_map(|(stage, rows)| {
@@ -68,13 +68,13 @@ impl<'a> FinishedStages<'a> {
         }
     }
 
-    /// The stages whose tables have all of these columns.
+    /// Returns the stages whose tables have all of these columns.
     pub fn with<'b>(&'b self, columns: &'b [&str]) -> impl Iterator<Item = &'b FinishedStage> {
         let has_all = |stage: &&FinishedStage| columns.iter().all(|column| stage.table.has(column));
         self.stages.iter().filter(has_all)
     }
 
-    /// The name of a stage of a kind, finished or not, for advice on what to add.
+    /// Returns the name of a stage of this kind, finished or not, for proposed lines.
     fn name_of(&self, kind: Kind) -> Option<&str> {
         let mut stages = self.plan.stages.iter();
         let found = stages.find(|stage| stage.kind == kind)?;
@@ -82,32 +82,32 @@ impl<'a> FinishedStages<'a> {
     }
 }
 
-/// The heaviest load that the paper calls light.
+/// Largest load that the paper calls light, in units of E* × rms slope.
 pub const LIGHT: f64 = 0.06;
-/// Says what the load is measured in.
+/// Label of axes of the load, with its unit.
 pub const LOAD_LABEL: &str = "load p₀/(E* h′)";
 pub const AREA_LABEL: &str = "contact area A/A₀";
-/// What `measure` counts.
+/// Column of the area that `measure` counts.
 pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 
-/// What figures are drawn from.
+/// Data of all figures.
 pub struct FigureData<'a> {
     pub finished: &'a FinishedStages<'a>,
     pub units: Units,
     pub maps: MeasuredMaps,
     pub measured: Vec<EnsembleCurves<'a>>,
     pub corrected: Vec<EnsembleCurves<'a>>,
-    /// Colours, markers and labels of the study's points.
+    /// Colours, markers and labels of the parameter points.
     pub styles: Styles,
-    /// What the files of measured surfaces are called.
+    /// Names of the files of measured surfaces.
     pub files: Files,
-    /// Of which surfaces the theories do not speak: a sentence, or nothing.
+    /// Sentence on surfaces to which the theories do not apply; empty if there are none.
     pub caveat: String,
     pub bars: Bars,
 }
 
 impl<'a> FigureData<'a> {
-    /// Sorts the rows of a study by ensembles.
+    /// Sorts the rows of a study into ensembles.
     pub fn of(finished: &'a FinishedStages<'a>, bars: Bars) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
         let units = Units::of(finished)?;
@@ -118,7 +118,7 @@ impl<'a> FigureData<'a> {
         } else {
             measured.iter().map(|one| one.point.clone()).collect()
         };
-        // What is still to come must not change the styles of what is there.
+        // Include planned points, so later results do not change the styles of existing ones.
         if let Some(like) = points.first().cloned() {
             points.extend(planned_points(finished.plan, &like));
         }
@@ -136,7 +136,7 @@ impl<'a> FigureData<'a> {
         })
     }
 
-    /// The corrections of the study that change the counted area, in order of appearance.
+    /// Returns the corrections of the study other than `none`, in order of appearance.
     pub fn corrections(&self) -> Vec<&str> {
         let mut found: Vec<&str> = Vec::new();
         for name in self.corrected.iter().filter_map(|one| one.correction.as_deref()) {
@@ -147,30 +147,30 @@ impl<'a> FigureData<'a> {
         found
     }
 
-    /// The ensembles under one correction.
+    /// Returns the ensembles with one correction.
     pub fn under(&self, correction: &str) -> impl Iterator<Item = &EnsembleCurves<'a>> {
         let wanted = move |one: &&EnsembleCurves| one.correction.as_deref() == Some(correction);
         self.corrected.iter().filter(wanted)
     }
 
-    /// A mean curve with its error bars, as separate points under the ensemble's name.
+    /// Returns means with error bars as separate points, named after the ensemble.
     pub fn points(&self, ensemble: &EnsembleCurves, means: &[Mean]) -> Series {
         series(means, self.styles.markers(&ensemble.point)).named(self.label(ensemble))
     }
 
-    /// Separate points under the ensemble's name.
+    /// Returns separate points, named after the ensemble.
     pub fn markers(&self, ensemble: &EnsembleCurves, points: Vec<DataPoint>) -> Series {
         let style = self.styles.markers(&ensemble.point);
         Series { points, style, label: Some(self.label(ensemble)) }
     }
 
-    /// What an ensemble is called in legends.
+    /// Returns the name of an ensemble in legends.
     pub fn label(&self, ensemble: &EnsembleCurves) -> String {
         let alone = if ensemble.surfaces == 1 { "the surface" } else { "mean of the surfaces" };
         self.styles.name(&ensemble.point, alone)
     }
 
-    /// Adds an ensemble to a chart: a line through all of its means, and markers at some of them.
+    /// Adds an ensemble to a chart: a line through all means, and markers at some of them.
     pub fn add_curve(
         &self,
         chart: &mut Chart,
@@ -183,19 +183,19 @@ impl<'a> FigureData<'a> {
         chart.series.push(self.points(ensemble, some));
     }
 
-    /// How many surfaces each of the measured ensembles has.
+    /// Returns the number of surfaces of each measured ensemble.
     pub fn sample(&self) -> Vec<usize> {
         self.measured.iter().map(|ensemble| ensemble.surfaces).collect()
     }
 
-    /// The unit of length that the measured contacts share.
+    /// Returns the unit of length that the measured contacts share.
     pub fn unit_of_length(&self) -> LengthUnit {
         let points = self.measured.iter().map(|one| &one.point);
         LengthUnit::common(points.map(|point| self.units.at(point)))
     }
 
-    /// What the mesh adds to the counted areas, as the correction of 2017 estimates it from their
-    /// edges: a sentence, empty where nothing is counted.
+    /// Returns a sentence on the error of the counted areas, as the correction of 2017 estimates it
+    /// from the perimeter. The text is empty without counted areas.
     pub fn share_of_mesh(&self) -> Result<String, TableError> {
         let mut shares = Vec::new();
         for ensemble in &self.measured {
@@ -222,7 +222,8 @@ impl<'a> FigureData<'a> {
         ))
     }
 
-    /// What a figure of surfaces needs: the file of a measured one that is gone, or else other stages.
+    /// Returns what a figure of surfaces needs: the missing file of a measured surface, or other
+    /// stages.
     pub fn missing_surfaces(&self, needs: &'static str, lines: String) -> Drawn {
         match self.maps {
             MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
@@ -230,7 +231,7 @@ impl<'a> FigureData<'a> {
         }
     }
 
-    /// A stage under a name that the study does not use yet; `lines` follow its header.
+    /// Returns a stage with a name that the study does not use yet; `lines` follow its header.
     fn stage(&self, name: &str, lines: &str) -> String {
         let stages = &self.finished.plan.stages;
         let is_taken = |name: &str| stages.iter().any(|stage| stage.name == name);
@@ -241,7 +242,7 @@ impl<'a> FigureData<'a> {
         format!("[stage.{free}]\n{lines}")
     }
 
-    /// The name of the study's first stage of a kind, or what it would best be called.
+    /// Returns the name of the first stage of this kind, or `otherwise`.
     fn source(&self, kind: Kind, otherwise: &str) -> String {
         self.finished.name_of(kind).unwrap_or(otherwise).to_owned()
     }
@@ -281,7 +282,7 @@ impl<'a> FigureData<'a> {
         self.stage("random-surfaces", lines)
     }
 
-    /// The same surfaces on several meshes, and what their meshes add.
+    /// Returns lines that fit the error of the mesh for the same surfaces on several meshes.
     pub fn lines_of_meshes(&self) -> String {
         let measured = self.source(Kind::Measure, "area");
         let lines = format!(
@@ -297,13 +298,13 @@ pub fn series(means: &[Mean], style: Style) -> Series {
     Series { points: points.collect(), style, label: None }
 }
 
-/// The ends of an interval in a row, if it has both.
+/// Returns the interval of a row, if both ends are known.
 pub fn interval(lower: &Float64Array, upper: &Float64Array, row: usize) -> Option<[f64; 2]> {
     let is_known = lower.is_valid(row) && upper.is_valid(row);
     is_known.then(|| [lower.value(row), upper.value(row)])
 }
 
-/// A column of words, if a table has it.
+/// Returns a text column, if the table has it.
 pub fn texts_if_any<'a>(
     table: &'a Table,
     name: &str,
@@ -311,12 +312,12 @@ pub fn texts_if_any<'a>(
     table.has(name).then(|| table.texts(name)).transpose()
 }
 
-/// Fewer of the means: where a line joins all of them, markers at least `step` apart do.
+/// Selects means whose loads are at least `step` apart, for the markers on a line.
 pub fn spaced(step: f64, means: &[Mean]) -> Vec<Mean> {
     apart(means, |last| last + step)
 }
 
-/// The same on an axis of logarithms, at least a factor apart.
+/// Selects means whose loads differ at least by `factor`, for a logarithmic axis.
 pub fn spaced_by(factor: f64, means: &[Mean]) -> Vec<Mean> {
     apart(means, |last| last * factor)
 }
@@ -331,15 +332,15 @@ fn apart(means: &[Mean], next: impl Fn(f64) -> f64) -> Vec<Mean> {
     apart
 }
 
-/// The means up to a load.
+/// Returns the means up to a load.
 pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
-    // Loads are read from decimals and computed in steps: the last one may miss by rounding.
+    // Loads are read as decimals or computed in steps, so the last one may deviate by rounding.
     let is_light = |mean: &Mean| mean.load <= load * (1.0 + 1e-9);
     means.into_iter().filter(is_light).collect()
 }
 
-/// What the files of measured surfaces are called: by their names, or by their paths where two have
-/// the same name.
+/// Returns the names of the files of measured surfaces, or their paths if two files have the same
+/// name.
 fn files(finished: &FinishedStages) -> Result<Files, TableError> {
     let mut paths = BTreeMap::new();
     for stage in finished.with(&[CONTENT.name, "path"]) {
@@ -380,8 +381,8 @@ fn curves<'a>(
     Ok(ensembles)
 }
 
-/// The distinct points of the study's surfaces, in order of appearance; their first realizations
-/// stand for all.
+/// Returns the distinct points of the study's surfaces, in order of appearance. Only first
+/// realizations are read.
 fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableError> {
     let mut points: Vec<Point> = Vec::new();
     let stages = finished.stages.iter();
@@ -401,7 +402,8 @@ fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableErro
     Ok(points)
 }
 
-/// The spectra of all random surfaces of a study, with what else they share with a point of it.
+/// Returns the points of all planned random spectra, with the other coordinates of the point
+/// `like`.
 fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
     let mut spectra: Vec<&Spectrum> = Vec::new();
     let mut points = Vec::new();
@@ -423,11 +425,11 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
     points
 }
 
-/// A caption names as many parameter points beside which theories do not belong.
+/// Largest number of parameter points in the sentence on the theories.
 const MOST_CAVEATS: usize = 4;
 
-/// Of which surfaces and materials the theories do not speak, and why: sentences, each after a space,
-/// or nothing.
+/// Returns sentences on surfaces and materials to which the theories do not apply, each after a
+/// space, or an empty text.
 fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
     let mut told = Vec::new();
     let stages = finished.stages.iter();

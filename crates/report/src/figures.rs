@@ -1,6 +1,6 @@
-//! All figures of a page: surfaces, then contact in the order of the paper.
+//! All figures of a page: first surfaces, then contact in the order of the paper.
 //!
-//! A figure is a [`Definition`]: what it needs, from which tables, over which axes, with which words.
+//! Each figure is a [`Definition`], whose function draws it from the tables of a study.
 
 mod area;
 mod contact_maps;
@@ -21,7 +21,7 @@ use crate::charts::Figure;
 use crate::figure_data::FigureData;
 use crate::figures::contact_maps::LoadSlider;
 
-/// Every figure that a study can have.
+/// All figures, in the order of the page.
 pub const ALL: [&Definition; 25] = [
     &heights::MAPS,
     &heights::HEIGHTS,
@@ -50,9 +50,9 @@ pub const ALL: [&Definition; 25] = [
     &limits::LIMITS,
 ];
 
-/// A figure that a study can have, and how to draw it from its tables.
+/// Name, title and drawing function of a figure.
 pub struct Definition {
-    /// The name of its files, and its anchor on the page.
+    /// Name of the files, and anchor on the page.
     pub name: &'static str,
     pub title: &'static str,
     pub draw: fn(&FigureData) -> Result<Drawn, ReportError>,
@@ -64,22 +64,22 @@ impl Definition {
     }
 }
 
-/// What drawing a figure has come to.
+/// Result of drawing a figure.
 pub enum Drawn {
     Figure {
         figure: Box<Figure>,
-        /// What is to be seen, of how many surfaces, under which correction.
+        /// Text below the figure.
         caption: String,
-        /// What the page has below it, and its files have not.
+        /// Interactive maps below the figure, only on the page.
         sliders: Vec<LoadSlider>,
     },
-    /// The study has no data for it, or what it is drawn from is gone.
+    /// The study has no data for the figure, or the data are lost.
     Missing {
         needs: &'static str,
-        /// The lines of a manifest that would add it; none if the study has them.
+        /// Lines of a manifest that would add the data; `None` if the data are lost.
         lines: Option<String>,
     },
-    /// It is of a kind of stage that the study has not, and that most studies have not.
+    /// The study does not have the special stage that the figure needs.
     NotAsked,
 }
 
@@ -95,18 +95,18 @@ impl Drawn {
         self
     }
 
-    /// The study has computed the figure, but what it is drawn from is gone.
+    /// Creates a missing figure of a study that has lost the data.
     pub fn gone(needs: &'static str) -> Drawn {
         Drawn::Missing { needs, lines: None }
     }
 
-    /// The study has no data for the figure; a stage of the given lines would add it.
+    /// Creates a missing figure with lines of a manifest that would add the data.
     pub fn missing(needs: &'static str, lines: String) -> Drawn {
         Drawn::Missing { needs, lines: Some(lines) }
     }
 }
 
-/// A figure as SVG for the page, and as files of their own.
+/// A figure as SVG for the page, and as separate files.
 #[derive(Debug, Serialize)]
 pub struct DrawnFigure {
     pub name: &'static str,
@@ -117,28 +117,28 @@ pub struct DrawnFigure {
     #[serde(skip)]
     pub png: Vec<u8>,
     pub caption: String,
-    /// Maps under more loads, of which a reader chooses.
+    /// Maps at further loads, which a reader selects with sliders.
     pub sliders: Vec<LoadSlider>,
 }
 
 impl DrawnFigure {
-    /// Its files: their names, and what is in them.
+    /// Returns the names and contents of the files.
     pub fn files(&self) -> [(String, &[u8]); 2] {
         let bytes = [("svg", self.alone.as_bytes()), ("png", &self.png)];
         bytes.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
     }
 }
 
-/// A figure for which the study has no data.
+/// A figure for which the study has no data or has lost them.
 #[derive(Debug, Serialize)]
 pub struct MissingFigure {
     pub title: &'static str,
     pub needs: &'static str,
-    /// The lines of a manifest that would add it; none if the study has them.
+    /// Lines of a manifest that would add the data; `None` if the data are lost.
     pub lines: Option<String>,
 }
 
-/// `8 surfaces`, `4 surfaces for each of 2 spectra`.
+/// Returns text such as `8 surfaces` or `4 surfaces for each of 2 parameter points`.
 pub fn sample(surfaces: &[usize]) -> String {
     let (least, most) = (surfaces.iter().min(), surfaces.iter().max());
     let (Some(&least), Some(&most)) = (least, most) else {

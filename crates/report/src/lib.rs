@@ -1,20 +1,21 @@
-//! The page of a study, `report.html`, and its figures as files for a paper.
+//! The page of a study, `report.html`, and its figures as files.
 //!
-//! [`write()`] reads the finished tables of a study into `FigureData`: curves of ensembles, which
-//! have one style on all figures. Each figure draws what it finds there, or says which stage would
-//! add it. The page holds the figures, the tables, and where all of it comes from.
+//! [`write()`] reads the finished tables of a study into `FigureData`, with the curves of
+//! ensembles, each in one style for all figures. A figure is drawn from these data, or the page
+//! names the stage that would add them. The page contains the figures, the tables and their
+//! provenance.
 //!
-//! | module | what it holds |
+//! | module | content |
 //! |---|---|
-//! | `figure_data` | the finished stages, sorted for figures; what captions say besides; advice |
-//! | `ensembles` | means over equal surfaces under ascending loads, and their error bars |
-//! | `surface_curves` | means against another coordinate than the load |
-//! | `samples` | single surfaces, one of each parameter point, and measured maps |
-//! | `styles`, `units` | colours, markers and labels; metres, pascals and their prefixes |
-//! | `figures` | every figure, in files by subject |
+//! | `figure_data` | the finished stages, sorted for figures; notes for captions; proposed stages |
+//! | `ensembles` | means over the surfaces of a parameter point, with error bars |
+//! | `surface_curves` | means against other coordinates than the load |
+//! | `samples` | one surface of each parameter point, and measured maps |
+//! | `styles`, `units` | colours, markers and labels; units with prefixes |
+//! | `figures` | all figures, in files by subject |
 //! | `charts` | drawing: axes, series, legends, maps; SVG and PNG |
 //! | `page` | the HTML page and its provenance |
-//! | `earlier` | an earlier report: what it shows, and whether it may be replaced |
+//! | `earlier` | contents and replacement of an earlier report |
 
 mod charts;
 mod earlier;
@@ -57,48 +58,48 @@ use asperity_tables::store::files::{Existing, lock_to_write, make_folder, write_
 use asperity_tables::table::TableError;
 
 const PAGE: &str = "report.html";
-/// Pixels of a PNG file to one of a figure.
+/// Pixels of a PNG file per pixel of the figure.
 const SCALE: f32 = 2.0;
 
-/// A report that has been written.
+/// Files of a written report, with the figures drawn and missing.
 #[derive(Debug, Serialize)]
 pub struct Report {
     pub page: PathBuf,
     pub figures: PathBuf,
-    /// The titles of the figures that are there.
+    /// Titles of the figures on the page.
     pub drawn: Vec<&'static str>,
     pub missing: Vec<NotDrawn>,
-    /// Bytes of the page.
+    /// Size of the page in bytes.
     #[serde(skip)]
     pub size: usize,
 }
 
-/// The title of a figure that is not drawn, and what it needs.
+/// Title of a figure that is not drawn, and the data that it needs.
 #[derive(Debug, Serialize)]
 pub struct NotDrawn {
     pub figure: &'static str,
     pub needs: &'static str,
 }
 
-/// A report cannot be written.
+/// Error in writing a report.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// A table cannot be read, or a file not be written.
+    /// A table cannot be read or a file cannot be written.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A table is not what its kind of stage writes.
+    /// A table does not have the columns of its kind of stage.
     #[error("cannot read a table of the study")]
     Table(#[from] TableError),
-    /// Means over surfaces cannot be taken.
+    /// The departures of the surfaces from the theories cannot be computed.
     #[error("cannot determine to which surfaces the theories do not apply")]
     Caveats(#[source] StageError),
-    /// A surface cannot be drawn again.
+    /// A surface cannot be drawn for a figure.
     #[error("cannot draw a surface for a figure")]
     Surface(#[source] StageError),
-    /// A figure cannot be turned into pixels.
+    /// A figure cannot be converted to PNG.
     #[error("cannot convert `{name}.svg` to PNG")]
     Pixels { name: &'static str, source: PixelsError },
-    /// Another page is there, which shows what this one would not.
+    /// The existing page shows results that the new page would not.
     #[error(
         "`{}` shows more than a new page would: {}; compute the missing results with `asperity \
          run`, choose another folder with `--output FOLDER`, or overwrite the page with \
@@ -107,51 +108,51 @@ pub enum ReportError {
         lacks.join(", "),
     )]
     ShowsLess { page: PathBuf, lacks: Vec<String> },
-    /// The file in the page's place is not a report.
+    /// The existing file is not a report.
     #[error(
         "`{}` was not written by `asperity report` and will not be overwritten; choose another \
          folder with `--output`",
         page.display()
     )]
     NoReport { page: PathBuf },
-    /// A file in the report's place is not part of an earlier report of the study.
+    /// An existing file is not part of an earlier report of the study, or was changed.
     #[error(
         "`{}` is not part of a report of `{study}`, or was changed since; overwrite it with \
          `--replace`, or choose another folder with `--output`",
         path.display()
     )]
     Taken { path: PathBuf, study: String },
-    /// A figure of an earlier report cannot be taken away.
+    /// A figure of an earlier report cannot be removed.
     #[error("cannot remove `{}`, a figure of an earlier report", path.display())]
     Remove { path: PathBuf, source: io::Error },
 }
 
-/// A study and what has been read of it.
+/// A study and its results.
 pub struct Subject<'a> {
     pub plan: &'a Plan,
     pub rows: &'a [StageRows],
-    /// Its finished tasks, and their maps.
+    /// Finished tasks with their maps.
     pub archive: &'a ResultReader,
-    /// The files of its measured surfaces.
+    /// Files of the measured surfaces.
     pub sources: &'a SurfaceFiles,
     pub manifest: &'a str,
-    /// What should be known of it.
+    /// Warnings that the page shows.
     pub warnings: &'a [Warning],
 }
 
 impl Subject<'_> {
-    /// Whether all that the manifest asks for is there.
+    /// Returns true if all tasks of the plan are finished.
     fn is_complete(&self) -> bool {
         let mut stages = self.plan.stages.iter().zip(self.rows);
         stages.all(|(stage, rows)| rows.tasks.len() == stage.tasks.len())
     }
 }
 
-/// Writes the page `report.html` and the folder `figures` into a folder. Of a study that is not
-/// complete, or has lost its maps, a page that shows more is kept.
+/// Writes the page `report.html` and the folder `figures` into a folder. If the study is incomplete
+/// or has lost its maps, an existing page that shows more is kept.
 ///
-/// # Errors
-/// When a surface cannot be drawn, or a file not be written, or a page that shows more is there.
+/// # Errors If a surface cannot be drawn, a file cannot be written, or the existing page shows
+/// more.
 pub fn write(
     subject: &Subject,
     bars: Bars,
@@ -160,7 +161,7 @@ pub fn write(
 ) -> Result<Report, ReportError> {
     let finished = FinishedStages::of(subject);
     let data = FigureData::of(&finished, bars)?;
-    // Each figure by itself: on a machine of many cores they take as long as the slowest.
+    // Draw figures in parallel, one task each.
     let drawn = parallel::map(&figures::ALL, |definition| draw(definition, &data));
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for figure in drawn {
@@ -180,7 +181,7 @@ pub fn write(
         }
     }
     make_folder(folder)?;
-    // The page holds the digests of the figures, so that `verify` must see both or neither.
+    // The page contains digests of the figures, so `verify` must see either both or none.
     let _alone = lock_to_write(folder);
     let pictures = folder.join(FIGURES);
     write_figures(&there, &pictures)?;
@@ -199,7 +200,7 @@ pub fn write(
     })
 }
 
-/// Draws one figure, if anybody asked for it.
+/// Draws a figure, or returns `None` if the study does not ask for it.
 fn draw(
     definition: &Definition,
     data: &FigureData,
@@ -225,8 +226,8 @@ fn draw(
     }))
 }
 
-/// Writes two files for each figure, and takes away those that an earlier report has left of
-/// others.
+/// Writes an SVG and a PNG file for each figure, and removes files of figures that only an earlier
+/// report had.
 fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError> {
     for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
         write_whole(&folder.join(name), bytes, Existing::Replace, folder)?;

@@ -1,4 +1,4 @@
-//! The page: figures, what is missing, tables and provenance, in one file that needs no other.
+//! The page in one self-contained file: figures, missing figures, tables and provenance.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -25,18 +25,19 @@ const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = include_str!("page/page.js");
 
-/// Rows of a table that the page holds; its file holds all.
+/// Largest number of rows of a table on the page.
 const ROWS: usize = 100;
 
-/// What the template asks for.
+/// Values of the template.
 #[derive(Serialize)]
 struct Contents<'a> {
     study: &'a str,
     version: &'static str,
     machine: String,
     completeness: String,
-    /// Rows of solved loads, and how many of them did not converge.
+    /// Number of solved loads.
     loads: usize,
+    /// Number of solved loads that did not converge.
     unconverged: usize,
     warnings: Vec<String>,
     stages: Vec<StageOrigin<'a>>,
@@ -52,7 +53,7 @@ struct Contents<'a> {
     font: String,
 }
 
-/// A stage, and what its table is made of.
+/// Row of the table of provenance: a stage and its tasks.
 #[derive(Serialize)]
 struct StageOrigin<'a> {
     name: &'a str,
@@ -78,7 +79,7 @@ struct ShownTable<'a> {
 struct ShownFile {
     name: String,
     path: String,
-    /// Where it is for somebody on the page.
+    /// Path relative to the page.
     link: String,
 }
 
@@ -89,7 +90,7 @@ struct ShownColumn {
     numeric: bool,
 }
 
-/// Returns the page as HTML, for a folder.
+/// Returns the page as HTML, with links relative to `folder`.
 pub fn html(
     subject: &Subject,
     finished: &FinishedStages,
@@ -178,7 +179,7 @@ fn completeness(subject: &Subject) -> String {
     }
 }
 
-/// Solved loads, and how many of them did not converge.
+/// Returns the number of solved loads, and how many of them did not converge.
 fn converged(finished: &FinishedStages) -> (usize, usize) {
     let solved = finished.with(&["pairs", STOP.name]);
     let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
@@ -188,7 +189,7 @@ fn converged(finished: &FinishedStages) -> (usize, usize) {
     })
 }
 
-/// Processor, cores and system, as far as the system tells.
+/// Returns the processor, the number of cores and the operating system.
 fn machine() -> String {
     let model = forecast::processor();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -1,10 +1,10 @@
-//! Single surfaces, one for each of a few parameter points, and how measured ones are shown.
+//! Single surfaces of a few parameter points, and the data that the page shows of measured
+//! surfaces.
 //!
-//! A page has a map, a spectrum and a distribution of heights of every measured surface that it
-//! shows, whatever its manifest measures: they are what a reader looks at first, and take the page
-//! a second or so of a map of 4096² nodes. They are computed once and kept as small as they are
-//! drawn, one surface after the other, so that a page needs the memory of one map. What `measure`
-//! stages have found is drawn from their tables instead.
+//! A page has a map, a spectrum and a distribution of heights for every measured surface that it
+//! shows, even without `measure` stages. They take about a second for a map of 4096² nodes. They
+//! are computed once for one surface at a time and reduced to the size of the drawing, so a page
+//! needs the memory of one map. Results of `measure` stages are drawn from their tables instead.
 
 use crate::ReportError;
 use crate::charts::raster::HeightMap;
@@ -25,12 +25,12 @@ use asperity_stages::{Recipe, Stage as _, StageError, ensemble, grids};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 
-/// The most points that one figure shows.
+/// Largest number of parameter points in one figure.
 pub const MOST: usize = 9;
-/// Nodes to the longer side that a random surface is drawn on, if its waves allow.
+/// Nodes along the longer side of a drawn random surface, unless its waves need more.
 const NODES: usize = 512;
 
-/// The first surface of a parameter point.
+/// First surface of a parameter point.
 pub struct Sample<'a> {
     pub task: usize,
     pub params: &'a generate::Params,
@@ -38,7 +38,7 @@ pub struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// The file that it was measured in, if it was.
+    /// Returns the file of a measured surface.
     pub fn file(&self) -> Option<&MeasuredSurface> {
         match &self.params.origin {
             Origin::File(file) => Some(file),
@@ -46,7 +46,7 @@ impl Sample<'_> {
         }
     }
 
-    /// Its spectrum and draw, if it was drawn.
+    /// Returns the spectrum and the realization of a random surface.
     pub fn random(&self) -> Option<&RandomSurface> {
         match &self.params.origin {
             Origin::Random { surface, .. } => Some(surface),
@@ -54,7 +54,7 @@ impl Sample<'_> {
         }
     }
 
-    /// Its heights, if the store has them.
+    /// Returns the heights, if the store has them.
     pub fn kept(&self, finished: &FinishedStages) -> Result<Option<Surface>, StageError> {
         let (store, key) = (finished.archive.store(), finished.plan.tasks[self.task].key);
         if self.params.heights != Heights::Keep || !store.has(key) {
@@ -65,8 +65,8 @@ impl Sample<'_> {
         self.params.surface(&table, sources, &Threads::one()).map(Some)
     }
 
-    /// Its heights, on a mesh that is fine enough to be looked at: a random surface is the same on
-    /// all meshes.
+    /// Returns the heights. Random surfaces, which are the same on all meshes, are drawn on a mesh
+    /// just fine enough for a picture.
     pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { surface, .. } => {
@@ -92,7 +92,7 @@ impl Sample<'_> {
     }
 }
 
-/// The first finished surface of each parameter point, or of [`MOST`] spread over all of them.
+/// Returns the first finished surface of each parameter point, or of [`MOST`] evenly spread points.
 pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
@@ -125,45 +125,43 @@ pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportEr
     samples.collect()
 }
 
-/// What figures of measured surfaces need where a file is lost.
+/// Text on what figures of measured surfaces need if a file is lost.
 pub const FILE_IS_GONE: &str = "the file of a measured surface, which is missing or has changed";
 
-/// Heights are counted up to so many rms heights below and above their mean.
+/// Range of counted heights on either side of the mean, in rms heights.
 pub const RANGE: f64 = 5.0;
-/// The fewest and the most intervals that they are counted in.
+/// Smallest and largest number of intervals of the distribution.
 const BINS: [f64; 2] = [30.0, 200.0];
-/// Pixels to the longer side of a map where there are few of them, and where there are more.
+/// Pixels along the longer side of a map, for few maps and for many.
 const PIXELS: [usize; 2] = [512, 256];
-/// More maps than these are many.
+/// Largest number of maps that counts as few.
 const FEW: usize = 3;
 
-/// A measured surface, as far as figures need it.
+/// Data of a measured surface for figures.
 #[derive(Debug)]
 pub struct MeasuredMap {
     pub point: Point,
     pub unit: Option<String>,
-    /// As the instrument saw it; nothing where that is what is pressed, to the last bit, or where the
-    /// file is gone and only what is pressed has been kept.
+    /// Map as measured. `None` if it is identical to the pressed map, or if the file is lost and
+    /// only the pressed map was kept.
     pub as_measured: Option<AsMeasured>,
     pub pressed: ShownMap,
-    /// Heights about their mean, in units of their rms.
+    /// Distribution of heights relative to their mean, in units of the rms height.
     pub histogram: Histogram,
-    /// Power spectral density C(q) over rings of wavenumbers, each with its modes.
+    /// Power spectral density C(q) over rings of wavenumbers, weighted by the number of modes.
     pub spectrum: Vec<CurvePoint>,
-    /// Slope over distances, along x and along y.
+    /// Rms slope against distance, along x and along y.
     pub slopes: [Vec<CurvePoint>; 2],
 }
 
-/// A map as it was measured: its part that was asked for, without its form, before points are filled
-/// and waves removed.
+/// A map as measured: cropped and levelled, before missing points are filled and waves removed.
 #[derive(Debug)]
 pub struct AsMeasured {
-    /// The map, with its holes.
+    /// Map with missing points.
     pub map: ShownMap,
-    /// Share of the nodes that were not measured.
+    /// Fraction of nodes without a measurement.
     pub missing: f64,
-    /// Tells maps that are the same from others: surfaces that differ in what is done later show
-    /// one.
+    /// Identity of the map; surfaces that differ only in later steps of the preparation share it.
     identity: String,
 }
 
@@ -173,11 +171,11 @@ pub struct ShownMap {
     pub size: [f64; 2],
 }
 
-/// The measured ones among the surfaces that a page shows.
+/// Measured surfaces that a page shows.
 #[derive(Debug)]
 pub enum MeasuredMaps {
     There(Vec<MeasuredMap>),
-    /// A file is gone or has changed, and the heights were not kept.
+    /// A file is missing or has changed, and the heights were not kept.
     Gone,
 }
 
@@ -199,7 +197,7 @@ impl MeasuredMaps {
         Ok(MeasuredMaps::There(maps))
     }
 
-    /// Those that could be read.
+    /// Returns the maps, or none if a file is missing.
     pub fn there(&self) -> &[MeasuredMap] {
         match self {
             MeasuredMaps::There(maps) => maps,
@@ -276,12 +274,12 @@ impl ShownMap {
     }
 }
 
-/// Whether a map has other heights than the surface, or some that are missing.
+/// Returns true if a map has other heights than the surface, or missing points.
 fn is_other(scan: &Scan, surface: &Surface) -> bool {
     scan.heights() != surface.heights()
 }
 
-/// Surfaces of one map show it once.
+/// Removes repeated maps of surfaces that share one.
 fn drop_repeated(maps: &mut [MeasuredMap]) {
     let mut shown: Vec<String> = Vec::new();
     for map in maps {
@@ -293,8 +291,9 @@ fn drop_repeated(maps: &mut [MeasuredMap]) {
     }
 }
 
-/// Intervals for so many heights: as wide as leaves the density of a Gaussian with the least error, 3.49
-/// rms heights over the cube root of their number (Scott 1979, doi:10.1093/biomet/66.3.605).
+/// Returns the number of intervals for the heights of `nodes` nodes. Their width, 3.49 rms heights
+/// divided by the cube root of the number, minimises the error of the density of a Gaussian (Scott
+/// 1979, doi:10.1093/biomet/66.3.605).
 fn bins(nodes: usize) -> usize {
     let width = 3.49 / (nodes as f64).cbrt();
     (2.0 * RANGE / width).round().clamp(BINS[0], BINS[1]) as usize

@@ -1,5 +1,5 @@
-//! One colour for each lower cutoff and one marker for each upper one, on every figure of a page; what
-//! tells points apart in words, and measured surfaces by the names of their files.
+//! Colours for lower cutoffs and markers for upper cutoffs, the same in all figures of a page.
+//! Labels of parameter points contain the parameters that vary, or the file of a measured surface.
 
 use std::collections::BTreeMap;
 
@@ -10,25 +10,25 @@ use asperity_stages::columns::{
     RMS_SLOPE,
 };
 
-/// Names of the files of measured surfaces, by the hash of what is in them.
+/// Names of the files of measured surfaces, by the hash of their content.
 pub type Files = BTreeMap<String, String>;
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Styles {
     points: Vec<Point>,
     files: Files,
-    /// What tells points apart, each coordinate with its values in ascending order.
+    /// Coordinates that differ between points, with their values in ascending order.
     varying: Vec<(String, Vec<String>)>,
     colour: Option<usize>,
     marker: Option<usize>,
 }
 
-/// Coordinates that a measured surface has from its file, beside which they say nothing.
+/// Coordinates that follow from the file of a measured surface, and are not part of its label.
 const FOLLOW_FROM_A_FILE: [&str; 5] =
     [CONTENT.name, NODES.name, NODES_X.name, NODES_Y.name, RMS_SLOPE.name];
 
 impl Styles {
-    /// Styles that tell these points apart as well as colours and markers can.
+    /// Assigns colours and markers to these points.
     pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Styles {
         let points: Vec<Point> = points.into_iter().cloned().collect();
         let mut values: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -45,13 +45,13 @@ impl Styles {
             let word = |value: &String| files.get(value).unwrap_or(value).clone();
             known.sort_by(|one, other| ascending(&word(one), &word(other)));
         }
-        // Studies that give a hardness in both units have it twice.
+        // Studies with a hardness in both units contain it twice.
         if values.contains_key(HARDNESS.name) {
             values.remove(HARDNESS_REDUCED.name);
         }
         let varying = values.into_iter().filter(|(_, values)| values.len() > 1);
         let mut varying: Vec<_> = varying.collect();
-        // Cutoffs name a spectrum before anything else does.
+        // Cutoffs come first in the name of a spectrum.
         let rank = |name: &str| match name {
             "k_lower" => 0,
             "k_upper" => 1,
@@ -67,8 +67,8 @@ impl Styles {
         Styles { points, files: files.clone(), varying, colour, marker }
     }
 
-    /// What tells a point from the others: `k_lower 4 · k_upper 32`, or `wear.npy` for a measured
-    /// surface; nothing where there are no others.
+    /// Returns the label of a point among the others: `k_lower 4 · k_upper 32`, or `wear.npy` for a
+    /// measured surface. Returns `None` if there are no other points.
     pub fn label(&self, point: &Point) -> Option<String> {
         let file = self.file(point).map(str::to_owned);
         let parts = self.varying.iter().filter_map(|(name, _)| {
@@ -79,23 +79,23 @@ impl Styles {
         let words: Vec<String> = file.clone().into_iter().chain(parts).collect();
         let method = |of: &Point| of.get(METHOD.name).cloned();
         if words.is_empty() && self.points.iter().any(|other| method(other) != method(point)) {
-            // The only one that is no file.
+            // The only surface without a file.
             return method(point).map(|method| format!("method {method}"));
         }
         (!words.is_empty()).then(|| words.join(" · "))
     }
 
-    /// The same, or what a point is called where there are no others.
+    /// Returns the label of a point, or `alone` if there are no other points.
     pub fn name(&self, point: &Point, alone: &str) -> String {
         self.label(point).unwrap_or_else(|| alone.to_owned())
     }
 
-    /// The name of a measured surface's file.
+    /// Returns the file name of a measured surface.
     fn file(&self, point: &Point) -> Option<&str> {
         self.files.get(point.get(CONTENT.name)?).map(String::as_str)
     }
 
-    /// Whether a coordinate varies among the points of one file, or of none.
+    /// Returns true if a coordinate varies among the points with the same file, or without one.
     fn tells_apart(&self, name: &str, point: &Point) -> bool {
         let alike = |other: &&Point| self.file(other) == self.file(point);
         let mut others = self.points.iter().filter(alike);
@@ -106,17 +106,17 @@ impl Styles {
         Colour::Series(self.place(self.colour, point))
     }
 
-    /// Separate points in the colour and with the marker of a point of the study.
+    /// Returns the style of separate markers for a point.
     pub fn markers(&self, point: &Point) -> Style {
         Style::marker(self.colour(point), style::marker(self.place(self.marker, point)))
     }
 
-    /// A thin line in the colour of a point of the study, to join its markers.
+    /// Returns the style of the thin line that joins the markers of a point.
     pub fn joins(&self, point: &Point) -> Style {
         Style::line(self.colour(point), Dash::Solid, 1.0)
     }
 
-    /// A line in the colour of a point of the study, its pattern for its marker.
+    /// Returns the style of a line for a point, with a dash pattern instead of its marker.
     pub fn line(&self, point: &Point) -> Style {
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
         let dash = DASHES[self.place(self.marker, point) % DASHES.len()];
@@ -132,7 +132,7 @@ impl Styles {
     }
 }
 
-/// Numbers by size, anything else by the alphabet.
+/// Compares numbers by size, and other texts alphabetically.
 fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
     match (one.parse::<f64>(), other.parse::<f64>()) {
         (Ok(one), Ok(other)) => one.total_cmp(&other),
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(styles.label(&point(16, 32)).as_deref(), Some("k_lower 16"));
         let alone = Styles::of(&[point(1, 32)], &Files::new());
         assert_eq!(alone.label(&point(1, 32)), None);
-        // A surface has fewer coordinates than its contacts, and is the only one all the same.
+        // A surface has fewer coordinates than its contacts, and also has no label.
         let mut surface = point(1, 32);
         surface.remove("nodes");
         assert_eq!(alone.label(&surface), None);
@@ -191,15 +191,15 @@ mod tests {
         let both = [worn.clone(), new.clone()];
         assert_eq!(label(&both, &worn).as_deref(), Some("worn.npy"));
         assert_eq!(label(&both[..1], &worn).as_deref(), Some("worn.npy"));
-        // Colours follow the names, whatever the hashes are.
+        // Colours follow the order of names, not of hashes.
         let styles = Styles::of(&both, &files);
         assert_eq!([&new, &worn].map(|point| styles.colour(point)), [0, 1].map(Colour::Series));
-        // Read twice, it is told what differs.
+        // A file that is read twice has the difference in its label.
         let faded = of_file("c1", "4.2", "taper");
         let thrice = [worn.clone(), new.clone(), faded.clone()];
         assert_eq!(label(&thrice, &faded).as_deref(), Some("worn.npy · edges taper"));
         assert_eq!(label(&thrice, &new).as_deref(), Some("new.npy"));
-        // A random surface beside says nothing of what files have and it has not.
+        // A random surface does not add its parameters to the labels of files.
         let random = point(&[("k_lower", "4"), ("rms_slope", "0.02"), ("method", "filter")]);
         let mixed = [worn.clone(), random.clone()];
         assert_eq!(label(&mixed, &worn).as_deref(), Some("worn.npy"));

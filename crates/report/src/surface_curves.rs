@@ -1,5 +1,6 @@
-//! What `measure` stages tell of surfaces against a coordinate of its own: densities against
-//! wavenumbers, slopes against distances; means over the surfaces of a parameter point.
+//! Curves of surfaces against another coordinate than the load, from `measure` stages: densities
+//! against wavenumbers, slopes against distances. Curves are means over the surfaces of a parameter
+//! point.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,15 +10,15 @@ use asperity_stages::columns::ALONG;
 use asperity_tables::column::Column;
 use asperity_tables::table::{Table, TableError};
 
-/// Points to a factor of ten that a curve is drawn with.
+/// Number of points of a curve per decade.
 const POINTS_TO_A_DECADE: f64 = 24.0;
 
 /// A curve of the surfaces of one parameter point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceCurve {
-    /// Where they stand, without the coordinate of the curve.
+    /// Parameter point, without the coordinate of the curve.
     pub point: Point,
-    /// The direction that it is told along, if it has one.
+    /// Direction of the curve, if it has one.
     pub along: Option<String>,
     pub surfaces: usize,
     pub points: Vec<CurvePoint>,
@@ -27,14 +28,14 @@ pub struct SurfaceCurve {
 pub struct CurvePoint {
     pub x: f64,
     pub y: f64,
-    /// What it counts for among its neighbours.
+    /// Weight in means with its neighbours.
     pub weight: f64,
 }
 
-/// Sum over surfaces, their number, and the weight of the first.
+/// Sum over surfaces, number of surfaces, and weight of the first.
 type Sum = (f64, usize, f64);
 
-/// The curves of a table, in order of appearance; `weight` names the column of weights, if there are
+/// Returns the curves of a table, in order of appearance. `weight` is the column of weights, if
 /// any.
 pub fn of(
     table: &Table,
@@ -54,7 +55,7 @@ pub fn of(
         });
         for row in rows {
             let weight = weights.map_or(1.0, |weights| weights.value(row) as f64);
-            // Positive numbers sort as their bits do.
+            // The bits of positive numbers have their order.
             let bits = coordinates.value(row).to_bits();
             let sum = found[place].1.entry(bits).or_insert((0.0, 0, weight));
             sum.0 += values.value(row);
@@ -74,7 +75,7 @@ fn mean((bits, (sum, count, weight)): (u64, Sum)) -> CurvePoint {
     CurvePoint { x: f64::from_bits(bits), y: sum / count as f64, weight }
 }
 
-/// Rows whose coordinate ascends: one curve of one surface each.
+/// Splits rows into runs of ascending coordinates, each the curve of one surface.
 pub fn runs(coordinates: &[f64]) -> Vec<Range<usize>> {
     let mut starts: Vec<usize> = (0..coordinates.len())
         .filter(|&row| row == 0 || coordinates[row] <= coordinates[row - 1])
@@ -84,14 +85,14 @@ pub fn runs(coordinates: &[f64]) -> Vec<Range<usize>> {
 }
 
 impl SurfaceCurve {
-    /// Whether a surface of the study stands where this curve does: it has all of its coordinates.
+    /// Returns true if a surface has all coordinates of this curve.
     pub fn is_of(&self, surface: &Point) -> bool {
         let own = self.point.iter();
         own.into_iter().all(|(name, value)| surface.get(name) == Some(value))
     }
 }
 
-/// Fewer points for an axis of logarithms, evenly over it: the weighted means of those between.
+/// Joins points to weighted means that are evenly spaced on a logarithmic axis.
 pub fn thinned(points: &[CurvePoint]) -> Vec<(f64, f64)> {
     let place = |point: &CurvePoint| (POINTS_TO_A_DECADE * point.x.log10()).floor() as i64;
     let joined = points.chunk_by(|one, other| place(one) == place(other));
@@ -161,7 +162,7 @@ mod tests {
         let thin = thinned(&points);
         assert!(thin.len() < 90, "{}", thin.len());
         for (x, y) in thin {
-            // Within a twenty-fourth of a decade the mean of a power law is above it by less.
+            // The mean over 1/24 of a decade exceeds the power law by less than 2 %.
             assert!((y * x.powf(3.6) - 1.0).abs() < 0.02, "{x}");
         }
     }

@@ -1,10 +1,10 @@
-//! The units that numbers of a page are told in: lengths in metres with the prefix that suits them,
-//! and pressures in pascals where they are known to be.
+//! Units of the numbers on a page: lengths in metres with a suitable prefix, and pressures in
+//! pascals if their unit is known.
 //!
-//! Tables hold lengths in the unit of their surface and pressures in that of the modulus. Lengths that
-//! can be metres become metres. The unit of a modulus is written nowhere: it is taken for the pascal
-//! where lengths are known and E* is at least a million, which no solid reaches in megapascals and all
-//! but gels exceed in pascals.
+//! Tables contain lengths in the unit of their surface and pressures in that of the modulus.
+//! Lengths are converted to metres if possible. The unit of the modulus is not recorded. It is
+//! assumed to be the pascal if the unit of length is known and E* ≥ 10⁶: no solid reaches this
+//! number in megapascals, and all but gels exceed it in pascals.
 
 use std::collections::BTreeMap;
 
@@ -16,30 +16,30 @@ use asperity_stages::columns::{SPECTRUM_OF, SURFACE, UNIT};
 use asperity_tables::table::TableError;
 use asperity_topography_files::length_ratio;
 
-/// E* is taken to be in pascals from here on.
+/// Smallest E* that is assumed to be in pascals.
 const LEAST_MODULUS_IN_PASCALS: f64 = 1e6;
-/// A scale bar takes at most this share of the map's side along x.
+/// Largest length of a scale bar relative to the side of the map along x.
 const MOST_OF_SIDE: f64 = 0.35;
 
-/// The units of length of a study's surfaces.
+/// Units of length of the surfaces of a study.
 #[derive(Debug)]
 pub struct Units {
-    /// Of measured surfaces, by their names.
+    /// Units of measured surfaces by the names of the surfaces.
     by_surface: BTreeMap<String, String>,
 }
 
 /// A unit of length that several surfaces share.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LengthUnit {
-    /// The metre; the units of all can be turned into it.
+    /// The metre; all units can be converted to it.
     Metre,
-    /// The same for all, and no length that is known.
+    /// An unknown unit that all surfaces share.
     Named(String),
-    /// Not known, or not the same.
+    /// No unit, or several unknown ones.
     Unknown,
 }
 
-/// What numbers are multiplied with to be in a unit.
+/// A unit, and the factor that converts numbers to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scaled {
     pub factor: f64,
@@ -47,7 +47,7 @@ pub struct Scaled {
 }
 
 impl Units {
-    /// As the study's surfaces say them.
+    /// Reads the units from the tables of surfaces.
     pub fn of(finished: &FinishedStages) -> Result<Units, TableError> {
         let mut by_surface = BTreeMap::new();
         let columns = [SURFACE.name, UNIT.name];
@@ -63,7 +63,8 @@ impl Units {
         Ok(Units { by_surface })
     }
 
-    /// That of the surfaces at a point: their own, or that of the surface whose spectrum they have.
+    /// Returns the unit of the surfaces at a point: their own, or that of the surface whose
+    /// spectrum they have.
     pub fn at<'a>(&'a self, point: &'a Point) -> Option<&'a str> {
         let own = point.get(UNIT.name);
         let of_model = || self.by_surface.get(point.get(SPECTRUM_OF.name)?);
@@ -72,7 +73,7 @@ impl Units {
 }
 
 impl LengthUnit {
-    /// Of surfaces with these units; none where one has none.
+    /// Returns the common unit of surfaces with these units.
     pub fn common<'a>(units: impl IntoIterator<Item = Option<&'a str>>) -> LengthUnit {
         let units: Option<Vec<&str>> = units.into_iter().collect();
         match units.as_deref() {
@@ -87,7 +88,7 @@ impl LengthUnit {
         }
     }
 
-    /// What a length of a surface in its own unit is multiplied with.
+    /// Returns the factor that converts a length in the unit of a surface to the common unit.
     pub fn factor(&self, unit: Option<&str>) -> f64 {
         match self {
             LengthUnit::Metre => unit.and_then(in_metres).unwrap_or(1.0),
@@ -95,7 +96,7 @@ impl LengthUnit {
         }
     }
 
-    /// For lengths up to the largest, in this unit.
+    /// Returns the unit with a prefix for lengths up to `largest`.
     pub fn scaled(&self, largest: f64) -> Scaled {
         match self {
             LengthUnit::Metre => prefixed(largest, "m"),
@@ -104,7 +105,7 @@ impl LengthUnit {
         }
     }
 
-    /// Its name in a power, as on axes: `m⁴`.
+    /// Returns the name of a power of the unit, for axes: `m⁴`.
     pub fn power(&self, superscript: &str) -> String {
         match self {
             LengthUnit::Metre => format!("m{superscript}"),
@@ -120,7 +121,8 @@ impl Scaled {
     }
 }
 
-/// Pressures up to the largest: in pascals where they are known to be, else in the unit of E*.
+/// Returns the unit of pressures up to `largest`: pascals with a prefix if known, otherwise the
+/// unit of E*.
 pub fn of_pressures(largest: f64, least_modulus: f64, lengths: &LengthUnit) -> Scaled {
     if *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS {
         in_pascals(largest)
@@ -129,13 +131,13 @@ pub fn of_pressures(largest: f64, least_modulus: f64, lengths: &LengthUnit) -> S
     }
 }
 
-/// For pressures in pascals up to the largest.
+/// Returns pascals with a prefix for pressures up to `largest`.
 pub fn in_pascals(largest: f64) -> Scaled {
     prefixed(largest, "Pa")
 }
 
-/// A bar of 1, 2 or 5 times a power of ten for a map of a side along x; none where nobody knows the
-/// unit.
+/// Returns a scale bar of 1, 2 or 5 times a power of ten for a map with this side along x, or
+/// `None` if the unit is unknown.
 pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {
     let shared = LengthUnit::common([unit]);
     if shared == LengthUnit::Unknown {
@@ -153,7 +155,8 @@ pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {
     })
 }
 
-/// A number with so many significant digits and a true minus, without zeros at its end.
+/// Formats a number with this number of significant digits, a true minus sign and no trailing
+/// zeros.
 pub fn digits(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits.max(1) - 1).parse().unwrap_or(value);
     let text = if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) {
@@ -164,7 +167,7 @@ pub fn digits(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
-/// A unit with the prefix that leaves the largest number between 1 and 1000.
+/// Returns the unit with the prefix for which `largest` is between 1 and 1000.
 fn prefixed(largest: f64, unit: &str) -> Scaled {
     const PREFIXES: [(f64, &str); 8] = [
         (1e9, "G"),
@@ -176,7 +179,7 @@ fn prefixed(largest: f64, unit: &str) -> Scaled {
         (1e-9, "n"),
         (1e-12, "p"),
     ];
-    // Twelve digits: 1000 nm with a little rounding is 1 µm.
+    // Tolerate rounding, so 1000 nm is 1 µm.
     let size = largest.abs() * (1.0 + 1e-12);
     let prefix = PREFIXES.into_iter().find(|(value, _)| size >= *value);
     let (value, prefix) =
@@ -184,7 +187,7 @@ fn prefixed(largest: f64, unit: &str) -> Scaled {
     Scaled { factor: 1.0 / value, unit: format!("{prefix}{unit}") }
 }
 
-/// How many metres a unit of length is.
+/// Returns a unit of length in metres.
 fn in_metres(unit: &str) -> Option<f64> {
     (!unit.is_empty()).then(|| length_ratio(unit, "m")).flatten()
 }

@@ -1,4 +1,4 @@
-//! Axes: what they say, which numbers they show, and how these are written.
+//! Axes: labels, ranges and the format of their numbers.
 
 use std::sync::Arc;
 
@@ -7,19 +7,17 @@ use kuva::TickFormat;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     pub label: String,
-    /// How numbers become lengths.
     pub spacing: Spacing,
-    /// Returns the ends of the axis: those given, or those of the data with some room. They are
-    /// clamped to a range in which the drawing crate finds tick marks.
+    /// Ends of the axis; `None` to use those of the data with some room.
     pub range: Option<[f64; 2]>,
 }
 
-/// How numbers become lengths.
+/// Mapping of numbers to positions along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
     Linear,
     Logarithmic,
-    /// By their logarithm, with powers of two along the axis.
+    /// Logarithmic, with ticks at powers of two.
     Octaves,
 }
 
@@ -32,7 +30,7 @@ impl Axis {
         Axis::new(label, Spacing::Logarithmic)
     }
 
-    /// Numbers by their logarithm, as of cutoffs and meshes that double.
+    /// Creates a logarithmic axis with ticks at powers of two, for cutoffs and meshes.
     pub fn octaves(label: impl Into<String>) -> Axis {
         Axis::new(label, Spacing::Octaves)
     }
@@ -45,13 +43,13 @@ impl Axis {
         Axis { range: Some([from, to]), ..self }
     }
 
-    /// Whether a number has a place on it, in or out of sight.
+    /// Returns true if a number has a position on the axis, even out of its range.
     pub fn can_show(&self, value: f64) -> bool {
         value.is_finite() && (self.spacing == Spacing::Linear || value > 0.0)
     }
 
-    /// The numbers at its ends: those given, or those of the data and some room; ends between which
-    /// the drawing crate finds numbers to show.
+    /// Returns the ends of the axis: those given, or those of the data with some room. They are
+    /// clamped to a range in which the drawing crate finds tick marks.
     pub fn ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
         /// Largest end: sums of larger numbers overflow in the drawing crate.
         const FARTHEST: f64 = 1e60;
@@ -89,7 +87,8 @@ impl Axis {
         match self.spacing {
             Spacing::Linear => {
                 let room = 0.05 * if most > least { most - least } else { most.abs().max(1.0) };
-                // Most quantities are not negative: an axis that begins near zero begins there.
+                // Most quantities are not negative, so an axis that begins near zero begins at
+                // zero.
                 let from = if least >= 0.0 && least < 0.35 * most { 0.0 } else { least - room };
                 [from, most + room]
             }
@@ -100,8 +99,8 @@ impl Axis {
         }
     }
 
-    /// The spacing between these ends: a narrow axis has too few of the numbers 1, 2, 5, 10 … that
-    /// stand along one of logarithms.
+    /// Returns the spacing between these ends. A narrow logarithmic axis is drawn as linear,
+    /// because it has too few of the ticks 1, 2, 5, 10 …
     pub fn spacing_between(&self, [from, to]: [f64; 2]) -> Spacing {
         match self.spacing {
             Spacing::Logarithmic if to < 5.0 * from => Spacing::Linear,
@@ -111,10 +110,10 @@ impl Axis {
 }
 
 impl Spacing {
-    /// A power of ten that lifts the numbers of an axis above those that the drawing crate takes
-    /// for zero on axes of logarithms; their distances stay as they are.
+    /// Returns a power of ten that lifts the numbers of a logarithmic axis above those that the
+    /// drawing crate treats as zero. Their distances stay the same.
     pub(super) fn lift(self, [from, _]: [f64; 2]) -> f64 {
-        /// The crate draws everything below a tenth of this at the same place.
+        /// The crate draws all numbers below a tenth of this at the same position.
         const LEAST: f64 = 1e-9;
         match self {
             Spacing::Logarithmic if from < LEAST => 10f64.powi(-from.log10().floor() as i32),
@@ -122,7 +121,7 @@ impl Spacing {
         }
     }
 
-    /// Where a number stands for the drawing crate, which knows no octaves.
+    /// Returns the number for the drawing crate, which does not have octaves.
     pub(super) fn place(self, value: f64, lift: f64) -> f64 {
         match self {
             Spacing::Octaves => value.log2(),
@@ -130,7 +129,7 @@ impl Spacing {
         }
     }
 
-    /// How the numbers are written that have been placed.
+    /// Returns the format of the numbers that [`Spacing::place`] returns.
     pub(super) fn ticks(self, lift: f64) -> TickFormat {
         match self {
             Spacing::Linear => TickFormat::Custom(Arc::new(plain)),
@@ -140,13 +139,13 @@ impl Spacing {
     }
 }
 
-/// A number without a tail of rounding; far from one, a multiple of a power of ten.
+/// Formats a number without rounding errors, and very large or small numbers with a power of ten.
 fn plain(value: f64) -> String {
     let size = value.abs();
     if size > 0.0 && !(1e-4..1e5).contains(&size) {
         return scientific(value);
     }
-    // Ticks are multiples of round numbers: ten digits hold them, rounding is beyond.
+    // Ticks are multiples of round numbers, so ten decimals show them without rounding errors.
     let rounded = format!("{value:.10}");
     let text = rounded.trim_end_matches('0').trim_end_matches('.');
     match text {
@@ -155,7 +154,7 @@ fn plain(value: f64) -> String {
     }
 }
 
-/// A number on an axis of logarithms.
+/// Formats a number on a logarithmic axis.
 fn power(value: f64) -> String {
     if (1e-2 * (1.0 - 1e-6)..1e3 * (1.0 + 1e-6)).contains(&value) {
         plain(value)
@@ -164,9 +163,9 @@ fn power(value: f64) -> String {
     }
 }
 
-/// `2.5·10⁷`, and `10⁷` for the power itself.
+/// Formats a number as `2.5·10⁷`, or as `10⁷` for a power of ten.
 fn scientific(value: f64) -> String {
-    // The exponent of what is written: 9.99…e6 is 10⁷.
+    // Take the exponent after rounding: 9.99…e6 is 10⁷.
     let written = format!("{value:.9e}");
     let (mantissa, exponent) = written.split_once('e').unwrap_or((&written, "0"));
     let exponent = superscript(exponent.parse().unwrap_or(0));

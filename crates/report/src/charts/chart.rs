@@ -10,41 +10,41 @@ use kuva::{AxisLine, Theme, TickAlign};
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::style::{Colour, Style};
 
-/// Pixels below which a chart has room for few numbers along its axes.
+/// Width in pixels below which a chart has fewer ticks.
 const NARROW: f64 = 330.0;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// A few words above it, where charts stand side by side.
+    /// Short text above the chart; empty for none.
     pub title: String,
     pub x: Axis,
     pub y: Axis,
     pub series: Vec<Series>,
-    /// Words at places of the chart: x, y.
+    /// Texts at points (x, y) of the chart.
     pub notes: Vec<(f64, f64, String)>,
 }
 
-/// Points that belong together.
+/// Points with a common style and label.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Ascending in x where a line joins them.
+    /// Points, ascending in x if a line joins them.
     pub points: Vec<DataPoint>,
     pub style: Style,
-    /// What they are, in the legend; series of one name have one entry.
+    /// Label in the legend; series with the same label share one entry.
     pub label: Option<String>,
 }
 
-/// A point, perhaps with an error bar.
+/// A point with an optional error bar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DataPoint {
     pub x: f64,
     pub y: f64,
-    /// The ends of its error bar.
+    /// Ends of the error bar.
     pub bar: Option<[f64; 2]>,
 }
 
 impl Series {
-    /// Points without error bars.
+    /// Creates a series of points without error bars.
     pub fn new(points: impl IntoIterator<Item = (f64, f64)>, style: Style) -> Series {
         let points = points.into_iter();
         Series {
@@ -54,7 +54,7 @@ impl Series {
         }
     }
 
-    /// A curve, drawn finely between two numbers: evenly on the axis where it belongs.
+    /// Creates a smooth curve between two numbers, with points evenly spaced on the axis `on`.
     pub fn curve(
         of: impl Fn(f64) -> f64,
         [from, to]: [f64; 2],
@@ -83,22 +83,21 @@ impl Series {
 }
 
 impl Chart {
-    /// Axes and nothing on them yet.
+    /// Creates an empty chart.
     pub fn new(x: Axis, y: Axis) -> Chart {
         Chart { title: String::new(), x, y, series: Vec::new(), notes: Vec::new() }
     }
 
-    /// Whether a line joins points of any series.
+    /// Returns true if a series has at least two points.
     pub fn has_curves(&self) -> bool {
         self.series.iter().any(|series| series.points.len() > 1)
     }
 
-    /// The same under a few words.
     pub fn titled(self, title: impl Into<String>) -> Chart {
         Chart { title: title.into(), ..self }
     }
 
-    /// Draws it, `[width, height]` in pixels, with words of the given size.
+    /// Draws the chart. `size` is [width, height] in pixels, `words` the font size.
     pub(super) fn draw(&self, size: [f64; 2], words: u32) -> Scene {
         let frame = Frame::of(self);
         let layout = self.layout(&frame, size, words);
@@ -107,7 +106,7 @@ impl Chart {
         let plots = series().flat_map(|series| self.plots(series, &frame, words));
         let mut scene = render_multiple(plots.collect(), layout);
         let bars = series().filter_map(|series| self.bars(series, &frame, &computed));
-        // Error bars lie under the points: after the axes, before what is clipped to them.
+        // Draw error bars below the points: after the axes, before the clipped elements.
         let mut elements = scene.elements.iter();
         let at = elements.position(|element| matches!(element, Primitive::ClipStart { .. }));
         let at = at.unwrap_or(scene.elements.len());
@@ -213,7 +212,7 @@ impl Chart {
     }
 }
 
-/// The numbers at the ends of the axes, and how they are put to the crate that draws.
+/// Ends of the axes, and the conversion of numbers for the drawing crate.
 struct Frame {
     x: [f64; 2],
     y: [f64; 2],

@@ -1,4 +1,4 @@
-//! A map under a few words, with the length of its scale bar and the numbers of its colours below.
+//! A map with a title above, and a scale bar and a colour bar below.
 
 use std::fmt::Write;
 
@@ -9,23 +9,23 @@ use crate::charts::raster::Raster;
 use crate::charts::style::Colour;
 use crate::charts::svg::width_of;
 
-/// Size of words, in pixels.
+/// Font size in pixels.
 pub(super) const WORDS: u32 = 13;
-/// Height of a line of words above a map.
+/// Height of a line of the title, in pixels.
 const HEAD: f64 = 24.0;
-/// Height of a bar below it.
+/// Height of a bar below a map, in pixels.
 const FOOT: f64 = 22.0;
-/// Between a bar and its words.
+/// Distance between a bar and its label, in pixels.
 const SPACE: f64 = 6.0;
-/// Room that a colour bar takes at least, below maps that are narrower.
+/// Smallest width of a colour bar with its labels, in pixels.
 const LEAST_BAR: f64 = 180.0;
 
-/// A map and what is told of it.
+/// A map with its title and bars.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapPanel {
     pub title: String,
     pub raster: Raster,
-    /// Sides of what it shows along x, to the right, and y, upwards, in any unit.
+    /// Sides of the map along x (right) and y (up), in any unit.
     pub size: [f64; 2],
     pub scale_bar: Option<ScaleBar>,
     pub colour_bar: Option<ColourBar>,
@@ -33,13 +33,13 @@ pub struct MapPanel {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaleBar {
-    /// In the unit of the map's sides.
+    /// Length in the unit of the map's sides.
     pub length: f64,
-    /// The same with its unit.
+    /// Length with its unit.
     pub label: String,
 }
 
-/// The colours of a map and the numbers at their ends.
+/// Colours of a map, and the numbers at both ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColourBar {
     pub colours: Raster,
@@ -47,19 +47,19 @@ pub struct ColourBar {
     pub highest: String,
 }
 
-/// What all maps of a figure have in common, so that those of one row are of one size.
+/// Layout shared by all maps of a figure, so maps of a row have the same size.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
-    /// Height of the tallest of the maps, whose longer sides are one.
+    /// Height of the tallest map, relative to its longer side.
     tallest: f64,
-    /// Lines of words above the map that has most of them.
+    /// Largest number of lines of a title.
     lines: usize,
-    /// Bars below the map that has most of them.
+    /// Largest number of bars below a map.
     bars: usize,
 }
 
 impl Frame {
-    /// Of maps in panels of a width.
+    /// Computes the layout of maps in panels of this width.
     pub(super) fn of<'a>(maps: impl Iterator<Item = &'a MapPanel>, width: f64) -> Frame {
         let none = Frame { tallest: 0.0, lines: 0, bars: 0 };
         let frame = maps.fold(none, |frame, map| {
@@ -73,7 +73,7 @@ impl Frame {
         if frame.tallest > 0.0 { frame } else { Frame { tallest: 1.0, ..frame } }
     }
 
-    /// Height of a panel of a width that holds each of the maps.
+    /// Returns the height of a panel of this width that holds each of the maps.
     pub(super) fn height(&self, width: f64) -> f64 {
         width * self.tallest + HEAD * self.lines as f64 + self.foot()
     }
@@ -92,7 +92,7 @@ impl MapPanel {
         usize::from(self.scale_bar.is_some()) + usize::from(self.colour_bar.is_some())
     }
 
-    /// Draws it into a panel; pictures go behind the scene.
+    /// Draws the map into a panel. Pixels go to `pictures`, which lies behind the scene.
     pub(super) fn draw(
         &self,
         [width, height]: [f64; 2],
@@ -194,7 +194,7 @@ fn picture(raster: &Raster, [x, y]: [f64; 2], [width, height]: [f64; 2], picture
     );
 }
 
-/// Words broken between parts so that lines fit a width.
+/// Breaks a title between its parts, so lines fit a width.
 fn wrapped(text: &str, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for part in text.split(" · ") {
@@ -226,7 +226,7 @@ mod tests {
         Figure { rows, panel }.to_svg("maps")
     }
 
-    /// What follows an attribute in every place.
+    /// Returns all values of an attribute.
     fn numbers(svg: &str, attribute: &str) -> Vec<f64> {
         let opening = format!(" {attribute}=\"");
         let told = svg.split(&opening).skip(1);

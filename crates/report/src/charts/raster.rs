@@ -1,4 +1,4 @@
-//! Maps of a surface as pictures: heights, pressures, contact.
+//! Maps of heights, pressures or contact as pictures.
 //!
 //! x runs to the right and y upwards, as on paper: node (i, j) of a map with N nodes a side is the
 //! pixel in column i and row N − 1 − j.
@@ -11,25 +11,25 @@ use asperity_contact::morphology::map::ContactMap;
 
 pub type Pixel = [u8; 3];
 
-/// Where there is no contact.
+/// Colour of nodes out of contact.
 pub const GAP: Pixel = [255, 255, 255];
-/// Where a height is missing; of no scale.
+/// Colour of missing heights, which is not in any scale.
 pub const HOLE: Pixel = [213, 46, 35];
-/// Where there is.
+/// Colour of nodes in contact.
 pub const CONTACT: Pixel = [38, 38, 38];
 
-/// Colours that a file names by one byte a pixel.
+/// Largest number of colours in a file with one byte per pixel.
 const PALETTE: usize = 256;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Raster {
     width: usize,
     height: usize,
-    /// Row by row from the top.
+    /// Pixels by rows, from the top.
     pixels: Vec<Pixel>,
 }
 
-/// Colours of numbers.
+/// Mapping of numbers to colours.
 #[derive(Debug, Clone, Copy)]
 pub struct Scale {
     gradient: Gradient,
@@ -38,12 +38,12 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// From the lowest valley to the highest peak.
+    /// Creates a scale from the lowest to the highest height.
     pub fn of_heights(heights: &[f64]) -> Scale {
         Scale::over(CIVIDIS, heights)
     }
 
-    /// From no pressure to the highest one.
+    /// Creates a scale from zero to the highest pressure.
     pub fn of_pressures(pressures: &[f64]) -> Scale {
         let scale = Scale::over(INFERNO, pressures);
         Scale { lowest: 0.0, ..scale }
@@ -58,37 +58,37 @@ impl Scale {
         }
     }
 
-    /// The numbers at its two ends.
+    /// Returns the numbers at both ends of the scale.
     pub fn range(&self) -> RangeInclusive<f64> {
         self.lowest..=self.highest
     }
 
-    /// All of its colours, from the lowest number to the highest.
+    /// Returns the colours of the scale, from the lowest to the highest number.
     pub fn bar(&self) -> Raster {
         let colour = |step| self.gradient.eval_rational(step, PALETTE).into_array();
         Raster { width: PALETTE, height: 1, pixels: (0..PALETTE).map(colour).collect() }
     }
 
-    /// The colour of a number; numbers beyond an end have that of the end.
+    /// Returns the colour of a number. Numbers beyond an end have the colour of the end.
     pub fn colour(&self, value: f64) -> Pixel {
         let share = (value - self.lowest) / (self.highest - self.lowest);
-        // A constant map has no range: one colour for all of it.
+        // A constant map has no range, so it has one colour.
         let share = if share.is_finite() { share } else { 0.5 };
-        // As many colours as a palette holds, and more than an eye tells apart.
+        // A palette has more colours than an eye distinguishes.
         let step = ((PALETTE - 1) as f64 * share.clamp(0.0, 1.0)).round();
         self.gradient.eval_rational(step as usize, PALETTE).into_array()
     }
 }
 
-/// The colour of what touches from the given one of `count` ascending loads on: light for the
-/// heaviest.
+/// Returns the colour of nodes in contact from this one of `count` ascending loads; heavier loads
+/// have lighter colours.
 pub fn colour_of_load(load: usize, count: usize) -> Pixel {
     let share = 1.0 - 0.85 * load as f64 / count.max(1) as f64;
     YELLOW_GREEN_BLUE.eval_continuous(share).into_array()
 }
 
 impl Raster {
-    /// Heights of the nodes, row-major; NaN where one is missing.
+    /// Draws the heights of nodes, row-major, with NaN for missing ones.
     pub fn of_heights(nodes: [usize; 2], heights: &[f64]) -> Raster {
         Raster::of_heights_on(&Scale::of_heights(heights), nodes, heights)
     }
@@ -99,7 +99,7 @@ impl Raster {
         })
     }
 
-    /// Pressures of the nodes, row-major, zero where there is no contact.
+    /// Draws the pressures of nodes, row-major, with zero for nodes out of contact.
     pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Raster {
         let scale = Scale::of_pressures(pressures);
         Raster::of_nodes(nodes, |node| {
@@ -113,11 +113,10 @@ impl Raster {
         Raster::of_nodes(map.nodes(), |node| if touches(node) { CONTACT } else { GAP })
     }
 
-    /// Maps of one surface under ascending loads, laid over each other: every node has the colour
-    /// of the lightest load under which it touches.
+    /// Draws the contact maps of a surface at ascending loads in one picture: each node has the
+    /// colour of the lightest load at which it is in contact.
     ///
-    /// # Panics
-    /// When the maps have different meshes, or there is none.
+    /// # Panics If the maps have different meshes, or there are none.
     pub fn of_contacts(maps: &[ContactMap]) -> Raster {
         let nodes = maps[0].nodes();
         Raster::of_nodes(nodes, |node| {
@@ -127,14 +126,14 @@ impl Raster {
         })
     }
 
-    /// x to the right, y upwards.
+    /// Draws nodes with x to the right and y upwards.
     fn of_nodes([nodes_x, nodes_y]: [usize; 2], colour: impl Fn(usize) -> Pixel) -> Raster {
         let rows = (0..nodes_y).rev();
         let pixels = rows.flat_map(|j| (0..nodes_x).map(move |i| i * nodes_y + j));
         Raster { width: nodes_x, height: nodes_y, pixels: pixels.map(colour).collect() }
     }
 
-    /// Row by row from the top.
+    /// Returns the pixels by rows, from the top.
     #[cfg(test)]
     pub(super) fn pixels(&self) -> impl Iterator<Item = &Pixel> {
         self.pixels.iter()
@@ -144,8 +143,8 @@ impl Raster {
         [self.width, self.height]
     }
 
-    /// The picture of a map of these sides with pixels as high as wide: where nodes are further apart
-    /// along one axis they become several pixels along it.
+    /// Returns a picture with square pixels for a map with these sides. If nodes are further apart
+    /// along one axis, each becomes several pixels along it.
     pub fn in_proportion(self, [size_x, size_y]: [f64; 2]) -> Raster {
         let [step_x, step_y] = [size_x / self.width as f64, size_y / self.height as f64];
         let pixels = |size: f64| (size / step_x.min(step_y)).round() as usize;
@@ -161,7 +160,7 @@ impl Raster {
         Raster { width, height, pixels: places.map(nearest).collect() }
     }
 
-    /// The picture at most `most` pixels wide and high: squares of pixels become their mean.
+    /// Reduces the picture to at most `most` pixels per side, by means over squares of pixels.
     pub fn at_most(&self, most: usize) -> Raster {
         let factor = self.width.max(self.height).div_ceil(most.max(1));
         if factor <= 1 {
@@ -185,19 +184,24 @@ impl Raster {
         Raster { width, height, pixels: cells.map(mean).collect() }
     }
 
-    /// The picture as a PNG file, the same bytes every time: a third as many if a palette holds its
-    /// colours.
+    /// Encodes the picture as PNG. Equal pictures give equal bytes. Pictures with few colours use a
+    /// palette, which takes a third of the space.
     pub fn to_png(&self) -> Vec<u8> {
         let mut palette: Vec<Pixel> = self.pixels.clone();
         palette.sort_unstable();
         palette.dedup();
         let size = self
             .size()
-            .map(|side| u32::try_from(side).expect("a mesh of fewer than 2³² nodes a side"));
+            .map(|side| u32::try_from(side).expect("a picture has fewer than 2³² pixels per side"));
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
         encoder.set_compression(png::Compression::High);
-        let place = |pixel: &Pixel| palette.binary_search(pixel).expect("it is among them") as u8;
+        let place = |pixel: &Pixel| {
+            palette.binary_search(pixel).expect(
+                "the palette contains all \
+                                                                         colours",
+            ) as u8
+        };
         let pixels = if palette.len() <= PALETTE {
             encoder.set_color(png::ColorType::Indexed);
             encoder.set_palette(palette.as_flattened().to_vec());
@@ -217,22 +221,23 @@ impl Raster {
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightMap {
     pub raster: Raster,
-    /// Its colours, from the lowest height to the highest.
+    /// Colours of the scale, from the lowest to the highest height.
     pub colours: Raster,
-    /// Those two heights, of all nodes, about the mean; none where no height is known.
+    /// Lowest and highest height of all nodes, relative to their mean; `None` if all are missing.
     pub range: Option<[f64; 2]>,
 }
 
 impl HeightMap {
-    /// Heights of the nodes, row-major, NaN where one is missing, on at most so many pixels a side.
+    /// Draws the heights of nodes, row-major with NaN for missing ones, on at most `most` pixels
+    /// per side.
     ///
-    /// Of a map with more nodes a pixel is a rectangle of them: the mean of its known heights, or a
-    /// hole where at least half of its nodes are missing, so that holes keep their area.
+    /// On a larger map, a pixel is a rectangle of nodes: the mean of the known heights, or a hole
+    /// if at least half of them are missing. So holes keep their area.
     pub fn of(nodes: [usize; 2], heights: &[f64], most: usize) -> HeightMap {
         let scale = Scale::of_heights(heights);
         let (pixels, means) = reduced(nodes, heights, most);
         let (lowest, highest) = scale.range().into_inner();
-        // From the lowest on, as an instrument may count from far below.
+        // Subtract the lowest height, because an instrument may measure from far below.
         let known = heights.iter().filter(|height| !height.is_nan());
         let above: f64 = known.clone().map(|height| height - lowest).sum();
         let mean = above / known.count() as f64;
@@ -244,7 +249,7 @@ impl HeightMap {
     }
 }
 
-/// Means over rectangles of nodes, as many along either axis as keep the map within `most` a side.
+/// Returns means over rectangles of nodes, which reduce the map to at most `most` pixels per side.
 fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<f64>) {
     let [step_x, step_y] = nodes.map(|side| side.div_ceil(most.max(1)));
     let pixels = [nodes[0].div_ceil(step_x), nodes[1].div_ceil(step_y)];

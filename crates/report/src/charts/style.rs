@@ -1,8 +1,8 @@
-//! How a series looks: its colour, its line, its markers.
+//! Style of a series: colour, line and marker.
 //!
-//! A figure names colours by variables, so that the page that shows it may be light or dark. A
-//! figure that goes out alone has the light ones written in. Series have the colours of Okabe & Ito
-//! (2008), which the colour-blind tell apart; on dark paper they are lighter.
+//! A figure uses CSS variables for colours, so a page can be light or dark. A separate file
+//! contains the light colours. Series have colours after Okabe & Ito (2008), which colour-blind
+//! people can distinguish, and lighter ones on a dark page.
 
 use kuva::plot::LineStyle;
 use kuva::plot::scatter::MarkerShape;
@@ -17,7 +17,7 @@ pub struct Style {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
     pub dash: Dash,
-    /// Its width, in pixels.
+    /// Width in pixels.
     pub width: f64,
 }
 
@@ -30,8 +30,8 @@ pub enum Dash {
     DashDot,
 }
 
-/// The marker of a place among all; they come round again after the last.
-pub fn marker(place: usize) -> MarkerShape {
+/// Returns the marker with this index; markers repeat after the last.
+pub fn marker(index: usize) -> MarkerShape {
     const ALL: [MarkerShape; 6] = [
         MarkerShape::Circle,
         MarkerShape::Triangle,
@@ -40,7 +40,7 @@ pub fn marker(place: usize) -> MarkerShape {
         MarkerShape::TriangleDown,
         MarkerShape::Cross,
     ];
-    ALL[place % ALL.len()]
+    ALL[index % ALL.len()]
 }
 
 impl Style {
@@ -48,12 +48,12 @@ impl Style {
         Style { colour, line: Some(Line { dash, width }), marker: None }
     }
 
-    /// Separate points.
+    /// Creates a style of separate markers.
     pub fn marker(colour: Colour, marker: MarkerShape) -> Style {
         Style { colour, line: None, marker: Some(marker) }
     }
 
-    /// The same with a thin line through the points.
+    /// Adds a thin line through the points.
     pub fn joined(self) -> Style {
         let line = Line { dash: Dash::Solid, width: 1.0 };
         Style { line: Some(line), ..self }
@@ -70,22 +70,22 @@ impl Dash {
         }
     }
 
-    /// Lengths of strokes and gaps.
+    /// Returns the lengths of strokes and gaps.
     pub(super) fn array(self) -> Option<String> {
         self.pattern().dasharray()
     }
 }
 
-/// A colour, by what it is for.
+/// A colour by its use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Colour {
     Text,
-    /// What is of lesser weight: guides, asymptotes.
+    /// Secondary elements, such as guides and asymptotes.
     Muted,
     Grid,
-    /// What it is all drawn on.
+    /// Background of drawings.
     Background,
-    /// A series of data, by its place among all; colours come round again after the last.
+    /// Series of data, by its index; colours repeat after the last.
     Series(usize),
 }
 
@@ -115,24 +115,24 @@ impl Colour {
             Colour::Muted => "--soft".to_owned(),
             Colour::Grid => "--grid".to_owned(),
             Colour::Background => "--paper".to_owned(),
-            Colour::Series(place) => format!("--series-{}", place % SERIES.len()),
+            Colour::Series(index) => format!("--series-{}", index % SERIES.len()),
         }
     }
 
-    /// On light paper and on dark.
+    /// Returns the colours on a light and on a dark page.
     fn shades(self) -> [&'static str; 2] {
         let (light, dark) = match self {
             Colour::Text => ("#1b1b1b", "#e8e8e8"),
             Colour::Muted => ("#6b6b6b", "#a8a8a8"),
             Colour::Grid => ("#e4e4e4", "#3a3d42"),
             Colour::Background => ("#ffffff", "#17191c"),
-            Colour::Series(place) => SERIES[place % SERIES.len()],
+            Colour::Series(index) => SERIES[index % SERIES.len()],
         };
         [light, dark]
     }
 }
 
-/// Declarations of all variables, for light paper and for dark.
+/// Returns the declarations of all variables, for light and dark pages.
 pub fn declarations() -> [String; 2] {
     [0, 1].map(|mode| {
         let colours = Colour::all();
@@ -140,8 +140,7 @@ pub fn declarations() -> [String; 2] {
     })
 }
 
-/// The same drawing with the colours of light paper written in, for programs that know no
-/// variables.
+/// Replaces variables by the light colours, for programs without CSS variables.
 pub fn written_in(svg: &str) -> String {
     Colour::all().fold(svg.to_owned(), |svg, colour| svg.replace(&colour.css(), colour.shades()[0]))
 }
@@ -150,7 +149,7 @@ pub fn written_in(svg: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Relative luminance by WCAG 2.
+    /// Returns the relative luminance by WCAG 2.
     fn luminance(colour: &str) -> f64 {
         let channel = |at: usize| {
             let value = u8::from_str_radix(&colour[at..at + 2], 16).unwrap();
@@ -177,7 +176,7 @@ mod tests {
                 Colour::all().filter(|colour| !matches!(colour, Colour::Background | Colour::Grid))
             {
                 let shade = colour.shades()[mode];
-                // WCAG asks for 4.5 of words and for 3 of graphics.
+                // WCAG requires a contrast of 4.5 for text and 3 for graphics.
                 let least = if matches!(colour, Colour::Series(_)) { 3.0 } else { 4.5 };
                 assert!(contrast(shade, paper) >= least, "{colour:?} in mode {mode}");
             }

@@ -1,7 +1,6 @@
-//! Drawings as SVG, on a page or alone in a file, and as PNG.
+//! Drawings as SVG, on a page or in a separate file, and as PNG.
 //!
-//! Words are set in the font that travels with the program, so that a figure is the same on every
-//! machine, whatever fonts it has.
+//! Texts use a font that is part of the program, so a figure is the same on every machine.
 
 use std::fmt::Write;
 use std::sync::{Arc, LazyLock};
@@ -15,20 +14,20 @@ use skrifa::{FontRef, MetadataProvider};
 
 use crate::charts::style::{self, Colour};
 
-/// The scene as SVG with its maps behind, scaling with the page.
+/// Returns the scene as SVG that scales with the page, with maps behind it.
 pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
     let svg = SvgBackend::new().render_scene(scene);
     let svg = with_own_numbers(&svg, name);
     let head = svg.find('>').expect("a drawing begins with its tag");
     let (width, height) = (scene.width, scene.height);
-    // On a wide page it grows, but not so far that its words outgrow those around it.
+    // The figure grows on a wide page, but its texts stay similar to those around it.
     let size =
         format!("viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{:.0}px\"", 1.4 * width);
     let (tag, rest) = svg.split_at(head);
     format!("{tag} {size}>{maps}{}", &rest[1..])
 }
 
-/// Clip paths are numbered over the whole process; here over the drawing.
+/// Renumbers clip paths, which the crate numbers per process, within the drawing.
 fn with_own_numbers(svg: &str, name: &str) -> String {
     const MARK: &str = "kuva-clip-";
     let mut known: Vec<&str> = Vec::new();
@@ -47,7 +46,7 @@ fn with_own_numbers(svg: &str, name: &str) -> String {
     text
 }
 
-/// A drawing that needs no page around it: with its own light paper and colours.
+/// Returns a drawing for a separate file, with light background and colours.
 pub fn alone(svg: &str) -> String {
     let head = svg.find('>').expect("a drawing begins with its tag") + 1;
     let (tag, rest) = svg.split_at(head);
@@ -56,7 +55,7 @@ pub fn alone(svg: &str) -> String {
     style::written_in(&figure)
 }
 
-/// Opens a group that is moved.
+/// Opens a shifted group.
 pub(super) fn shift(x: f64, y: f64) -> Primitive {
     Primitive::GroupStart {
         transform: Some(format!("translate({x:.1},{y:.1})")),
@@ -65,10 +64,10 @@ pub(super) fn shift(x: f64, y: f64) -> Primitive {
     }
 }
 
-/// DejaVu Sans, as far as figures need it; see `font/LICENSE`.
+/// DejaVu Sans, reduced to the glyphs that figures need; see `font/LICENSE`.
 pub const FONT: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 
-/// A drawing cannot be turned into pixels.
+/// Error in converting a drawing to pixels.
 #[derive(Debug, thiserror::Error)]
 pub enum PixelsError {
     #[error("the drawing is not valid SVG")]
@@ -86,7 +85,7 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// An SVG drawing as PNG, `scale` pixels to each of its units.
+/// Converts an SVG drawing to PNG, with `scale` pixels per unit.
 pub fn to_png(svg: &str, scale: f32) -> Result<Vec<u8>, PixelsError> {
     let options = Options { fontdb: FONTS.clone(), ..Options::default() };
     let tree = Tree::from_str(svg, &options)?;
@@ -99,7 +98,7 @@ pub fn to_png(svg: &str, scale: f32) -> Result<Vec<u8>, PixelsError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
-    // Where drawings stand alone they have paper: nothing shines through.
+    // Separate drawings have a background, so no pixel is transparent.
     let colours: Vec<u8> = pixels
         .pixels()
         .iter()
@@ -112,7 +111,8 @@ pub fn to_png(svg: &str, scale: f32) -> Result<Vec<u8>, PixelsError> {
     Ok(bytes)
 }
 
-/// In pixels, of words of this size; a letter that the font lacks counts as a square.
+/// Returns the width of a text of this size, in pixels. A character that is not in the font counts
+/// as a square.
 pub fn width_of(text: &str, size: u32) -> f64 {
     let font = FontRef::new(FONT).expect("the font is part of the program");
     let letters = font.charmap();

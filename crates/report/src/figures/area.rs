@@ -1,5 +1,5 @@
-//! Area under light load beside the theories, its secant (fig. 5) and its slope (fig. 6); asperity
-//! models beside the solution, which are beyond the paper.
+//! Area under light load with the theories, its secant (fig. 5) and its slope (fig. 6), and, beyond
+//! the paper, asperity models compared with the solution.
 
 use arrow::array::Array;
 
@@ -27,9 +27,10 @@ use asperity_tables::table::{Table, TableError};
 pub const AREA_LIGHT: Definition =
     Definition { name: "area-light", title: "Contact area under light load", draw: draw_area };
 
-/// Lighter loads touch so few nodes that their secants would fill the chart.
+/// Smallest load of the chart of secants: at lighter loads few nodes are in contact and the secants
+/// scatter widely.
 const SECANT_FROM: f64 = LIGHT / 100.0;
-/// Markers of one curve on the chart of secants are farther apart.
+/// Smallest ratio of the loads of neighbouring markers on the chart of secants.
 const FACTOR: f64 = 1.25;
 
 fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -126,7 +127,7 @@ struct Fit {
     law: ContactEvolution,
 }
 
-/// The fits with a given κ to the counted area.
+/// Returns the fits to the counted area with a given κ.
 fn fits(table: &Table) -> Result<Vec<Fit>, TableError> {
     let texts = |name: &str| table.texts(name);
     let (laws, kappas) = (texts("law")?, texts("kappa_is")?);
@@ -154,7 +155,7 @@ pub const ASPERITIES: Definition = Definition {
     draw: draw_asperities,
 };
 
-/// Interactions in the order of what they know.
+/// Interactions in the order of their detail, with the titles of their charts.
 const INTERACTIONS: [(&str, &str); 3] = [
     ("none", "no interaction"),
     ("mean-field", "mean field"),
@@ -219,14 +220,14 @@ fn interaction<'a>(model: &'a EnsembleCurves) -> Option<&'a str> {
     model.point.get(INTERACTION.name).map(String::as_str)
 }
 
-/// Whether a solution is of the surfaces of a model.
+/// Returns true if a solution has the surfaces of a model.
 fn is_of(solved: &EnsembleCurves, model: &EnsembleCurves) -> bool {
     let own = model.point.iter();
     own.filter(|(name, _)| *name != INTERACTION.name)
         .all(|(name, value)| solved.point.get(name) == Some(value))
 }
 
-/// The ratios of all charts between the same ends.
+/// Gives all charts the same range of ratios.
 fn share_the_axis(charts: &mut [Chart]) {
     let points = charts.iter().flat_map(|chart| &chart.series);
     let ratios = points.flat_map(|series| series.points.iter().map(|point| point.y));
@@ -251,17 +252,17 @@ fn chart(data: &FigureData, title: &str, ratios: &[(&EnsembleCurves, Vec<Mean>)]
     chart
 }
 
-/// Nayak's parameters for which the paper draws asperity models.
+/// Values of Nayak's parameter for which the paper draws asperity models.
 const NAYAK: [(f64, Colour); 2] = [(2.0, Colour::Text), (10.0, Colour::Muted)];
 
-/// A quantity made of the area under a load, and the load.
+/// Function of the area at a load and the load.
 pub type Quantity = fn(f64, f64) -> f64;
 
 pub const AREA: Quantity = |area, _| area;
 pub const SECANT: Quantity = |area, load| area / load;
 
-/// A curve that does not begin at zero may be seen on an axis of logarithms, where it bends most at
-/// its light end.
+/// Returns the spacing of the points of a curve. A curve that does not start at zero may be on a
+/// logarithmic axis, where it needs more points at light loads.
 fn steps([from, _]: [f64; 2]) -> Spacing {
     if from > 0.0 { Spacing::Logarithmic } else { Spacing::Linear }
 }
@@ -272,7 +273,7 @@ pub fn persson_curve(quantity: Quantity, range: [f64; 2]) -> Series {
     Series::curve(curve, range, steps(range), style).named("Persson 2001")
 }
 
-/// What asperity models tend to at light load.
+/// Returns the asymptote of asperity models at light load.
 pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
     let style = Style::line(Colour::Muted, Dash::Dotted, 1.6);
     let curve = |load| quantity(KAPPA_BGT * load, load);

@@ -1,5 +1,5 @@
-//! Contact maps of two surfaces under five loads, and all of them laid over each other (figs. 7 and
-//! 8); on the page, a slider through more loads of each.
+//! Contact maps of two surfaces at five loads, and all of them in one map (figs. 7 and 8). On the
+//! page, a slider shows more loads of each surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,7 +27,7 @@ use asperity_tables::table::Table;
 pub const CONTACT_MAPS: Definition =
     Definition { name: "contact-maps", title: "Contact maps", draw: draw_maps };
 
-/// Where maps are shown, or at the nearest loads that a study has.
+/// Loads of the maps; a study shows the nearest loads that it has.
 pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 /// Pixels per side of a map.
 const PIXELS: usize = 256;
@@ -65,8 +65,8 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure { rows, panel }, caption).with_sliders(sliders))
 }
 
-/// The samples with the smallest and with the largest lower cutoff, each with the smallest upper
-/// one that goes with it. Where there are no cutoffs, the first and the last.
+/// Keeps the samples with the smallest and the largest lower cutoff, each with its smallest upper
+/// cutoff. Without cutoffs, keeps the first and the last sample.
 fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
     let cutoffs = |sample: &Sample| {
         let spectrum = sample.random().map(|surface| surface.spectrum);
@@ -87,26 +87,26 @@ fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
     samples
 }
 
-/// A surface as it is pressed at one parameter point.
+/// A surface with its contacts at one parameter point.
 struct Pressed {
     point: Point,
-    /// Sides of the map,
+    /// Sides of the map, in `unit`.
     size: [f64; 2],
-    /// and the unit of these and of gaps, where it is known.
+    /// Unit of the sides and gaps, if known.
     unit: Option<String>,
-    /// By the bits of the load.
+    /// States by the bits of the load.
     states: BTreeMap<u64, State>,
 }
 
-/// Contact under a load.
+/// Contact at a load.
 struct State {
     map: ContactMap,
     mean_gap: f64,
 }
 
 impl Pressed {
-    /// Under all loads of the first parameter point at which the surface is pressed; nothing if the
-    /// store has lost some of the maps.
+    /// Reads the contacts at all loads of the first parameter point at which the surface is
+    /// pressed. Returns `None` if the store has lost maps.
     fn of(data: &FigureData, sample: &Sample) -> Result<Option<Pressed>, ReportError> {
         let FinishedStages { plan, archive, .. } = data.finished;
         let mut pressed = Pressed {
@@ -155,7 +155,7 @@ impl Pressed {
         Ok(())
     }
 
-    /// The maps under the loads that are shown, and all of these together.
+    /// Returns the maps at the shown loads, and one map with all of them.
     fn panels(&self, label: Option<&str>) -> Vec<Panel> {
         let label = label.map_or_else(String::new, |label| format!("{label} · "));
         let shown = self.nearest();
@@ -184,7 +184,7 @@ impl Pressed {
         scale_bar(self.size[0], self.unit.as_deref())
     }
 
-    /// The loads nearest to those that are shown, each once.
+    /// Returns the loads nearest to [`SHOWN_LOADS`], each once.
     fn nearest(&self) -> BTreeSet<u64> {
         let mut left: BTreeSet<u64> = self.states.keys().copied().collect();
         let mut chosen = BTreeSet::new();
@@ -199,7 +199,7 @@ impl Pressed {
         chosen
     }
 
-    /// The maps under loads spread over all.
+    /// Returns a slider with maps at loads spread over all loads.
     fn slider(&self, label: String) -> LoadSlider {
         let states: Vec<(&u64, &State)> = self.states.iter().collect();
         let step = |place: usize| {
@@ -223,44 +223,44 @@ impl Pressed {
     }
 }
 
-/// The most maps of one slider: each takes some kilobytes of the page.
+/// Largest number of maps of one slider; each takes a few kilobytes of the page.
 const MOST: usize = 16;
 
 #[derive(Debug, Serialize)]
 pub struct LoadSlider {
-    /// What tells the surface from others on the page; empty where nothing does.
+    /// Label of the surface; empty if it is the only one.
     pub label: String,
-    /// Sides of what the maps show, along x and y, over the longer one.
+    /// Sides of the maps along x and y, relative to the longer one.
     pub size: [f64; 2],
-    /// A length of the maps, where its unit is known.
+    /// Scale bar, if the unit of length is known.
     pub scale: Option<SliderScale>,
-    /// Maps under ascending loads, spread over all that there are.
+    /// Maps at ascending loads, spread over all loads.
     pub steps: Vec<Step>,
     pub loads: usize,
 }
 
 #[derive(Debug, Serialize)]
 pub struct SliderScale {
-    /// Its share of their width, in per cent.
+    /// Length in per cent of the width of the maps.
     pub percent: f64,
     pub label: String,
 }
 
-/// A map of contact, and what is told beside it.
+/// A contact map with load, area and mean gap as texts.
 #[derive(Debug, Serialize)]
 pub struct Step {
-    /// Reduced.
+    /// Reduced load.
     pub load: String,
-    /// In per cent.
+    /// Contact area in per cent.
     pub area: String,
-    /// With its unit, where there is one.
+    /// Mean gap with its unit, if known.
     pub mean_gap: String,
-    /// A PNG file in base 64.
+    /// PNG file in base 64.
     pub picture: String,
 }
 
 impl Step {
-    /// Of contact on a share of the area, the mean gap in the unit of the surface.
+    /// Creates a step from the load, the area fraction and the mean gap in the unit of the surface.
     pub fn of(load: f64, area: f64, mean_gap: f64, unit: Option<&str>, picture: &Raster) -> Step {
         Step {
             load: short(load),
@@ -271,7 +271,7 @@ impl Step {
     }
 }
 
-/// As many of `count` loads as a slider has, spread over all, with the first and the last.
+/// Returns at most [`MOST`] of `count` indices, evenly spread, with the first and the last.
 pub fn spread(count: usize) -> impl Iterator<Item = usize> {
     let steps = count.min(MOST);
     (0..steps).map(move |step| match steps {
@@ -280,7 +280,7 @@ pub fn spread(count: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// A length with its unit: with a prefix where it is metres.
+/// Returns a length with its unit, with a prefix if it is in metres.
 fn told(length: f64, unit: Option<&str>) -> String {
     let shared = LengthUnit::common([unit]);
     let length = shared.factor(unit) * length;
@@ -293,7 +293,7 @@ fn told(length: f64, unit: Option<&str>) -> String {
     }
 }
 
-/// Three significant digits.
+/// Formats a number with three significant digits.
 fn short(value: f64) -> String {
     let exponential = format!("{value:.2e}");
     let rounded = exponential.parse().unwrap_or(value);

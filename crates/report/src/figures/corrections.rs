@@ -1,6 +1,6 @@
-//! What the mesh adds to the area: the paper's estimate of the error, and corrected areas (figs. 12
-//! and 13); their collapse on the bandwidth, or on Nayak's parameter where Hurst exponents or
-//! plateaus differ, a finding of this program beside section 5.2.2 of the paper.
+//! Error of the mesh: the paper's estimate, and corrected areas (figs. 12 and 13). Also the
+//! collapse of corrected areas on the bandwidth, or on Nayak's parameter if Hurst exponents or
+//! plateaus differ, which the paper does not have (compare section 5.2.2).
 
 use crate::ReportError;
 use crate::charts::axis::Axis;
@@ -90,7 +90,7 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of_charts(rows, [430.0, 320.0]), caption))
 }
 
-/// Area and secant under one correction, light loads only; nothing where there is no curve.
+/// Returns charts of area and secant at light loads for one correction, or `None` without curves.
 fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, ReportError> {
     let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
     let title = format!("correction {correction}");
@@ -126,13 +126,14 @@ pub const COLLAPSE: Definition = Definition {
     draw: draw_collapse,
 };
 
-/// Loads whose secants lie apart: from light contact to a third of the area.
+/// Loads of the chart, from light contact to a third of the area, at which the secants differ
+/// clearly.
 const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
-/// How far from these a study's loads may lie.
+/// Largest relative distance of a study's load from one of [`LOADS`].
 const NEAR: f64 = 0.1;
-/// Fewest spectra of a curve.
+/// Smallest number of spectra of a curve.
 const FEWEST_SPECTRA: usize = 3;
-/// The corrections, and the words above their charts.
+/// Corrections, with the titles of their charts.
 const CORRECTIONS: [(&str, &str); 3] =
     [(AS_COUNTED, "as counted"), (OF_2015, "corrected by π/8"), (OF_2017, "corrected as in 2017")];
 
@@ -143,12 +144,12 @@ struct Spectrum<'a> {
     means: Vec<Mean>,
 }
 
-/// Quantity on the horizontal axis.
+/// Quantity on the horizontal axis of the collapse.
 #[derive(Clone, Copy)]
 enum Abscissa {
-    /// ζ = k_upper/k_lower, where spectra differ in cutoffs alone.
+    /// ζ = k_upper/k_lower, for spectra that differ only in their cutoffs.
     Bandwidth,
-    /// α over the modes of the cell.
+    /// Nayak's parameter α over the modes of the cell.
     Nayak,
 }
 
@@ -216,7 +217,7 @@ fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of_charts(in_pairs(charts), [430.0, 320.0]), caption))
 }
 
-/// The spectra with a corrected area at one of the loads, or more.
+/// Returns the spectra with areas at all of [`LOADS`].
 fn spectra<'a>(
     data: &'a FigureData,
     correction: &str,
@@ -253,7 +254,7 @@ fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
             let secant = |x: f64| (offset + slope * x.ln()).exp();
             let ends = [least, most].map(|x| (x, secant(x)));
             chart.series.push(Series::new(ends, style));
-            // At the left ends, where lines are farthest apart.
+            // Place the notes at the left ends, where the lines are farthest apart.
             let note = format!("y = {:.3}", spectra[0].means[load].load);
             chart.notes.push((least / 1.9, secant(least), note));
         }

@@ -1,6 +1,6 @@
-//! Distributions of contact pressures beside Persson's, of gaps and of clusters, as `measure`
-//! counts them: bin by bin the mean over the surfaces of a parameter point. All are beyond the
-//! paper.
+//! Distributions of contact pressures (with Persson's theory), gaps and clusters, as `measure`
+//! counts them: the mean over the surfaces of a parameter point for each bin. The paper has none of
+//! them.
 
 use crate::ReportError;
 use crate::charts::Figure;
@@ -25,7 +25,7 @@ pub const CONTACT_PRESSURES: Definition = Definition {
 };
 
 const PRESSURE_LABEL: &str = "pressure p/(E* h′)";
-/// The least density on an axis of logarithms, over the largest.
+/// Smallest density on a logarithmic axis, relative to the largest.
 const SHARE: f64 = 1e-4;
 
 fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -62,7 +62,8 @@ fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure, caption))
 }
 
-/// Persson's density, averaged over each bin, is the same for all spectra under one reduced load.
+/// Returns Persson's density, averaged over each bin; it is the same for all spectra at a reduced
+/// load.
 fn persson(theory: &Distribution, load: f64) -> Option<Series> {
     let style = Style::line(Colour::Text, Dash::Dashed, 1.6);
     let points = theory.under(load)?;
@@ -142,22 +143,22 @@ fn draw_clusters(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of_charts(rows, [300.0, 230.0]), caption))
 }
 
-/// Loads that stand side by side.
+/// Number of charts side by side, one for each load.
 const LOADS: usize = 3;
-/// Markers along a curve.
+/// Largest number of markers along a curve, approximately.
 const MARKERS: usize = 24;
 
 /// The densities of one parameter point.
 struct Distribution {
-    /// Where its surfaces stand, without the bin.
+    /// Parameter point, without the bin.
     point: Point,
     surfaces: usize,
-    /// Ascending loads, each with its density at ascending bins.
+    /// Ascending loads, each with the densities at ascending bins.
     loads: Vec<(f64, Vec<DataPoint>)>,
 }
 
 impl Distribution {
-    /// Its density under a load.
+    /// Returns the densities at a load.
     fn under(&self, load: f64) -> Option<&[DataPoint]> {
         let mut loads = self.loads.iter();
         let found = loads.find(|(known, _)| decimal::is_same(*known, load));
@@ -174,7 +175,7 @@ impl Distribution {
     }
 }
 
-/// The distributions of a study over a bin's coordinate, in order of appearance.
+/// Returns the distributions of a study over the coordinate `bin`, in order of appearance.
 fn distributions(
     data: &FigureData,
     [bin, density]: [Column; 2],
@@ -208,7 +209,7 @@ fn distributions(
     Ok(found)
 }
 
-/// The lightest, the middle and the heaviest of the loads of these distributions.
+/// Returns the lightest, the middle and the heaviest load of these distributions.
 fn shown_loads(distributions: &[Distribution]) -> Vec<f64> {
     let loads = distributions.iter().flat_map(|one| &one.loads);
     let mut loads: Vec<f64> = loads.map(|(load, _)| *load).collect();
@@ -220,12 +221,13 @@ fn shown_loads(distributions: &[Distribution]) -> Vec<f64> {
     }
 }
 
-/// How many surfaces each of them is of.
+/// Returns the number of surfaces of each distribution.
 fn surfaces(distributions: &[Distribution]) -> Vec<usize> {
     distributions.iter().map(|one| one.surfaces).collect()
 }
 
-/// The distributions under one load: a line through all bins of each, markers with bars at some.
+/// Returns the chart of one load: for each distribution a line through all bins, and markers with
+/// bars at some.
 fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &Chart) -> Chart {
     let mut chart = empty.clone().titled(format!("load {}", digits(load, 4)));
     for distribution in distributions {
@@ -234,7 +236,7 @@ fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &C
         };
         let styles = &data.styles;
         let line = styles.joins(&distribution.point);
-        // No line crosses bins that have nothing in them, where an axis of logarithms has no place for it.
+        // Interrupt lines at empty bins, which a logarithmic axis cannot show.
         for run in points.split(|point| !chart.y.can_show(point.y)) {
             let all = run.iter().map(|point| (point.x, point.y));
             chart.series.push(Series::new(all, line));
@@ -249,7 +251,7 @@ fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &C
     chart
 }
 
-/// Some of the points, evenly along the axis as it is shown; all, where they are few.
+/// Selects points evenly along the axis, or all if there are few.
 fn some(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     if points.len() <= 2 * MARKERS {
         return points.to_vec();
@@ -272,8 +274,8 @@ fn some(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     apart.copied().collect()
 }
 
-/// The largest density of any under a load, and the last bin where one exceeds a share of it: what an
-/// axis has to show.
+/// Returns the last bin where a density exceeds `share` times the largest density at the load, and
+/// the largest density.
 fn extent(distributions: &[Distribution], load: f64, share: f64) -> Option<[f64; 2]> {
     let [_, highest] = range(distributions, load)?;
     let under = distributions.iter().filter_map(|one| one.under(load));
@@ -282,7 +284,7 @@ fn extent(distributions: &[Distribution], load: f64, share: f64) -> Option<[f64;
     Some([last, highest])
 }
 
-/// The least and the largest of the densities under a load that are not zero.
+/// Returns the smallest and the largest positive density at a load.
 fn range(distributions: &[Distribution], load: f64) -> Option<[f64; 2]> {
     let under = distributions.iter().filter_map(|one| one.under(load));
     let densities = under.flatten().map(|point| point.y).filter(|&y| y > 0.0);

@@ -1,5 +1,5 @@
-//! From which area and load on no channel of gap leads through, and how much flows before, along
-//! both axes; beyond the paper.
+//! Area and load at which the gap is sealed, and the flow through the gap along both axes. The
+//! paper has neither.
 
 use arrow::array::Array;
 
@@ -19,9 +19,10 @@ use asperity_tables::table::{Table, TableError};
 pub const SEALING: Definition =
     Definition { name: "sealing", title: "Where the interface seals", draw: draw_sealing };
 
-/// Where the gap of isotropic surfaces stops percolating by Wang & Müser (2020).
+/// Area at which the gap of isotropic surfaces stops percolating, by Wang & Müser (2020).
 const WANG_MUSER: f64 = 0.415;
-/// The same by Bruggeman's effective medium, as by Persson (2008).
+/// Area at which the gap stops percolating, by Bruggeman's effective-medium theory, as used by
+/// Persson (2008).
 const BRUGGEMAN: f64 = 0.5;
 
 fn draw_sealing(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -36,7 +37,7 @@ fn draw_sealing(data: &FigureData) -> Result<Drawn, ReportError> {
         Ok(chart)
     };
     let mut areas = chart("percolation_area_corrected", "contact area A/A₀, corrected")?;
-    // Surfaces with a grain seal along and across it at different areas and have no mean of both.
+    // Anisotropic surfaces seal at different areas along x and y and have no mean of both.
     if areas.series.is_empty() {
         return Ok(Drawn::NotAsked);
     }
@@ -65,7 +66,7 @@ fn draw_sealing(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of_two(areas, loads), caption))
 }
 
-/// The thresholds of a quantity with their intervals, a series for each parameter point.
+/// Returns the thresholds of a quantity with their intervals, one series for each parameter point.
 fn sealing_thresholds(
     data: &FigureData,
     table: &Table,
@@ -137,8 +138,8 @@ fn chart(data: &FigureData, title: &str, column: Column) -> Result<Chart, TableE
     Ok(chart)
 }
 
-/// The means that are above zero, with the bars that end above a tenth of them: of a single surface that
-/// flows among many the bar ends at zero, but for rounding.
+/// Returns the positive means, without bars that reach below a tenth of the mean. If only one
+/// surface has flow, the bar would end at zero, except for rounding.
 fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, TableError> {
     let means = ensemble.mean(column.name)?.into_iter();
     let flowing = means.filter(|flow| flow.mean > 0.0).map(|flow| Mean {
@@ -161,7 +162,7 @@ fn thresholds(data: &FigureData, column: &str) -> Result<Vec<(f64, Style)>, Tabl
     Ok(thresholds)
 }
 
-/// The smallest and the largest flow of charts.
+/// Returns the smallest and the largest flow of both charts.
 fn range(charts: [&Chart; 2]) -> [f64; 2] {
     let series = charts.into_iter().flat_map(|chart| &chart.series);
     let flows = series.flat_map(|series| &series.points).map(|point| point.y);

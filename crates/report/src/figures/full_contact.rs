@@ -17,7 +17,7 @@ use asperity_contact::theory::persson;
 pub const ALL_LOADS: Definition =
     Definition { name: "area-full", title: "Contact area under all loads", draw: draw_all_loads };
 
-/// Letters nearer to each other than this share of the axis stand one below the other.
+/// Distance of letters, as a fraction of the axis, below which they are placed one below the other.
 const CLOSE: f64 = 0.03;
 
 fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -34,7 +34,7 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
         let style = data.styles.line(&ensemble.point);
         slopes.series.push(Series { points, style, label: None }.without_bars());
     }
-    // Lighter loads have a figure of their own.
+    // Another figure shows light loads.
     if heaviest <= LIGHT * (1.0 + 1e-9) {
         let lines =
             data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
@@ -62,7 +62,7 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of_two(chart, slopes), caption))
 }
 
-/// A line and a letter at each load near which contact maps are shown.
+/// Draws a line and a letter at each load near which contact maps are shown.
 fn mark_shown_loads(chart: &mut Chart, [heaviest, top]: [f64; 2]) {
     let (mut before, mut height) = (f64::NEG_INFINITY, 0.0);
     for (letter, load) in ('a'..).zip(SHOWN_LOADS) {
@@ -73,7 +73,7 @@ fn mark_shown_loads(chart: &mut Chart, [heaviest, top]: [f64; 2]) {
         let line = Series::new([(load, 0.0), (load, top)], line);
         chart.series.push(line);
         height = if load - before < CLOSE * heaviest { height - 0.07 * top } else { 0.91 * top };
-        // Beside its line: the first one stands at the axis.
+        // Place the letter next to its line, because the first line is close to the axis.
         let beside = load + 0.014 * heaviest;
         chart.notes.push((beside, height, letter.to_string()));
         before = load;
@@ -86,11 +86,11 @@ pub const APPROACH: Definition = Definition {
     draw: draw_approach,
 };
 
-/// The load from which contact is taken for nearly full.
+/// Smallest load of the charts of area and open area.
 const FROM: f64 = 0.5;
-/// The load from which the approach is shown.
+/// Smallest load of the chart of the approach F(y).
 const APPROACH_FROM: f64 = 0.3;
-/// The factors of the load in the scaled error functions that the paper draws.
+/// Factors β of the scaled error functions erf(β √2 y) in the paper.
 const SCALES: [f64; 2] = [1.09, 1.16];
 
 fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -185,7 +185,7 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
     ))
 }
 
-/// Whether the logarithm of what is out of contact is worth a point.
+/// Returns true if the bar is shorter than a third of the open area.
 fn is_known(mean: &&Mean) -> bool {
     let open = 1.0 - mean.mean;
     open > 0.0 && mean.half_bar.is_none_or(|half| half < open / 3.0)

@@ -1,5 +1,5 @@
-//! Maps of heights (fig. 4) and distributions of heights (figs. 3 and B.1): of random surfaces over
-//! their rms height, of measured ones in their unit of length.
+//! Maps of heights (fig. 4) and distributions of heights (figs. 3 and B.1): relative to the rms
+//! height for random surfaces, in the unit of length for measured ones.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -30,7 +30,7 @@ pub const MAPS: Definition =
 
 /// Pixels per side of a map.
 const PIXELS: usize = 512;
-/// Width of a panel, in pixels, beside which there are others; and where there are one or two.
+/// Widths of a panel in pixels: in figures of many panels, and of one or two measured ones.
 const WIDTHS: [f64; 2] = [230.0, 380.0];
 
 fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -86,7 +86,7 @@ fn caption_of_maps(is_any_measured: bool, are_all_measured: bool, has_holes: boo
     )
 }
 
-/// A measured surface before and after its preparation.
+/// Returns maps of a measured surface before and after its preparation.
 fn of_measured(data: &FigureData, map: &MeasuredMap) -> Vec<Panel> {
     let name = data.styles.label(&map.point).unwrap_or_default();
     let title =
@@ -109,14 +109,14 @@ fn of_measured(data: &FigureData, map: &MeasuredMap) -> Vec<Panel> {
     seen.into_iter().chain([pressed]).collect()
 }
 
-/// The first surface of a parameter point that was not measured.
+/// Returns a map of the first surface of a parameter point that was not measured.
 fn of_sample(data: &FigureData, sample: &Sample) -> Result<MapPanel, ReportError> {
     let surface = sample.draw(data.finished).map_err(ReportError::Surface)?;
     let (grid, heights) = (surface.grid(), surface.heights());
     let title = data.styles.label(&sample.point).unwrap_or_default();
     let size = grid.cell().size();
     Ok(match data.units.at(&sample.point) {
-        // Lengths without a unit need no bars.
+        // Without a unit of length there are no bars.
         None => {
             let raster = Raster::of_heights(grid.nodes(), heights).at_most(PIXELS);
             MapPanel::new(title, raster, size)
@@ -128,7 +128,7 @@ fn of_sample(data: &FigureData, sample: &Sample) -> Result<MapPanel, ReportError
     })
 }
 
-/// A map with its bars.
+/// Returns a map with its scale bar and colour bar.
 fn panel(title: String, map: &ShownMap, unit: Option<&str>) -> MapPanel {
     let ShownMap { heights, size } = map;
     MapPanel {
@@ -152,7 +152,8 @@ fn colour_bar(heights: &HeightMap, range: [f64; 2], unit: Option<&str>) -> Colou
     ColourBar { colours: heights.colours.clone(), lowest: told(range[0]), highest: told(range[1]) }
 }
 
-/// One column for each upper cutoff where all pairs of cutoffs are there, else three.
+/// Returns the number of columns: one for each upper cutoff if all pairs of cutoffs exist,
+/// otherwise three.
 fn columns(samples: &[Sample]) -> usize {
     let cutoffs = samples.iter().filter_map(|sample| {
         let spectrum = sample.random()?.spectrum;
@@ -171,12 +172,12 @@ fn columns(samples: &[Sample]) -> usize {
 pub const HEIGHTS: Definition =
     Definition { name: "heights", title: "Distribution of heights", draw: draw_densities };
 
-/// Single surfaces that stand beside the mean.
+/// Number of single surfaces shown with the mean.
 const SINGLE: usize = 3;
-/// Points of a curve: finer bins are joined, their densities averaged.
+/// Number of points of a curve. Finer bins are joined, and their densities averaged.
 const POINTS: usize = 200;
 
-/// The densities of one parameter point, by bin.
+/// Densities of heights of one parameter point, as points (height, density).
 #[derive(Default)]
 struct Densities {
     point: Point,
@@ -211,7 +212,7 @@ fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure, captions.join(" ")))
 }
 
-/// What is to be seen of densities over the rms height.
+/// Returns the caption of densities relative to the rms height.
 fn caption_of_densities(shown: &[Densities]) -> String {
     let surfaces: Vec<usize> = shown.iter().map(|densities| densities.surfaces).collect();
     format!(
@@ -238,7 +239,7 @@ fn density_charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
 }
 
 impl Densities {
-    /// Mean and standard deviation of single surfaces.
+    /// Computes mean and standard deviation from the single surfaces.
     fn averaged(self) -> Densities {
         let bins = self.single.iter().map(Vec::len).min().unwrap_or(0);
         let surfaces = self.single.len() as f64;
@@ -303,7 +304,7 @@ fn thinned(points: &[(f64, f64)], style: Style) -> Series {
     Series::new(joined.collect::<Vec<_>>(), style)
 }
 
-/// The densities of the point of a row.
+/// Returns the densities of the parameter point of a row, created if new.
 fn entry<'a>(table: &Table, row: usize, all: &'a mut Vec<Densities>) -> &'a mut Densities {
     let mut point = ensembles::point(table, row);
     point.remove(BIN.name);
@@ -336,7 +337,7 @@ fn pooled(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Single surfaces; of points without pooled densities, their mean too.
+/// Adds single surfaces, and their mean for points without pooled densities.
 fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     let (bins, density) = (table.reals(BIN.name)?, table.reals(DENSITY.name)?);
     let mut unpooled: Vec<Densities> = Vec::new();
@@ -356,8 +357,8 @@ fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Probability densities of the surfaces that are shown, linear and logarithmic, and what is to be
-/// seen; nothing where no surface is measured.
+/// Returns linear and logarithmic charts of the densities of measured surfaces, and their caption,
+/// or `None` without measured surfaces.
 fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     let maps = data.maps.there();
     let shared = LengthUnit::common(maps.iter().map(|map| map.unit.as_deref()));
@@ -369,7 +370,7 @@ fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     let mut told = Vec::new();
     for map in maps {
         let rms = scaled.factor * rms(map);
-        let (label, [line, dashes]) = look(data, map, maps.len());
+        let (label, [line, dashes]) = label_and_lines(data, map, maps.len());
         let bins = map.histogram.bins.iter();
         let points = bins.map(|bin| (rms * bin.center, bin.density / rms));
         series.push(Series::new(points.collect::<Vec<_>>(), line).named(label.clone()));
@@ -384,7 +385,7 @@ fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     let label = format!("density, 1/{unit}");
     let axes = [
         Axis::linear(label.clone()).within(0.0, 1.05 * highest),
-        // A Gaussian falls to 4e-6 of its peak at five rms heights.
+        // A Gaussian falls to 4e-6 of its maximum at five rms heights.
         Axis::logarithmic(label).within(2e-6 * highest, 2.0 * highest),
     ];
     let x = Axis::linear(format!("height, {unit}")).within(-RANGE * largest, RANGE * largest);
@@ -397,9 +398,9 @@ fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     Some((axes.map(chart).into(), caption))
 }
 
-/// What a surface is called, and the lines of its heights and of their Gaussian: where it is the only
-/// one, no colour stands for anything.
-fn look(data: &FigureData, map: &MeasuredMap, surfaces: usize) -> (String, [Style; 2]) {
+/// Returns the label of a surface, and the lines of its density and of the Gaussian. A single
+/// surface does not use the colours of parameter points.
+fn label_and_lines(data: &FigureData, map: &MeasuredMap, surfaces: usize) -> (String, [Style; 2]) {
     let label = data.styles.name(&map.point, "the surface");
     let colours = match surfaces {
         1 => [Colour::Text, Colour::Series(1)],

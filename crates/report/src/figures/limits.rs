@@ -1,5 +1,5 @@
-//! What the mesh adds to the area and which correction takes it off again, and what quantities tend
-//! to where the numbers that a mesh and a cell bring with them vanish; beyond the paper.
+//! Error of the area on the mesh with its corrections, and quantities in the limits of large cells
+//! and fine meshes. The paper has neither.
 
 use std::collections::BTreeSet;
 
@@ -23,7 +23,7 @@ use asperity_tables::table::{Table, TableError};
 pub const MESH: Definition =
     Definition { name: "mesh-convergence", title: "Convergence with the mesh", draw: draw_mesh };
 
-/// The coefficient of one parameter point under one load, pooled over surfaces.
+/// Coefficient of one parameter point at one load, pooled over surfaces.
 struct Coefficient {
     point: Point,
     load: f64,
@@ -89,7 +89,7 @@ fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
     chart
 }
 
-/// Deviation from A* against the nodes of the shortest wave.
+/// Returns the chart of the deviation from A* against the nodes per shortest wavelength.
 fn error_chart(
     correction: &str,
     ensembles: &[&EnsembleCurves],
@@ -125,7 +125,7 @@ fn error_chart(
     Ok(chart)
 }
 
-/// The coefficients under the load nearest to the heaviest light one.
+/// Returns the coefficients at the load nearest to [`LIGHT`].
 fn at_light_load(coefficients: &[Coefficient]) -> impl Iterator<Item = &Coefficient> {
     let distance = |load: f64| (load / LIGHT).ln().abs();
     let nearest = coefficients
@@ -135,7 +135,7 @@ fn at_light_load(coefficients: &[Coefficient]) -> impl Iterator<Item = &Coeffici
     coefficients.iter().filter(move |one| Some(one.load) == nearest)
 }
 
-/// Whether an ensemble belongs to a point in which meshes are not told apart.
+/// Returns true if an ensemble belongs to a point that comprises all meshes.
 fn is_at(ensemble: &Point, point: &Point) -> bool {
     let spectrum = [
         "method",
@@ -175,17 +175,17 @@ pub const LIMITS: Definition = Definition {
     draw: draw_limits,
 };
 
-/// Secants of the area, beside which theories have something to say.
+/// Quantities that are secants of the area, which theories predict.
 const SECANTS: [&str; 2] = ["area_corrected / load", "area_fraction / load"];
-/// Charts of a figure.
+/// Largest number of charts of the figure.
 const MOST: usize = 8;
 
-/// A fitted limit under one load.
+/// A fitted limit at one load.
 struct Limit {
-    /// The quantity, and under which correction.
+    /// The quantity with its correction.
     of: String,
     is_secant: bool,
-    /// The forms that were fitted.
+    /// Fitted forms that differ between rows.
     forms: String,
     point: DataPoint,
 }
@@ -220,7 +220,7 @@ fn draw_limits(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure, caption))
 }
 
-/// The limits of a table that have been fitted.
+/// Returns the limits of a table for which the fit succeeded.
 fn fitted(table: &Table) -> Result<Vec<Limit>, TableError> {
     let column = |name: &str| table.reals(name);
     let (loads, value) = (column(LOAD.name)?, column("limit")?);
@@ -249,7 +249,7 @@ fn fitted(table: &Table) -> Result<Vec<Limit>, TableError> {
     Ok(limits.collect())
 }
 
-/// What tells the forms of a row from those of the others: `1 / k_lower: power 2`.
+/// Returns for each row the forms in which rows differ, such as `1 / k_lower: power 2`.
 fn forms(table: &Table) -> Result<Vec<String>, TableError> {
     let mut told = vec![Vec::new(); table.rows()];
     for term in (1..).take_while(|term| table.has(&format!("term_{term}"))) {
@@ -268,7 +268,8 @@ fn forms(table: &Table) -> Result<Vec<String>, TableError> {
     Ok(told.into_iter().map(|parts| parts.join(" · ")).collect())
 }
 
-/// The limits of one quantity against the load; of all forms of the figure, each has its marker.
+/// Returns the chart of one quantity against the load, with one marker for each combination of
+/// forms.
 fn chart(of: &str, limits: &[Limit], forms: &[&str]) -> Chart {
     let own: Vec<&Limit> = limits.iter().filter(|limit| limit.of == of).collect();
     let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("limit")).titled(of);
@@ -285,7 +286,7 @@ fn chart(of: &str, limits: &[Limit], forms: &[&str]) -> Chart {
     let shown: Vec<(usize, &&str)> = shown.collect();
     for (beside, (place, forms)) in shown.iter().enumerate() {
         let of_forms = own.iter().filter(|limit| limit.forms == ***forms);
-        // Beside each other, or bars would lie on bars.
+        // Shift markers sideways, so bars do not overlap.
         let aside = 1.04_f64.powf(beside as f64 - (shown.len() - 1) as f64 / 2.0);
         let points = of_forms.map(|limit| DataPoint { x: aside * limit.point.x, ..limit.point });
         chart.series.push(Series {

@@ -1,5 +1,5 @@
-//! Area and mean gap against the mean pressure, in the units of the study, and the mean gap against
-//! the load, both beyond the paper; growth of the mean contact pressure with the load (fig. 17).
+//! Area and mean gap against the mean pressure in the units of the study, and mean gap against the
+//! load, both beyond the paper. Growth of the mean contact pressure with the load (fig. 17).
 
 use arrow::array::Array;
 
@@ -30,7 +30,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     let pressed = pressed.filter(|one| modulus(one).is_some());
     let pressed: Vec<&EnsembleCurves> = pressed.collect();
     if pressed.is_empty() {
-        // Two bodies in place of E*, whose units are the reader's.
+        // Propose bodies, whose modulus has the unit that the reader chooses.
         let lines = data.lines_of_loads(
             "{ to = 0.06, steps = 50 }\n\
              bodies = [{ youngs_modulus = 210e9, poisson_ratio = 0.3 }]",
@@ -60,7 +60,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
         moduli.extend(modulus(ensemble).map(|modulus| told(modulus, &scaled)));
     }
     moduli.dedup();
-    // One entry for all of its lines.
+    // One entry in the legend for all lines of the theory.
     let persson = Style::line(Colour::Text, Dash::Dashed, 1.2);
     areas.series.push(Series::new([], persson).named("Persson 2001"));
     let caption = format!(
@@ -76,7 +76,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of_two(areas, mean_gaps), caption))
 }
 
-/// The unit of the pressures.
+/// Returns the unit of the pressures.
 fn unit_of(data: &FigureData, pressed: &[&EnsembleCurves], pressures: &[Vec<Mean>]) -> Scaled {
     let moduli = pressed.iter().filter_map(|one| modulus(one));
     let least_modulus = moduli.fold(f64::INFINITY, f64::min);
@@ -85,7 +85,7 @@ fn unit_of(data: &FigureData, pressed: &[&EnsembleCurves], pressures: &[Vec<Mean
     units::of_pressures(largest, least_modulus, &data.unit_of_length())
 }
 
-/// E* with its unit, where that is known.
+/// Returns E* with its unit, if known.
 fn told(modulus: f64, pressures: &Scaled) -> String {
     match pressures.unit.strip_suffix("Pa") {
         Some(_) => {
@@ -96,13 +96,14 @@ fn told(modulus: f64, pressures: &Scaled) -> String {
     }
 }
 
-/// E*, if it was given: pressures in units of it are what the other figures show.
+/// Returns E* if the manifest gives it. Without a modulus, pressures are in units of E*, as in the
+/// other figures.
 fn modulus(ensemble: &EnsembleCurves) -> Option<f64> {
     let modulus = ensemble.point.get(EFFECTIVE_MODULUS.name)?.parse().ok();
     modulus.filter(|&modulus| modulus != 1.0)
 }
 
-/// Means against the mean pressures of the same loads.
+/// Returns the means against the mean pressures at the same loads.
 fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
     let pairs = pressures.iter().zip(means);
     pairs
@@ -110,7 +111,7 @@ fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
         .collect()
 }
 
-/// Persson's theory over the pressures of an ensemble.
+/// Returns Persson's area over the pressures of an ensemble.
 fn theory(data: &FigureData, ensemble: &EnsembleCurves, pressures: &[Mean]) -> Option<Series> {
     let (first, last) = (pressures.first()?, pressures.last()?);
     let unit = first.mean / first.load;
@@ -150,24 +151,25 @@ fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
-/// Mean gaps of ensembles in one unit.
+/// Mean gaps of ensembles in a common unit.
 pub struct Gaps {
-    /// What an axis says of them.
+    /// Label of the axis.
     pub label: String,
-    /// Under the loads of each ensemble.
+    /// Mean gaps at the loads of each ensemble.
     pub means: Vec<Vec<Mean>>,
     shared: LengthUnit,
     factor: f64,
 }
 
 impl Gaps {
-    /// What a length of a surface at a point is multiplied with.
+    /// Returns the factor that converts a length of a surface at a point to the common unit.
     fn factor(&self, data: &FigureData, point: &Point) -> f64 {
         self.factor * self.shared.factor(data.units.at(point))
     }
 }
 
-/// The mean gaps of measured contacts, in metres with a prefix where their unit allows.
+/// Returns the mean gaps of measured contacts, in metres with a prefix if their units can be
+/// converted.
 pub fn gaps<'a>(
     data: &FigureData,
     ensembles: impl Iterator<Item = &'a EnsembleCurves<'a>>,
@@ -186,7 +188,7 @@ pub fn gaps<'a>(
     Ok(Gaps { label: format!("mean gap, in {unit}"), means, shared, factor })
 }
 
-/// The fitted relations as lines over their windows of loads.
+/// Returns the fitted relations as lines over their windows of loads.
 fn relations(data: &FigureData, table: &Table, gaps: &Gaps) -> Result<Vec<Series>, TableError> {
     let column = |name: &str| table.reals(name);
     let (lengths, closing) = (column("decay_length")?, column("closing_load")?);
@@ -199,7 +201,7 @@ fn relations(data: &FigureData, table: &Table, gaps: &Gaps) -> Result<Vec<Series
         let length = gaps.factor(data, &point) * lengths.value(row);
         let gap = |load: f64| length * (closing.value(row) / load).ln();
         let colour = data.styles.colour(&point);
-        // A window may begin at zero, where the relation has no end, or end far beyond all loads.
+        // A window may begin at zero, where the gap diverges, or end far above all loads.
         let to = to.value(row).min(heaviest);
         let range = [from.value(row).max(1e-3 * to), to];
         let style = Style::line(colour, Dash::Solid, 1.5);
@@ -214,15 +216,15 @@ pub const GROWTH: Definition = Definition {
     draw: draw_growth,
 };
 
-/// The area to which the growth is shown: near full contact all curves fall to zero.
+/// Largest area of the chart; near full contact all curves fall to zero.
 const MOST: f64 = 0.5;
-/// Differences that tell a power law.
+/// Smallest number of differences of a chart.
 const FEWEST: usize = 3;
 
-/// Guides pass above the data, by this factor.
+/// Factor by which the guides lie above the data.
 const GUIDES_ABOVE: f64 = 1.8;
 
-/// The exponents that the paper draws.
+/// Exponents of the guides in the paper.
 const GUIDES: [(f64, Colour, Dash); 2] =
     [(-0.7, Colour::Text, Dash::Dashed), (-0.9, Colour::Muted, Dash::DashDot)];
 
@@ -254,7 +256,7 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
     for (exponent, colour, dash) in GUIDES {
         chart.series.push(extent.guide(top, exponent, colour, dash));
     }
-    // Bars that reach far down, or below zero, would take the axis with them.
+    // Limit the axis, because bars may reach below zero.
     chart.y = chart.y.within(least / 1.5, 3.0 * most.max(top));
     let caption = format!(
         "Derivative of the mean contact pressure p̄ with respect to the mean pressure p₀, from \
@@ -268,16 +270,16 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
-/// Where the points of a chart lie.
+/// Ranges of the points of a chart.
 struct Extent {
     areas: [f64; 2],
     growths: [f64; 2],
-    /// The largest growth near the geometric middle of the areas.
+    /// Largest growth near the geometric mean of the range of areas.
     growth_in_the_middle: f64,
 }
 
 impl Extent {
-    /// Of fewer than [`FEWEST`] points, none.
+    /// Returns the ranges, or `None` for fewer than [`FEWEST`] points.
     fn of(series: &[Series]) -> Option<Extent> {
         let points = || series.iter().flat_map(|series| &series.points);
         let ends = |of: fn(&DataPoint) -> f64| {
@@ -295,7 +297,7 @@ impl Extent {
         })
     }
 
-    /// A power of the area, through a growth in the middle of the areas.
+    /// Returns a power of the area that has the given growth in the middle of the areas.
     fn guide(&self, growth: f64, exponent: f64, colour: Colour, dash: Dash) -> Series {
         let middle = (self.areas[0] * self.areas[1]).sqrt();
         let guide = Series::curve(
@@ -308,7 +310,7 @@ impl Extent {
     }
 }
 
-/// The power laws fitted to counted areas.
+/// Returns the power laws fitted to counted areas.
 fn fits(data: &FigureData, range: [f64; 2]) -> Result<Vec<Series>, ReportError> {
     let mut lines = Vec::new();
     let columns = ["exponent", "prefactor", "law"];

@@ -1,6 +1,6 @@
 //! Power spectral densities (fig. 2) and slopes by scale (Sanner et al. 2022,
-//! doi:10.1016/j.apsadv.2021.100190): what `measure` stages have found and, of measured surfaces
-//! that none has looked at, of the map as it is pressed.
+//! doi:10.1016/j.apsadv.2021.100190) from `measure` stages. For measured surfaces without such a
+//! stage they are computed from the map as pressed.
 
 use arrow::array::Array;
 
@@ -23,7 +23,8 @@ use asperity_tables::table::{Table, TableError};
 pub const SPECTRUM: Definition =
     Definition { name: "spectrum", title: "Power spectral density", draw: draw_spectra };
 
-/// Points of one spectrum, evenly by the logarithm of the wavenumber.
+/// Number of points of a spectrum for six e-folds of the wavenumber, evenly spaced in its
+/// logarithm.
 const POINTS: f64 = 40.0;
 
 fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -43,7 +44,8 @@ fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure, captions.join("  Right:  ")))
 }
 
-/// The densities that random surfaces are drawn from, and what is drawn.
+/// Returns the chart of random surfaces: the densities of their spectra, and those of drawn
+/// surfaces.
 fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, ReportError> {
     let samples = samples::of(data.finished)?;
     let mut chart = Chart::new(
@@ -83,12 +85,12 @@ fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, Repo
     Ok(Some((chart, caption)))
 }
 
-/// Captions tell of as many fitted laws.
+/// Largest number of fitted laws in a caption.
 const MOST_LAWS: usize = 4;
-/// Densities below this share of the largest are rounding of a transform: beyond a cutoff.
+/// Density relative to the largest below which values are rounding errors beyond a cutoff.
 const ROUNDING: f64 = 1e-20;
 
-/// The chart and what is to be seen; nothing where there are no such spectra.
+/// Returns the chart and caption of spectra in units of length, or `None` without such spectra.
 fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, TableError> {
     let spectra = spectra(data)?;
     if spectra.is_empty() {
@@ -147,7 +149,7 @@ fn caption(laws: &[String]) -> String {
     )
 }
 
-/// Those of the study's tables, and of measured surfaces that no table tells of.
+/// Returns the spectra of the tables, and of measured surfaces that no table contains.
 fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let columns = [WAVENUMBER, SPECTRAL_DENSITY];
     let names = [WAVENUMBER.name, SPECTRAL_DENSITY.name, MODES.name];
@@ -177,17 +179,17 @@ fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     Ok(spectra)
 }
 
-/// A fitted law, in the unit of its surface.
+/// A fitted law in the unit of length of its surface.
 struct FittedLaw {
     hurst: f64,
     interval: Option<[f64; 2]>,
     rolloff: Option<f64>,
-    /// Up to the roll-off; where there is none, C₀ of C₀ q^(−2(1 + H)).
+    /// Density below the roll-off, or C₀ of C₀ q^(−2(1 + H)) for a law without a roll-off.
     plateau: f64,
     range: [f64; 2],
 }
 
-/// The laws that were fitted to a spectrum.
+/// Returns the laws fitted to a spectrum.
 fn laws(data: &FigureData, spectrum: &SurfaceCurve) -> Result<Vec<FittedLaw>, TableError> {
     let names = ["hurst_exponent", "rolloff_wavenumber", "wavenumber_lower"];
     let mut laws = Vec::new();
@@ -201,15 +203,14 @@ fn laws(data: &FigureData, spectrum: &SurfaceCurve) -> Result<Vec<FittedLaw>, Ta
     Ok(laws)
 }
 
-/// Whether a row of a fit stands where a spectrum does: they agree in all that both have.
+/// Returns true if a row of a fit has all coordinates of a spectrum.
 fn is_fit_of(table: &Table, row: usize, spectrum: &Point) -> bool {
     let point = ensembles::point(table, row);
     spectrum.iter().all(|(name, value)| point.get(name) == Some(value))
 }
 
 impl FittedLaw {
-    /// Of a row of a fit, over those of the points that lie in its window; nothing where the fit
-    /// failed.
+    /// Reads a row of a fit, for the points in its window. Returns `None` if the fit failed.
     fn of_row(
         table: &Table,
         row: usize,
@@ -231,7 +232,7 @@ impl FittedLaw {
         };
         let ends = [number("hurst_exponent_lower")?, number("hurst_exponent_upper")?];
         let rolloff = number("rolloff_wavenumber")?;
-        // The C₀ of the greatest likelihood, which a row without a roll-off does not hold.
+        // Maximum-likelihood C₀, which a row without a roll-off does not contain.
         let weight: f64 = inside.iter().map(|point| point.weight).sum();
         let prefactor = inside.iter().map(|point| point.weight * point.y * falls(point.x, hurst));
         let prefactor = prefactor.sum::<f64>() / weight;
@@ -252,7 +253,7 @@ impl FittedLaw {
         }
     }
 
-    /// In words: `scan.x3p H = 0.82 (0.79 to 0.85), roll-off at 2.1 µm`.
+    /// Returns text such as `scan.x3p H = 0.82 (0.79 to 0.85), roll-off at a wavelength of 2.1 µm`.
     fn told(&self, label: &str, shared: &LengthUnit, factor: f64) -> String {
         let mut told = format!("{label} H = {}", digits(self.hurst, 3));
         if let Some([lower, upper]) = self.interval {
@@ -268,7 +269,7 @@ impl FittedLaw {
     }
 }
 
-/// q^(2(1 + H)), by which the density falls.
+/// Returns q^(2(1 + H)), by which the density falls.
 fn falls(wavenumber: f64, hurst: f64) -> f64 {
     wavenumber.powf(2.0 * (1.0 + hurst))
 }
@@ -310,7 +311,7 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::of(chart), caption))
 }
 
-/// Those of the study's tables, and of measured surfaces that no table tells of.
+/// Returns the slopes of the tables, and of measured surfaces that no table contains.
 fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let columns = [DISTANCE, SLOPE_AT_SCALE];
     let names = [ALONG.name, DISTANCE.name, SLOPE_AT_SCALE.name];

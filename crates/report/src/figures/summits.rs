@@ -1,4 +1,4 @@
-//! Nayak's parameter and the density of summits of the surfaces beside their closed forms (figs.
+//! Nayak's parameter and the density of summits of the surfaces, compared with closed forms (figs.
 //! A.1 and A.2).
 
 use std::collections::BTreeMap;
@@ -30,12 +30,12 @@ pub const DENSITY: Definition = Definition {
     draw: |data| draw(data, &DENSITY_OF_SUMMITS),
 };
 
-/// A number that the moments of a surface give.
+/// A quantity that follows from the moments of a surface.
 struct Quantity {
     column: &'static str,
     label: &'static str,
     meaning: &'static str,
-    /// Of a spectrum over continuous wavenumbers with this wavenumber of roll-off.
+    /// Closed form for a spectrum over continuous wavenumbers with a given roll-off wavenumber.
     closed_form: fn(&Continuum, f64) -> f64,
 }
 
@@ -53,28 +53,28 @@ const DENSITY_OF_SUMMITS: Quantity = Quantity {
     closed_form: Continuum::summit_density,
 };
 
-/// The Hurst exponents of the paper's figures: that of its surfaces, and another.
+/// Hurst exponents in the paper's figures: that of its surfaces, and another one.
 const PAPERS_HURST: f64 = 0.8;
 const OTHER_HURST: f64 = 0.3;
-/// More Hurst exponents than that share one chart.
+/// Largest number of Hurst exponents with separate charts.
 const MOST_CHARTS: usize = 3;
 
-/// Spectra that differ by their upper cutoff alone.
+/// Spectra that differ only in their upper cutoff.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Family {
-    /// As bits, which sort as positive numbers do.
+    /// Bits of the Hurst exponent, which sort like positive numbers.
     hurst: u64,
     k_lower: i64,
     k_rolloff: i64,
 }
 
-/// The surfaces of one spectrum, each once on however many meshes.
+/// Surfaces of one spectrum, each once, even if drawn on several meshes.
 struct Surfaces {
     point: Point,
     values: BTreeMap<(i64, i64), f64>,
 }
 
-/// The spectra of a family by their upper cutoffs.
+/// Spectra of a family by their upper cutoffs.
 type Curve = BTreeMap<i64, Surfaces>;
 
 fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
@@ -104,7 +104,7 @@ fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure(&curves, data, quantity), caption))
 }
 
-/// One chart for each Hurst exponent if they are few, else one for all.
+/// Returns a figure with one chart for each Hurst exponent, or one for all if there are many.
 fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quantity) -> Figure {
     let uppers = || curves.values().flat_map(BTreeMap::keys).copied();
     let ends = [uppers().min(), uppers().max()].map(|end| end.unwrap_or(1) as f64);
@@ -137,14 +137,14 @@ fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quanti
     Figure::of_charts(vec![charts.collect()], [430.0, 340.0])
 }
 
-/// Whether the paper's other Hurst exponent stands beside that of the study.
+/// Returns true if the study only has the paper's Hurst exponent, so the other one is drawn, too.
 fn has_other(curves: &BTreeMap<Family, Curve>) -> bool {
     let mut exponents = curves.keys().map(|family| f64::from_bits(family.hurst));
     exponents.all(|hurst| hurst == PAPERS_HURST)
 }
 
 impl Family {
-    /// The closed form as a line in the colour of a curve.
+    /// Returns the closed form as a line in the colour of a curve.
     fn closed_form(
         &self,
         curve: &Curve,
@@ -168,7 +168,7 @@ impl Family {
         Series::curve(closed_form, range, Spacing::Octaves, Style::line(colour, dash, 1.3))
     }
 
-    /// The closed form as a line, and each spectrum's surfaces as a point.
+    /// Returns the closed form as a line, and the mean of each spectrum as a point.
     fn series(
         &self,
         curve: &Curve,
