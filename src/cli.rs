@@ -99,7 +99,7 @@ enum Command {
     Prune(maintenance::PruneArguments),
     /// Print the JSON Schema of manifests, for editors.
     Schema(reference::SchemaArguments),
-    /// Print shell completions.
+    /// Print completions for a shell.
     Completions(reference::CompletionsArguments),
     /// Write manual pages, one for each command.
     Man(reference::ManArguments),
@@ -113,7 +113,7 @@ pub fn main() -> ExitCode {
     run(env::args_os(), None)
 }
 
-/// Runs a command line; its first word is the name of the program.
+/// Runs a command line whose first word is the name of the program.
 ///
 /// `program` is the executable that cluster jobs run. If omitted, they run the executable of this
 /// process, which is wrong if the caller is an interpreter. The function handles signals, and it

@@ -16,7 +16,7 @@
 //! | files of measured heights | [`read`](topography_files::read), [`TopographyFile`] |
 //! | roughness parameters and spectral moments | [`Descriptors`], [`Moments`] |
 //! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`] |
-//! | single surfaces and contacts with the keys of a manifest | [`direct::draw`], [`direct::Pressing`] |
+//! | single surfaces and contacts without a study | [`direct::draw`], [`direct::Pressing`] |
 //! | contact area, perimeter, clusters | [`ContactMap`], [`ContactArea`], [`Clusters`] |
 //! | theories | [`persson`](contact::theory::persson), [`Asperities`], [`ContactEvolution`] |
 //! | laws fitted to ensembles of curves | [`statistics`] |

@@ -245,7 +245,7 @@ impl Session<'_> {
     /// # Errors
     /// If the manifest is invalid or the stage does not exist.
     pub fn columns(&self, stage: Option<&str>) -> Result<Vec<DescribedColumns>, SessionError> {
-        DescribedColumns::of_study(&self.reading()?.study, stage)
+        DescribedColumns::for_study(&self.reading()?.study, stage)
     }
 
     /// Tests the statements of the 2015 paper against the tables.

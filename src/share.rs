@@ -35,10 +35,10 @@ pub struct ShareOptions {
     pub output: Option<PathBuf>,
     /// Include the tables of the store with all maps, so that a run has nothing to compute.
     pub store: bool,
-    /// Overwrite an existing archive.
+    /// Overwrite an archive that exists already.
     pub replace: bool,
-    /// Date in the description. Everything else follows from the study, so two archives with the
-    /// same date are equal.
+    /// Date in the description of the archive. Everything else follows from the study, so two
+    /// archives with the same date are equal.
     pub day: Day,
     /// License in the description, as an SPDX identifier or a URL.
     pub license: Option<String>,
@@ -104,7 +104,7 @@ impl Session<'_> {
 ///
 /// use asperity::session::Day;
 ///
-/// assert_eq!(Day::of(UNIX_EPOCH).to_string(), "1970-01-01");
+/// assert_eq!(Day::from_time(UNIX_EPOCH).to_string(), "1970-01-01");
 /// assert_eq!("2024-02-29".parse::<Day>()?.to_string(), "2024-02-29");
 /// assert!("2025-02-29".parse::<Day>().is_err());
 /// # Ok::<(), asperity::session::NoDay>(())
@@ -119,7 +119,7 @@ pub struct NoDay(String);
 
 impl Day {
     /// Returns the date of a moment in UTC.
-    pub fn of(moment: SystemTime) -> Day {
+    pub fn from_time(moment: SystemTime) -> Day {
         let seconds = moment.duration_since(UNIX_EPOCH);
         let seconds = seconds.map_or(0, |since| since.as_secs().try_into().unwrap_or(0));
         Day(DateTime::from_timestamp(seconds, 0).unwrap_or_default().date_naive())

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 /// Returns a dictionary for each claim, with keys as in `asperity claims --json`.
-pub fn all<'py>(py: Python<'py>, study: &StudyClaims) -> PyResult<Bound<'py, PyList>> {
+pub fn claims_list<'py>(py: Python<'py>, study: &StudyClaims) -> PyResult<Bound<'py, PyList>> {
     let claims = study.claims.iter().map(|claim| claim_dict(py, study, claim));
     PyList::new(py, claims.collect::<PyResult<Vec<_>>>()?)
 }

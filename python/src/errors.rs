@@ -73,7 +73,7 @@ pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     exception(py, "ManifestError", arguments)
 }
 
-/// Creates an `UnknownNameError`.
+/// Creates an `UnknownNameError` with this message.
 pub fn unknown_name(py: Python<'_>, message: String) -> PyErr {
     exception(py, "UnknownNameError", (escaped(&message),))
 }

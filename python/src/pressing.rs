@@ -67,7 +67,7 @@ impl Pressing {
         Ok(Pressing(Mutex::new(pressing)))
     }
 
-    /// Solves the next load; returns false if there is none.
+    /// Solves the next load, or returns false if there is none.
     fn press(&self, py: Python<'_>) -> PyResult<bool> {
         let (pressed, signals) = py.detach(|| {
             let signals = Signals::new();

@@ -144,7 +144,7 @@ impl Session {
 
     fn claims<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let (found, _) = self.call(py, |session| session.claims())?;
-        claims::all(py, &found)
+        claims::claims_list(py, &found)
     }
 
     /// Writes the report and returns the paths of the page and of the folder of figures.

@@ -1,4 +1,4 @@
-//! Height maps: generating, reading and preparing them.
+//! Functions that generate, read and prepare height maps.
 
 use std::fs;
 use std::path::PathBuf;

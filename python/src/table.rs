@@ -13,7 +13,7 @@ use pyo3::types::{PyBytes, PyCapsule, PyList};
 
 use crate::errors::{surface_error, unknown_name};
 
-/// Table with described columns.
+/// Table whose columns have units and meanings.
 #[pyclass(frozen, module = "asperity._asperity")]
 pub struct Table(table::Table);
 

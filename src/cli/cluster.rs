@@ -49,8 +49,8 @@ pub struct SubmitArguments {
     cluster: Settings,
 }
 
-/// Runs `asperity submit`; `own` is the path of this program if it differs from the executable of
-/// the process.
+/// Runs `asperity submit`, where `own` is the path of this program if it differs from the
+/// executable of the process.
 pub fn submit(
     arguments: &SubmitArguments,
     data: &DataFolder,

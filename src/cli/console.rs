@@ -144,8 +144,8 @@ pub fn duration(duration: Duration) -> String {
 pub enum Patience {
     /// A user waits at the terminal.
     Interactive,
-    /// A scheduler waits. Slurm allows 30 s after `scancel`, and our scripts request 60 s before
-    /// the time limit.
+    /// A scheduler waits for the process. Slurm allows 30 s after `scancel`, and our scripts
+    /// request 60 s before the time limit.
     Scheduler,
 }
 

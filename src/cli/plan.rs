@@ -95,9 +95,9 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
         }
     } else if arguments.json {
         let stages =
-            stages.iter().map(|stage| StageInShort { count: stage.count, reasons: reasons(stage) });
+            stages.iter().map(|stage| StageJson { count: stage.count, reasons: reasons(stage) });
         let warnings = Some(status.warnings.as_slice());
-        print_json(&mut out, &StudyForPrograms::of(&status, stages.collect(), warnings))?;
+        print_json(&mut out, &StudyJson::new(&status, stages.collect(), warnings))?;
     } else {
         writeln!(out, "{}\n{}", plan_table(&stages), forecast(&status))?;
     }
@@ -106,7 +106,7 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
 
 /// JSON output of `plan` and `explain`.
 #[derive(Serialize)]
-struct StudyForPrograms<'a, S> {
+struct StudyJson<'a, S> {
     stages: Vec<S>,
     core_hours: f64,
     growing: Vec<GrowingStage<'a>>,
@@ -116,17 +116,17 @@ struct StudyForPrograms<'a, S> {
 
 /// JSON output of `plan` for one stage, with the reasons as text.
 #[derive(Serialize)]
-struct StageInShort<'a> {
+struct StageJson<'a> {
     #[serde(flatten)]
     count: StageCount<'a>,
     reasons: Vec<String>,
 }
 
-impl<'a, S> StudyForPrograms<'a, S> {
-    fn of(status: &'a Status, stages: Vec<S>, warnings: Option<&'a [Warning]>) -> Self {
+impl<'a, S> StudyJson<'a, S> {
+    fn new(status: &'a Status, stages: Vec<S>, warnings: Option<&'a [Warning]>) -> Self {
         let core_hours = status.total_seconds() / 3600.0;
         let growing = GrowingStage::all(&status.adaptive);
-        StudyForPrograms { stages, core_hours, growing, warnings }
+        StudyJson { stages, core_hours, growing, warnings }
     }
 }
 
@@ -182,7 +182,7 @@ pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCo
     }
     let mut out = stdout();
     if arguments.json {
-        print_json(&mut out, &StudyForPrograms::of(&status, stages, None))?;
+        print_json(&mut out, &StudyJson::new(&status, stages, None))?;
     } else {
         for stage in &stages {
             write!(out, "{}", explained(stage))?;

@@ -126,7 +126,7 @@ fn keys_page() -> String {
     let forms = schema["properties"]["stage"]["additionalProperties"]["oneOf"].as_array();
     let forms = forms.expect("a stage has one of several forms");
     for kind in kinds(forms) {
-        page += &of_kind(&kind, forms);
+        page += &kind_section(&kind, forms);
     }
     page
 }
@@ -138,7 +138,7 @@ fn kinds(forms: &[Value]) -> Vec<String> {
     kinds
 }
 
-fn of_kind(kind: &str, forms: &[Value]) -> String {
+fn kind_section(kind: &str, forms: &[Value]) -> String {
     let forms: Vec<&Value> = forms.iter().filter(|form| word(form, "kind") == kind).collect();
     let mut text = format!("\n## `kind = \"{kind}\"`\n\n");
     if let Some((_, page)) = THEORY.iter().find(|(of, _)| *of == kind) {
@@ -339,7 +339,7 @@ that the manifest uses for `side` and for `effective_modulus` or `bodies`.
 fn columns_page() -> String {
     let mut page = COLUMNS_HEAD.to_owned();
     let mut known: Vec<Description> = Vec::new();
-    for DescribedColumns { kind, columns, .. } in DescribedColumns::of_kinds() {
+    for DescribedColumns { kind, columns, .. } in DescribedColumns::for_all_kinds() {
         let new: Vec<_> = columns.into_iter().filter(|column| !known.contains(column)).collect();
         page += &format!("\n## `{kind}`\n\n| column | unit | meaning |\n|---|---|---|\n");
         for column in &new {
@@ -377,12 +377,12 @@ fn commands_page(mut command: Command) -> String {
     global.iter().for_each(|arg| page += &option_item(arg));
     let commands = command.get_subcommands().filter(|command| !command.is_hide_set());
     for command in commands.filter(|command| command.get_name() != "help") {
-        page += &of_command(command);
+        page += &command_section(command);
     }
     page
 }
 
-fn of_command(command: &Command) -> String {
+fn command_section(command: &Command) -> String {
     let about = command.get_long_about().or(command.get_about());
     let usage = command.clone().render_usage().to_string();
     let usage = usage.trim_start_matches("Usage: ").trim();

@@ -118,7 +118,7 @@ pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, 
         output: arguments.output.clone(),
         store: arguments.store,
         replace: arguments.replace,
-        day: arguments.date.unwrap_or_else(|| Day::of(SystemTime::now())),
+        day: arguments.date.unwrap_or_else(|| Day::from_time(SystemTime::now())),
         license: arguments.license.clone(),
         authors: arguments.authors.clone(),
     })?;

@@ -236,7 +236,7 @@ pub struct ColumnsArguments {
 pub fn columns(arguments: &ColumnsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let described = match &arguments.manifest {
         Some(manifest) => super::session(manifest, data).columns(arguments.stage.as_deref())?,
-        None => DescribedColumns::of_kinds(),
+        None => DescribedColumns::for_all_kinds(),
     };
     let mut out = stdout();
     if arguments.json {

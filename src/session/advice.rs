@@ -34,7 +34,7 @@ pub struct AdvisedFit {
     pub stage: String,
     /// Quantity and parameters, such as `area_fraction / load, load 0.02, hurst 0.8`.
     pub what: String,
-    /// Form of each term; if several were compared, the one with the smallest Akaike criterion.
+    /// Form of each term (if several were compared, the one with the smallest Akaike criterion).
     pub forms: Vec<String>,
     pub limit: f64,
     /// Bootstrap standard error of the limit; `None` without a bootstrap.
@@ -115,7 +115,7 @@ fn add_stage(
     }
     let table = Table::stack(&tables)?;
     for (task, params, choices) in recipes {
-        let costs = Costs::of(plan, task, choices);
+        let costs = Costs::new(plan, task, choices);
         for group in groups(&table, choices, params.window())? {
             for &load in &group.loads {
                 match octaves::advise(&group, load, choices, &params.bootstrap()) {
@@ -154,14 +154,14 @@ fn steps(advised: &Advised, costs: &Costs) -> Vec<AdvisedStep> {
         term: None,
         doubled: vec!["realizations".to_owned()],
         points: advised.points.len(),
-        seconds: advised.points.iter().map(|point| costs.of_point(point, &[])).sum(),
+        seconds: advised.points.iter().map(|point| costs.seconds_of(point, &[])).sum(),
         factor: Some(0.5_f64.sqrt()),
     };
     let step = |octave: &Octave| AdvisedStep {
         term: Some(octave.term.clone()),
         doubled: octave.doubled.clone(),
         points: octave.from.len(),
-        seconds: octave.from.iter().map(|point| costs.of_point(point, &octave.doubled)).sum(),
+        seconds: octave.from.iter().map(|point| costs.seconds_of(point, &octave.doubled)).sum(),
         factor: octave.narrowing,
     };
     advised.octaves.iter().map(step).chain([again]).collect()
@@ -176,7 +176,7 @@ struct Costs<'a> {
 }
 
 impl<'a> Costs<'a> {
-    fn of(plan: &'a Plan, fit: usize, choices: &LimitChoices) -> Costs<'a> {
+    fn new(plan: &'a Plan, fit: usize, choices: &LimitChoices) -> Costs<'a> {
         let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
         let mut is_read = vec![false; plan.tasks.len()];
         is_read[fit] = true;
@@ -202,7 +202,7 @@ impl<'a> Costs<'a> {
     }
 
     /// Returns the expected core-seconds of a point with some parameters doubled.
-    fn of_point(&self, point: &Point, doubled: &[String]) -> f64 {
+    fn seconds_of(&self, point: &Point, doubled: &[String]) -> f64 {
         let factor = |name: &str| match doubled.iter().any(|one| one == name) {
             true => 2,
             false => 1,

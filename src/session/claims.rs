@@ -175,7 +175,7 @@ impl StudyClaims {
             ClaimOutcome::Judged(judgement) => {
                 let all = judgement.bounds.len();
                 let bounds = judgement.bounds.iter();
-                summary.quantities = bounds.map(|bound| QuantitySummary::of(bound, all)).collect();
+                summary.quantities = bounds.map(|bound| QuantitySummary::new(bound, all)).collect();
                 summary.deciding = Some(&judgement.bounds[judgement.deciding].label);
                 summary.contradicting = Some(judgement.contradicting);
                 summary.undecided = Some(judgement.undecided);
@@ -199,7 +199,7 @@ impl StudyClaims {
 }
 
 impl QuantitySummary<'_> {
-    fn of(bound: &Bound, all: usize) -> QuantitySummary<'_> {
+    fn new(bound: &Bound, all: usize) -> QuantitySummary<'_> {
         let ([lower, upper], [least, most]) = (bound.simultaneous(all), bound.one_sided());
         let (label, value, n) = (&bound.label, bound.value, bound.surfaces);
         QuantitySummary { label, value, lower, upper, least, most, n }

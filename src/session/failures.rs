@@ -19,7 +19,7 @@ use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::{Table, TableError};
 
 /// Returns the failed tasks of a run, one row per task.
-pub(super) fn of_run(
+pub(super) fn failed_tasks(
     session: &Session,
     plan: &Plan,
     outcome: &RunOutcome,

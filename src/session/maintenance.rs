@@ -63,7 +63,7 @@ pub struct PrunedKind {
     pub bytes: u64,
 }
 
-/// Options of [`prune`].
+/// Options of the function [`prune`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PruneOptions {
     /// Delete the files instead of counting them.

@@ -38,7 +38,7 @@ impl UnknownName {
 pub enum TaskNameError {
     #[error(transparent)]
     InvalidKey(#[from] InvalidKey),
-    #[error("the keys of several tasks begin with `{digits}`: {}", all(keys))]
+    #[error("the keys of several tasks begin with `{digits}`: {}", listed_keys(keys))]
     Ambiguous { digits: String, keys: Vec<TaskKey> },
     #[error("no task {word} is finished in `{}`", store.display())]
     NotFinished { word: String, store: PathBuf },
@@ -79,7 +79,7 @@ fn all_names(known: &[String]) -> String {
     wrapped(&listed(known.iter().map(String::as_str), "and"))
 }
 
-fn all(keys: &[TaskKey]) -> String {
+fn listed_keys(keys: &[TaskKey]) -> String {
     let keys: Vec<String> = keys.iter().map(TaskKey::to_string).collect();
     listed(keys.iter().map(String::as_str), "and")
 }

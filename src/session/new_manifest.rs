@@ -15,7 +15,7 @@ pub use asperity_pipeline::manifest::{SCHEMA, schema};
 #[derive(Debug)]
 pub struct NewManifest {
     pub path: PathBuf,
-    /// Whether the schema did not exist before.
+    /// True if the schema did not exist before.
     pub schema_is_new: bool,
 }
 

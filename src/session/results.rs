@@ -135,7 +135,7 @@ pub struct DescribedColumns {
 
 impl DescribedColumns {
     /// Returns the columns of every kind of stage.
-    pub fn of_kinds() -> Vec<DescribedColumns> {
+    pub fn for_all_kinds() -> Vec<DescribedColumns> {
         let of_kind = |kind| DescribedColumns {
             stage: None,
             kind,
@@ -145,7 +145,7 @@ impl DescribedColumns {
     }
 
     /// Returns the columns of all stages of a study, or of one stage.
-    pub(super) fn of_study(
+    pub(super) fn for_study(
         study: &Study,
         wanted: Option<&str>,
     ) -> Result<Vec<DescribedColumns>, SessionError> {
@@ -168,7 +168,7 @@ impl DescribedColumns {
     }
 }
 
-/// Options of [`Session::report`].
+/// Options of the method [`Session::report`].
 #[derive(Debug, Clone, Default)]
 pub struct ReportOptions {
     /// Folder to write into (default: the folder of the study's tables).

@@ -46,7 +46,7 @@ pub struct RunOptions {
     /// surfaces in parallel to stay below it.
     pub memory: Option<ByteSize>,
     pub selection: Selection,
-    /// Whether to overwrite the results of another manifest with the same study name.
+    /// Overwrite the results of another manifest with the same study name.
     pub replace: bool,
     /// Name of the scheduler job, recorded in the receipt of a shard.
     pub job: Option<String>,
@@ -269,7 +269,7 @@ impl<'a> PreparedRun<'a> {
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
         }
-        let failed = failures::of_run(self.session, self.plan(), &outcome)?;
+        let failed = failures::failed_tasks(self.session, self.plan(), &outcome)?;
         if failed.rows() > 0 {
             self.session.notify(Event::Failed(&failed));
         }

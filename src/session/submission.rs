@@ -37,9 +37,9 @@ pub struct SubmitOptions {
     pub settings: Settings,
     /// Program that the elements run: an absolute path, or a name that is looked up in `PATH`.
     pub program: PathBuf,
-    /// Whether the last job writes the HTML report.
+    /// Let the last job write the HTML report.
     pub report: bool,
-    /// Whether to overwrite the results of another manifest with the same study name.
+    /// Overwrite the results of another manifest with the same study name.
     pub replace: bool,
 }
 
@@ -177,7 +177,7 @@ pub struct FinishOptions {
     pub round: u32,
     /// Options of the runs of the last job.
     pub run: RunOptions,
-    /// Whether to write the HTML report.
+    /// Write the HTML report at the end.
     pub report: bool,
 }
 

@@ -99,7 +99,7 @@ pub fn describe(
             let raster = Raster::of_heights(map.nodes(), map.heights());
             picture = Some(raster.at_most(MAX_PIXELS).to_png());
         }
-        described.push(DescribedChannel::of(index + 1, one, &map));
+        described.push(DescribedChannel::new(index + 1, one, &map));
     }
     let format = file.format();
     Ok(DescribedFile {
@@ -117,7 +117,7 @@ pub fn describe(
 }
 
 impl DescribedChannel {
-    fn of(number: usize, channel: &Channel<'_>, map: &HeightMap) -> DescribedChannel {
+    fn new(number: usize, channel: &Channel<'_>, map: &HeightMap) -> DescribedChannel {
         let statistics = Statistics::new(map);
         let heights = statistics.heights.as_ref();
         DescribedChannel {

@@ -29,7 +29,7 @@ const ZIP64_SIZE: u64 = u32::MAX as u64;
 pub enum Source {
     /// A file, which may be too large for the memory.
     File(PathBuf),
-    /// Bytes in memory.
+    /// Bytes that are in memory.
     Bytes(Vec<u8>),
 }
 
@@ -74,12 +74,12 @@ pub fn is_archive(path: &Path) -> bool {
 }
 
 impl<W: Write + Seek> Archive<W> {
-    /// Creates an empty archive.
+    /// Creates an archive without files.
     pub fn new(output: W) -> Archive<W> {
         Archive { zip: ZipWriter::new(output), checksums: String::new() }
     }
 
-    /// Adds a file; `path` uses `/` between folders.
+    /// Adds a file under `path`, with `/` between folders.
     ///
     /// # Errors
     /// If the file cannot be read or the archive cannot be written.
@@ -128,7 +128,7 @@ impl<W: Write + Seek> Archive<W> {
 /// Paths of a manifest and its files in an archive, with `/` between folders.
 #[derive(Debug, PartialEq, Eq)]
 pub struct ArchivePaths {
-    /// Path of the manifest.
+    /// Path of the manifest in the archive.
     pub manifest: String,
     /// Paths of the files in the archive, by their paths in the manifest.
     pub files: BTreeMap<PathBuf, String>,
@@ -144,7 +144,7 @@ pub struct ArchivePaths {
 pub struct Unplaceable {
     /// Path of the file in the manifest.
     pub path: PathBuf,
-    /// Problem with the path.
+    /// Reason why the path does not work.
     pub why: &'static str,
 }
 

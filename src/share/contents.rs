@@ -25,7 +25,6 @@ const VERSIONS: &str = "versions.json";
 /// Name of the data folder.
 const DATA: &str = "data";
 
-/// File of an archive.
 #[derive(Debug)]
 struct File {
     source: Source,
@@ -273,7 +272,7 @@ impl Contents {
     }
 }
 
-/// Facts for the README.
+/// Facts that the README of an archive states.
 struct Facts<'a> {
     study: &'a str,
     /// Short description of the study.
@@ -322,7 +321,7 @@ fn readme(facts: &Facts) -> String {
     )
 }
 
-/// Describes a study: `A statistical study of rough contact: 8 surfaces, 6 stages, 35 tasks.`
+/// Describes a study as in `A statistical study of rough contact: 8 surfaces, 6 stages, 35 tasks.`
 fn about(reading: &StudyResults) -> String {
     format!(
         "A statistical study of rough contact: {}, {}, {}. Surfaces are generated or measured, \

@@ -14,11 +14,11 @@ pub const FILE: &str = "ro-crate-metadata.json";
 /// Role of a file in the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Definition of the study.
+    /// File that defines the study.
     Manifest,
     /// Input file, such as a measured surface.
     Input,
-    /// Table of results.
+    /// Table of results of a stage.
     Table,
     Other,
 }
@@ -28,7 +28,6 @@ pub enum Role {
 pub struct Described {
     /// Path with `/` between folders.
     pub path: String,
-    /// Size in bytes.
     pub size: u64,
     pub role: Role,
     /// Short description of the contents.
@@ -41,11 +40,9 @@ pub struct Whole<'a> {
     pub study: &'a str,
     /// Short description of the study.
     pub about: String,
-    /// Date of the archive.
     pub day: Day,
-    /// SPDX identifier or URL.
+    /// SPDX identifier or URL of the license.
     pub license: Option<&'a str>,
-    /// Names of the authors.
     pub authors: &'a [String],
 }
 

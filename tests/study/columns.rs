@@ -194,7 +194,7 @@ fn columns_are_listed_for_a_stage_a_study_and_any_study() {
 #[test]
 fn what_any_study_may_have_holds_all_that_the_shipped_ones_have() {
     // The published table has two more columns: the task of a row and the file of its surface.
-    let known: HashSet<String> = DescribedColumns::of_kinds()
+    let known: HashSet<String> = DescribedColumns::for_all_kinds()
         .into_iter()
         .flat_map(|kind| kind.columns)
         .map(|column| column.name)

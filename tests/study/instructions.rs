@@ -32,7 +32,7 @@ from = ["contact", "tight"]
 "#;
 
 /// Returns the instruction sets of this processor from the error about an unknown one.
-fn there_are() -> Vec<String> {
+fn available_sets() -> Vec<String> {
     let bench = Bench::new();
     let path = bench.write(MESHES);
     let refused = bench
@@ -60,7 +60,7 @@ fn every_set_of_instructions_computes_the_same_bytes() {
         assert!(run.status.success(), "{name}: {}", text(&run.stderr));
         bench.files()
     };
-    let all = there_are();
+    let all = available_sets();
     assert_eq!(all.last().map(String::as_str), Some("portable"));
     let all: Vec<_> = all.iter().map(files).collect();
     for pair in all.windows(2) {

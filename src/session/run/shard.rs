@@ -43,7 +43,7 @@ impl PreparedRun<'_> {
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
         }
-        let failed = failures::of_run(self.session, self.plan(), &outcome)?;
+        let failed = failures::failed_tasks(self.session, self.plan(), &outcome)?;
         if failed.rows() > 0 {
             self.session.notify(Event::Failed(&failed));
         }
