@@ -95,7 +95,7 @@ enum Command {
     Surface(pictures::SurfaceArguments),
     /// Check all tables, pages and figures for damage and set damaged tables aside.
     Verify(maintenance::VerifyArguments),
-    /// Delete tables that none of the given manifests needs.
+    /// Delete files that none of the given manifests needs.
     Prune(maintenance::PruneArguments),
     /// Print the JSON Schema of manifests, for editors.
     Schema(reference::SchemaArguments),
@@ -213,19 +213,19 @@ fn print_notice(event: Event<'_>) {
 }
 
 /// Prints a value as JSON with sorted keys.
-fn print_json(out: &mut impl Write, told: &impl Serialize) -> Result<(), Failure> {
-    Ok(writeln!(out, "{:#}", serde_json::to_value(told)?)?)
+fn print_json(out: &mut impl Write, value: &impl Serialize) -> Result<(), Failure> {
+    Ok(writeln!(out, "{:#}", serde_json::to_value(value)?)?)
 }
 
 /// Prints a value as JSON or as text.
 fn print_answer(
     is_json: bool,
-    told: &impl Serialize,
+    value: &impl Serialize,
     text: impl FnOnce() -> String,
 ) -> Result<ExitCode, Failure> {
     let mut out = terminal::stdout();
     if is_json {
-        print_json(&mut out, told)?;
+        print_json(&mut out, value)?;
     } else {
         write!(out, "{}", text())?;
     }

@@ -22,11 +22,12 @@ pub struct ClaimsArguments {
     /// Claim to explain in detail (default: list all claims).
     name: Option<String>,
 
-    /// Print JSON of this form: `{"level", "rests_on", "left_out": [{"rows", "with"}, …],
-    /// "missing_tasks", "claims": [{"name", "kind": "paper" | "misprint" | "ours", "says", "where",
-    /// "quantity", "because", "data", "verdict", "expected", "quantities": [{"label", "value",
-    /// "lower", "upper", "least", "most", "n"}, …], "needs", "more_surfaces", "core_hours",
-    /// "figure"}, …]}`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"level", "rests_on", "left_out": [{"rows", "with"}, …], "missing_tasks", "claims":
+    /// [{"name", "kind": "paper" | "misprint" | "ours", "says", "where", "quantity", "because",
+    /// "data", "verdict", "expected", "quantities": [{"label", "value", "lower", "upper", "least",
+    /// "most", "n"}, …], "needs", "more_surfaces", "core_hours", "figure"}, …]}`.
     ///
     /// `lower` and `upper` are simultaneous bounds for all quantities of a claim; `least` and
     /// `most` bound each quantity alone.
@@ -302,8 +303,10 @@ pub struct AdviseArguments {
     /// Manifest of a study with a `fit` stage whose `law` is "limits".
     manifest: PathBuf,
 
-    /// Print JSON of this form: `[{"stage", "what", "forms", "limit", "standard_error", "points",
-    /// "steps": [{"term", "doubled", "points", "core_hours", "factor"}, …]}, …]`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `[{"stage", "what", "forms", "limit", "standard_error", "points", "steps": [{"term",
+    /// "doubled", "points", "core_hours", "factor"}, …]}, …]`.
     ///
     /// `factor` is the expected ratio of the new standard error to the present one.
     #[arg(long)]

@@ -96,8 +96,8 @@ impl SubmitArguments {
     /// then by the file of the user.
     fn settings(&self) -> Result<Settings, Failure> {
         let mut settings = self.cluster.clone();
-        let beside = self.manifest.parent().map(|folder| folder.join(settings::FILE));
-        for path in beside.into_iter().chain(user_settings()) {
+        let local = self.manifest.parent().map(|folder| folder.join(settings::FILE));
+        for path in local.into_iter().chain(user_settings()) {
             let read = Settings::read(&path).map_err(crate::session::SessionError::from)?;
             settings = settings.or(read.unwrap_or_default());
         }
@@ -185,9 +185,11 @@ pub struct StatusArguments {
     #[arg(long)]
     watch: bool,
 
-    /// Print JSON of this form: `{"study", "stages": [{"name", "kind", "done", "running",
-    /// "waiting", "failed"}, …], "core_hours_spent", "core_hours_left", "hours_left", "cores",
-    /// "queue", "failures"}`; with `--watch`, one line per update.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"study", "stages": [{"name", "kind", "done", "running", "waiting", "failed"}, …],
+    /// "core_hours_spent", "core_hours_left", "hours_left", "cores", "queue", "failures"}`; with
+    /// `--watch`, one line per update.
     #[arg(long)]
     json: bool,
 }

@@ -44,9 +44,9 @@ impl Observer for Console {
                 }
             }
             (Event::Failed(failed), _) => {
-                let told = failures::in_words(failed, MAX_FAILURES)
+                let lines = failures::text_lines(failed, MAX_FAILURES)
                     .expect("the event carries a table of failures");
-                told.iter().for_each(|line| warn(line));
+                lines.iter().for_each(|line| warn(line));
             }
             (other, _) => print_notice(other),
         }

@@ -12,10 +12,12 @@ use crate::session::words::{chain, counted};
 
 #[derive(clap::Args)]
 pub struct VerifyArguments {
-    /// Check the tables of this manifest only.
+    /// Check only the tables of this manifest (default: all tables).
     manifest: Option<PathBuf>,
 
-    /// Print JSON of this form: `{"checked", "damaged": [{"cause", "aside"}, …]}`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"checked", "damaged": [{"cause", "aside"}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -59,7 +61,8 @@ fn closing(verification: &Verification) -> String {
 
 #[derive(clap::Args)]
 pub struct PruneArguments {
-    /// Manifests whose tables to keep; without any, delete only damaged and unfinished files.
+    /// Manifests whose tables to keep (default: keep all tables, and delete only damaged and
+    /// unfinished files).
     manifests: Vec<PathBuf>,
 
     /// Delete the files instead of listing them.
@@ -68,12 +71,13 @@ pub struct PruneArguments {
 
     /// Delete even if receipts report array elements running on other machines.
     ///
-    /// Locks do not work across machines, so such an element could still need the files.
+    /// Locks may not work across machines, so such an element could still need the files.
     #[arg(long, requires = "yes")]
     force: bool,
 
-    /// Print JSON of this form: `{"deleted", "files", "bytes", "kinds": [{"name", "files",
-    /// "bytes"}, …]}`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"deleted", "files", "bytes", "kinds": [{"name", "files", "bytes"}, …]}`.
     #[arg(long)]
     json: bool,
 }

@@ -45,8 +45,10 @@ pub struct ViewArguments {
     #[arg(long)]
     replace: bool,
 
-    /// Print JSON of this form: `{"file", "task", "map", "nodes", "load", "load_column", "lowest",
-    /// "highest", "unit"}`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"file", "task", "map", "nodes", "load", "load_column", "lowest", "highest",
+    /// "unit"}`.
     ///
     /// `load` is in the unit of the column `load_column`. For rectangles, `nodes` is `[x, y]`.
     #[arg(long)]
@@ -113,8 +115,10 @@ pub struct SurfaceArguments {
     #[arg(long, requires = "output")]
     replace: bool,
 
-    /// Print JSON of this form: `{"format", "channels": [{"name", "nodes", "size", "unit",
-    /// "missing", "rms_height", "rms_slope", "lowest", "highest", "corners"}]}`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"format", "channels": [{"name", "nodes", "size", "unit", "missing", "rms_height",
+    /// "rms_slope", "lowest", "highest", "corners"}]}`.
     ///
     /// Sizes are `[x, y]`. Lengths are in metres if the file has a unit.
     #[arg(long)]

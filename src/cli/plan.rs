@@ -69,17 +69,19 @@ pub struct PlanArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Print JSON of this form: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …],
-    /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"},
-    /// …], "warnings": [{"stage", "message"}, …]}`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
+    /// "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"}, …], "warnings":
+    /// [{"stage", "message"}, …]}`.
     #[arg(long)]
     json: bool,
 
-    /// Print every task as one line of JSON, inputs first: `{"stage", "task", "state",
-    /// "core_seconds", …}`.
+    /// Print every task as one line of JSON, inputs first.
     ///
-    /// `state` is "cached" or "missing", and the remaining values are the coordinates of the task
-    /// in the study. `run --only TASK` computes a single task.
+    /// Form: `{"stage", "task", "state", "core_seconds", …}`. `state` is "cached" or "missing", and
+    /// the remaining values are the coordinates of the task in the study. `run --only TASK`
+    /// computes a single task.
     #[arg(long)]
     tasks: bool,
 }
@@ -164,9 +166,11 @@ pub struct ExplainArguments {
     /// Stage to explain (default: all stages).
     stage: Option<String>,
 
-    /// Print JSON of this form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours",
-    /// "reasons": [{"tasks", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …],
-    /// "core_hours", "growing"}`, where `growing` is as in `plan --json`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons": [{"tasks",
+    /// "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours", "growing"}`, where
+    /// `growing` is as in `plan --json`.
     #[arg(long)]
     json: bool,
 }
@@ -257,11 +261,11 @@ mod tests {
 
     #[test]
     fn core_hours_have_two_digits() {
-        let told = |hours: f64| core_hours(3600.0 * hours);
-        assert_eq!(told(0.0), "0 core-hours");
-        assert_eq!(told(0.000_123), "0.00012 core-hours");
-        assert_eq!(told(0.27), "0.27 core-hours");
-        assert_eq!(told(3.07), "3.1 core-hours");
-        assert_eq!(told(412.0), "412 core-hours");
+        let text = |hours: f64| core_hours(3600.0 * hours);
+        assert_eq!(text(0.0), "0 core-hours");
+        assert_eq!(text(0.000_123), "0.00012 core-hours");
+        assert_eq!(text(0.27), "0.27 core-hours");
+        assert_eq!(text(3.07), "3.1 core-hours");
+        assert_eq!(text(412.0), "412 core-hours");
     }
 }

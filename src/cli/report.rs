@@ -20,9 +20,9 @@ pub struct ReportArguments {
 
     /// Overwrite pages that show more, belong to another study or were edited.
     ///
-    /// Overwrites a page that shows more than the new one, a page of another study or manifest, and
-    /// reports or figures that were edited. A page that `asperity report` did not write is never
-    /// overwritten.
+    /// Without this option, the command refuses to overwrite a page that shows more than the new
+    /// one, a page of another study or manifest, and edited pages and figures. A page that
+    /// `asperity report` did not write is never overwritten.
     #[arg(long)]
     replace: bool,
 
@@ -31,8 +31,9 @@ pub struct ReportArguments {
     #[arg(long, value_name = "KIND", default_value = "sem")]
     bars: BarKind,
 
-    /// Print JSON of this form: `{"page", "figures", "drawn": [title, …], "missing": [{"figure",
-    /// "needs"}, …]}`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -106,8 +107,10 @@ pub struct ShareArguments {
     #[arg(long, value_name = "YYYY-MM-DD")]
     date: Option<Day>,
 
-    /// Print JSON of this form: `{"archive", "bytes", "tables", "stored", "tasks"}`; the last two
-    /// are null without `--store`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"archive", "bytes", "tables", "stored", "tasks"}`; the last two are null without
+    /// `--store`.
     #[arg(long)]
     json: bool,
 }

@@ -33,8 +33,8 @@ pub struct RunArguments {
     /// Memory limit, such as `16GB` or `512MiB` (default: 7/8 of the available memory).
     ///
     /// The run computes fewer surfaces in parallel to stay below the limit. It does not start if a
-    /// single task needs more. The available memory is that of the machine, or that which the
-    /// process may use.
+    /// single task needs more. The available memory is that of the machine or, if smaller, the
+    /// limit of the process.
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
@@ -46,9 +46,10 @@ pub struct RunArguments {
 
     /// Compute only the I-th of N parts of the surfaces, such as `3/16`.
     ///
-    /// A part includes all tasks that depend on one of its surfaces alone. The key of a surface and
-    /// N decide its part. The command writes a receipt into `cluster/STUDY/receipts`, but no tables
-    /// of stages; a final run without `--shard` computes the remaining tasks and writes the tables.
+    /// A part includes all tasks that depend only on one of its surfaces. The key of a surface and
+    /// N determine its part. The command writes a receipt into `cluster/STUDY/receipts`, but no
+    /// tables of stages; a final run without `--shard` computes the remaining tasks and writes the
+    /// tables.
     #[arg(long, value_name = "I/N", conflicts_with = "only")]
     shard: Option<Shard>,
 
@@ -67,9 +68,9 @@ pub struct RunArguments {
     #[arg(long)]
     replace: bool,
 
-    /// Print a summary as JSON.
+    /// Print the result as JSON.
     ///
-    /// As `plan --json`, with `computed` and `failed` for each stage, `"damaged": [{"task",
+    /// Form: as `plan --json`, with `computed` and `failed` for each stage, `"damaged": [{"task",
     /// "cause", "aside"}, …]`, and the path of the table of `failures` or null.
     #[arg(long)]
     json: bool,
@@ -227,9 +228,9 @@ mod tests {
         };
         use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
         for kind in [PermissionDenied, ReadOnlyFilesystem] {
-            let told = advice(kind);
-            assert!(told.contains("permissions"), "{told}");
-            assert!(!told.contains("quota"), "{told}");
+            let text = advice(kind);
+            assert!(text.contains("permissions"), "{text}");
+            assert!(!text.contains("quota"), "{text}");
         }
         for kind in [QuotaExceeded, StorageFull] {
             assert!(advice(kind).contains("larger quota"));

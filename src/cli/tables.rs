@@ -227,8 +227,9 @@ pub struct ColumnsArguments {
     /// Stage to describe (default: all stages).
     stage: Option<String>,
 
-    /// Print JSON of this form: `[{"stage", "kind", "columns": [{"name", "type", "role", "unit",
-    /// "meaning"}, …]}, …]`.
+    /// Print the result as JSON.
+    ///
+    /// Form: `[{"stage", "kind", "columns": [{"name", "type", "role", "unit", "meaning"}, …]}, …]`.
     #[arg(long)]
     json: bool,
 }

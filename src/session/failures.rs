@@ -67,18 +67,18 @@ fn command(session: &Session, key: TaskKey) -> String {
     format!("asperity --data {data} run {manifest} --only {key}")
 }
 
-/// Describes up to `most` failed tasks, one line each, and counts the remaining ones.
+/// Describes up to `limit` failed tasks, one line each, and counts the remaining ones.
 ///
 /// # Errors
 /// If the table is not a table of failures.
-pub fn in_words(failures: &Table, most: usize) -> Result<Vec<String>, TableError> {
+pub fn text_lines(failures: &Table, limit: usize) -> Result<Vec<String>, TableError> {
     let outcomes = failures.texts(OUTCOME.name)?;
     let with = |outcome: &'static str| {
         (0..failures.rows()).filter(move |&row| outcomes.value(row) == outcome)
     };
-    let told = with(FAILED).take(most).map(|row| one_in_words(failures, row));
-    let mut lines: Vec<String> = told.collect::<Result<_, _>>()?;
-    if let more @ 1.. = with(FAILED).count().saturating_sub(most) {
+    let failed = with(FAILED).take(limit).map(|row| task_line(failures, row));
+    let mut lines: Vec<String> = failed.collect::<Result<_, _>>()?;
+    if let more @ 1.. = with(FAILED).count().saturating_sub(limit) {
         lines.push(format!("… {} failed", counted(more, "more task")));
     }
     if let dropped @ 1.. = with(NOT_STARTED).count() {
@@ -90,7 +90,7 @@ pub fn in_words(failures: &Table, most: usize) -> Result<Vec<String>, TableError
 
 /// Describes a failed task with its stage and coordinates, the reason, and the command to repeat
 /// it.
-fn one_in_words(failures: &Table, row: usize) -> Result<String, TableError> {
+fn task_line(failures: &Table, row: usize) -> Result<String, TableError> {
     let text = |name: &str| Ok::<_, TableError>(failures.texts(name)?.value(row).to_owned());
     // The same format as the arguments of `asperity view`.
     let hidden = [SURFACE, METHOD, SIDE, SIDE_X, SIDE_Y].map(|column| column.name);

@@ -81,7 +81,7 @@ impl Session<'_> {
         let sizing = Sizing::new(plan, &missing, &cost, &options.settings, largest_array);
         MemoryLimit::new(Some(sizing.memory), sizing.cores as usize).fits(plan, &missing)?;
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let places = ScriptPaths {
+        let paths = ScriptPaths {
             program: options.program.clone(),
             data: absolute(self.data.path()),
             manifest: absolute(&self.manifest),
@@ -93,11 +93,11 @@ impl Session<'_> {
         let extras = ScriptOptions { report: options.report, replace: options.replace };
         Ok(PlannedSubmission {
             study: study.name.clone(),
-            scripts: Scripts::new(&study.name, &sizing, &options.settings, &places, extras)?,
+            scripts: Scripts::new(&study.name, &sizing, &options.settings, &paths, extras)?,
             sizing,
             processors: processors.into_iter().map(str::to_owned).collect(),
             missing: missing.len(),
-            folder: places.folder,
+            folder: paths.folder,
             settings: options.settings.clone(),
         })
     }
@@ -236,9 +236,9 @@ impl Session<'_> {
                 return Ok(Finished { silent, outcome });
             }
             // The next turn of the loop includes surfaces that adaptive sampling adds now.
-            let whole =
+            let all_surfaces =
                 RunOptions { selection: Selection::Shard(Shard::WHOLE), ..options.run.clone() };
-            if self.run(&whole, stop)?.outcome.computed.is_empty() {
+            if self.run(&all_surfaces, stop)?.outcome.computed.is_empty() {
                 break;
             }
         }

@@ -484,10 +484,10 @@ fn is_stream(path: &Path) -> bool {
     metadata.is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
-/// Returns up to `most` bytes from the start of a file, or `None` if it does not exist.
-fn beginning(path: &Path, most: usize) -> Result<Option<Vec<u8>>, StoreError> {
+/// Returns up to `limit` bytes from the start of a file, or `None` if it does not exist.
+fn beginning(path: &Path, limit: usize) -> Result<Option<Vec<u8>>, StoreError> {
     let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(most as u64).read_to_end(&mut bytes));
+    let read = File::open(path).and_then(|file| file.take(limit as u64).read_to_end(&mut bytes));
     match read {
         Ok(_) => Ok(Some(bytes)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
