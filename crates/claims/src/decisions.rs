@@ -194,7 +194,8 @@ mod tests {
         Growth { at_least: 10, at_most: 80, until: Until::Claims(Vec::new()) }
     }
 
-    /// The share of studies that are told on the way that a mean lies above zero, where it is zero.
+    /// Returns the fraction of studies that find at some look a mean above zero although it is
+    /// zero.
     fn misled(looks_shared: usize) -> f64 {
         const STUDIES: u64 = 2000;
         let growth = growth();
@@ -217,7 +218,7 @@ mod tests {
     fn all_looks_together_mislead_no_more_than_one_does() {
         let looks = looks(&growth()).get() as usize;
         assert_eq!(looks, 5);
-        // 2000 studies tell a share of 5 % to half a point.
+        // 2000 studies determine a fraction of 5 % to half a percentage point.
         let (shared, single) = (misled(looks), misled(1));
         assert!(shared < 0.06, "{shared}");
         assert!(single > 0.1, "{single}");

@@ -32,14 +32,14 @@ const COARSEST: i64 = 8;
 #[derive(Debug, Clone, PartialEq)]
 pub struct AreaCurves {
     pub spectrum: Spectrum,
-    /// Name of the correction.
+    /// Name of the correction of the area.
     pub correction: String,
     /// Loads at which all surfaces have a row or are in full contact already, ascending, in units
     /// of E* × rms slope.
     pub loads: Vec<f64>,
     /// The same loads in the unit of the manifest: reduced, or that of the modulus.
     pub given: Vec<f64>,
-    /// Area fractions, `[load][surface]`; 1 beyond full contact.
+    /// Area fractions `[load][surface]`, which are 1 beyond full contact.
     pub areas: Vec<Vec<f64>>,
 }
 
@@ -64,7 +64,6 @@ pub struct AtLoad {
 /// surface, the covariance of area and edge and the variance of the edge, summed over loads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverMeshes {
-    /// Name of the spectrum.
     pub name: String,
     /// Covariances and variances, one for each surface.
     pub moments: [Vec<f64>; 2],

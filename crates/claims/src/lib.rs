@@ -50,9 +50,8 @@ use asperity_statistics::intervals::Bound;
 pub struct Statement {
     /// Name of the claim, the same in every study.
     pub name: &'static str,
-    /// Author of the claim.
     pub origin: Origin,
-    /// Text of the claim; a quotation if it is the paper's.
+    /// Text of the claim, quoted if it is the paper's.
     pub says: &'static str,
     /// Section and equation or figure of the paper, or the source of a claim of asperity.
     pub place: &'static str,
@@ -66,7 +65,7 @@ pub struct Statement {
     pub figure: Option<&'static str>,
 }
 
-/// Origin of a claim.
+/// Source that makes a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
     /// A sentence of the paper.
@@ -81,7 +80,7 @@ pub enum Origin {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
     pub statement: Statement,
-    /// Data of the test: `counted area`, `area corrected as in 2017`, `closed form` …
+    /// Data that test the claim: `counted area`, `area corrected as in 2017`, `closed form` …
     pub data: &'static str,
     pub outcome: ClaimOutcome,
 }
@@ -131,7 +130,7 @@ pub enum Expectation {
 }
 
 impl Origin {
-    /// Returns the origin as it stands in JSON.
+    /// Returns the name of the origin in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Origin::Paper => "paper",
@@ -208,7 +207,7 @@ impl Expectation {
 }
 
 impl Judgement {
-    /// Judges quantities. Returns `None` if there are none.
+    /// Judges quantities, or returns `None` if there are none.
     pub fn of(expected: Expectation, bounds: Vec<Bound>) -> Option<Judgement> {
         let verdict = |bound: &Bound| expected.verdict(bound, bounds.len());
         let verdicts: Vec<Verdict> = bounds.iter().map(verdict).collect();
@@ -242,8 +241,8 @@ impl Judgement {
     }
 }
 
-/// Tests all claims: those of the paper in its order, with those of asperity on the same subject,
-/// and misprints at the end.
+/// Tests all claims. Those of the paper are in its order, with those of asperity on the same
+/// subject, and misprints are at the end.
 pub fn all(evidence: &Evidence) -> Vec<Claim> {
     let of_the_study = OF_A_STUDY.iter().flat_map(|claims| claims(evidence));
     let mut claims: Vec<Claim> = of_the_study.collect();

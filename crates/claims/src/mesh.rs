@@ -319,9 +319,9 @@ fn between_theories(laws: &[KappaLaw]) -> Quantities {
 /// Law of κ as a function of the three small numbers.
 struct KappaLaw<'a> {
     points: &'a KappaPoints,
-    /// Form of each term; a logarithm for the bandwidth.
+    /// Form of each term, which is a logarithm for the bandwidth.
     forms: Vec<TermForm>,
-    /// Middle of ln(k_lower/k_upper).
+    /// Middle of the range of ln(k_lower/k_upper).
     middle: f64,
 }
 

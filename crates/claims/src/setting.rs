@@ -30,7 +30,7 @@ const COMPARED: [&str; 9] = [
     COEFFICIENT.name,
 ];
 
-/// Parameters of a grain. A ratio of 1 stands for isotropic surfaces, as null does.
+/// Parameters of anisotropic surfaces. A ratio of 1 means an isotropic surface, like null.
 const OF_GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
 /// Parameters that describe rows that no claim uses.

@@ -1,5 +1,5 @@
-//! Claims on the surfaces: the distribution of their heights, and the tables of Nayak's parameter
-//! and of the density of summits (section 3, appendices A and B).
+//! Claims on the distribution of heights, and on the tables of Nayak's parameter and of the density
+//! of summits (section 3, appendices A and B).
 
 use crate::evidence::{Evidence, PerSurface};
 use crate::quantities::Quantities;

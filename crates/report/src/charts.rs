@@ -1,4 +1,4 @@
-//! Drawings: curves as vectors, maps of surfaces as pixels. This module is independent of studies
+//! Drawings of curves as vectors, and of maps as pixels. This module is independent of studies
 //! and files.
 //!
 //! A [`chart::Chart`] or a [`map_panel::MapPanel`] describes one panel. A [`Figure`] arranges
@@ -142,7 +142,7 @@ const SAMPLE: f64 = 32.0;
 /// Distance between two columns of the legend, in pixels.
 const GUTTER: f64 = 16.0;
 
-/// Entry of a legend: style and label of a series.
+/// Entry of a legend, with style and label of a series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     style: Style,

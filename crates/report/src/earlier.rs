@@ -1,4 +1,4 @@
-//! An earlier report: its contents, detection of changes, and permission to replace it.
+//! Contents of an earlier report, detection of changes, and permission to replace it.
 //!
 //! A page contains its [`Basis`] as JSON: the figures and rows that it shows, and digests of the
 //! files of the figures. It ends with a digest of the preceding text.
@@ -24,7 +24,7 @@ const SEAL: [&str; 2] = ["<!-- blake3 ", " -->\n"];
 /// Contents of a page, which prevent that a page replaces one that shows more.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
-    /// Name of the study; empty for pages of earlier versions.
+    /// Name of the study, which is empty for pages of earlier versions.
     #[serde(default)]
     study: String,
     figures: BTreeSet<String>,

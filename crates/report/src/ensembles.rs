@@ -34,7 +34,7 @@ pub fn grid(point: &Point) -> Option<Grid> {
 #[derive(Debug)]
 pub struct EnsembleCurves<'a> {
     pub point: Point,
-    /// Correction of the area; `None` for the counted area.
+    /// Correction of the area, or `None` for the counted area.
     pub correction: Option<String>,
     pub surfaces: usize,
     table: &'a Table,
@@ -212,7 +212,7 @@ impl EnsembleCurves<'_> {
     }
 }
 
-/// Meaning of error bars.
+/// Quantity that error bars show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bars {
     /// Standard errors of the mean.

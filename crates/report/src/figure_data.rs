@@ -90,7 +90,7 @@ pub const AREA_LABEL: &str = "contact area A/A₀";
 /// Column of the area that `measure` counts.
 pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 
-/// Data of all figures.
+/// Data from which all figures are drawn.
 pub struct FigureData<'a> {
     pub finished: &'a FinishedStages<'a>,
     pub units: Units,

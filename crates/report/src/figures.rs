@@ -68,7 +68,7 @@ impl Definition {
 pub enum Drawn {
     Figure {
         figure: Box<Figure>,
-        /// Text below the figure.
+        /// Text below the figure on the page.
         caption: String,
         /// Interactive maps below the figure, only on the page.
         sliders: Vec<LoadSlider>,

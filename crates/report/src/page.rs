@@ -28,14 +28,14 @@ const SCRIPT: &str = include_str!("page/page.js");
 /// Largest number of rows of a table on the page.
 const ROWS: usize = 100;
 
-/// Values of the template.
+/// Values that the template inserts.
 #[derive(Serialize)]
 struct Contents<'a> {
     study: &'a str,
     version: &'static str,
     machine: String,
     completeness: String,
-    /// Number of solved loads.
+    /// Number of loads that were solved.
     loads: usize,
     /// Number of solved loads that did not converge.
     unconverged: usize,

@@ -65,8 +65,8 @@ impl Sample<'_> {
         self.params.surface(&table, sources, &Threads::one()).map(Some)
     }
 
-    /// Returns the heights. Random surfaces, which are the same on all meshes, are drawn on a mesh
-    /// just fine enough for a picture.
+    /// Returns the heights, for random surfaces on a mesh just fine enough for a picture, because
+    /// they are the same on all meshes.
     pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { surface, .. } => {
@@ -142,7 +142,7 @@ const FEW: usize = 3;
 pub struct MeasuredMap {
     pub point: Point,
     pub unit: Option<String>,
-    /// Map as measured. `None` if it is identical to the pressed map, or if the file is lost and
+    /// Map as measured, or `None` if it is identical to the pressed map, or if the file is lost and
     /// only the pressed map was kept.
     pub as_measured: Option<AsMeasured>,
     pub pressed: ShownMap,
@@ -154,14 +154,13 @@ pub struct MeasuredMap {
     pub slopes: [Vec<CurvePoint>; 2],
 }
 
-/// A map as measured: cropped and levelled, before missing points are filled and waves removed.
+/// A measured map that is cropped and levelled, before missing points are filled and waves removed.
 #[derive(Debug)]
 pub struct AsMeasured {
-    /// Map with missing points.
     pub map: ShownMap,
     /// Fraction of nodes without a measurement.
     pub missing: f64,
-    /// Identity of the map; surfaces that differ only in later steps of the preparation share it.
+    /// Identity of the map. Surfaces that differ only in later steps of the preparation share it.
     identity: String,
 }
 

@@ -31,7 +31,7 @@ pub struct Units {
 /// A unit of length that several surfaces share.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LengthUnit {
-    /// The metre; all units can be converted to it.
+    /// The metre, to which all units can be converted.
     Metre,
     /// An unknown unit that all surfaces share.
     Named(String),

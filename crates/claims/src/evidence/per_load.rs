@@ -172,7 +172,7 @@ fn thresholds(table: &Table) -> Result<Vec<SealingAreas>, TableError> {
         Some(SealingAreas {
             spectrum,
             values: thresholds.map(|threshold| threshold.area_corrected).collect(),
-            rounding: problem.rounding().area_corrected,
+            rounding: problem.resolution_error().area_corrected,
             scatter_is_resolved: problem.resolves_scatter(),
         })
     };
@@ -225,7 +225,7 @@ pub struct LimitsFit {
 /// κ from areas corrected as in 2017, for many spectra and meshes under one load.
 #[derive(Debug, Clone)]
 pub struct KappaPoints {
-    /// Name among other fits: `load 0.01`.
+    /// Name that distinguishes the fit: `load 0.01`.
     pub label: String,
     pub load: f64,
     /// κ of each surface, and the small numbers.

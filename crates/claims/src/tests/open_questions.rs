@@ -246,7 +246,8 @@ fn the_exponent_of_the_stiffness_is_that_of_the_gaps() {
     assert_eq!(verdict(&of_the_material, finite), Verdict::CannotSay);
 }
 
-/// Creates claims for asperity models with given ratios of area and gap to those of the solution.
+/// Creates claims for asperity models with a given ratio of the area to the solved one, a given
+/// mean gap, and an overlap proportional to the load.
 fn asperities(area: fn(&str, f64) -> f64, gap: fn(&str) -> f64, overlap: f64) -> Vec<Claim> {
     asperities_that_stop(|_, _| "converged", area, gap, overlap)
 }

@@ -1,4 +1,4 @@
-//! Axes: labels, ranges and the format of their numbers.
+//! Labels, ranges and number formats of axes.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use kuva::TickFormat;
 pub struct Axis {
     pub label: String,
     pub spacing: Spacing,
-    /// Ends of the axis; `None` to use those of the data with some room.
+    /// Given ends of the axis, or `None` to use those of the data with some room.
     pub range: Option<[f64; 2]>,
 }
 

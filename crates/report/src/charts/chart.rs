@@ -30,7 +30,7 @@ pub struct Series {
     /// Points, ascending in x if a line joins them.
     pub points: Vec<DataPoint>,
     pub style: Style,
-    /// Label in the legend; series with the same label share one entry.
+    /// Label in the legend, where series with the same label share one entry.
     pub label: Option<String>,
 }
 
@@ -83,7 +83,7 @@ impl Series {
 }
 
 impl Chart {
-    /// Creates an empty chart.
+    /// Creates a chart without series.
     pub fn new(x: Axis, y: Axis) -> Chart {
         Chart { title: String::new(), x, y, series: Vec::new(), notes: Vec::new() }
     }
@@ -97,7 +97,7 @@ impl Chart {
         Chart { title: title.into(), ..self }
     }
 
-    /// Draws the chart. `size` is [width, height] in pixels, `words` the font size.
+    /// Draws the chart with `size` = [width, height] in pixels and the font size `words`.
     pub(super) fn draw(&self, size: [f64; 2], words: u32) -> Scene {
         let frame = Frame::of(self);
         let layout = self.layout(&frame, size, words);

@@ -9,7 +9,7 @@ use crate::charts::raster::Raster;
 use crate::charts::style::Colour;
 use crate::charts::svg::width_of;
 
-/// Font size in pixels.
+/// Font size of all texts, in pixels.
 pub(super) const WORDS: u32 = 13;
 /// Height of a line of the title, in pixels.
 const HEAD: f64 = 24.0;
@@ -35,7 +35,7 @@ pub struct MapPanel {
 pub struct ScaleBar {
     /// Length in the unit of the map's sides.
     pub length: f64,
-    /// Length with its unit.
+    /// Length with its unit, as text.
     pub label: String,
 }
 

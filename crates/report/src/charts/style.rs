@@ -1,4 +1,4 @@
-//! Style of a series: colour, line and marker.
+//! Colours, lines and markers of series.
 //!
 //! A figure uses CSS variables for colours, so a page can be light or dark. A separate file
 //! contains the light colours. Series have colours after Okabe & Ito (2008), which colour-blind
@@ -17,7 +17,7 @@ pub struct Style {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
     pub dash: Dash,
-    /// Width in pixels.
+    /// Width of the line in pixels.
     pub width: f64,
 }
 
@@ -83,7 +83,6 @@ pub enum Colour {
     /// Secondary elements, such as guides and asymptotes.
     Muted,
     Grid,
-    /// Background of drawings.
     Background,
     /// Series of data, by its index; colours repeat after the last.
     Series(usize),

@@ -55,7 +55,7 @@ pub fn alone(svg: &str) -> String {
     style::written_in(&figure)
 }
 
-/// Opens a shifted group.
+/// Opens a group shifted by (x, y).
 pub(super) fn shift(x: f64, y: f64) -> Primitive {
     Primitive::GroupStart {
         transform: Some(format!("translate({x:.1},{y:.1})")),

@@ -27,7 +27,7 @@ use asperity_tables::table::Table;
 pub const CONTACT_MAPS: Definition =
     Definition { name: "contact-maps", title: "Contact maps", draw: draw_maps };
 
-/// Loads of the maps; a study shows the nearest loads that it has.
+/// Loads of the maps, for which a study shows the nearest loads that it has.
 pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 /// Pixels per side of a map.
 const PIXELS: usize = 256;
@@ -98,7 +98,7 @@ struct Pressed {
     states: BTreeMap<u64, State>,
 }
 
-/// Contact at a load.
+/// Contact map and mean gap at a load.
 struct State {
     map: ContactMap,
     mean_gap: f64,
@@ -228,7 +228,7 @@ const MOST: usize = 16;
 
 #[derive(Debug, Serialize)]
 pub struct LoadSlider {
-    /// Label of the surface; empty if it is the only one.
+    /// Label of the surface, which is empty if it is the only one.
     pub label: String,
     /// Sides of the maps along x and y, relative to the longer one.
     pub size: [f64; 2],
@@ -249,7 +249,7 @@ pub struct SliderScale {
 /// A contact map with load, area and mean gap as texts.
 #[derive(Debug, Serialize)]
 pub struct Step {
-    /// Reduced load.
+    /// Load in units of E* × rms slope.
     pub load: String,
     /// Contact area in per cent.
     pub area: String,

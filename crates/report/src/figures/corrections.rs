@@ -1,4 +1,4 @@
-//! Error of the mesh: the paper's estimate, and corrected areas (figs. 12 and 13). Also the
+//! The paper's estimate of the error of the mesh, and corrected areas (figs. 12 and 13). Also the
 //! collapse of corrected areas on the bandwidth, or on Nayak's parameter if Hurst exponents or
 //! plateaus differ, which the paper does not have (compare section 5.2.2).
 
@@ -137,7 +137,7 @@ const FEWEST_SPECTRA: usize = 3;
 const CORRECTIONS: [(&str, &str); 3] =
     [(AS_COUNTED, "as counted"), (OF_2015, "corrected by π/8"), (OF_2017, "corrected as in 2017")];
 
-/// Secants of one spectrum.
+/// Secants of one spectrum at all of [`LOADS`].
 struct Spectrum<'a> {
     ensemble: &'a EnsembleCurves<'a>,
     abscissa: f64,

@@ -153,7 +153,7 @@ fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
 
 /// Mean gaps of ensembles in a common unit.
 pub struct Gaps {
-    /// Label of the axis.
+    /// Label of an axis of mean gaps.
     pub label: String,
     /// Mean gaps at the loads of each ensemble.
     pub means: Vec<Vec<Mean>>,
