@@ -1,4 +1,4 @@
-//! Presses a surface through a block of loads.
+//! Stages that press surfaces through blocks of loads.
 
 pub mod block;
 pub mod keys;
@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use serde::{Serialize, Serializer};
 
 use self::block::Block;
-use self::solved::Besides;
+use self::solved::OptionalColumns;
 pub use self::units::{GivenHardness, PressureUnit};
 use crate::columns::*;
 use crate::stage::range;
@@ -36,10 +36,10 @@ use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
 
-/// Version of the numbers, part of every key: raised whenever they change.
+/// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 16;
 
-/// Presses surfaces, load after load.
+/// Definition of `solve` stages.
 pub const STAGE: Definition = Definition {
     name: "solve",
     version: VERSION,
@@ -47,7 +47,7 @@ pub const STAGE: Definition = Definition {
     makes: |_| Some(Rows::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
-        let all = Besides {
+        let all = OptionalColumns {
             boundary: Boundary::Free,
             asperities: true,
             flow: true,
@@ -59,44 +59,45 @@ pub const STAGE: Definition = Definition {
     summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
-/// One block of loads; warm starts go on inside it.
+/// Parameters of one block of loads. Within a block, each load starts from earlier solutions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
     /// Effective modulus E*: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
-    /// What `loads` and `pressures` are measured in.
+    /// Unit of `loads` and `pressures`.
     pub load_unit: PressureUnit,
-    /// Ascending, positive, not empty.
+    /// Loads in ascending order; positive, and at least one.
     pub loads: Vec<f64>,
-    /// Largest gap in contact and penetration outside it, over rms slope × mesh step.
+    /// Largest accepted gap in contact and penetration outside contact, in units of rms slope ×
+    /// mesh step.
     pub tolerance: f64,
-    /// Pairs of transforms after which one load is given up.
+    /// Maximum number of pairs of transforms for one load.
     pub max_pairs: u32,
-    /// Which pressure fields are stored.
+    /// Pressure fields that are stored.
     pub pressures: Pressures,
-    /// What lies beyond the edges of the surface; a recipe says so where that is not the surface
-    /// again, as it was before there was a choice.
+    /// Boundary condition. Omitted from the recipe if periodic, so that existing keys stay valid.
     #[serde(skip_serializing_if = "Boundary::is_periodic", serialize_with = "boundary_recipe")]
     pub boundary: Boundary,
-    /// The highest pressure that the material bears; a recipe has none where it is elastic under any,
-    /// as all were before there was a choice.
+    /// Hardness of the material. Omitted from the recipe for elastic solves, so that existing keys
+    /// stay valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness: Option<GivenHardness>,
-    /// How many nodes bear which pressure is counted in these bins, in units of E* × rms slope.
+    /// Bins in which the pressures of contact nodes are counted, in units of E* × rms slope.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_bins: Option<EqualBins>,
-    /// How many nodes out of contact have which gap is counted in these, in rms heights.
+    /// Bins in which the gaps of nodes outside contact are counted, in rms heights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_bins: Option<EqualBins>,
-    /// Whether what flows through the gap is found under each load.
+    /// Whether the flow through the gap is computed under each load.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub flow: bool,
-    /// How asperities act on each other, where Hertz' contacts of the summits stand for the solved contact;
-    /// a recipe has none where the contact of every node is solved, as all were before there was a choice.
+    /// Interaction of asperities, if Hertzian contacts of the summits replace the solved contact.
+    /// Omitted from the recipe if the contact of every node is solved, so that existing keys stay
+    /// valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub asperities: Option<Interaction>,
-    /// The smallest hardness among the bodies, in the unit of their moduli. Whoever reads results
-    /// should know where pressures pass it; it decides none, and is no part of the recipe.
+    /// Smallest hardness among `bodies`, in the unit of their moduli, for a warning about higher
+    /// pressures. It influences no result and is not part of the recipe.
     #[serde(skip)]
     pub softest_body: Option<f64>,
     /// Number of entries of `bodies`, for a warning. It is not part of the recipe.
@@ -109,7 +110,7 @@ impl Params {
         Settings { tolerance: self.tolerance, pair_limit: self.max_pairs }
     }
 
-    /// What a solver is made of, in the unit in which the hardness is given.
+    /// Returns the elastic body, with the hardness in the unit in which it is given.
     fn body(&self) -> HalfSpace {
         let hardness = self.hardness.as_ref();
         HalfSpace {
@@ -118,7 +119,7 @@ impl Params {
         }
     }
 
-    /// What places all its rows, but for loads and hardness.
+    /// Returns the coordinates that all rows share, except the hardness.
     fn setting(&self) -> Vec<(Column, Value)> {
         let mut setting = vec![
             (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
@@ -126,7 +127,7 @@ impl Params {
             (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
         ];
         if let Some(interaction) = self.asperities {
-            let word = interaction.word().to_owned();
+            let word = interaction.name().to_owned();
             setting.push((INTERACTION, Value::Text(word)));
         }
         if self.boundary == Boundary::Free {
@@ -157,11 +158,12 @@ pub enum Pressures {
     At(Vec<f64>),
 }
 
-/// What the gap of one load costs: a pair in double precision.
+/// Cost of computing the gap of one load, a pair of transforms in double precision, in pairs of the
+/// solver.
 const PAIRS_OF_GAP: f64 = 2.5;
 
-/// What the flow of one load takes, along both axes, in pairs: as measured at 512² and 1024² from light
-/// loads to those near percolation. Beyond them nothing flows, which takes next to no time.
+/// Cost of the flow of one load along both axes, in pairs of transforms. It was measured on 512²
+/// and 1024² nodes, from light loads to loads near percolation; a sealed gap takes almost no time.
 const PAIRS_OF_FLOW: f64 = 900.0;
 
 impl Stage for Params {
@@ -169,8 +171,8 @@ impl Stage for Params {
         Kind::Solve
     }
 
-    /// Presses one surface, load after load, up to the first from which on every node touches and none
-    /// yields.
+    /// Presses one surface through the loads. Ends early if every node is in contact and none
+    /// yields under all remaining loads.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         let [Input { recipe: Recipe::Generate(drawn), table }] = inputs else {
             unreachable!("the plan gives one surface to each block of loads")
@@ -181,24 +183,24 @@ impl Stage for Params {
         }
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
         let nodes = surface.grid().nodes();
-        let kept = context.checkpoints.last();
+        let checkpoint = context.checkpoints.last();
         let threads = context.threads.clone();
-        let mut block = Block::new(self, surface, rms_slope, kept.as_deref(), threads)?;
-        drop(kept);
+        let mut block = Block::new(self, surface, rms_slope, checkpoint.as_deref(), threads)?;
+        drop(checkpoint);
         let loads = block.loads().to_vec();
         let expected =
             |loads: &[f64]| cost::expected_pairs(&self.body(), nodes, loads, self.tolerance);
-        while block.goes_on() {
+        while block.has_next_load() {
             let [before, after] = [0, 1].map(|more| expected(&loads[..block.count() + more]));
             let watch = LoadWatch {
                 context,
                 expected: after - before,
                 shares: [before, after].map(|pairs| pairs / expected(&loads)),
-                told: Cell::new(Instant::now()),
+                last_report: Cell::new(Instant::now()),
             };
             block.press(&watch)?;
             (context.advance)(watch.shares[1]);
-            if block.goes_on() && context.checkpoints.is_due() {
+            if block.has_next_load() && context.checkpoints.is_due() {
                 let save = &mut |out: &mut dyn Write| block.save(out);
                 context.checkpoints.keep(save);
             }
@@ -207,7 +209,7 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let columns = solved::columns(Besides {
+        let columns = solved::columns(OptionalColumns {
             boundary: self.boundary,
             asperities: self.asperities.is_some(),
             flow: self.flow,
@@ -217,7 +219,7 @@ impl Stage for Params {
         Ok(beside_coordinates(&columns, inputs)?)
     }
 
-    /// Those of a boundary, of a hardness, of a flow and of asperities.
+    /// Returns true: the columns depend on boundary, hardness, flow and asperities.
     fn has_columns_of_its_own(&self) -> bool {
         true
     }
@@ -226,9 +228,11 @@ impl Stage for Params {
         Columns::All
     }
 
-    /// The peak of runs of ten loads at 4096², on one thread and on two: 61.5 bytes a node beyond what the
-    /// program takes by itself; 58.8 of three loads at 8192². Besides the solver's arrays there is a bit for
-    /// each node and load, and each pressure field that is kept with its nulls.
+    /// Returns the memory of the solver and of the maps in the table: one bit per node and load,
+    /// and the stored pressure fields with their null flags.
+    ///
+    /// The measured peak, without the memory of the idle program, is 61.5 bytes per node for ten
+    /// loads at 4096² on one or two threads, and 58.8 for three loads at 8192².
     fn footprint(&self) -> Footprint {
         let loads = self.loads.len() as f64;
         let kept = match &self.pressures {
@@ -237,7 +241,7 @@ impl Stage for Params {
             Pressures::At(loads) => loads.len() as f64,
         };
         let gap = match self.flow {
-            // The gap, the pressure, and the gap as it is where nothing touches.
+            // The gap, the pressure, and the gap with closed contact.
             true => 24.0 + flow::BYTES_PER_NODE,
             false => self.gap_bins.map_or(0.0, |_| 16.0),
         };
@@ -248,7 +252,8 @@ impl Stage for Params {
         Footprint { work: 3.0 + work + gap, table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0) }
     }
 
-    /// All but its loads, and of the hardness what is given: the other unit takes a surface.
+    /// Returns all coordinates except the loads. The hardness is included only in the given unit,
+    /// because the other unit depends on the surface.
     fn coordinates(&self) -> Vec<(Column, Value)> {
         let mut coordinates = self.setting();
         coordinates.extend(self.hardness.map(|given| given.coordinate()));
@@ -271,10 +276,10 @@ impl Stage for Params {
             (false, None) => 0.0,
         };
         let effort = Effort::pairs(pairs + gaps * self.loads.len() as f64);
-        Effort { seconds: effort.seconds + cost::preparation(&body, nodes), ..effort }
+        Effort { seconds: effort.seconds + cost::preparation_seconds(&body, nodes), ..effort }
     }
 
-    /// The same block with no pressures kept.
+    /// Returns the same block without stored pressures.
     fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_pressures = self.pressures != Pressures::None;
         keeps_pressures
@@ -282,19 +287,19 @@ impl Stage for Params {
     }
 }
 
-/// Tells how much of a block is done while one of its loads is solved.
+/// Reports the progress of a block while one of its loads is solved.
 struct LoadWatch<'a> {
     context: &'a Context<'a>,
-    /// Transform pairs that the load is expected to take.
+    /// Expected pairs of transforms of the load.
     expected: f64,
-    /// What is done of the block before the load, and after it.
+    /// Finished share of the block before and after the load.
     shares: [f64; 2],
-    /// When that was told last.
-    told: Cell<Instant>,
+    /// Time of the last report.
+    last_report: Cell<Instant>,
 }
 
-/// Nobody needs to be told more often; on small meshes telling would take longer than iterations.
-const TELL_EVERY: Duration = Duration::from_millis(200);
+/// Minimum time between reports. On small meshes a report takes longer than an iteration.
+const REPORT_INTERVAL: Duration = Duration::from_millis(200);
 
 impl Watch for LoadWatch<'_> {
     fn is_interrupted(&self) -> bool {
@@ -302,17 +307,18 @@ impl Watch for LoadWatch<'_> {
     }
 
     fn spent(&self, pairs: u32) {
-        if self.told.get().elapsed() < TELL_EVERY {
+        if self.last_report.get().elapsed() < REPORT_INTERVAL {
             return;
         }
-        self.told.set(Instant::now());
+        self.last_report.set(Instant::now());
         let [before, after] = self.shares;
         let done = (f64::from(pairs) / self.expected).min(1.0);
         (self.context.advance)(before + done * (after - before));
     }
 }
 
-/// The word for loads that were given up.
+/// Code of the column `stop` for loads that did not converge within `max_pairs` pairs of
+/// transforms.
 pub const GIVEN_UP: &str = "pair-limit";
 
 fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
@@ -334,12 +340,12 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         }),
         (full > 0).then(|| format!("{full} in full contact")),
         range(source, SATURATED_FRACTION.name, "saturated")?,
-        (rows > 0).then(|| format!("{} pairs of transforms a load", pairs / rows as i64)),
+        (rows > 0).then(|| format!("{} pairs of transforms per load", pairs / rows as i64)),
     ])
 }
 
-/// Version of the numbers of loads that are solved with nothing beyond the edges. It is a part of their recipes
-/// alone: where it is raised and that of the stage is not, periodic loads are not computed again.
+/// Version of the numbers of loads with a free boundary. It is part of their recipes only, so that
+/// raising it does not recompute periodic loads.
 const FREE_BOUNDARY_VERSION: u32 = 2;
 
 #[derive(Serialize)]
@@ -348,19 +354,16 @@ struct BoundaryRecipe {
     version: u32,
 }
 
-/// Writes what recipes say where it is not the surface again.
+/// Serializes the boundary for a recipe.
 fn boundary_recipe<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
     let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION };
     recipe.serialize(serializer)
 }
 
-/// What the table of one task says.
+/// Reads the boundary condition from the table of a task.
 pub fn boundary_of(solved: &Table) -> Boundary {
     let words = solved.texts(BOUNDARY.name);
     let is_free =
         words.is_ok_and(|words| words.iter().flatten().any(|word| word == Boundary::Free.name()));
-    match is_free {
-        true => Boundary::Free,
-        false => Boundary::Periodic,
-    }
+    if is_free { Boundary::Free } else { Boundary::Periodic }
 }

@@ -1,4 +1,4 @@
-//! A block of loads on one surface: solved for at every node, or as Hertz' contacts of its summits.
+//! Block of loads on one surface: solved at every node, or as Hertzian contacts of the summits.
 
 use std::io::{self, Write};
 
@@ -18,33 +18,33 @@ use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, integers, reals};
 use asperity_tables::table::Table;
 
-/// One surface, the solver that presses it, and the rows of the loads that it was pressed by.
+/// Block of loads: a surface, its solver, and the rows of the finished loads.
 ///
-/// The problem is linear and homogeneous, so the solver knows neither lengths nor moduli: heights
-/// go in in units of side × rms slope, pressures come out in units of E* × rms slope.
+/// The solver works with dimensionless numbers: it receives heights in units of side × rms slope
+/// and returns pressures in units of E* × rms slope.
 pub struct Block {
     params: Params,
     grid: Grid,
     scales: Scales,
-    /// In units of E* × rms slope, ascending.
+    /// Loads in units of E* × rms slope, ascending.
     loads: Vec<f64>,
     solver: Solver,
     rows: Solved,
-    /// Whether every node touches and none yields under the last load and all that are to come.
+    /// Whether every node is in contact and none yields, under the last and all remaining loads.
     is_flattened: bool,
 }
 
 impl Block {
-    /// Prepares a surface of this rms slope, for these threads to work on; the block goes on from what
-    /// was kept of it, if anything was.
+    /// Prepares a block for a surface with this rms slope, and continues from a checkpoint if there
+    /// is a valid one.
     ///
     /// # Errors
-    /// When the material does not bear the heaviest load.
+    /// Returns an error if the heaviest load exceeds the hardness of the material.
     pub fn new(
         params: &Params,
         surface: Surface,
         rms_slope: f64,
-        kept: Option<&[u8]>,
+        checkpoint: Option<&[u8]>,
         threads: Threads,
     ) -> Result<Block, StageError> {
         let grid = surface.grid();
@@ -59,40 +59,41 @@ impl Block {
         let loads: Vec<f64> =
             given.map(|&given| scales.reduced_pressure(given, params.load_unit)).collect();
         let heaviest = *loads.last().expect("a block has a load");
-        body.hardness.map_or(Ok(()), |bound| bound.bear(heaviest))?;
+        body.hardness.map_or(Ok(()), |bound| bound.check_load(heaviest))?;
         let heights = scales.reduced(surface);
         let begin = || {
-            let mut solver = body.solver_on(threads.clone(), grid, &heights);
-            let under_unit_pressure = solver.under_unit_pressure();
+            let mut solver = body.solver_with_threads(threads.clone(), grid, &heights);
+            let under_unit_pressure = solver.displacement_under_unit_pressure();
             let distributions = Distributions::new(params.pressure_bins, params.gap_bins, &heights);
-            let flows = params.flow.then(|| Flows::on(grid));
-            let rows = Solved::of(hardness, under_unit_pressure, distributions, flows);
+            let flows = params.flow.then(|| Flows::new(grid));
+            let rows = Solved::new(hardness, under_unit_pressure, distributions, flows);
             (solver, rows)
         };
         let (mut solver, mut rows) = begin();
-        if let Some(kept) = kept
-            && rows.restore(&mut solver, kept).is_err()
+        if let Some(checkpoint) = checkpoint
+            && rows.restore(&mut solver, checkpoint).is_err()
         {
             (solver, rows) = begin();
         }
         Ok(Block { params: params.clone(), grid, scales, loads, solver, rows, is_flattened: false })
     }
 
-    /// Shares the work among these threads from now on.
-    pub fn work_on(&mut self, threads: Threads) {
-        self.solver.work_on(threads);
+    /// Uses these threads from now on.
+    pub fn set_threads(&mut self, threads: Threads) {
+        self.solver.set_threads(threads);
     }
 
-    /// All its loads, in units of E* × rms slope.
+    /// Returns all loads, in units of E* × rms slope.
     pub fn loads(&self) -> &[f64] {
         &self.loads
     }
 
-    /// Presses by the next load. `None` after the last one, and after the first from which on every
-    /// node touches and none yields.
+    /// Solves the next load. Returns `None` after the last load, or if every node is in contact and
+    /// none yields under all remaining loads.
     ///
     /// # Errors
-    /// When it is told to stop; the load may be pressed again then, unless a flow was being found.
+    /// Returns an error on interruption. The load may be solved again, unless the interruption came
+    /// during the computation of a flow.
     pub fn press(&mut self, watch: &dyn Watch) -> Result<Option<Outcome>, StageError> {
         let index = self.rows.count();
         if self.is_flattened || index == self.loads.len() {
@@ -105,64 +106,63 @@ impl Block {
             return Err(StageError::Interrupted);
         }
         let keep = self.params.keeps_pressures_at(self.params.loads[index]);
-        self.rows.look_at_maps(&mut self.solver, watch)?;
+        self.rows.evaluate_maps(&mut self.solver, watch)?;
         let (pressure, threads) = (self.solver.pressure(), self.solver.threads());
         self.rows.push(load, outcome, pressure, keep, &self.scales, threads);
         let heaviest = self.loads.last().copied().unwrap_or(load);
         self.is_flattened =
-            outcome.stop == Stop::FullContact && self.solver.is_flattened_by(heaviest);
+            outcome.stop == Stop::FullContact && self.solver.reaches_full_contact(heaviest);
         Ok(Some(outcome))
     }
 
-    /// How many loads are done.
+    /// Returns the number of finished loads.
     pub fn count(&self) -> usize {
         self.rows.count()
     }
 
-    /// Whether loads are left to press by.
-    pub fn goes_on(&self) -> bool {
+    /// Returns whether another load remains to be solved.
+    pub fn has_next_load(&self) -> bool {
         !self.is_flattened && self.count() < self.loads.len()
     }
 
-    /// Where its nodes lie.
     pub fn grid(&self) -> Grid {
         self.grid
     }
 
-    /// What turns the solver's units into the user's.
+    /// Returns the factors between the units of the solver and of the user.
     pub fn scales(&self) -> &Scales {
         &self.scales
     }
 
-    /// The solver, as the last load has left it.
+    /// Returns the solver in its state after the last load.
     pub fn solver(&mut self) -> &mut Solver {
         &mut self.solver
     }
 
-    /// Which nodes a load has brought into contact, by its number from 0 on.
+    /// Returns the contact map of a load, given by its index, as in the column `contact`.
     pub fn contact(&self, load: usize) -> Option<&[u8]> {
         self.rows.contact(load)
     }
 
-    /// Writes how far it has come.
+    /// Writes a checkpoint.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         self.rows.save(&self.solver, out)
     }
 
-    /// The rows so far, beside the coordinates of the surface in its row; pressure fields that were
-    /// kept go into it and are kept no longer.
+    /// Returns the table of the finished loads with the coordinates of the surface, given by its
+    /// row. Stored pressure fields are moved into the table.
     pub fn table(&mut self, surface: &Table) -> Table {
         self.rows.table(&self.params, surface, &self.scales)
     }
 }
 
-/// Pairs of transforms that an explicit interaction takes for a load, in those of single precision.
+/// Cost of an explicit interaction per load, in pairs of single-precision transforms.
 const PAIRS_PER_LOAD: f64 = 24.0;
-/// Seconds for each node and load, of summits and of the map that is drawn.
+/// Seconds per node and load for the summits and the contact map.
 const PER_NODE: f64 = 1e-8;
 
-/// Bytes for each node: the surface and its pressures, and of an explicit interaction two maps, the
-/// factors of their kernel, and what transforms write on the way.
+/// Returns the memory per node in bytes: the surface and its pressures; for an explicit interaction
+/// also two maps, the factors of their kernel, and the work space of the transforms.
 pub fn asperity_bytes_per_node(interaction: Interaction) -> f64 {
     match interaction {
         Interaction::None | Interaction::MeanField => 24.0,
@@ -170,7 +170,7 @@ pub fn asperity_bytes_per_node(interaction: Interaction) -> f64 {
     }
 }
 
-/// What the loads are expected to cost.
+/// Returns the expected cost of the loads.
 pub fn asperity_effort(
     interaction: Interaction,
     loads: usize,
@@ -184,10 +184,10 @@ pub fn asperity_effort(
     Effort { seconds: effort.seconds + PER_NODE * (nodes_x * nodes_y * loads) as f64, ..effort }
 }
 
-/// Presses one surface through all loads.
+/// Presses the asperities of one surface through all loads.
 ///
 /// # Errors
-/// When the surface has no summit, or on interruption.
+/// Returns an error if the surface has no summit, or on interruption.
 pub fn press_asperities(
     params: &Params,
     interaction: Interaction,
@@ -228,7 +228,7 @@ fn asperity_columns(outcomes: &[AsperityOutcome], scales: &Scales) -> Vec<(Colum
         (CONTACTS, whole(|one| one.contacts)),
         (OVERLAPPING_CONTACTS, whole(|one| one.overlapping)),
         (ASPERITY_AREA_FRACTION, real(|one| one.area_fraction, 1.0)),
-        (OVERLAPPING_SHARE, real(|one| one.overlapping_share, 1.0)),
+        (OVERLAPPING_SHARE, real(|one| one.overlapping_fraction, 1.0)),
         (NOMINAL_DISPLACEMENT, real(|one| one.nominal_displacement, scales.length())),
     ]
 }

@@ -1,39 +1,41 @@
-//! What is found of the maps of pressures and gaps under each load, while the solver has them.
+//! Distributions and flow, which are computed from the maps of pressures and gaps under each load
+//! while the solver holds them.
 //!
-//! None has to be kept: pressures and gaps are counted in bins, and the flow through the gap is solved
-//! for. A key of `solve` asks for the flow and not one of `measure`: gaps of 56 loads at 512² are
-//! 0.1 GB for each surface, and pressures that were kept for it would take as much and the same pair of
-//! transforms.
+//! No map is stored: pressures and gaps are counted in bins, and the flow through the gap is
+//! computed. The flow is a key of `solve` and not of `measure`, because the gaps of 56 loads at
+//! 512² would take 0.1 GB per surface. Stored pressures would take as much memory, and the gap
+//! would still take a pair of transforms per load.
 
 use std::io::{self, Write};
 
 use arrow::array::{ArrayRef, Float64Array};
 
-use super::solved::{read_real, read_whole, real, whole};
+use super::solved::{read_real, read_whole, write_real, write_whole};
 use crate::columns::*;
 use asperity_contact::distribution::EqualBins;
-use asperity_contact::flow::{Flow, Unconverged, flow_unless};
+use asperity_contact::flow::{Flow, Unconverged, flow_through_interruptible};
 use asperity_contact::grid::Grid;
 use asperity_contact::solver::Watch;
 use asperity_tables::column::{Column, lists, optional_reals, reals, texts};
 
-/// Counts of pressures and of gaps, as far as they are asked for.
+/// Requested counts of pressures and gaps.
 #[derive(Default)]
 pub struct Distributions {
     pressures: Option<Counted>,
     gaps: Option<Counted>,
-    /// In the unit of the solver's gaps.
+    /// Root mean square height in the unit of the solver's gaps.
     rms_height: f64,
 }
 
-/// Load after load, those in each bin and those beyond.
+/// Counts in bins.
 struct Counted {
     bins: EqualBins,
+    /// For each load, the counts of all bins and the count above all bins.
     counts: Vec<f64>,
 }
 
 impl Distributions {
-    /// None counted yet, of a surface of these heights in the solver's unit.
+    /// Creates empty counts for a surface with these heights in the solver's unit.
     pub fn new(
         pressures: Option<EqualBins>,
         gaps: Option<EqualBins>,
@@ -47,7 +49,7 @@ impl Distributions {
         }
     }
 
-    /// Counts the pressures that the solver has found under a load.
+    /// Counts the pressures of a load, if they are requested.
     pub fn count_pressures(&mut self, pressures: &[f64]) {
         if let Some(counted) = &mut self.pressures {
             let in_contact = pressures.iter().filter(|pressure| **pressure > 0.0);
@@ -55,12 +57,12 @@ impl Distributions {
         }
     }
 
-    /// Whether gaps are counted.
+    /// Returns whether gaps are counted.
     pub fn counts_gaps(&self) -> bool {
         self.gaps.is_some()
     }
 
-    /// Counts the gaps of a load, if they are counted.
+    /// Counts the gaps of a load, if they are requested.
     pub fn count_gaps(&mut self, gap: &[f64], pressures: &[f64]) {
         if let Some(gaps) = &mut self.gaps {
             let apart = gap.iter().zip(pressures).filter(|(_, p)| **p == 0.0);
@@ -68,7 +70,7 @@ impl Distributions {
         }
     }
 
-    /// The columns of these counts.
+    /// Moves the counts into columns.
     pub fn columns(&mut self) -> Vec<(Column, ArrayRef)> {
         let pressures = self.pressures.take().map(|counted| (PRESSURE_COUNTS, counted));
         let gaps = self.gaps.take().map(|counted| (GAP_COUNTS, counted));
@@ -76,16 +78,16 @@ impl Distributions {
         columns.map(|(column, counted)| (column, counted.lists())).collect()
     }
 
-    /// Writes the counts so far.
+    /// Writes the counts to a checkpoint.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         for counted in self.pressures.iter().chain(&self.gaps) {
-            whole(out, counted.counts.len())?;
-            counted.counts.iter().try_for_each(|count| real(out, *count))?;
+            write_whole(out, counted.counts.len())?;
+            counted.counts.iter().try_for_each(|count| write_real(out, *count))?;
         }
         Ok(())
     }
 
-    /// Reads what [`Distributions::save`] wrote of the same bins.
+    /// Reads what [`Distributions::save`] has written for the same bins.
     pub fn restore(&mut self, from: &mut &[u8]) -> io::Result<()> {
         for counted in self.pressures.iter_mut().chain(&mut self.gaps) {
             for _ in 0..read_whole(from)? {
@@ -110,41 +112,39 @@ impl Counted {
     }
 }
 
-/// Root mean square of heights about their mean; a flat surface counts as one of height 1.
+/// Returns the root mean square of the heights about their mean, or 1 for a flat surface.
 fn rms(heights: &[f64]) -> f64 {
     let nodes = heights.len() as f64;
     let mean = heights.iter().sum::<f64>() / nodes;
     let squares: f64 = heights.iter().map(|height| (height - mean).powi(2)).sum();
-    match squares > 0.0 {
-        true => (squares / nodes).sqrt(),
-        false => 1.0,
-    }
+    if squares > 0.0 { (squares / nodes).sqrt() } else { 1.0 }
 }
 
-/// The flows along x and y, load after load, in the solver's unit of length.
+/// Flows along x and y under each load, in the solver's unit of length.
 pub struct Flows {
     grid: Grid,
     found: Vec<[Result<Flow, Unconverged>; 2]>,
 }
 
 impl Flows {
-    /// None yet.
-    pub fn on(grid: Grid) -> Flows {
+    /// Creates an empty list of flows.
+    pub fn new(grid: Grid) -> Flows {
         Flows { grid, found: Vec::new() }
     }
 
-    /// Finds those of the next load, unless it is told to stop. What is in contact is closed, whatever the
-    /// gap there.
-    pub fn find(&mut self, gap: &[f64], pressures: &[f64], watch: &dyn Watch) -> Option<()> {
+    /// Computes the flows of the next load, or returns `None` on interruption. Nodes in contact are
+    /// closed, even if their gap is positive within the tolerance.
+    pub fn compute(&mut self, gap: &[f64], pressures: &[f64], watch: &dyn Watch) -> Option<()> {
         let open = gap.iter().zip(pressures);
         let open = open.map(|(gap, pressure)| if *pressure > 0.0 { 0.0 } else { *gap });
         let open: Vec<f64> = open.collect();
-        let found = flow_unless(self.grid, &open, &|| watch.is_interrupted())?;
+        let found = flow_through_interruptible(self.grid, &open, &|| watch.is_interrupted())?;
         self.found.push(found);
         Some(())
     }
 
-    /// The columns of these flows, beside the mean gaps, in units of so much.
+    /// Returns the columns of the flows. `mean_gaps` are in the solver's unit of length, which is
+    /// `length` in the user's unit.
     pub fn columns(&self, mean_gaps: &[f64], length: f64) -> Vec<(Column, ArrayRef)> {
         let value = |axis: usize, unit: &dyn Fn(usize) -> f64| {
             let loads = self.found.iter().enumerate();
@@ -168,17 +168,16 @@ impl Flows {
         ]
     }
 
-    /// Writes the flows so far.
+    /// Writes the flows to a checkpoint, without their number, which is that of the loads.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
-        // As many as there are loads.
         for flow in self.found.iter().flatten() {
-            real(out, flow.map_or(-1.0, |flow| flow.conductivity))?;
-            real(out, residual(flow))?;
+            write_real(out, flow.map_or(-1.0, |flow| flow.conductivity))?;
+            write_real(out, residual(flow))?;
         }
         Ok(())
     }
 
-    /// Reads what [`Flows::save`] wrote of so many loads.
+    /// Reads what [`Flows::save`] has written for this number of loads.
     pub fn restore(&mut self, loads: usize, from: &mut &[u8]) -> io::Result<()> {
         let mut read = || -> io::Result<Result<Flow, Unconverged>> {
             let (conductivity, residual) = (read_real(from)?, read_real(from)?);
@@ -206,7 +205,7 @@ fn larger_residual(flows: &[Result<Flow, Unconverged>; 2]) -> f64 {
     residual(&flows[0]).max(residual(&flows[1]))
 }
 
-/// The word in the `flow_stop` column.
+/// Returns the code of the column `flow_stop`.
 fn stop_name(flows: &[Result<Flow, Unconverged>; 2]) -> &'static str {
     let is_closed =
         |flow: &Result<Flow, Unconverged>| flow.is_ok_and(|flow| flow.conductivity == 0.0);
@@ -221,31 +220,31 @@ fn stop_name(flows: &[Result<Flow, Unconverged>; 2]) -> &'static str {
 mod tests {
     use super::*;
 
-    /// A load with channels along x, one with none, and one that was not found.
+    /// Returns the flows of three loads: with channels along x, sealed, and not converged.
     fn flows() -> Flows {
-        let mut flows = Flows::on(Grid::square(8, 1.0).unwrap());
+        let mut flows = Flows::new(Grid::square(8, 1.0).unwrap());
         let channels: Vec<f64> = (0..64).map(|node| f64::from(node % 2)).collect();
         let walls: Vec<f64> = channels.iter().map(|gap| 1.0 - gap).collect();
         for (gap, pressures) in [(&channels, &walls), (&vec![0.5; 64], &vec![1.0; 64])] {
-            flows.find(gap, pressures, &|| false).unwrap();
+            flows.compute(gap, pressures, &|| false).unwrap();
         }
         flows.found.push([Err(Unconverged { residual: 0.1 }); 2]);
         flows
     }
 
     #[test]
-    fn flows_go_through_a_checkpoint() {
+    fn flows_are_restored_from_a_checkpoint() {
         let flows = flows();
         let mut bytes = Vec::new();
         flows.save(&mut bytes).unwrap();
-        let mut again = Flows::on(flows.grid);
+        let mut again = Flows::new(flows.grid);
         again.restore(3, &mut bytes.as_slice()).unwrap();
         assert_eq!(flows.found, again.found);
-        assert!(Flows::on(flows.grid).restore(4, &mut bytes.as_slice()).is_err());
+        assert!(Flows::new(flows.grid).restore(4, &mut bytes.as_slice()).is_err());
     }
 
     #[test]
-    fn what_was_not_found_is_null_and_what_is_closed_is_zero() {
+    fn flows_are_null_without_convergence_and_zero_without_a_channel() {
         use arrow::array::{Array, AsArray};
         use arrow::datatypes::Float64Type;
         let columns = flows().columns(&[0.5, 0.0, 0.1], 2.0);

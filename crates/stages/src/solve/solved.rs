@@ -1,8 +1,8 @@
-//! Rows of the loads that have been solved for: as a table, and as a checkpoint.
+//! Rows of the solved loads of a block, as a table and as a checkpoint.
 
 use std::io::{self, Read, Write};
 
-use arrow::array::{Array, ArrayRef, Float64Builder};
+use arrow::array::{ArrayRef, Float64Builder};
 
 use super::maps::{Distributions, Flows};
 use super::units::{PressureUnit, Scales, SurfaceHardness};
@@ -16,45 +16,48 @@ use asperity_contact::threads::Threads;
 use asperity_tables::column::{Column, bytes, integers, lists, reals, texts};
 use asperity_tables::table::Table;
 
-/// What has been computed so far.
+/// Rows of the solved loads of a block.
 #[derive(Default)]
 pub struct Solved {
     hardness: Option<SurfaceHardness>,
-    /// What unit pressure does to each node, where displacements are absolute.
+    /// Displacement of each node under unit pressure, if displacements are absolute.
     under_unit_pressure: Option<Vec<f64>>,
-    /// The mean over the map of what the pressure does to it.
+    /// Mean displacement over the map under each load.
     displacements: Vec<f64>,
     loads: Vec<f64>,
     outcomes: Vec<Outcome>,
+    /// Contact map of each load.
     maps: Vec<Vec<u8>>,
+    /// Concatenated pressure fields that are stored.
     pressures: Float64Builder,
-    kept: Vec<usize>,
+    /// Number of stored pressures of each load: all nodes or none.
+    stored_pressures: Vec<usize>,
     distributions: Distributions,
     flows: Option<Flows>,
-    /// What is known of asperities, row by row.
+    /// Columns of asperity models.
     of_asperities: Vec<(Column, ArrayRef)>,
 }
 
-/// What the table of a block has columns of, besides what all have.
+/// Groups of columns that only some tables of loads have.
 #[derive(Debug, Clone, Copy)]
-pub struct Besides {
+pub struct OptionalColumns {
     pub boundary: Boundary,
     pub asperities: bool,
     pub flow: bool,
-    /// The unit in which loads are given.
+    /// Unit in which loads are given.
     pub load_unit: PressureUnit,
-    /// The unit in which the hardness is given, if the material yields.
+    /// Unit in which the hardness is given, if the material yields.
     pub hardness: Option<PressureUnit>,
 }
 
-/// What is solved for, beside coordinates.
-pub fn columns(besides: Besides) -> Vec<Column> {
-    let Besides { boundary, asperities, flow, load_unit, hardness } = besides;
+/// Returns the columns of solved loads, without the coordinates of surfaces.
+pub fn columns(optional: OptionalColumns) -> Vec<Column> {
+    let OptionalColumns { boundary, asperities, flow, load_unit, hardness } = optional;
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
-        let place = columns.iter().position(|other| *other == column);
-        let place = 1 + place.expect("it is solved for");
-        columns.splice(place..place, new.iter().copied());
+        let index = columns.iter().position(|other| *other == column);
+        let index = 1 + index.expect("all tables have the column");
+        columns.splice(index..index, new.iter().copied());
     };
     if flow {
         insert_after(MEAN_GAP, &FLOW);
@@ -74,15 +77,15 @@ pub fn columns(besides: Besides) -> Vec<Column> {
     }
     for own in load_unit.load_columns() {
         let listed = columns.iter_mut().find(|column| column.name == own.name);
-        *listed.expect("both are solved for") = own;
+        *listed.expect("all tables have both columns") = own;
     }
     columns
 }
 
 impl Solved {
-    /// Of a body of this hardness, if it yields, that unit pressure displaces so, if displacements are
-    /// absolute.
-    pub fn of(
+    /// Creates an empty list of rows. `under_unit_pressure` is the displacement of each node under
+    /// unit pressure, if displacements are absolute.
+    pub fn new(
         hardness: Option<SurfaceHardness>,
         under_unit_pressure: Option<Vec<f64>>,
         distributions: Distributions,
@@ -91,14 +94,14 @@ impl Solved {
         Solved { hardness, under_unit_pressure, distributions, flows, ..Solved::default() }
     }
 
-    /// The same with columns of asperities.
+    /// Adds columns of asperity models.
     pub fn with(self, of_asperities: Vec<(Column, ArrayRef)>) -> Solved {
         Solved { of_asperities, ..self }
     }
 
-    /// Counts pressures and gaps of the load that is pushed next, and finds what flows through them, as
-    /// far as that is asked for.
-    pub fn look_at_maps(
+    /// Counts the pressures and gaps of the next load and computes its flow, if requested. Call
+    /// this before [`Solved::push`].
+    pub fn evaluate_maps(
         &mut self,
         solver: &mut Solver,
         watch: &dyn Watch,
@@ -111,12 +114,13 @@ impl Solved {
         let gap = solver.gap_under(&pressures);
         self.distributions.count_gaps(&gap, &pressures);
         if let Some(flows) = &mut self.flows {
-            let found = flows.find(&gap, &pressures, watch);
-            found.ok_or(StageError::Interrupted)?;
+            let computed = flows.compute(&gap, &pressures, watch);
+            computed.ok_or(StageError::Interrupted)?;
         }
         Ok(())
     }
 
+    /// Adds the row of a load. `keep` tells whether its pressure field is stored.
     pub fn push(
         &mut self,
         load: f64,
@@ -126,15 +130,16 @@ impl Solved {
         scales: &Scales,
         threads: &Threads,
     ) {
-        if let Some(sunk) = &self.under_unit_pressure {
-            let sum: f64 = sunk.iter().zip(pressures).map(|(sunk, p)| sunk * p).sum();
+        if let Some(displacement) = &self.under_unit_pressure {
+            // By reciprocity, ⟨u⟩ = ⟨u₁ p⟩, where u₁ is the displacement under unit pressure.
+            let sum: f64 = displacement.iter().zip(pressures).map(|(u, p)| u * p).sum();
             self.displacements.push(sum / pressures.len() as f64);
         }
         self.loads.push(load);
         self.outcomes.push(outcome);
         let contact = ContactMap::from_pressures_on(threads, scales.nodes, pressures);
         self.maps.push(contact.to_bytes());
-        self.kept.push(if keep { pressures.len() } else { 0 });
+        self.stored_pressures.push(if keep { pressures.len() } else { 0 });
         if keep {
             for &pressure in pressures {
                 let touches = pressure > 0.0;
@@ -143,12 +148,12 @@ impl Solved {
         }
     }
 
-    /// Which nodes are in contact under a load, by its number, as the column of contact maps has it.
+    /// Returns the contact map of a load, given by its index, as in the column `contact`.
     pub fn contact(&self, load: usize) -> Option<&[u8]> {
         self.maps.get(load).map(Vec::as_slice)
     }
 
-    /// The rows so far; pressure fields that were kept go into it and are kept no longer.
+    /// Returns the rows as a table. Stored pressure fields are moved into the table.
     pub fn table(&mut self, params: &Params, surface: &Table, scales: &Scales) -> Table {
         let count = self.loads.len();
         let column = |value: fn(&Outcome) -> f64, unit: f64| {
@@ -157,9 +162,9 @@ impl Solved {
         let whole = |value: fn(&Outcome) -> i64| integers(self.outcomes.iter().map(value));
         let hardness = self.hardness.iter();
         let hardness = hardness.flat_map(SurfaceHardness::coordinates);
-        let place = params.setting().into_iter().chain(hardness);
+        let coordinates = params.setting().into_iter().chain(hardness);
         let mut columns: Vec<(Column, ArrayRef)> =
-            place.map(|(column, value)| (column, value.repeated(count))).collect();
+            coordinates.map(|(column, value)| (column, value.repeated(count))).collect();
         let pressures = match params.load_unit {
             PressureUnit::Relative => {
                 let of_loads = self.loads.iter();
@@ -207,14 +212,14 @@ impl Solved {
         ]);
         if params.pressures != Pressures::None {
             let values = self.pressures.finish();
-            columns.push((PRESSURES, lists(values, self.kept.iter().copied())));
+            columns.push((PRESSURES, lists(values, self.stored_pressures.iter().copied())));
         }
         columns.extend(self.distributions.columns());
         surface.coordinates().pick(&vec![0; count]).with(columns)
     }
 }
 
-/// The word in the `stop` column.
+/// Returns the code of the column `stop`.
 fn stop_name(stop: Stop) -> &'static str {
     match stop {
         Stop::Converged => "converged",
@@ -224,31 +229,30 @@ fn stop_name(stop: Stop) -> &'static str {
     }
 }
 
-/// What these bytes are; another number for another order of them.
+/// First bytes of a checkpoint. Raise the number at the end whenever the format changes.
 const FORMAT: &[u8; 8] = b"solve\0\0\x01";
 
 const STOPS: [Stop; 4] = [Stop::Converged, Stop::FullContact, Stop::PairLimit, Stop::Interrupted];
 
 impl Solved {
-    /// Writes the rows so far, and the solver that goes on from them.
+    /// Writes a checkpoint of the rows and the solver.
     pub fn save(&self, solver: &Solver, out: &mut dyn Write) -> io::Result<()> {
         out.write_all(FORMAT)?;
-        whole(out, self.loads.len())?;
+        write_whole(out, self.loads.len())?;
         for (row, outcome) in self.outcomes.iter().enumerate() {
-            real(out, self.loads[row])?;
+            write_real(out, self.loads[row])?;
             save_outcome(out, outcome)?;
-            whole(out, self.maps[row].len())?;
+            write_whole(out, self.maps[row].len())?;
             out.write_all(&self.maps[row])?;
-            whole(out, self.kept[row])?;
+            write_whole(out, self.stored_pressures[row])?;
         }
-        whole(out, self.displacements.len())?;
-        self.displacements.iter().try_for_each(|value| real(out, *value))?;
+        write_whole(out, self.displacements.len())?;
+        self.displacements.iter().try_for_each(|value| write_real(out, *value))?;
         let pressures = self.pressures.finish_cloned();
-        whole(out, pressures.len())?;
-        for place in 0..pressures.len() {
-            // Where nothing touches there is none, and no pressure is below zero.
-            let value = pressures.is_valid(place).then(|| pressures.value(place));
-            real(out, value.unwrap_or(-1.0))?;
+        write_whole(out, pressures.len())?;
+        for pressure in &pressures {
+            // Pressures are not negative, so −1 marks a null outside contact.
+            write_real(out, pressure.unwrap_or(-1.0))?;
         }
         self.distributions.save(out)?;
         if let Some(flows) = &self.flows {
@@ -257,10 +261,11 @@ impl Solved {
         solver.save(out)
     }
 
-    /// Makes a new solver and rows that are none yet what they were.
+    /// Restores a new solver and an empty list of rows from a checkpoint.
     ///
     /// # Errors
-    /// When these are not bytes of [`Solved::save`]; solver and rows are of no use then.
+    /// Returns an error if the bytes are not a checkpoint of [`Solved::save`]. Solver and rows must
+    /// not be used then.
     pub fn restore(&mut self, solver: &mut Solver, mut from: &[u8]) -> io::Result<()> {
         let from = &mut from;
         let mut format = [0; FORMAT.len()];
@@ -274,7 +279,7 @@ impl Solved {
             let mut map = vec![0; read_whole(from)?.min(from.len())];
             from.read_exact(&mut map)?;
             self.maps.push(map);
-            self.kept.push(read_whole(from)?);
+            self.stored_pressures.push(read_whole(from)?);
         }
         for _ in 0..read_whole(from)? {
             self.displacements.push(read_real(from)?);
@@ -290,7 +295,7 @@ impl Solved {
         solver.restore(from)
     }
 
-    /// How many loads are done.
+    /// Returns the number of finished loads.
     pub fn count(&self) -> usize {
         self.loads.len()
     }
@@ -298,15 +303,15 @@ impl Solved {
 
 fn save_outcome(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
     let stop = STOPS.iter().position(|stop| *stop == outcome.stop);
-    whole(out, stop.expect("all are there"))?;
-    whole(out, outcome.pairs as usize)?;
-    whole(out, outcome.contact_nodes)?;
-    whole(out, outcome.saturated_nodes)?;
-    real(out, outcome.residual)?;
-    real(out, outcome.mean_gap)?;
-    real(out, outcome.yielded_depth)?;
-    real(out, outcome.energy)?;
-    real(out, outcome.peak_pressure)
+    write_whole(out, stop.expect("the list has all values"))?;
+    write_whole(out, outcome.pairs as usize)?;
+    write_whole(out, outcome.contact_nodes)?;
+    write_whole(out, outcome.saturated_nodes)?;
+    write_real(out, outcome.residual)?;
+    write_real(out, outcome.mean_gap)?;
+    write_real(out, outcome.yielded_depth)?;
+    write_real(out, outcome.energy)?;
+    write_real(out, outcome.peak_pressure)
 }
 
 fn read_outcome(from: &mut &[u8]) -> io::Result<Outcome> {
@@ -324,11 +329,11 @@ fn read_outcome(from: &mut &[u8]) -> io::Result<Outcome> {
     })
 }
 
-pub fn whole(out: &mut dyn Write, number: usize) -> io::Result<()> {
+pub fn write_whole(out: &mut dyn Write, number: usize) -> io::Result<()> {
     out.write_all(&(number as u64).to_le_bytes())
 }
 
-pub fn real(out: &mut dyn Write, number: f64) -> io::Result<()> {
+pub fn write_real(out: &mut dyn Write, number: f64) -> io::Result<()> {
     out.write_all(&number.to_le_bytes())
 }
 
