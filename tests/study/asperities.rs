@@ -38,7 +38,7 @@ from = ["solved", "summits"]
 "#;
 
 #[test]
-fn asperities_have_rows_beside_those_that_are_solved() {
+fn asperity_models_and_solutions_share_a_table() {
     let bench = Bench::new();
     bench.run(ASPERITIES);
     let summits = bench.table("asperities", "summits");

@@ -85,7 +85,7 @@ fn one_more_cutoff_leaves_the_other_spectra_and_their_fits_alone() {
 }
 
 #[test]
-fn one_more_block_of_loads_is_solved_beside_the_others() {
+fn a_new_block_of_loads_keeps_existing_results() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = tables(&bench);

@@ -23,7 +23,7 @@ fn a_wrong_manifest_ends_with_two_and_nothing_is_run() {
 }
 
 #[test]
-fn all_mistakes_of_a_manifest_are_told_at_once() {
+fn all_mistakes_of_a_manifest_are_reported_together() {
     let bench = Bench::new();
     let wrong = STUDY
         .replace("hurst = 0.8", "hurst = 1.8")

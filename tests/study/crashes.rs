@@ -129,7 +129,7 @@ fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
 }
 
 #[test]
-fn what_a_killed_process_left_goes_as_soon_as_nobody_can_own_it() {
+fn unfinished_files_of_killed_processes_are_deleted() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = bench.files();

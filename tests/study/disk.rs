@@ -12,7 +12,7 @@ pub struct Disk {
 impl Disk {
     /// Mounts the file system; prints the reason and returns `None` if mounting is not permitted.
     pub fn mount(folder: &Path) -> Option<Disk> {
-        std::fs::create_dir_all(folder).expect("the folder can be made");
+        std::fs::create_dir_all(folder).expect("the folder can be created");
         let mut command = Command::new("mount");
         command.args(["-t", "tmpfs", "-o", "size=1m,mode=755", "asperity-test"]);
         let why = match command.arg(folder).output() {
@@ -25,7 +25,7 @@ impl Disk {
         };
         // `println` output is hidden for tests that pass.
         let line = format!("NOT TESTED, because no disk can be mounted: {}\n", why.trim());
-        stderr().write_all(line.as_bytes()).expect("somebody hears");
+        stderr().write_all(line.as_bytes()).expect("standard error is open");
         None
     }
 

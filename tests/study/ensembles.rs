@@ -149,7 +149,7 @@ max_pairs = 501
 }
 
 #[test]
-fn plan_and_tables_agree_on_parameter_points_whatever_is_swept() {
+fn plan_and_tables_agree_on_parameter_points_for_every_swept_key() {
     for (sweep, manifest) in sweeps() {
         let bench = Bench::new();
         bench.run(&manifest);

@@ -95,7 +95,7 @@ fn fewer_realizations_are_missed_by_what_pools_them() {
 }
 
 #[test]
-fn a_point_more_is_new_and_told_by_its_coordinate() {
+fn a_new_point_is_reported_by_its_coordinate() {
     let bench = finished();
     let explained = explain(&bench, &STUDY.replace("[4, 8]", "[4, 6, 8]"));
     assert_all(
@@ -122,7 +122,7 @@ fn points_in_another_order_are_noticed_by_what_pools_all() {
 }
 
 #[test]
-fn a_changed_parameter_is_told_with_its_old_and_new_value() {
+fn a_changed_parameter_is_reported_with_its_old_and_new_value() {
     let bench = finished();
     let explained = explain(&bench, &STUDY.replace("hurst = 0.8", "hurst = 0.7"));
     assert_all(
@@ -138,7 +138,7 @@ fn a_changed_parameter_is_told_with_its_old_and_new_value() {
 }
 
 #[test]
-fn edits_of_two_stages_are_told_together() {
+fn edits_of_two_stages_are_reported_together() {
     let bench = finished();
     let edited =
         STUDY.replace("hurst = 0.8", "hurst = 0.7").replace(r#"["mean", "sd"]"#, r#"["mean"]"#);
@@ -159,7 +159,7 @@ fn keeping_more_of_a_surface_reaches_no_later_stage() {
 }
 
 #[test]
-fn a_new_stage_and_a_stage_read_besides_are_told() {
+fn a_new_stage_and_a_new_input_are_reported() {
     let bench = finished();
     let extended = STUDY.replace(
         "[stage.area]\nkind = \"measure\"\nfrom = \"light\"",
@@ -172,7 +172,7 @@ fn a_new_stage_and_a_stage_read_besides_are_told() {
 }
 
 #[test]
-fn a_stage_that_is_no_longer_read_is_told() {
+fn a_removed_input_is_reported() {
     let bench = finished();
     let reading = |names: &str| {
         let heavy = "[stage.heavy]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.3]\n";
@@ -200,7 +200,7 @@ fn a_renamed_stage_is_still_known() {
 }
 
 #[test]
-fn a_missing_file_a_damaged_one_and_one_not_computed_yet_are_told_apart() {
+fn missing_damaged_and_uncomputed_tables_have_different_reasons() {
     let bench = finished();
     let task = |row: usize| {
         let tasks = bench.table("small", "corrected");
@@ -223,7 +223,7 @@ fn a_missing_file_a_damaged_one_and_one_not_computed_yet_are_told_apart() {
 }
 
 #[test]
-fn another_version_of_a_stage_is_told() {
+fn another_version_of_a_stage_is_reported() {
     let bench = finished();
     let record = bench.path("data/plans/small.json");
     let text = fs::read_to_string(&record).unwrap();

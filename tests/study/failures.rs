@@ -110,14 +110,14 @@ fn the_command_in_a_row_computes_its_task_and_the_row_goes() {
     let again = || blocked.bench.output(&words[1..]);
     assert_eq!(again().status.code(), Some(1), "the obstacle is still there");
     let left = blocked.bench.table("small", "failures");
-    assert_eq!(left.rows(), 5, "and four tasks still wait");
+    assert_eq!(left.rows(), 5, "four tasks have not started");
 
     fs::remove_dir(&blocked.obstacle).unwrap();
     let output = again();
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("1 task computed"));
     let file = blocked.bench.data().join("results/small/failures.parquet");
-    assert!(!file.exists(), "what waited for it has nothing to wait for");
+    assert!(!file.exists(), "no failure remains");
     assert!(!text(&output.stdout).contains("failures"));
 
     assert!(blocked.run().status.success());

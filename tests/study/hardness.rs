@@ -228,7 +228,7 @@ loads = [0.1, 0.3]
 }
 
 #[test]
-fn pressures_beyond_the_hardness_of_bodies_are_told_and_change_nothing() {
+fn pressures_above_the_hardness_give_a_warning_only() {
     let bodies = |hardness: &str| {
         let body = "youngs_modulus = 2.0, poisson_ratio = 0.0";
         SMALL.replace("effective_modulus = 2.0", &format!("bodies = [{{ {body}{hardness} }}]"))

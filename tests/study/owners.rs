@@ -31,7 +31,7 @@ fn is_refused(bench: &Bench, other: &str) -> String {
 }
 
 #[test]
-fn another_manifest_of_the_same_name_computes_nothing_unless_it_is_told_to_take_the_place() {
+fn another_manifest_of_the_same_name_needs_replace() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = bench.files();
@@ -159,7 +159,7 @@ fn a_manifest_may_have_any_name() {
 }
 
 #[test]
-fn tables_of_nobody_known_are_not_taken_away_either() {
+fn tables_of_unknown_owners_are_not_overwritten() {
     let bench = Bench::new();
     bench.run(STUDY);
     fs::remove_file(bench.data().join("results/small/owner.json")).unwrap();

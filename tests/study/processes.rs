@@ -41,7 +41,7 @@ fn limited(bench: &Bench, threads: u32, arguments: &[&str]) -> Option<Output> {
     }
     // `println` output is hidden for tests that pass.
     let line = b"NOT TESTED, because this process may not change its user\n";
-    stderr().write_all(line).expect("somebody hears");
+    stderr().write_all(line).expect("standard error is open");
     None
 }
 

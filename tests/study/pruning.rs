@@ -86,8 +86,8 @@ fn without_manifests_only_damaged_and_unfinished_files_go() {
     fs::write(bench.data().join("results/small/law.parquet.damaged"), "old").unwrap();
     fs::write(bench.data().join("store/notes.txt"), "mine").unwrap();
     assert_eq!(prune(&bench, &["--yes"]), kinds([("set aside", 1), ("unfinished", 1)]));
-    fs::remove_file(bench.data().join("store/notes.txt")).expect("what others put there stays");
-    fs::remove_file(elsewhere).expect("nobody here knows whether it is still being written");
+    fs::remove_file(bench.data().join("store/notes.txt")).expect("foreign files stay");
+    fs::remove_file(elsewhere).expect("files of other machines stay");
     assert_same_files(&bench.files(), &before);
 }
 

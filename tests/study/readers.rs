@@ -16,8 +16,8 @@ fn study(surfaces: u32) -> String {
 }
 
 fn rows(table: &Path) -> usize {
-    let file = File::open(table).expect("it is there at any moment");
-    let (table, _) = parquet::decode(file, Columns::All).expect("it is whole at any moment");
+    let file = File::open(table).expect("the file always exists");
+    let (table, _) = parquet::decode(file, Columns::All).expect("the file is always complete");
     table.rows()
 }
 

@@ -49,7 +49,7 @@ fn remove(bench: &Bench, name: &str) {
 }
 
 #[test]
-fn results_alone_tell_what_they_told_beside_their_store_and_stay_as_they_are() {
+fn reading_commands_work_without_the_store_and_change_no_results() {
     let bench = Bench::new();
     bench.run(STUDY);
     let with_store = all_that_is_read(&bench);
@@ -239,7 +239,7 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
     assert_eq!(fs::read(&figure).unwrap(), b"mine");
     assert!(!page.exists());
     assert_eq!(report(&["--replace"]).0, Some(0));
-    assert_eq!(report(&[]).0, Some(0), "its own, as it was written");
+    assert_eq!(report(&[]).0, Some(0), "its own unedited page");
 
     // An edited page, and a page of another study.
     let written = fs::read_to_string(&page).unwrap();

@@ -249,7 +249,7 @@ fn tables(bench: &Bench) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 #[test]
-fn squares_beside_rectangles_keep_their_columns() {
+fn squares_in_a_study_with_rectangles_keep_their_columns() {
     let bench = Bench::new();
     let both = ROUGH.replace("nodes = [64, 32]\nside = [2.0, 1.0]\n", "").replace(
         "k_upper = [8, 16]",

@@ -33,7 +33,7 @@ fn a_page_needs_no_other_file_and_holds_figures_tables_and_manifest() {
 }
 
 /// Parses a number from the caption of each map of a slider.
-fn beside_maps(slider: &str, what: &str) -> Vec<f64> {
+fn caption_numbers(slider: &str, what: &str) -> Vec<f64> {
     let opening = format!("data-{what}=\"");
     let told = slider.split(&opening).skip(1);
     let number = |told: &str| told.split([' ', '"']).next().unwrap().parse().unwrap();
@@ -55,7 +55,7 @@ fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do
         [("load", "load", 1.0), ("area", "area_fraction", 100.0), ("gap", "mean_gap", 1.0)]
     {
         let values = area.reals(column).unwrap();
-        let shown = beside_maps(sliders[0], told);
+        let shown = caption_numbers(sliders[0], told);
         assert_eq!(shown.len(), rows.len(), "{told}");
         for (row, shown) in rows.iter().zip(shown) {
             // The captions have three digits.
@@ -335,7 +335,7 @@ fn a_measured_surface_whose_file_is_gone_is_shown_as_far_as_its_heights_were_kep
 }
 
 #[test]
-fn theories_beside_worn_surfaces_carry_a_caveat_with_its_numbers() {
+fn theories_for_worn_surfaces_have_a_caveat_with_numbers() {
     let bench = Bench::new();
     measured(&bench, &["worn"]);
     let path = bench.path("study.toml");

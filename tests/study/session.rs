@@ -85,7 +85,7 @@ fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
 }
 
 #[test]
-fn what_is_refused_is_told_apart_from_what_went_wrong() {
+fn refusals_are_distinguished_from_failures() {
     let bench = Bench::new();
     let session = session(&bench, STUDY);
     let not_yet = session.table("area").unwrap_err();

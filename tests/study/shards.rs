@@ -204,7 +204,7 @@ fn kills() -> usize {
 #[test]
 fn hosts_that_do_not_see_each_others_locks_lose_nothing_and_delete_nothing_of_others() {
     if !may_unshare() {
-        eprintln!("NOT TESTED, because no process may have a host's name of its own");
+        eprintln!("NOT TESTED, because this process cannot create namespaces");
         return;
     }
     let alone = Bench::new();

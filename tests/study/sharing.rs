@@ -218,7 +218,7 @@ fn an_archive_replaces_an_archive_and_nothing_else() {
 }
 
 #[test]
-fn what_is_not_computed_is_told_of_and_the_rest_is_shared() {
+fn incomplete_stages_are_reported_and_the_rest_is_shared() {
     let bench = Bench::new();
     bench.run(STUDY);
     // With more bootstrap samples, the fit is a different task that has not run.

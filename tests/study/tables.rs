@@ -90,7 +90,7 @@ fn what_is_not_there_is_named_with_what_is() {
 }
 
 #[test]
-fn a_query_is_told_of_the_tables_that_it_reads_and_of_no_other() {
+fn errors_of_a_query_list_only_its_own_tables() {
     let bench = Bench::new();
     bench.run(STUDY);
     let column = refusal(&bench, &["--sql", "select clusters from surfaces"], 2);
@@ -122,7 +122,7 @@ fn a_deep_query_is_answered_and_a_deeper_one_refused() {
 }
 
 #[test]
-fn what_polars_panics_at_is_told_as_an_error_and_nothing_else() {
+fn a_panic_of_polars_becomes_an_error() {
     let bench = Bench::new();
     bench.run(STUDY);
     let query = "select row_number() over (partition by load order by surface) as r from area group by load, surface";

@@ -62,7 +62,7 @@ fn channels_are_chosen_by_name_or_number() {
 }
 
 #[test]
-fn missing_points_are_told_and_drawn() {
+fn missing_points_are_reported_and_drawn() {
     let bench = Bench::new();
     let path = bench.path("frt.png");
     let told = told(&bench, &[&example("frt-2.frt"), "--output", path.to_str().unwrap()]);

@@ -197,7 +197,7 @@ fn pressures_are_drawn_where_they_are_kept() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused_with_what_would_do() {
+fn impossible_pictures_are_refused_with_advice() {
     let bench = Bench::new();
     bench.run(STUDY);
     let path = bench.path("study.toml");

@@ -29,7 +29,7 @@ from = "contact"
 "#;
 
 #[test]
-fn a_coarse_mesh_is_told_on_standard_error_and_stops_nothing() {
+fn a_coarse_mesh_gives_a_warning_on_standard_error() {
     let bench = Bench::new();
     let path = bench.write(&COARSE.replace(", 128, 512", ""));
     let path = path.to_str().unwrap();
@@ -57,7 +57,7 @@ fn a_coarse_mesh_is_told_on_standard_error_and_stops_nothing() {
 }
 
 #[test]
-fn a_study_without_anything_to_warn_of_is_told_nothing() {
+fn a_fine_mesh_gives_no_warning() {
     let bench = Bench::new();
     let path = bench.write(STUDY);
     let path = path.to_str().unwrap();
