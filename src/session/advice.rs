@@ -11,7 +11,7 @@ use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::{Plan, PlannedStage};
 use asperity_pipeline::results::StudyResults;
 use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};
-use asperity_stages::ensemble::Point;
+use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::fit;
 use asperity_stages::fit::laws::Law;
 use asperity_stages::fit::limits::octaves::{self, Advised, Octave};
@@ -139,8 +139,8 @@ fn add_stage(
 /// Names the quantity of a fit and the parameters that distinguish it from others of its table.
 fn description(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices) -> String {
     let parameters = table.in_role(Role::Parameter);
-    let own = Point::of_row(&parameters, group.row);
-    let all = Point::of_row(&parameters.common(), 0);
+    let own = ParameterPoint::from_row(&parameters, group.row);
+    let all = ParameterPoint::from_row(&parameters.common(), 0);
     let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
     let distinct = own.beyond(&all).without(&over).without(&[K_ROLLOFF.name, COEFFICIENT.name]);
     let load = load.map(|load| format!("load {load}"));
@@ -172,7 +172,7 @@ struct Costs<'a> {
     plan: &'a Plan,
     model: CostModel,
     /// Task indices of each point; a point contains only the parameters of the limit.
-    tasks: BTreeMap<Point, Vec<usize>>,
+    tasks: BTreeMap<ParameterPoint, Vec<usize>>,
 }
 
 impl<'a> Costs<'a> {
@@ -186,11 +186,11 @@ impl<'a> Costs<'a> {
                 inputs.iter().for_each(|&input| is_read[input] = true);
             }
         }
-        let mut points: Vec<Point> = Vec::with_capacity(fit);
-        let mut tasks: BTreeMap<Point, Vec<usize>> = BTreeMap::new();
+        let mut points: Vec<ParameterPoint> = Vec::with_capacity(fit);
+        let mut tasks: BTreeMap<ParameterPoint, Vec<usize>> = BTreeMap::new();
         for (index, task) in plan.tasks.iter().enumerate().take(fit) {
             let above = task.inputs.first().map(|&input| points[input].clone());
-            let own = Point::of(task.recipe.coordinates());
+            let own = ParameterPoint::from_cells(task.recipe.coordinates());
             let point = above.unwrap_or_default().and(own).only(&over);
             // Fits that are inputs of this fit use all surfaces; their cost is negligible.
             if is_read[index] && task.recipe.kind() != Kind::Fit {
@@ -202,7 +202,7 @@ impl<'a> Costs<'a> {
     }
 
     /// Returns the expected core-seconds of a point with some parameters doubled.
-    fn seconds_of(&self, point: &Point, doubled: &[String]) -> f64 {
+    fn seconds_of(&self, point: &ParameterPoint, doubled: &[String]) -> f64 {
         let factor = |name: &str| match doubled.iter().any(|one| one == name) {
             true => 2,
             false => 1,

@@ -9,7 +9,7 @@ use asperity_claims::Evidence;
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
-use asperity_stages::ensemble::Point;
+use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::{Kind, Recipe, Stage as _};
 
 pub use asperity_claims::{
@@ -39,7 +39,7 @@ pub struct ClaimsSummary<'a> {
     /// Number of missing tasks of the study.
     pub missing_tasks: usize,
     /// Parameters of the rows that the claims use.
-    pub rests_on: &'a Point,
+    pub rests_on: &'a ParameterPoint,
     /// Rows with other parameters, which the claims omit.
     pub left_out: Vec<OtherRows<'a>>,
     pub claims: Vec<ClaimSummary<'a>>,
@@ -50,7 +50,7 @@ pub struct ClaimsSummary<'a> {
 pub struct OtherRows<'a> {
     pub rows: usize,
     /// Parameters that differ from those of the claims.
-    pub with: &'a Point,
+    pub with: &'a ParameterPoint,
 }
 
 /// JSON output for one claim; values that its outcome does not have are null or empty lists.
@@ -110,7 +110,7 @@ impl StudyClaims {
             missing += stage.tasks.len() - rows.tasks.len();
             tables.push(rows.table);
         }
-        let evidence = Evidence::of_study(&reading.study, plan, &tables)?;
+        let evidence = Evidence::from_study(&reading.study, plan, &tables)?;
         Ok(StudyClaims {
             claims: asperity_claims::all(&evidence),
             evidence,
@@ -159,9 +159,9 @@ impl StudyClaims {
         let mut summary = ClaimSummary {
             name: statement.name,
             kind: statement.origin.name(),
-            says: statement.says,
-            place: statement.place,
-            because: statement.because,
+            says: statement.text,
+            place: statement.source,
+            because: statement.reason,
             data: claim.data,
             verdict: verdict(claim),
             figure: statement.figure,
@@ -218,12 +218,12 @@ pub fn verdict(claim: &Claim) -> &'static str {
 /// Returns the expected core-seconds of one more surface per spectrum: the cost of all tasks that
 /// depend on one surface, divided by the number of surfaces per spectrum.
 fn seconds_of_one_surface(plan: &Plan) -> f64 {
-    let mut points: Vec<Point> = Vec::new();
+    let mut points: Vec<ParameterPoint> = Vec::new();
     let mut surfaces = 0;
     for task in &plan.tasks {
         if let Recipe::Generate(params) = &task.recipe {
             surfaces += 1;
-            let point = Point::of(params.coordinates());
+            let point = ParameterPoint::from_cells(params.coordinates());
             if points.last() != Some(&point) && !points.contains(&point) {
                 points.push(point);
             }

@@ -11,7 +11,7 @@ use arrow::array::Array;
 
 use asperity_contact::topography::spectrum;
 use asperity_stages::columns::*;
-use asperity_stages::ensemble::{Point, grouped};
+use asperity_stages::ensemble::{ParameterPoint, grouped};
 use asperity_stages::grids::Meshes;
 use asperity_stages::solve::GIVEN_UP;
 use asperity_tables::column::{Role, Value};
@@ -44,7 +44,7 @@ const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 /// Parameters that all rows used by claims share, and the rows left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Setting {
-    pub point: Point,
+    pub point: ParameterPoint,
     /// Rows with other values of these parameters.
     pub left_out: Vec<LeftOut>,
 }
@@ -53,20 +53,20 @@ pub struct Setting {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
     /// Parameters in which the rows differ from the setting.
-    pub differs: Point,
+    pub differs: ParameterPoint,
     pub rows: usize,
 }
 
 impl Setting {
     /// Selects the setting with the most rows of random isotropic surfaces in these tables. Among
     /// equals, it takes the tightest tolerance, then the first setting.
-    pub fn of<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Setting {
+    pub fn most_frequent<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Setting {
         let mut settings = Counts::default();
         let mut not_drawn = Counts::default();
         for table in tables {
             let parameters = table.in_role(Role::Parameter);
             for rows in grouped(&parameters) {
-                let point = Point::of_row(&parameters, rows[0]);
+                let point = ParameterPoint::from_row(&parameters, rows[0]);
                 let is_meant = WITHOUT.iter().all(|name| is_without(name, point.get(name)));
                 match point.get(HURST.name).filter(|_| is_meant) {
                     Some(_) => {
@@ -137,10 +137,10 @@ pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
 
 /// Points in order of appearance, with their numbers of rows.
 #[derive(Default)]
-struct Counts(Vec<(Point, usize)>);
+struct Counts(Vec<(ParameterPoint, usize)>);
 
 impl Counts {
-    fn add(&mut self, point: Point, rows: usize) {
+    fn add(&mut self, point: ParameterPoint, rows: usize) {
         match self.0.iter_mut().find(|(known, _)| *known == point) {
             Some((_, count)) => *count += rows,
             None => self.0.push((point, rows)),
@@ -269,7 +269,7 @@ mod tests {
             Table::row(&columns)
         };
         let tables = [None, Some([1.0, 0.0]), Some([6.0, 0.0])].map(surface);
-        let setting = Setting::of(&tables);
+        let setting = Setting::most_frequent(&tables);
         assert_eq!(tables.each_ref().map(|table| setting.rows(table).rows()), [1, 1, 0]);
         let [left_out] = &setting.left_out[..] else { panic!("{:?}", setting.left_out) };
         assert_eq!(left_out.rows, 1);

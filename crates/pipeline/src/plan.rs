@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::study::{Stage, Study};
 use asperity_manifest::names;
-use asperity_stages::ensemble::Point;
+use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::{Reach, Recipe, Work};
 use asperity_tables::store::key::{Digest, Provenance, TaskKey};
 use asperity_tables::table::{Table, TableError};
@@ -293,10 +293,10 @@ impl Builder {
     }
 
     /// Returns the parameter point of a task.
-    fn point(&self, task: usize) -> Point {
+    fn point(&self, task: usize) -> ParameterPoint {
         let task = &self.tasks[task];
         let upstream = task.inputs.first().map(|&input| self.point(input));
-        upstream.unwrap_or_default().and(Point::of(task.recipe.coordinates()))
+        upstream.unwrap_or_default().and(ParameterPoint::from_cells(task.recipe.coordinates()))
     }
 }
 

@@ -92,11 +92,11 @@ pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableErr
 }
 
 pub fn point(table: &Table, row: usize) -> Point {
-    told(ensemble::Point::of_row(table, row))
+    told(ensemble::ParameterPoint::from_row(table, row))
 }
 
 /// Converts parameters to text, except the correction of the area.
-fn told(point: ensemble::Point) -> Point {
+fn told(point: ensemble::ParameterPoint) -> Point {
     let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
     let mut point: Point =
         point.iter().map(|(name, value)| (name.to_owned(), value.to_string())).collect();

@@ -100,7 +100,7 @@ fn every_coordinate_makes_ensembles_surfaces_or_loads_as_its_role_says() {
 #[test]
 fn fits_take_every_row_once() {
     for column in coordinates() {
-        let points = fit::Point::all(&swept(&column)).unwrap();
+        let points = fit::CurvesOfPoint::areas(&swept(&column)).unwrap();
         let taken = points.iter().map(|point| {
             let curves = point.curves.as_ref().unwrap();
             curves.surfaces() * curves.loads().len()
@@ -185,7 +185,7 @@ fn claimed(contacts: Table) -> [usize; 2] {
         kind: Kind::Measure,
         table: contacts.with(vec![(CONTACT_NODES, integers(vec![1; 8]))]),
     };
-    let evidence = Evidence::of(&[finished]).unwrap();
+    let evidence = Evidence::from_tables(&[finished]).unwrap();
     let ensembles = evidence.ensembles.iter();
     let taken = ensembles.map(|one| one.surfaces() * one.loads.len());
     let left_out = evidence.setting.left_out.iter().map(|left| left.rows);

@@ -103,10 +103,10 @@ pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportEr
     let surfaces: Vec<_> = surfaces.collect();
     let keys = surfaces.iter().map(|(task, _)| plan.tasks[*task].key);
     let have = archive.have(&keys.collect::<Vec<_>>());
-    let mut seen: Vec<ensemble::Point> = Vec::new();
+    let mut seen: Vec<ensemble::ParameterPoint> = Vec::new();
     let mut first = Vec::new();
     for ((task, params), _) in surfaces.into_iter().zip(have).filter(|(_, is_there)| *is_there) {
-        let point = ensemble::Point::of(params.coordinates());
+        let point = ensemble::ParameterPoint::from_cells(params.coordinates());
         if seen.last() != Some(&point) && !seen.contains(&point) {
             seen.push(point);
             first.push((task, params));

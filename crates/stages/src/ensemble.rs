@@ -25,7 +25,7 @@ use asperity_tables::table::{Table, TableError};
 
 /// Parameters that all surfaces of an ensemble share, by name. Null parameters are left out.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-pub struct Point(BTreeMap<Cow<'static, str>, Value>);
+pub struct ParameterPoint(BTreeMap<Cow<'static, str>, Value>);
 
 /// Identity of a surface within its ensemble, independent of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -66,7 +66,7 @@ pub struct Load {
 /// Rows of loads that agree in every parameter, sorted by surface and load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ensemble {
-    pub point: Point,
+    pub point: ParameterPoint,
     /// Surfaces, in ascending order of seed and realization.
     pub members: Vec<Member>,
     /// Loads that at least one surface has, in ascending order.
@@ -79,22 +79,22 @@ pub struct Ensemble {
     rows: Vec<Vec<Option<usize>>>,
 }
 
-impl Point {
+impl ParameterPoint {
     /// Returns the parameters among the cells of a row.
-    pub fn of(cells: impl IntoIterator<Item = (Column, Value)>) -> Point {
+    pub fn from_cells(cells: impl IntoIterator<Item = (Column, Value)>) -> ParameterPoint {
         let parameters = cells.into_iter();
         let parameters = parameters.filter(|(column, _)| column.role == Role::Parameter);
-        Point(parameters.map(|(column, value)| (Cow::from(column.name), value)).collect())
+        ParameterPoint(parameters.map(|(column, value)| (Cow::from(column.name), value)).collect())
     }
 
     /// Reads the parameters of a row of a table.
-    pub fn of_row(table: &Table, row: usize) -> Point {
+    pub fn from_row(table: &Table, row: usize) -> ParameterPoint {
         let parameters = table.in_role(Role::Parameter);
         let columns = parameters.names().into_iter().zip(parameters.batch().columns());
         let known = columns.filter_map(|(name, column)| {
             Some((Cow::from(name.to_owned()), Value::of(column, row)?))
         });
-        Point(known.collect())
+        ParameterPoint(known.collect())
     }
 
     /// Returns the value of a parameter.
@@ -108,38 +108,38 @@ impl Point {
     }
 
     /// Adds the parameters of another point.
-    pub fn and(mut self, more: Point) -> Point {
+    pub fn and(mut self, more: ParameterPoint) -> ParameterPoint {
         self.0.extend(more.0);
         self
     }
 
     /// Returns the same parameters with other values.
-    pub fn map(&self, value: impl Fn(&str, &Value) -> Value) -> Point {
+    pub fn map(&self, value: impl Fn(&str, &Value) -> Value) -> ParameterPoint {
         let parameters = self.0.iter();
-        Point(parameters.map(|(name, own)| (name.clone(), value(name, own))).collect())
+        ParameterPoint(parameters.map(|(name, own)| (name.clone(), value(name, own))).collect())
     }
 
     /// Removes all parameters except these.
-    pub fn only(mut self, names: &[&str]) -> Point {
+    pub fn only(mut self, names: &[&str]) -> ParameterPoint {
         self.0.retain(|name, _| names.contains(&name.as_ref()));
         self
     }
 
     /// Removes the parameters that have the same value in another point.
-    pub fn beyond(mut self, other: &Point) -> Point {
+    pub fn beyond(mut self, other: &ParameterPoint) -> ParameterPoint {
         self.0.retain(|name, value| other.get(name) != Some(value));
         self
     }
 
     /// Removes these parameters.
-    pub fn without(mut self, names: &[&str]) -> Point {
+    pub fn without(mut self, names: &[&str]) -> ParameterPoint {
         self.0.retain(|name, _| !names.contains(&name.as_ref()));
         self
     }
 }
 
 /// Formats the point like `hurst 0.8, k_lower 4`.
-impl fmt::Display for Point {
+impl fmt::Display for ParameterPoint {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parameters = self.iter().map(|(name, value)| format!("{name} {value}"));
         formatter.write_str(&parameters.collect::<Vec<_>>().join(", "))
@@ -167,7 +167,9 @@ pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
     let parameters = table.in_role(Role::Parameter);
     let groups = grouped(&parameters).into_iter();
     Ok(groups
-        .map(|rows| Ensemble::of(Point::of_row(&parameters, rows[0]), &rows, &members, &loads))
+        .map(|rows| {
+            Ensemble::of(ParameterPoint::from_row(&parameters, rows[0]), &rows, &members, &loads)
+        })
         .collect())
 }
 
@@ -194,7 +196,7 @@ impl Loads<'_> {
 }
 
 impl Ensemble {
-    fn of(point: Point, rows: &[usize], members: &Members, loads: &Loads) -> Ensemble {
+    fn of(point: ParameterPoint, rows: &[usize], members: &Members, loads: &Loads) -> Ensemble {
         let known = rows.iter().filter(|&&row| loads.given.is_valid(row));
         let distinct = distinct(known.clone().map(|&row| loads.given.value(row)).collect());
         let mut of_member: BTreeMap<Member, Vec<Option<usize>>> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Fits laws to the pooled surfaces of one parameter point.
+//! Stages that fit laws to the surfaces of a parameter point, and limits to all points.
 
 pub mod contact_evolution;
 pub mod keys;
@@ -37,10 +37,10 @@ use asperity_tables::column::{Column, Role};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
 
-/// Version of the numbers, part of every key: raised whenever they change.
+/// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 7;
 
-/// Fits laws to the pooled surfaces of one parameter point.
+/// Definition of `fit` stages.
 pub const STAGE: Definition = Definition {
     name: "fit",
     version: VERSION,
@@ -53,35 +53,34 @@ pub const STAGE: Definition = Definition {
     summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
-/// One fit.
+/// Parameters of one fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
-    /// Which law.
     #[serde(flatten)]
     pub law: Law,
-    /// Smallest and largest load that count, in units of E* × rms slope.
+    /// Smallest and largest load of the fitted data, in units of E* × rms slope.
     pub window: [f64; 2],
-    /// Resamplings of whole surfaces; 0 for no intervals.
+    /// Number of bootstrap resamplings of surfaces; 0 for no intervals.
     pub bootstrap: u32,
-    /// Probability that an interval covers its parameter.
+    /// Confidence level of the intervals.
     pub level: f64,
     pub seed: u64,
 }
 
 impl Params {
-    /// How surfaces are resampled.
+    /// Returns the settings of the bootstrap.
     pub fn bootstrap(&self) -> Bootstrap {
         Bootstrap { replicates: self.bootstrap as usize, seed: self.seed, level: self.level }
     }
 
-    /// The loads that count.
+    /// Returns the range of the loads of the fitted data.
     pub fn window(&self) -> Window {
         let [from, to] = self.window;
         Window { from, to }
     }
 }
 
-/// Every column that a fit may add to the coordinates of its points.
+/// Returns the columns that fits may add to the coordinates of their points.
 pub fn columns() -> Vec<Column> {
     let columns = rows::columns(laws::parameters()).into_iter();
     let columns = columns.chain(meshes::COLUMNS);
@@ -93,7 +92,7 @@ impl Stage for Params {
         Kind::Fit
     }
 
-    /// Fits every parameter point among the inputs' rows; a fit that fails is a row that says why.
+    /// Fits every parameter point in the inputs. A failed fit is a row that gives the reason.
     fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
         let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
         Ok(fitted(self, &Table::stack(&tables)?)?)
@@ -119,10 +118,11 @@ impl Stage for Params {
         }
     }
 
-    /// An iteration of least squares takes a microsecond for each row, and a fit of all curves at
-    /// once, with a root to find in each, thirty times as long as that of one. With κ free there
-    /// are dozens of iterations to a fit, or hundreds where the data hardly bend; the plan cannot
-    /// know how many.
+    /// Estimates the time of the resamplings.
+    ///
+    /// An iteration of least squares takes a microsecond per row. A simultaneous fit of all curves,
+    /// each with a root to find, takes thirty times as long as a fit of one curve. With free κ a fit
+    /// needs dozens of iterations, or hundreds if the data are almost straight.
     fn effort(&self, extent: Extent) -> Effort {
         let replicate = match &self.law {
             Law::Limits(choices) => {
@@ -156,30 +156,30 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     Ok(parts)
 }
 
-/// Fits every parameter point among the rows.
+/// Fits every parameter point in a table.
 ///
 /// # Errors
-/// When they are no measured contacts.
+/// Returns an error if the table lacks the columns that the law reads.
 pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
-    let each = |points: &[Point], fit: FitOfCurves| -> Vec<Row> {
+    let each = |points: &[CurvesOfPoint], fit: FitOfCurves| -> Vec<Row> {
         let points = points.iter();
         points.map(|point| point.fit(|curves| fit(curves, params))).collect()
     };
     let (points, rows) = match &params.law {
         Law::Limits(choices) => return limits::run(table, choices, params),
         Law::ContactEvolution(law) => {
-            let points = Point::all(table)?;
+            let points = CurvesOfPoint::areas(table)?;
             let rows = law.fits(&points, params);
             (points, rows)
         }
         Law::Plain(law) => match law.definition().fits {
             Fits::Areas(fit) => {
-                let points = Point::all(table)?;
+                let points = CurvesOfPoint::areas(table)?;
                 let rows = each(&points, fit);
                 (points, rows)
             }
             Fits::Gaps(fit) => {
-                let points = Point::all_of(table, MEAN_GAP.name)?;
+                let points = CurvesOfPoint::from_column(table, MEAN_GAP.name)?;
                 let rows = each(&points, fit);
                 (points, rows)
             }
@@ -193,49 +193,46 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
         .zip(&points)
         .map(|(row, point)| Row { unconverged: point.unconverged, ..row.unless_unbounded() });
     let rows: Vec<Row> = rows.collect();
-    let standing: Vec<(usize, usize)> =
+    let fitted: Vec<(usize, usize)> =
         points.iter().map(|point| (point.row, point.members.len())).collect();
-    Ok(rows::table(&table.in_role(Role::Parameter), &standing, params, &rows))
+    Ok(rows::table(&table.in_role(Role::Parameter), &fitted, params, &rows))
 }
 
-/// The curves of all surfaces of one parameter point, under one correction.
-pub struct Point {
-    /// A row of the table that stands for the point's coordinates.
+/// Curves of all surfaces of one parameter point under one correction.
+pub struct CurvesOfPoint {
+    /// Row of the table with the coordinates of the point.
     pub row: usize,
-    /// The estimator of the area, if any was applied.
+    /// Estimator of the area, if areas are corrected.
     pub correction: Option<String>,
     /// Surfaces in the order of the curves.
     pub members: Vec<Member>,
-    /// Rows whose load did not converge.
+    /// Number of rows whose load did not converge.
     pub unconverged: usize,
-    /// Areas, or what is fitted in their place, at the loads that all surfaces reached; an error if
-    /// there are none.
+    /// Fitted quantity at the loads that all surfaces have, or an error if there are none.
     pub curves: Result<Curves, FitError>,
 }
 
-impl Point {
-    /// Every point of a table, in the order of its first row: areas, corrected where they are.
+impl CurvesOfPoint {
+    /// Reads the curves of the corrected area, or else of the counted area, in the order of the first
+    /// rows of the points.
     ///
     /// # Errors
-    /// When a column is missing.
-    pub fn all(table: &Table) -> Result<Vec<Point>, TableError> {
-        let area = match table.has(CORRECTION.name) {
-            true => AREA_CORRECTED,
-            false => AREA_FRACTION,
-        };
-        Point::all_of(table, area.name)
+    /// Returns an error if a column is missing.
+    pub fn areas(table: &Table) -> Result<Vec<CurvesOfPoint>, TableError> {
+        let area = if table.has(CORRECTION.name) { AREA_CORRECTED } else { AREA_FRACTION };
+        CurvesOfPoint::from_column(table, area.name)
     }
 
-    /// The same with the curves of any column of numbers.
+    /// Reads the curves of a column of numbers, in the order of the first rows of the points.
     ///
     /// # Errors
-    /// When a column is missing.
-    pub fn all_of(table: &Table, column: &str) -> Result<Vec<Point>, TableError> {
+    /// Returns an error if a column is missing.
+    pub fn from_column(table: &Table, column: &str) -> Result<Vec<CurvesOfPoint>, TableError> {
         let corrections = table.has(CORRECTION.name).then(|| table.texts(CORRECTION.name));
         let corrections = corrections.transpose()?;
-        let areas = table.reals(column)?;
+        let values = table.reals(column)?;
         let stops = table.texts(STOP.name)?;
-        let points = ensembles(table)?.into_iter().map(|ensemble| Point {
+        let points = ensembles(table)?.into_iter().map(|ensemble| CurvesOfPoint {
             row: ensemble.first,
             correction: corrections.map(|names| names.value(ensemble.first).to_owned()),
             members: ensemble.members.clone(),
@@ -243,12 +240,12 @@ impl Point {
                 .states()
                 .filter(|&(_, _, row)| stops.value(row) == GIVEN_UP)
                 .count(),
-            curves: curves(&ensemble, areas),
+            curves: curves(&ensemble, values),
         });
         Ok(points.collect())
     }
 
-    /// What a law makes of its curves, or why there is nothing to fit.
+    /// Fits a law to the curves. The row gives the reason if there are no curves or the fit fails.
     pub fn fit(&self, law: impl FnOnce(&Curves) -> Result<Row, FitError>) -> Row {
         let curves = self.curves.as_ref().map_err(Clone::clone);
         let fitted = curves.and_then(law);
@@ -256,13 +253,14 @@ impl Point {
     }
 }
 
-/// Surfaces in full contact have no rows beyond it, so a mean exists only where all still have.
-fn curves(ensemble: &Ensemble, areas: &Float64Array) -> Result<Curves, FitError> {
+/// Returns the curves at the loads that all surfaces have, because a mean needs all surfaces. A
+/// surface has no rows beyond its first load in full contact.
+fn curves(ensemble: &Ensemble, values: &Float64Array) -> Result<Curves, FitError> {
     let complete = ensemble.loads.iter().enumerate();
     let complete =
-        complete.filter_map(|(place, load)| Some((load.reduced, ensemble.complete(place)?)));
+        complete.filter_map(|(index, load)| Some((load.reduced, ensemble.complete(index)?)));
     let (loads, rows): (Vec<f64>, Vec<Vec<usize>>) = complete.unzip();
-    let curve = |member: usize| rows.iter().map(|rows| areas.value(rows[member])).collect();
+    let curve = |member: usize| rows.iter().map(|rows| values.value(rows[member])).collect();
     Curves::new(loads, (0..ensemble.members.len()).map(curve).collect())
 }
 
@@ -279,7 +277,7 @@ mod tests {
     const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
 
     #[test]
-    fn a_fit_that_did_not_converge_is_counted_and_enters_no_range() {
+    fn a_fit_that_did_not_converge_is_counted_and_has_no_values() {
         let loads: Vec<f64> = (1..=20).map(|i| 0.003 * f64::from(i)).collect();
         let law = ContactEvolution { kappa: 2.75, beta: 1.2, mu: 0.6 };
         let of_a_law = loads.iter().map(|&load| law.area(load));
@@ -307,7 +305,7 @@ mod tests {
             assert_eq!(table.reals(name).unwrap().null_count(), 1, "{name}");
         }
         let parts: Vec<String> = summary(&table.into()).unwrap().into_iter().flatten().collect();
-        let told = ["2 fits", "1 not-converged", "κ 2.7500", "β 1.2000", "μ 0.6000"];
-        assert_eq!(parts, told);
+        let expected = ["2 fits", "1 not-converged", "κ 2.7500", "β 1.2000", "μ 0.6000"];
+        assert_eq!(parts, expected);
     }
 }

@@ -9,7 +9,7 @@ use asperity_manifest::decimal;
 use asperity_manifest::expression::Expression;
 use asperity_stages::columns::*;
 use asperity_stages::correct::OF_2017;
-use asperity_stages::ensemble::{Ensemble, Point, ensembles};
+use asperity_stages::ensemble::{Ensemble, ParameterPoint, ensembles};
 use asperity_stages::fit::limits::{LimitChoices, groups};
 use asperity_stages::fit::percolation::Measured;
 use asperity_statistics::Window;
@@ -84,7 +84,7 @@ impl Pressures {
 /// Returns the index of the load nearest to `load`, if it is within 10 %.
 pub(super) fn nearest(loads: &[f64], load: f64) -> Option<usize> {
     let nearest = (0..loads.len()).min_by(|&one, &other| {
-        let distance = |place: usize| (loads[place] - load).abs();
+        let distance = |index: usize| (loads[index] - load).abs();
         distance(one).total_cmp(&distance(other))
     })?;
     ((loads[nearest] / load - 1.0).abs() < 0.1).then_some(nearest)
@@ -153,8 +153,8 @@ fn per_load(table: &Table, value: impl Fn(usize) -> Option<f64>) -> Vec<PerLoad>
 }
 
 fn curve(ensemble: &Ensemble, value: &impl Fn(usize) -> Option<f64>) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let complete = ensemble.loads.iter().enumerate().filter_map(|(place, load)| {
-        let rows = ensemble.complete(place)?.into_iter();
+    let complete = ensemble.loads.iter().enumerate().filter_map(|(index, load)| {
+        let rows = ensemble.complete(index)?.into_iter();
         Some((load.reduced, rows.map(value).collect::<Option<Vec<f64>>>()?))
     });
     complete.unzip()
@@ -285,12 +285,12 @@ pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPo
         };
         let groups = groups(&table, choices, *window)?;
         for group in &groups {
-            let place = Point::of_row(&table.in_role(Role::Parameter), group.row);
-            let place = place.only(&[HURST.name]);
+            let point = ParameterPoint::from_row(&table.in_role(Role::Parameter), group.row);
+            let point = point.only(&[HURST.name]);
             for load in group.loads.iter().flatten().copied() {
                 let label = match groups.len() {
                     1 => format!("load {load}"),
-                    _ => format!("{place}, load {load}"),
+                    _ => format!("{point}, load {load}"),
                 };
                 let points = KappaPoints {
                     points: group.points_under(Some(load)),

@@ -123,7 +123,7 @@ impl Pressed {
             if task.inputs != [sample.task] || archive.have(&[task.key]) == [false] {
                 continue;
             }
-            let point = ensemble::Point::of(params.coordinates());
+            let point = ensemble::ParameterPoint::from_cells(params.coordinates());
             if *first.get_or_insert_with(|| point.clone()) != point {
                 continue;
             }

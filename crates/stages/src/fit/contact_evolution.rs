@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::rows::{Parameter, Row, names};
-use super::{Params, Point};
+use super::{CurvesOfPoint, Params};
 use crate::Reach;
 use crate::ensemble::Member;
 use asperity_statistics::FitError;
@@ -75,7 +75,7 @@ impl Datum {
 
 impl EvolutionChoices {
     /// The fits of all points, each by itself unless they share κ.
-    pub fn fits(self, points: &[Point], params: &Params) -> Vec<Row> {
+    pub fn fits(self, points: &[CurvesOfPoint], params: &Params) -> Vec<Row> {
         let alone = |kappa| {
             let points = points.iter();
             let fits = points.map(|point| point.fit(|curves| self.fit(curves, kappa, params)));
@@ -129,7 +129,7 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
 ///
 /// κ itself is common to the points, but only curves under one correction are compared: the
 /// corrections are rival readings of the same data.
-fn with_common_kappa(points: &[Point], to: Datum, params: &Params) -> Vec<Row> {
+fn with_common_kappa(points: &[CurvesOfPoint], to: Datum, params: &Params) -> Vec<Row> {
     let mut rows: Vec<Option<Row>> = points.iter().map(|_| None).collect();
     for correction in corrections(points) {
         let members: Vec<usize> =
@@ -142,7 +142,12 @@ fn with_common_kappa(points: &[Point], to: Datum, params: &Params) -> Vec<Row> {
     rows.into_iter().flatten().collect()
 }
 
-fn common_kappa(points: &[Point], members: &[usize], to: Datum, params: &Params) -> Vec<Row> {
+fn common_kappa(
+    points: &[CurvesOfPoint],
+    members: &[usize],
+    to: Datum,
+    params: &Params,
+) -> Vec<Row> {
     let problem = |&member: &usize| {
         let curves = points[member].curves.as_ref().map_err(Clone::clone)?;
         EvolutionProblem::new(curves, to.quantity(), params.window())
@@ -189,7 +194,7 @@ fn replace_first(intervals: &mut Intervals, of_kappa: &Intervals) {
 }
 
 /// The corrections among the points, each once.
-fn corrections(points: &[Point]) -> Vec<Option<String>> {
+fn corrections(points: &[CurvesOfPoint]) -> Vec<Option<String>> {
     let mut found = Vec::new();
     for point in points {
         if !found.contains(&point.correction) {

@@ -12,7 +12,7 @@ use crate::columns::{K_LOWER, K_ROLLOFF};
 use asperity_manifest::expression::Expression;
 use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::Intervals;
-use asperity_statistics::limits::{Comparison, Judged, LimitFit, LimitProblem, TermForm};
+use asperity_statistics::limits::{Assessment, Comparison, LimitFit, LimitProblem, TermForm};
 use asperity_tables::table::{Table, TableError};
 
 pub mod columns;
@@ -124,7 +124,7 @@ pub struct Line<'a> {
 /// A fit, how well it does, and how it compares.
 pub struct Outcome {
     pub fit: LimitFit,
-    pub judged: Judged,
+    pub judged: Assessment,
     /// Intervals of the limit, the coefficients and the free exponents.
     pub intervals: Intervals,
     /// How it compares with other forms for the same points.
@@ -187,7 +187,7 @@ fn lines<'a>(
     fits.map(|((forms, numeric), fit)| {
         let outcome = fit.clone().map(|fit| {
             let (intervals, comparison) = resampled.next().expect("each fit was resampled");
-            Outcome { judged: problem.judge(numeric, &fit), fit, intervals, comparison }
+            Outcome { judged: problem.assess(numeric, &fit), fit, intervals, comparison }
         });
         line(forms, problem.surfaces(), outcome)
     })

@@ -118,7 +118,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableError> {
     let areas = table.reals(AREA_FRACTION.name)?;
     let (grids, switches) = (grids::Meshes::of(table)?, table.integers(SWITCHES.name)?);
-    let mut order: Vec<ensemble::Point> = Vec::new();
+    let mut order: Vec<ensemble::ParameterPoint> = Vec::new();
     let mut points: Vec<Observed> = Vec::new();
     for ensemble in ensembles(table)? {
         let point = ensemble.point.clone().without(&VARIED);

@@ -9,7 +9,7 @@ use arrow::array::{Array, Float64Array};
 
 use super::LimitChoices;
 use crate::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
-use crate::ensemble::{Ensemble, Member, Members, Point, ensembles, grouped};
+use crate::ensemble::{Ensemble, Member, Members, ParameterPoint, ensembles, grouped};
 use crate::fit::rows::SURFACES;
 use crate::solve::GIVEN_UP;
 use asperity_manifest::decimal;
@@ -36,7 +36,7 @@ pub struct Group {
 #[derive(Debug, Clone)]
 struct Observations {
     /// The parameters that vary among the points of a fit.
-    place: Point,
+    place: ParameterPoint,
     small: Vec<f64>,
     known: Known,
     /// Loads that did not converge, one entry a surface.
@@ -54,7 +54,7 @@ impl Group {
     }
 
     /// The same with the parameters of each that vary among them.
-    pub fn placed_under(&self, load: Option<f64>) -> Vec<(Point, LimitPoint)> {
+    pub fn placed_under(&self, load: Option<f64>) -> Vec<(ParameterPoint, LimitPoint)> {
         let points = self.points.iter();
         let members = &self.members();
         let placed =
@@ -119,7 +119,7 @@ pub fn groups(
     window: Window,
 ) -> Result<Vec<Group>, TableError> {
     let reader = Reader::new(table, choices)?;
-    let mut order: Vec<(Point, Option<Value>)> = Vec::new();
+    let mut order: Vec<(ParameterPoint, Option<Value>)> = Vec::new();
     let mut groups: Vec<Group> = Vec::new();
     for (row, point, known, given_up) in reader.points()? {
         let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
@@ -158,7 +158,7 @@ pub fn groups(
 }
 
 /// k_rolloff/k_lower, where `k_lower` varies and the end of the plateau is not said to.
-fn rolloff_ratio(point: &Point, choices: &LimitChoices) -> Option<f64> {
+fn rolloff_ratio(point: &ParameterPoint, choices: &LimitChoices) -> Option<f64> {
     let varies = |name: &str| choices.over.contains(name);
     if !varies(K_LOWER.name) || varies(K_ROLLOFF.name) {
         return None;
@@ -203,7 +203,7 @@ enum Known {
 }
 
 /// One point: the row that stands for it, its parameters, what is known, and loads given up.
-type Found = (usize, Point, Known, Vec<f64>);
+type Found = (usize, ParameterPoint, Known, Vec<f64>);
 
 /// Reads the points of a table.
 struct Reader<'a> {
@@ -298,7 +298,7 @@ impl<'a> Reader<'a> {
             }
             let value = |&row: &usize| self.choices.of.value(&|name| self.columns[name][row]);
             let states = vec![(None, own.values().map(value).collect())];
-            let point = Point::of_row(&parameters, rows[0]);
+            let point = ParameterPoint::from_row(&parameters, rows[0]);
             let members = own.into_keys().collect();
             (rows[0], point, Known::Surfaces { members, states }, Vec::new())
         });
@@ -329,7 +329,7 @@ impl<'a> Reader<'a> {
                 is_known.then(|| (load.map(|loads| loads.value(row)), estimate))
             });
             let states = states.collect();
-            let point = Point::of_row(&parameters, rows[0]);
+            let point = ParameterPoint::from_row(&parameters, rows[0]);
             (rows[0], point, Known::Estimates(states), Vec::new())
         });
         Ok(found.collect())

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use super::observations::Group;
 use super::{Form, LimitChoices};
-use crate::ensemble::Point;
+use crate::ensemble::ParameterPoint;
 use asperity_manifest::decimal;
 use asperity_statistics::bootstrap::Bootstrap;
 use asperity_statistics::limits::{LimitFit, LimitProblem, TermForm};
@@ -22,7 +22,7 @@ pub struct Octave {
     pub term: String,
     pub doubled: Vec<String>,
     /// The points of the fit from which the new ones follow, by their parameters that vary.
-    pub from: Vec<Point>,
+    pub from: Vec<ParameterPoint>,
     /// The factor by which the standard error of the limit changes; `None` where it cannot be told.
     pub narrowing: Option<f64>,
 }
@@ -35,7 +35,7 @@ pub struct Advised {
     /// Standard error of its limit by resampling; `None` without.
     pub standard_error: Option<f64>,
     /// Points of the fit, by their parameters that vary.
-    pub points: Vec<Point>,
+    pub points: Vec<ParameterPoint>,
     pub octaves: Vec<Octave>,
 }
 
@@ -47,7 +47,8 @@ pub fn advise(
     choices: &LimitChoices,
     bootstrap: &Bootstrap,
 ) -> Option<Advised> {
-    let (points, small): (Vec<Point>, Vec<_>) = group.placed_under(load).into_iter().unzip();
+    let (points, small): (Vec<ParameterPoint>, Vec<_>) =
+        group.placed_under(load).into_iter().unzip();
     let problem = LimitProblem::new(small).ok()?;
     let fits = choices.combinations().into_iter().filter_map(|forms| {
         let numeric: Vec<TermForm> = forms.iter().map(|form| form.numeric()).collect();
@@ -64,7 +65,7 @@ pub fn advise(
             .iter()
             .map(|point| small_numbers(choices, &doubled(point, &octave.doubled)))
             .collect();
-        octave.narrowing = problem.narrowing(&numeric, &fit, &more);
+        octave.narrowing = problem.predicted_error_ratio(&numeric, &fit, &more);
         octave
     });
     Some(Advised {
@@ -77,7 +78,7 @@ pub fn advise(
 }
 
 /// The steps that make one small number smaller and leave the others.
-fn steps(choices: &LimitChoices, points: &[Point]) -> Vec<Octave> {
+fn steps(choices: &LimitChoices, points: &[ParameterPoint]) -> Vec<Octave> {
     let names: Vec<&String> = choices.over.iter().collect();
     let subsets = 1..1_usize << names.len().min(8);
     let steps = subsets.filter_map(|subset| {
@@ -89,12 +90,16 @@ fn steps(choices: &LimitChoices, points: &[Point]) -> Vec<Octave> {
     steps.collect()
 }
 
-fn step(choices: &LimitChoices, points: &[Point], parameters: Vec<String>) -> Option<Octave> {
+fn step(
+    choices: &LimitChoices,
+    points: &[ParameterPoint],
+    parameters: Vec<String>,
+) -> Option<Octave> {
     let mut smaller: Option<String> = None;
     for (place, term) in choices.terms.iter().enumerate() {
         let text = term.of.to_string();
         let mut ratios = points.iter().map(|point| {
-            let number = |point: &Point| small_numbers(choices, point)[place];
+            let number = |point: &ParameterPoint| small_numbers(choices, point)[place];
             number(&doubled(point, &parameters)) / number(point)
         });
         let first = ratios.next()?;
@@ -110,13 +115,13 @@ fn step(choices: &LimitChoices, points: &[Point], parameters: Vec<String>) -> Op
         }
         smaller = Some(text);
     }
-    let known: BTreeSet<&Point> = points.iter().collect();
-    let is_new = |point: &&Point| !known.contains(&doubled(point, &parameters));
-    let from: Vec<Point> = points.iter().filter(is_new).cloned().collect();
+    let known: BTreeSet<&ParameterPoint> = points.iter().collect();
+    let is_new = |point: &&ParameterPoint| !known.contains(&doubled(point, &parameters));
+    let from: Vec<ParameterPoint> = points.iter().filter(is_new).cloned().collect();
     Some(Octave { term: smaller?, from, doubled: parameters, narrowing: None })
 }
 
-fn doubled(point: &Point, parameters: &[String]) -> Point {
+fn doubled(point: &ParameterPoint, parameters: &[String]) -> ParameterPoint {
     let value = |name: &str, value: &Value| match value {
         value if !parameters.iter().any(|other| other == name) => value.clone(),
         Value::Integer(number) => Value::Integer(number.saturating_mul(2)),
@@ -126,7 +131,7 @@ fn doubled(point: &Point, parameters: &[String]) -> Point {
     point.map(value)
 }
 
-fn small_numbers(choices: &LimitChoices, point: &Point) -> Vec<f64> {
+fn small_numbers(choices: &LimitChoices, point: &ParameterPoint) -> Vec<f64> {
     let number = |name: &str| match point.get(name) {
         Some(Value::Real(number)) => *number,
         Some(Value::Integer(number)) => *number as f64,
