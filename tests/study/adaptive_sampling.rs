@@ -85,10 +85,10 @@ fn a_mean_that_stays_unknown_ends_at_the_most_and_says_so() {
     let path = bench.write(&growing(4));
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let told = text(&output.stdout);
+    let printed = text(&output.stdout);
     let expected =
         format!("surfaces: 4 surfaces per point (the maximum); {UNTIL} does not hold: it is");
-    assert!(told.contains(&expected), "{told}");
+    assert!(printed.contains(&expected), "{printed}");
     assert_eq!(largest_error(&bench).1, 4);
 }
 
@@ -129,9 +129,9 @@ fn wrong_conditions_are_met_with_place_and_advice() {
         let bench = Bench::new();
         let path = bench.write(&manifest);
         let output = bench.output(&["check", path.to_str().unwrap()]);
-        let told = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(told.contains(advice) && told.contains("study.toml:12:"), "{told}");
+        let printed = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{printed}");
+        assert!(printed.contains(advice) && printed.contains("study.toml:12:"), "{printed}");
     }
 }
 

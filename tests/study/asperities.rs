@@ -38,7 +38,7 @@ from = ["solved", "summits"]
 "#;
 
 #[test]
-fn asperity_models_and_solutions_share_a_table() {
+fn asperity_models_have_about_the_contact_area_of_the_solver() {
     let bench = Bench::new();
     bench.run(ASPERITIES);
     let summits = bench.table("asperities", "summits");
@@ -48,14 +48,14 @@ fn asperity_models_and_solutions_share_a_table() {
     let solved = bench.table("asperities", "solved");
     for row in 0..summits.rows() {
         // The Hertz contacts of the summits carry the load with about the area of the solution.
-        let place = |table: &Table, row: usize| {
+        let coordinates = |table: &Table, row: usize| {
             let surface = table.texts("surface").unwrap().value(row).to_owned();
             (surface, table.reals("load").unwrap().value(row).to_bits())
         };
-        let beside =
-            (0..solved.rows()).find(|&other| place(&solved, other) == place(&summits, row));
+        let same_row = (0..solved.rows())
+            .find(|&other| coordinates(&solved, other) == coordinates(&summits, row));
         let nodes = solved.integers("contact_nodes").unwrap();
-        let area = nodes.value(beside.unwrap()) as f64 / 4096.0;
+        let area = nodes.value(same_row.unwrap()) as f64 / 4096.0;
         let share = areas.value(row) / area;
         assert!((0.4..1.6).contains(&share), "{share}");
         assert!(summits.integers("contacts").unwrap().value(row) > 0);
@@ -86,7 +86,7 @@ fn a_page_draws_models_over_the_solution() {
     let bench = Bench::new();
     bench.run(ASPERITIES);
     let (said, page) = report(&bench);
-    let title = "Asperity models beside the solution";
+    let title = "Asperity models same_row the solution";
     let drawn = said["drawn"].as_array().unwrap();
     assert!(drawn.iter().any(|one| one == title), "{said}");
     for interaction in ["no interaction", "mean field", "explicit interaction"] {

@@ -35,8 +35,8 @@ fn the_schema_lies_where_the_first_line_of_the_manifest_says() {
     assert!(init.status.success());
     let manifest = fs::read_to_string(bench.path("study.toml")).unwrap();
     let named = manifest.lines().next().and_then(|line| line.strip_prefix("#:schema ./"));
-    let beside = fs::read(bench.path(named.unwrap())).unwrap();
-    assert_eq!(text(&beside), text(&bench.output(&["schema"]).stdout));
+    let written_schema = fs::read(bench.path(named.unwrap())).unwrap();
+    assert_eq!(text(&written_schema), text(&bench.output(&["schema"]).stdout));
 }
 
 #[test]

@@ -116,7 +116,7 @@ fn names_order_comments_and_written_defaults_change_no_key() {
     let bench = Bench::new();
     bench.run(STUDY);
     let cosmetic = r#"
-# The same study, written by somebody else.
+# The same study, written by another person.
 study.seed = 7
 study.name = "another"
 

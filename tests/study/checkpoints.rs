@@ -42,16 +42,16 @@ fn options() -> RunOptions {
 
 /// Runs until a share of the block is done and returns the reported shares.
 fn run_until(bench: &Bench, study: &str, most: f64) -> Vec<f64> {
-    let (stop, told) = (AtomicBool::new(false), Mutex::new(Vec::new()));
+    let (stop, printed) = (AtomicBool::new(false), Mutex::new(Vec::new()));
     let on_event = |event: Event| {
         if let Event::Advanced(_, share) = event {
-            told.lock().unwrap().push(share);
+            printed.lock().unwrap().push(share);
             stop.store(share >= most, Ordering::SeqCst);
         }
     };
     let session = Session::new(bench.write(study), bench.data()).observed_by(&on_event);
     session.run(&options(), &stop).unwrap();
-    told.into_inner().unwrap()
+    printed.into_inner().unwrap()
 }
 
 /// Counts the reported shares that another run reported, too, which are the ends of loads. Shares

@@ -38,14 +38,14 @@ fn every_column_of_every_shipped_manifest_has_a_meaning_and_every_number_a_unit(
     assert!(manifests.len() >= 10, "the manifests are gone");
     for manifest in manifests {
         for described in promised(&manifest) {
-            let place = format!("{} · {}", manifest.display(), name(&described));
-            assert!(described.columns.len() > 1, "{place}");
+            let position = format!("{} · {}", manifest.display(), name(&described));
+            assert!(described.columns.len() > 1, "{position}");
             for column in described.columns {
                 let silent =
                     column.meaning.is_empty() || column.meaning == "value computed by the query";
-                assert!(!silent, "{place}: {column:?}");
+                assert!(!silent, "{position}: {column:?}");
                 let lacks_unit = column.kind == "real" && column.unit.is_empty();
-                assert!(!lacks_unit, "{place}: {column:?}");
+                assert!(!lacks_unit, "{position}: {column:?}");
                 let roles = ["parameter", "surface", "load", "derived", "result"];
                 assert!(roles.contains(&column.role.as_str()), "{column:?}");
             }
@@ -66,11 +66,11 @@ fn a_file_describes_its_columns_in_plain_json_too() {
     bench.run(STUDY);
     let file = bench.data().join("results/small/curves.parquet");
     let metadata = parquet::verify(File::open(file).unwrap()).unwrap();
-    let told: Value = serde_json::from_str(metadata.get("columns").unwrap()).unwrap();
+    let printed: Value = serde_json::from_str(metadata.get("columns").unwrap()).unwrap();
     let columns = bench.table("small", "curves").descriptions();
-    assert_eq!(told, json!(columns));
+    assert_eq!(printed, json!(columns));
     let mean =
-        told.as_array().unwrap().iter().find(|column| column["name"] == "area_corrected_mean");
+        printed.as_array().unwrap().iter().find(|column| column["name"] == "area_corrected_mean");
     let expected = "mean of: estimate of the true contact area over the nominal area";
     assert_eq!(mean.unwrap()["meaning"], expected);
 }
@@ -171,15 +171,15 @@ fn columns_are_listed_for_a_stage_a_study_and_any_study() {
     let bench = Bench::new();
     let path = bench.write(STUDY);
     let path = path.to_str().unwrap();
-    let told = |arguments: &[&str]| text(&bench.output(arguments).stdout);
-    let stage = told(&["columns", path, "law"]);
+    let printed = |arguments: &[&str]| text(&bench.output(arguments).stdout);
+    let stage = printed(&["columns", path, "law"]);
     assert!(stage.contains("kappa_standard_error"), "{stage}");
     assert!(!stage.contains("largest_cluster"), "{stage}");
-    let study: Value = serde_json::from_str(&told(&["columns", path, "--json"])).unwrap();
+    let study: Value = serde_json::from_str(&printed(&["columns", path, "--json"])).unwrap();
     let names: Vec<&str> =
         study.as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
     assert_eq!(names, ["surfaces", "light", "area", "corrected", "law", "curves"]);
-    let any = told(&["columns"]);
+    let any = printed(&["columns"]);
     for name in
         ["heights", "full_contact_load", "pressures", "density_sd", "erf_scale", "area_persson"]
     {

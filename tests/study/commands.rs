@@ -14,9 +14,9 @@ fn a_wrong_manifest_ends_with_two_and_nothing_is_run() {
     for command in ["check", "plan", "run"] {
         let output = bench.output(&[command, path.to_str().unwrap()]);
         assert_eq!(output.status.code(), Some(2), "{command}");
-        let told = text(&output.stderr);
+        let printed = text(&output.stderr);
         for part in ["k_uper", "k_upper", "study.toml", "^"] {
-            assert!(told.contains(part), "{command}: {part} in\n{told}");
+            assert!(printed.contains(part), "{command}: {part} in\n{printed}");
         }
     }
     assert!(!bench.data().exists());
@@ -30,9 +30,9 @@ fn all_mistakes_of_a_manifest_are_reported_together() {
         .replace("from = \"light\"", "from = \"lihgt\"")
         .replace("bootstrap = 20", "bootstrap = -20");
     let path = bench.write(&wrong);
-    let told = text(&bench.output(&["check", path.to_str().unwrap()]).stderr);
+    let printed = text(&bench.output(&["check", path.to_str().unwrap()]).stderr);
     for part in ["1.8", "lihgt", "-20"] {
-        assert!(told.contains(part), "{part} in\n{told}");
+        assert!(printed.contains(part), "{part} in\n{printed}");
     }
 }
 
@@ -102,7 +102,7 @@ fn run_ends_with_a_line_per_stage_and_the_place_of_the_tables() {
     let bench = Bench::new();
     let path = bench.write(STUDY);
     let output = bench.output(&["run", path.to_str().unwrap()]);
-    let told = text(&output.stdout);
+    let printed = text(&output.stdout);
     for part in [
         "surfaces",
         "Nayak α",
@@ -111,7 +111,7 @@ fn run_ends_with_a_line_per_stage_and_the_place_of_the_tables() {
         "4 fits · 4 not-converged\n",
         "*.parquet",
     ] {
-        assert!(told.contains(part), "{part} in\n{told}");
+        assert!(printed.contains(part), "{part} in\n{printed}");
     }
 }
 
@@ -193,11 +193,11 @@ fn one_claim_is_explained_at_length_and_an_unknown_one_is_named() {
     let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 5"));
     let path = path.to_str().unwrap();
     bench.output(&["run", path]);
-    let told = text(&bench.output(&["claims", path, "area-above-persson"]).stdout);
+    let printed = text(&bench.output(&["claims", path, "area-above-persson"]).stdout);
     for part in
         ["paper  ", "section 5.2", "expected    at least 0.1", "alone, 95 % per end", "k_upper 4"]
     {
-        assert!(told.contains(part), "{part} in\n{told}");
+        assert!(printed.contains(part), "{part} in\n{printed}");
     }
     let unknown = bench.output(&["claims", path, "area-above-person"]);
     assert_eq!(unknown.status.code(), Some(2));

@@ -91,10 +91,10 @@ fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
     for size in sizes {
         disk.resize(size);
         let output = bench.output(&["run", manifest.to_str().unwrap()]);
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert!(told.contains("No space left on device"), "{told}");
-        assert!(told.contains(bench.data().to_str().unwrap()), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{printed}");
+        assert!(printed.contains("No space left on device"), "{printed}");
+        assert!(printed.contains(bench.data().to_str().unwrap()), "{printed}");
         assert!(bench.output(&["verify"]).status.success());
         failures += 1;
     }
@@ -118,10 +118,10 @@ fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
             .env("ASPERITY_DATA", bench.data())
             .output();
         let output = command.unwrap();
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert!(told.contains("File too large"), "{told}");
-        assert!(told.contains(bench.data().to_str().unwrap()), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{printed}");
+        assert!(printed.contains("File too large"), "{printed}");
+        assert!(printed.contains(bench.data().to_str().unwrap()), "{printed}");
         assert!(bench.output(&["verify"]).status.success());
     }
     bench.run(&study());
@@ -129,7 +129,7 @@ fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
 }
 
 #[test]
-fn unfinished_files_of_killed_processes_are_deleted() {
+fn unfinished_files_are_deleted_when_no_process_uses_the_store() {
     let bench = Bench::new();
     bench.run(STUDY);
     let before = bench.files();
@@ -140,11 +140,11 @@ fn unfinished_files_of_killed_processes_are_deleted() {
     for path in &left {
         fs::write(path, "half a table").unwrap();
     }
-    let somebody =
+    let reader =
         asperity::tables::store::Store::open_read_only(&bench.data().join("store")).unwrap();
     bench.run(STUDY);
     assert!(left.iter().all(|path| path.exists()));
-    drop(somebody);
+    drop(reader);
     bench.run(STUDY);
     assert_same_files(&bench.files(), &before);
 }

@@ -95,8 +95,8 @@ fn a_failed_task_lets_independent_ones_finish() {
     let manifest = bench.write(STUDY);
     let output = bench.output(&["run", manifest.to_str().unwrap(), "--json"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(told.contains(victim.to_str().unwrap()), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(printed.contains(victim.to_str().unwrap()), "{printed}");
     let stages = counts(&output.stdout);
     let done = |stage: &str| (stages[stage].computed, stages[stage].failed);
     assert_eq!((done("surfaces"), done("light")), ((0, 1), (3, 1)));
@@ -141,13 +141,13 @@ fn a_damaged_file_is_set_aside_and_computed_again() {
             fs::write(bench.data().join(name), &bytes).unwrap();
             let manifest = bench.write(STUDY);
             let output = bench.output(&["run", manifest.to_str().unwrap()]);
-            let told = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success(), "{how}: {told}");
-            assert!(told.contains(name.to_str().unwrap()), "{how}: {told}");
+            let printed = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{how}: {printed}");
+            assert!(printed.contains(name.to_str().unwrap()), "{how}: {printed}");
 
             let mut files = bench.files();
             let aside = format!("{}.damaged", name.display());
-            assert_eq!(files.remove(Path::new(&aside)), Some(bytes), "{how}: {told}");
+            assert_eq!(files.remove(Path::new(&aside)), Some(bytes), "{how}: {printed}");
             assert!(files == whole, "{how}");
         }
     }

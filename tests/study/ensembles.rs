@@ -116,9 +116,9 @@ fn claims_rest_on_one_tolerance_and_name_what_they_leave_out() {
         assert_eq!(swept["left_out"][0]["with"]["tolerance"], 0.5);
     }
     let path = bench.path("study.toml");
-    let told = bench.output(&["claims", path.to_str().unwrap()]);
-    let told = String::from_utf8(told.stdout).unwrap();
-    assert!(told.contains("omitted: 40 rows with tolerance 0.5"), "{told}");
+    let printed = bench.output(&["claims", path.to_str().unwrap()]);
+    let printed = String::from_utf8(printed.stdout).unwrap();
+    assert!(printed.contains("omitted: 40 rows with tolerance 0.5"), "{printed}");
 }
 
 /// Every swept key, with two values each.
@@ -268,8 +268,8 @@ fn groups_by_a_load_that_differs_between_surfaces_are_refused() {
     ));
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert!(!output.status.success());
-    let told = crate::bench::text(&output.stderr);
-    assert!(told.contains("group by `pressure`"), "{told}");
+    let printed = crate::bench::text(&output.stderr);
+    assert!(printed.contains("group by `pressure`"), "{printed}");
 }
 
 #[test]

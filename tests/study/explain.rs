@@ -16,8 +16,8 @@ fn finished() -> Bench {
 fn explain(bench: &Bench, manifest: &str) -> Value {
     let path = bench.write(manifest);
     let output = bench.output(&["explain", path.to_str().unwrap(), "--json"]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{printed}");
     serde_json::from_slice(&output.stdout).expect("the command prints JSON")
 }
 
@@ -25,12 +25,12 @@ fn explain(bench: &Bench, manifest: &str) -> Value {
 fn reasons(explained: &Value, stage: &str) -> Vec<String> {
     let stages = explained["stages"].as_array().unwrap();
     let stage = stages.iter().find(|other| other["name"] == stage).unwrap();
-    let told = |reason: &Value| {
+    let printed = |reason: &Value| {
         let causes = reason["causes"].as_array().unwrap().iter();
         let causes: Vec<_> = causes.map(cause).collect();
         format!("{} {}", reason["tasks"], causes.join(" + "))
     };
-    stage["reasons"].as_array().unwrap().iter().map(told).collect()
+    stage["reasons"].as_array().unwrap().iter().map(printed).collect()
 }
 
 fn cause(cause: &Value) -> String {
@@ -69,8 +69,8 @@ fn cosmetic_edits_leave_nothing_to_do() {
     let path = bench.write(&cosmetic);
     for command in ["explain", "plan"] {
         let output = bench.output(&[command, path.to_str().unwrap()]);
-        let told = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(told.ends_with("nothing to do\n"), "{told}");
+        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(printed.ends_with("nothing to do\n"), "{printed}");
     }
 }
 
@@ -132,9 +132,9 @@ fn a_changed_parameter_is_reported_with_its_old_and_new_value() {
     );
     let explained = explain(&bench, &STUDY.replace("steps = 4", "steps = 4, from = 0.02"));
     assert_all(&explained, &["surfaces"], &[]);
-    let told = reasons(&explained, "light");
-    assert!(told[0].starts_with("4 light changed loads:0.025, "), "{told:?}");
-    assert_eq!(reasons(&explained, "area"), told);
+    let printed = reasons(&explained, "light");
+    assert!(printed[0].starts_with("4 light changed loads:0.025, "), "{printed:?}");
+    assert_eq!(reasons(&explained, "area"), printed);
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn keeping_more_of_a_surface_reaches_no_later_stage() {
 }
 
 #[test]
-fn a_new_stage_and_a_new_input_are_reported() {
+fn a_new_stage_is_reported_for_all_later_stages() {
     let bench = finished();
     let extended = STUDY.replace(
         "[stage.area]\nkind = \"measure\"\nfrom = \"light\"",
@@ -268,11 +268,11 @@ fn one_stage_can_be_asked_for_and_a_wrong_name_is_met_with_the_right_one() {
     let path = bench.write(&STUDY.replace("hurst = 0.8", "hurst = 0.7"));
     let manifest = path.to_str().unwrap();
     let one = bench.output(&["explain", manifest, "area"]);
-    let told = String::from_utf8_lossy(&one.stdout).into_owned();
-    assert!(told.contains("4 tasks: upstream `surfaces`: hurst 0.8 → 0.7"), "{told}");
-    assert!(!told.contains("light"), "{told}");
+    let printed = String::from_utf8_lossy(&one.stdout).into_owned();
+    assert!(printed.contains("4 tasks: upstream `surfaces`: hurst 0.8 → 0.7"), "{printed}");
+    assert!(!printed.contains("light"), "{printed}");
     let wrong = bench.output(&["explain", manifest, "aera"]);
     assert_eq!(wrong.status.code(), Some(2));
-    let told = String::from_utf8_lossy(&wrong.stderr).into_owned();
-    assert!(told.contains("did you mean `area`?"), "{told}");
+    let printed = String::from_utf8_lossy(&wrong.stderr).into_owned();
+    assert!(printed.contains("did you mean `area`?"), "{printed}");
 }

@@ -69,9 +69,9 @@ fn a_failed_task_is_a_row_and_so_is_what_needs_it_and_everything_else_is_compute
         let expected = format!("needs task {}, which failed", blocked.key);
         assert_eq!(*reason, expected);
     }
-    let told = text(&output.stderr);
+    let printed = text(&output.stderr);
     for part in ["stage `light`, nodes=32", "k_upper=4", "realization=0", "--only"] {
-        assert!(told.contains(part), "{part} in\n{told}");
+        assert!(printed.contains(part), "{part} in\n{printed}");
     }
 }
 
@@ -141,9 +141,9 @@ fn one_task_is_computed_alone_with_what_it_needs() {
 
     let path = bench.path("study.toml");
     let fresh = Bench::new();
-    let told = fresh.output(&["run", path.to_str().unwrap(), "--only", &key]);
-    assert!(text(&told.stderr).contains("small: 3 tasks to run, 0 cached, 16 left for later"));
-    let summary = text(&told.stdout);
+    let printed = fresh.output(&["run", path.to_str().unwrap(), "--only", &key]);
+    assert!(text(&printed.stderr).contains("small: 3 tasks to run, 0 cached, 16 left for later"));
+    let summary = text(&printed.stdout);
     assert!(summary.contains("4 loads on 1 surface · "), "{summary}");
     assert!(summary.contains("· 3 tasks left for later"), "{summary}");
     for stage in ["law", "curves", "missing"] {
@@ -173,12 +173,12 @@ fn a_load_that_did_not_converge_is_a_row_and_no_error() {
 
     let path = bench.path("study.toml");
     let path = path.to_str().unwrap();
-    let told = bench.output(&["table", path, "failures", "--json"]);
-    assert_eq!(text(&told.stdout).lines().count(), given_up);
+    let printed = bench.output(&["table", path, "failures", "--json"]);
+    assert_eq!(text(&printed.stdout).lines().count(), given_up);
     let query = "select count(*) as rows from failures";
-    let told = bench.output(&["table", path, "--sql", query, "--json"]);
-    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
-    assert_eq!(told["rows"], given_up);
+    let printed = bench.output(&["table", path, "--sql", query, "--json"]);
+    let printed: Value = serde_json::from_slice(&printed.stdout).unwrap();
+    assert_eq!(printed["rows"], given_up);
 
     bench.run(STUDY);
     assert!(!bench.data().join("results/small/failures.parquet").exists());

@@ -29,10 +29,10 @@ fn is_table(path: &Path) -> bool {
 /// Flips one bit or cuts off the end of a file.
 fn damage(whole: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = whole.to_vec();
-    let place = random.random_range(0..bytes.len());
+    let index = random.random_range(0..bytes.len());
     match random.random() {
-        true => bytes[place] ^= 1 << random.random_range(0..8),
-        false => bytes.truncate(place),
+        true => bytes[index] ^= 1 << random.random_range(0..8),
+        false => bytes.truncate(index),
     }
     bytes
 }
@@ -67,7 +67,7 @@ fn is_mended(bench: &Bench, before: &BTreeMap<PathBuf, Vec<u8>>) -> bool {
     files == *before
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
@@ -81,11 +81,11 @@ fn verify_finds_every_flipped_bit_and_every_truncation() {
     for _ in 0..ROUNDS / 2 {
         let victims = strike(&bench, &files, "", &mut random);
         let output = bench.output(&["verify"]);
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert!(told.contains(&format!("{FAULTS} damaged")), "{told}");
+        let printed = printed(&output);
+        assert_eq!(output.status.code(), Some(1), "{printed}");
+        assert!(printed.contains(&format!("{FAULTS} damaged")), "{printed}");
         for victim in victims {
-            assert!(told.contains(victim.to_str().unwrap()), "{told}");
+            assert!(printed.contains(victim.to_str().unwrap()), "{printed}");
         }
         bench.run(&study());
         assert!(is_mended(&bench, &files));
@@ -106,10 +106,10 @@ fn no_flipped_bit_and_no_truncation_reaches_a_result() {
         fs::remove_dir_all(bench.data().join("results")).unwrap();
         let manifest = bench.write(&study());
         let output = bench.output(&["run", manifest.to_str().unwrap()]);
-        let told = told(&output);
-        assert!(output.status.success(), "{told}");
+        let printed = printed(&output);
+        assert!(output.status.success(), "{printed}");
         for victim in victims {
-            assert!(told.contains(victim.to_str().unwrap()), "{told}");
+            assert!(printed.contains(victim.to_str().unwrap()), "{printed}");
         }
         assert!(is_mended(&bench, &files));
     }
@@ -124,9 +124,9 @@ fn a_table_that_somebody_has_edited_is_kept_aside_by_the_next_run() {
     fs::write(&table, "edited").unwrap();
     let manifest = bench.write(STUDY);
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
-    let told = told(&output);
-    assert!(output.status.success(), "{told}");
-    assert!(told.contains("was changed after `asperity run` wrote it"), "{told}");
+    let printed = printed(&output);
+    assert!(output.status.success(), "{printed}");
+    assert!(printed.contains("was changed after `asperity run` wrote it"), "{printed}");
     let aside = bench.data().join("results/small/area.parquet.damaged");
     assert_eq!(fs::read(&aside).unwrap(), b"edited");
     assert!(is_mended(&bench, &before));
@@ -189,10 +189,10 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
     };
     all(0o555);
     let output = by_anybody(&bench, &run);
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", printed(&output));
     bench.write(&study());
     let output = by_anybody(&bench, &run);
-    let message = told(&output);
+    let message = printed(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains(bench.data().join("store").to_str().unwrap()), "{message}");
     assert!(message.contains("Permission denied"), "{message}");
@@ -202,7 +202,7 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
     let victim = victim.unwrap();
     fs::write(&victim, "damaged").unwrap();
     let output = by_anybody(&bench, &["verify"]);
-    let message = told(&output);
+    let message = printed(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains(victim.to_str().unwrap()), "{message}");
     assert!(message.contains("left in place"), "{message}");
@@ -222,7 +222,7 @@ fn a_read_only_disk_is_read_and_named_when_it_should_be_written() {
     assert!(bench.output(&["verify"]).status.success());
     let manifest = bench.write(&study());
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
-    let message = told(&output);
+    let message = printed(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("Read-only file system"), "{message}");
     assert_same_files(&bench.files(), &files);
@@ -234,7 +234,7 @@ fn a_store_needs_no_temporary_folder_elsewhere() {
     let manifest = bench.write(STUDY);
     let mut command = bench.asperity(&["run", manifest.to_str().unwrap()]);
     let output = command.env("TMPDIR", "/nowhere").output().unwrap();
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", printed(&output));
 }
 
 #[test]

@@ -126,8 +126,8 @@ fn the_old_name_of_the_stiffness_is_answered_with_the_new_one() {
     );
     let path = bench.write(&reduced);
     let output = bench.output(&["check", path.to_str().unwrap()]);
-    let told = text(&output.stderr);
-    assert!(told.contains("did you mean \"stiffness_finite_difference\"?"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("did you mean \"stiffness_finite_difference\"?"), "{printed}");
 }
 
 #[test]

@@ -220,9 +220,9 @@ loads = [0.1, 0.3]
     );
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
-    let told = text(&output.stderr);
-    assert!(told.contains("cannot press a material of this hardness"), "{told}");
-    assert!(told.contains("a mean pressure of 0.3"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("cannot press a material of this hardness"), "{printed}");
+    assert!(printed.contains("a mean pressure of 0.3"), "{printed}");
     let contact = bench.table("overloaded", "contact");
     assert_eq!(reals(&contact, "hardness"), [0.009, 0.009]);
 }
@@ -245,10 +245,10 @@ fn pressures_above_the_hardness_give_a_warning_only() {
     let path = path.to_str().unwrap();
     let output = bench.output(&["run", path, "--json"]);
     assert!(crate::bench::counts(&output.stdout).values().all(is_idle));
-    let told = text(&output.stderr);
+    let printed = text(&output.stderr);
     let warned = format!("under {beyond} of {} loads", peaks.len());
-    assert!(told.contains("warning: stage `contact`"), "{told}");
-    assert!(told.contains(&warned), "{told}");
+    assert!(printed.contains("warning: stage `contact`"), "{printed}");
+    assert!(printed.contains(&warned), "{printed}");
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     let warnings = json["warnings"].as_array().unwrap();
     let of_contact = warnings.iter().find(|one| one["stage"] == "contact");
@@ -267,8 +267,8 @@ fn pressures_above_the_hardness_give_a_warning_only() {
     ] {
         let path = bench.write(&silent);
         let output = bench.output(&["run", path.to_str().unwrap()]);
-        let told = text(&output.stderr);
-        assert!(!told.contains("exceeds the hardness"), "{told}");
+        let printed = text(&output.stderr);
+        assert!(!printed.contains("exceeds the hardness"), "{printed}");
     }
 }
 
@@ -284,7 +284,7 @@ fn maps_of_a_page_are_of_one_hardness() {
     let page = fs::read_to_string(said["page"].as_str().unwrap()).unwrap();
     let areas = page.split("data-area=\"").skip(1);
     let areas: Vec<f64> =
-        areas.map(|told| told.split(' ').next().unwrap().parse().unwrap()).collect();
+        areas.map(|printed| printed.split(' ').next().unwrap().parse().unwrap()).collect();
     // Rows are sorted by hardness, surface and load.
     let expected = &reals(&bench.table("yielding", "area"), "area_fraction")[..3];
     assert_near(&areas, &expected.iter().map(|a| 100.0 * a).collect::<Vec<_>>(), 5e-3);

@@ -105,8 +105,8 @@ fn means_over_surfaces_are_no_rows_that_limits_can_be_fitted_to() {
     let manifest = bench.write(&[LIMITS, &means].concat());
     let output = bench.output(&["check", manifest.to_str().unwrap()]);
     assert!(!output.status.success());
-    let told = text(&output.stderr);
-    assert!(told.contains("are not about single surfaces"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("are not about single surfaces"), "{printed}");
 }
 
 #[test]
@@ -121,9 +121,9 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     };
     assert!(advise(&[]).contains("without a result"));
     bench.run(LIMITS);
-    let told = advise(&[]);
+    let printed = advise(&[]);
     for part in ["area_fraction / load, load 0.1", "twice the surfaces", "k_upper, nodes"] {
-        assert!(told.contains(part), "{part} in\n{told}");
+        assert!(printed.contains(part), "{part} in\n{printed}");
     }
     let advice: Value = serde_json::from_str(&advise(&["--json"])).unwrap();
     let steps = advice[0]["steps"].as_array().unwrap();

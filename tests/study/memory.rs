@@ -16,8 +16,8 @@ fn peak(mut process: Child) -> u64 {
     let status = format!("/proc/{}/status", process.id());
     let mut peak = 0;
     while process.try_wait().unwrap().is_none() {
-        let told = fs::read_to_string(&status).unwrap_or_default();
-        let line = told.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let printed = fs::read_to_string(&status).unwrap_or_default();
+        let line = printed.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let kibibytes = line.and_then(|line| line.trim().strip_suffix(" kB"));
         let kibibytes: Option<u64> = kibibytes.and_then(|number| number.parse().ok());
         peak = kibibytes.unwrap_or(0).max(peak);
@@ -63,10 +63,10 @@ fn a_run_works_on_fewer_surfaces_where_memory_is_scarce_and_says_so() {
         text(&output.stderr)
     };
     let one = least(&scarce, &scarce.write(STUDY));
-    let told = run(&scarce, &one.0.to_string());
-    assert!(told.contains("1 at once, not 2, in the"), "{told}");
-    let told = run(&ample, "1GiB");
-    assert!(!told.contains("at once"), "{told}");
+    let printed = run(&scarce, &one.0.to_string());
+    assert!(printed.contains("1 at once, not 2, in the"), "{printed}");
+    let printed = run(&ample, "1GiB");
+    assert!(!printed.contains("at once"), "{printed}");
     let tables = |bench: &Bench| {
         let mut files = bench.files();
         files.retain(|path, _| path.extension().is_some_and(|end| end == "parquet"));
@@ -98,12 +98,12 @@ fn what_does_not_fit_is_refused_before_anything_starts() {
         assert_eq!(output.status.code(), Some(2));
         text(&output.stderr)
     };
-    let told = run("1GB");
+    let printed = run("1GB");
     let expected = "error: a task of stage `light` needs 5.0GB of memory on its mesh of 8192 × 8192 \
                     nodes, more than the 1.0 GB of `--memory`: increase it, or reduce the mesh to";
-    assert!(told.starts_with(expected), "{told}");
-    let told = run("1MB");
-    assert!(told.ends_with("`--memory`: increase it\n"), "{told}");
+    assert!(printed.starts_with(expected), "{printed}");
+    let printed = run("1MB");
+    assert!(printed.ends_with("`--memory`: increase it\n"), "{printed}");
     let tables = bench.files().into_keys();
     let tables: Vec<_> = tables.filter(|path| path.extension().is_some()).collect();
     assert!(tables.is_empty(), "{tables:?}");
@@ -128,9 +128,12 @@ fn few_addresses_refuse_a_task_and_break_none() {
     let bench = Bench::new();
     let path = bench.write(&huge());
     let output = limited(&bench, &path, 3_000_000);
-    let told = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("of address space that `ulimit -v` leaves: raise that limit"), "{told}");
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{printed}");
+    assert!(
+        printed.contains("of address space that `ulimit -v` leaves: raise that limit"),
+        "{printed}"
+    );
 
     let manifest = STUDY.replace("nodes = 32", "nodes = 512");
     let megabytes = [200, 300, 400, 500, 600, 700, 800, 1000, 1500, 64_000];
@@ -138,8 +141,8 @@ fn few_addresses_refuse_a_task_and_break_none() {
         let bench = Bench::new();
         let path = bench.write(&manifest);
         let output = limited(&bench, &path, 1000 * megabytes);
-        let told = text(&output.stderr);
-        assert!(!told.contains("backtrace"), "{megabytes} MB: {told}");
+        let printed = text(&output.stderr);
+        assert!(!printed.contains("backtrace"), "{megabytes} MB: {printed}");
         output.status.code().expect("no signal")
     });
     assert!(ends.is_sorted_by(|before, after| before >= after), "{ends:?}");
@@ -189,8 +192,8 @@ fn an_aggregate_whose_tables_do_not_fit_says_what_they_take() {
     let path = bench.write(&format!("{LARGE}\n{aggregate}"));
     let arguments = ["run", path.to_str().unwrap(), "--memory", "250MB"];
     let output = bench.output(&arguments);
-    let told = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("stage `mean`"), "{told}");
-    assert!(told.contains("for the tables that it reads, more than the"), "{told}");
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert!(printed.contains("stage `mean`"), "{printed}");
+    assert!(printed.contains("for the tables that it reads, more than the"), "{printed}");
 }

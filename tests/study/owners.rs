@@ -24,10 +24,10 @@ fn is_refused(bench: &Bench, other: &str) -> String {
     let before = bench.files();
     let manifest = write(bench, "other.toml", other);
     let output = run(bench, &manifest, &[]);
-    let told = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{other}\n{told}");
-    assert!(bench.files() == before, "{told}");
-    told
+    let printed = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{other}\n{printed}");
+    assert!(bench.files() == before, "{printed}");
+    printed
 }
 
 #[test]
@@ -36,9 +36,9 @@ fn another_manifest_of_the_same_name_needs_replace() {
     bench.run(STUDY);
     let before = bench.files();
     let others = STUDY.replace("seed = 7", "seed = 8");
-    let told = is_refused(&bench, &others);
+    let printed = is_refused(&bench, &others);
     for part in ["results/small`", "study.toml`", "rows of `surfaces`", "--replace"] {
-        assert!(told.contains(part), "{part} in\n{told}");
+        assert!(printed.contains(part), "{part} in\n{printed}");
     }
     // Reading commands use the results of their own manifest and change nothing.
     let other = bench.path("other.toml");
@@ -112,8 +112,8 @@ fn a_copy_that_takes_anything_away_is_refused_with_what_would_be_lost() {
         (STUDY.replace("[\"none\", \"2017\"]", "\"2017\""), "rows of `corrected`"),
         (STUDY.replace("stage.curves", "stage.means"), "stage `curves`"),
     ] {
-        let told = is_refused(&bench, &other);
-        assert!(told.contains(lost), "{lost} in\n{told}");
+        let printed = is_refused(&bench, &other);
+        assert!(printed.contains(lost), "{lost} in\n{printed}");
     }
 }
 
@@ -163,8 +163,8 @@ fn tables_of_unknown_owners_are_not_overwritten() {
     let bench = Bench::new();
     bench.run(STUDY);
     fs::remove_file(bench.data().join("results/small/owner.json")).unwrap();
-    let told = is_refused(&bench, &STUDY.replace("seed = 7", "seed = 8"));
-    assert!(told.contains("an unknown manifest"), "{told}");
+    let printed = is_refused(&bench, &STUDY.replace("seed = 7", "seed = 8"));
+    assert!(printed.contains("an unknown manifest"), "{printed}");
     bench.run(STUDY);
     bench.run(&STUDY.replace("seed = 7", "seed = 8"));
 }

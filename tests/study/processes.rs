@@ -33,8 +33,8 @@ fn limited(bench: &Bench, threads: u32, arguments: &[&str]) -> Option<Output> {
         .env("ASPERITY_DATA", bench.data());
     let output = command.output();
     let is_changed = output.as_ref().is_ok_and(|output| {
-        let told = text(&output.stderr);
-        !told.contains("setpriv: ") && !told.contains("prlimit: ")
+        let printed = text(&output.stderr);
+        !printed.contains("setpriv: ") && !printed.contains("prlimit: ")
     });
     if is_changed {
         return output.ok();
@@ -52,10 +52,10 @@ fn a_run_of_few_threads_computes_the_same_bytes_and_none_panics() {
         return;
     };
     let refused = |output: &Output| {
-        let told = text(&output.stderr);
-        assert!(matches!(output.status.code(), Some(1 | 2)), "{told}");
-        assert!(told.contains("allow more processes (`ulimit -u`)"), "{told}");
-        assert!(!told.contains("panicked"), "{told}");
+        let printed = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{printed}");
+        assert!(printed.contains("allow more processes (`ulimit -u`)"), "{printed}");
+        assert!(!printed.contains("panicked"), "{printed}");
     };
     refused(&alone);
     // Means use polars, which starts two threads per core.

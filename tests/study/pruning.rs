@@ -65,9 +65,9 @@ fn a_run_names_the_results_of_a_removed_stage_and_prune_deletes_them() {
     bench.run(STUDY);
     let manifest = bench.write(STUDY.split("[stage.curves]").next().unwrap());
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
-    let told = text(&output.stderr);
-    assert!(told.contains("curves.parquet` belongs to a stage"), "{told}");
-    assert!(told.contains("that the study no longer has"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("curves.parquet` belongs to a stage"), "{printed}");
+    assert!(printed.contains("that the study no longer has"), "{printed}");
     let unneeded = prune(&bench, &[manifest.to_str().unwrap(), "--yes"]);
     assert_eq!(unneeded, kinds([("aggregate", 1), ("results", 1)]));
     assert!(!bench.data().join("results/small/curves.parquet").exists());
@@ -98,14 +98,14 @@ fn nothing_is_deleted_while_somebody_uses_the_store() {
     let manifest = bench.write(&STUDY.replace("seed = 7", "seed = 8"));
     let arguments = ["prune", "--yes", manifest.to_str().unwrap()];
     let before = bench.files();
-    let somebody =
+    let reader =
         asperity::tables::store::Store::open_read_only(&bench.data().join("store")).unwrap();
     let output = bench.output(&arguments);
-    let told = String::from_utf8_lossy(&output.stderr);
+    let printed = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
-    assert!(told.contains("in use by another process"), "{told}");
+    assert!(printed.contains("in use by another process"), "{printed}");
     assert_same_files(&bench.files(), &before);
-    drop(somebody);
+    drop(reader);
     assert!(bench.output(&arguments).status.success());
     assert!(bench.files().len() < before.len());
 }

@@ -89,9 +89,9 @@ fn each_task_is_read_from_where_it_is() {
     fs::remove_file(stored(0)).unwrap();
     // … and the manifest requests a third surface.
     bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
-    let (read, told) = rows(&bench, "area");
+    let (read, printed) = rows(&bench, "area");
     assert_eq!(read, whole);
-    assert!(told.contains("4 of 6 tasks"), "{told}");
+    assert!(printed.contains("4 of 6 tasks"), "{printed}");
 }
 
 #[test]
@@ -143,13 +143,13 @@ fn what_is_nowhere_is_not_computed_and_what_is_damaged_is_named() {
     remove(&bench, "store");
     let area = bench.data().join("results/small/area.parquet");
     fs::write(&area, "no table").unwrap();
-    let (code, _, told) = command(&bench, "table", &["area"]);
+    let (code, _, printed) = command(&bench, "table", &["area"]);
     assert_eq!(code, Some(1));
-    assert!(told.contains("area.parquet` is damaged"), "{told}");
+    assert!(printed.contains("area.parquet` is damaged"), "{printed}");
     fs::remove_file(&area).unwrap();
-    let (code, _, told) = command(&bench, "table", &["area"]);
+    let (code, _, printed) = command(&bench, "table", &["area"]);
     assert_eq!(code, Some(1));
-    assert!(told.contains("`area` has no results"), "{told}");
+    assert!(printed.contains("`area` has no results"), "{printed}");
 }
 
 #[test]
@@ -162,10 +162,10 @@ fn a_map_is_drawn_where_it_is_and_otherwise_the_command_is_named_that_brings_it_
     assert_eq!(command(&bench, "view", &arguments).0, Some(0));
     remove(&bench, "store");
     fs::remove_file(&picture).unwrap();
-    let (code, _, told) = command(&bench, "view", &arguments);
+    let (code, _, printed) = command(&bench, "view", &arguments);
     assert_eq!(code, Some(1));
-    assert!(told.contains("only its rows"), "{told}");
-    assert!(told.contains("asperity run "), "{told}");
+    assert!(printed.contains("only its rows"), "{printed}");
+    assert!(printed.contains("asperity run "), "{printed}");
     assert!(!picture.exists());
 }
 
@@ -196,20 +196,20 @@ fn a_surface_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
     assert_eq!(whole.1, "");
     remove(&bench, "store");
     fs::remove_file(bench.path("map.npy")).unwrap();
-    let (read, told) = rows(&bench, "corrected");
+    let (read, printed) = rows(&bench, "corrected");
     assert_eq!(read, whole.0);
-    assert!(told.contains("surface file `map.npy` cannot be read"), "{told}");
+    assert!(printed.contains("surface file `map.npy` cannot be read"), "{printed}");
     for name in ["columns", "claims", "report"] {
         let elsewhere = bench.path("elsewhere");
         let output = ["--output", elsewhere.to_str().unwrap()];
         let output = &output[..if name == "report" { 2 } else { 0 }];
-        let (code, _, told) = command(&bench, name, output);
-        assert_eq!(code, Some(0), "{name}: {told}");
+        let (code, _, printed) = command(&bench, name, output);
+        assert_eq!(code, Some(0), "{name}: {printed}");
     }
     // A run needs the file.
-    let (code, _, told) = command(&bench, "run", &[]);
+    let (code, _, printed) = command(&bench, "run", &[]);
     assert_eq!(code, Some(2));
-    assert!(told.contains("map.npy"), "{told}");
+    assert!(printed.contains("map.npy"), "{printed}");
     // A file that was never read has no recorded content.
     bench.write(&measured().replace("map.npy", "other.npy"));
     assert_eq!(command(&bench, "table", &["corrected"]).0, Some(2));
@@ -228,14 +228,14 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
     let (page, figure) = (folder.join("report.html"), folder.join("figures/contact-maps.png"));
     let report = |options: &[&str]| {
         let output = ["--output", folder.to_str().unwrap()];
-        let (code, _, told) = command(&bench, "report", &[&output, options].concat());
-        (code, told)
+        let (code, _, printed) = command(&bench, "report", &[&output, options].concat());
+        (code, printed)
     };
     fs::create_dir_all(folder.join("figures")).unwrap();
     fs::write(&figure, "mine").unwrap();
-    let (code, told) = report(&[]);
-    assert_eq!(code, Some(2), "{told}");
-    assert!(told.contains("contact-maps.png` is not part of a report"), "{told}");
+    let (code, printed) = report(&[]);
+    assert_eq!(code, Some(2), "{printed}");
+    assert!(printed.contains("contact-maps.png` is not part of a report"), "{printed}");
     assert_eq!(fs::read(&figure).unwrap(), b"mine");
     assert!(!page.exists());
     assert_eq!(report(&["--replace"]).0, Some(0));
@@ -252,9 +252,9 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
         assert_eq!(report(&["--replace"]).0, Some(0));
     }
     fs::write(&page, "<html>mine</html>").unwrap();
-    let (code, told) = report(&["--replace"]);
+    let (code, printed) = report(&["--replace"]);
     assert_eq!(code, Some(2));
-    assert!(told.contains("was not written by `asperity report`"), "{told}");
+    assert!(printed.contains("was not written by `asperity report`"), "{printed}");
     assert_eq!(fs::read_to_string(&page).unwrap(), "<html>mine</html>");
 }
 
@@ -268,17 +268,17 @@ fn a_report_of_less_goes_elsewhere_or_asks() {
     let whole = results(&bench);
     remove(&bench, "store");
     let before = bench.files();
-    let (code, _, told) = command(&bench, "report", &[]);
+    let (code, _, printed) = command(&bench, "report", &[]);
     assert_eq!(code, Some(2));
     for part in ["report.html` shows more", "\"Contact maps\"", "--replace", "--output"] {
-        assert!(told.contains(part), "{part} in\n{told}");
+        assert!(printed.contains(part), "{part} in\n{printed}");
     }
     assert_same_files(&bench.files(), &before);
 
     let elsewhere = bench.path("elsewhere");
     let output = ["--json", "--output", elsewhere.to_str().unwrap()];
-    let (code, said, told) = command(&bench, "report", &output);
-    assert_eq!(code, Some(0), "{told}");
+    let (code, said, printed) = command(&bench, "report", &output);
+    assert_eq!(code, Some(0), "{printed}");
     assert_eq!(figures(&said).len(), all.len() - 1);
     assert_same_files(&bench.files(), &before);
     let page = fs::read_to_string(elsewhere.join("report.html")).unwrap();
@@ -312,8 +312,8 @@ fn a_report_of_a_study_that_was_edited_but_not_run_keeps_the_page_of_the_one_bef
     assert_eq!(command(&bench, "report", &[]).0, Some(0));
     let before = bench.files();
     bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
-    let (code, _, told) = command(&bench, "report", &[]);
+    let (code, _, printed) = command(&bench, "report", &[]);
     assert_eq!(code, Some(2));
-    assert!(told.contains("the rows of `law`"), "{told}");
+    assert!(printed.contains("the rows of `law`"), "{printed}");
     assert_same_files(&bench.files(), &before);
 }

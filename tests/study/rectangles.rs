@@ -169,8 +169,8 @@ fn a_map_that_is_not_periodic_has_the_slope_of_its_differences() {
         assert!(scan.reals(without_modes).unwrap().is_null(0), "{without_modes}");
     }
     let output = bench.output(&["columns", bench.path("study.toml").to_str().unwrap(), "scan"]);
-    let told = text(&output.stdout);
-    assert!(told.contains("differences between neighbours"), "{told}");
+    let printed = text(&output.stdout);
+    assert!(printed.contains("differences between neighbours"), "{printed}");
 }
 
 const ROUGH: &str = r#"
@@ -286,8 +286,8 @@ fn size_of(bench: &Bench, arguments: &[&str]) -> ([u32; 2], Value) {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let file = BufReader::new(File::open(path).unwrap());
     let reader = png::Decoder::new(file).read_info().unwrap();
-    let told = serde_json::from_slice(&output.stdout).unwrap();
-    ([reader.info().width, reader.info().height], told)
+    let printed = serde_json::from_slice(&output.stdout).unwrap();
+    ([reader.info().width, reader.info().height], printed)
 }
 
 #[test]
@@ -295,10 +295,10 @@ fn pictures_of_rectangles_are_as_wide_as_x_and_as_high_as_y() {
     let bench = bench_with("p256x160_cells");
     bench.run(&manifest("p256x160_cells", [1.0, 1.25], "periodic"));
     for arguments in [&["scan"][..], &["contact"], &["contact", "--map", "pressures"]] {
-        let (size, told) = size_of(&bench, arguments);
+        let (size, printed) = size_of(&bench, arguments);
         // Mesh cells of 1/256 × 1/128 are drawn two pixels high.
         assert_eq!(size, [256, 320], "{arguments:?}");
-        assert_eq!(told["nodes"], serde_json::json!([256, 160]));
+        assert_eq!(printed["nodes"], serde_json::json!([256, 160]));
     }
 }
 

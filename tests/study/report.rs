@@ -35,9 +35,9 @@ fn a_page_needs_no_other_file_and_holds_figures_tables_and_manifest() {
 /// Parses a number from the caption of each map of a slider.
 fn caption_numbers(slider: &str, what: &str) -> Vec<f64> {
     let opening = format!("data-{what}=\"");
-    let told = slider.split(&opening).skip(1);
-    let number = |told: &str| told.split([' ', '"']).next().unwrap().parse().unwrap();
-    told.map(number).collect()
+    let printed = slider.split(&opening).skip(1);
+    let number = |printed: &str| printed.split([' ', '"']).next().unwrap().parse().unwrap();
+    printed.map(number).collect()
 }
 
 #[test]
@@ -51,16 +51,16 @@ fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do
     let first = area.texts("surface").unwrap().value(0).to_owned();
     let surfaces = area.texts("surface").unwrap();
     let rows: Vec<usize> = (0..area.rows()).filter(|&row| surfaces.value(row) == first).collect();
-    for (told, column, unit) in
+    for (printed, column, unit) in
         [("load", "load", 1.0), ("area", "area_fraction", 100.0), ("gap", "mean_gap", 1.0)]
     {
         let values = area.reals(column).unwrap();
-        let shown = caption_numbers(sliders[0], told);
-        assert_eq!(shown.len(), rows.len(), "{told}");
+        let shown = caption_numbers(sliders[0], printed);
+        assert_eq!(shown.len(), rows.len(), "{printed}");
         for (row, shown) in rows.iter().zip(shown) {
             // The captions have three digits.
             let expected = unit * values.value(*row);
-            assert!((shown - expected).abs() <= 5e-3 * expected, "{told}: {shown}");
+            assert!((shown - expected).abs() <= 5e-3 * expected, "{printed}: {shown}");
         }
     }
     let pictures = sliders[0].matches("src=\"data:image/png;base64,").count();
@@ -298,9 +298,9 @@ fn what_stages_have_measured_of_a_surface_is_drawn_from_their_tables() {
     assert_eq!(spectrum.matches(">self-affine law, fitted<").count(), 1);
     let law = bench.table("pascals", "law");
     let hurst = law.reals("hurst_exponent").unwrap().value(0);
-    let told = page.split("scan.txt H = ").nth(1).unwrap();
-    let told: f64 = told.split(' ').next().unwrap().parse().unwrap();
-    assert!((told - hurst).abs() <= 5e-3 * hurst, "{told} {hurst}");
+    let printed = page.split("scan.txt H = ").nth(1).unwrap();
+    let printed: f64 = printed.split(' ').next().unwrap().parse().unwrap();
+    assert!((printed - hurst).abs() <= 5e-3 * hurst, "{printed} {hurst}");
     // Without a table, the page computes the same curve.
     let alone = Bench::new();
     scanned(&alone, "");
@@ -330,8 +330,8 @@ fn a_measured_surface_whose_file_is_gone_is_shown_as_far_as_its_heights_were_kep
     let path = bench.path("study.toml");
     let output = bench.output(&["report", path.to_str().unwrap()]);
     assert!(!output.status.success());
-    let told = text(&output.stderr);
-    assert!(told.contains("\"Maps of heights\""), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("\"Maps of heights\""), "{printed}");
 }
 
 #[test]
@@ -339,9 +339,9 @@ fn theories_for_worn_surfaces_have_a_caveat_with_numbers() {
     let bench = Bench::new();
     measured(&bench, &["worn"]);
     let path = bench.path("study.toml");
-    let told = bench.output(&["run", path.to_str().unwrap()]);
-    let told = text(&told.stdout);
-    assert!(told.contains("no isotropic Gaussian roughness: "), "{told}");
+    let printed = bench.output(&["run", path.to_str().unwrap()]);
+    let printed = text(&printed.stdout);
+    assert!(printed.contains("no isotropic Gaussian roughness: "), "{printed}");
     let (_, page) = report(&bench);
     let caveat = "assume isotropic Gaussian roughness, unlike worn.npy (";
     assert!(page.matches(caveat).count() >= 2, "{page}");

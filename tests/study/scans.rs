@@ -102,14 +102,14 @@ fn a_scan_with_holes_goes_all_the_way_to_a_report() {
     let manifest = manifest.to_str().unwrap();
     let checked = bench.output(&["check", manifest]);
     assert!(checked.status.success(), "{}", text(&checked.stderr));
-    let told = text(&checked.stderr);
+    let printed = text(&checked.stderr);
     let share = format!("{} of 480 points of `scan.x3p` were not measured", holes());
-    assert!(told.contains(&share), "{told}");
+    assert!(printed.contains(&share), "{printed}");
     let run = bench.output(&["run", manifest]);
     assert!(run.status.success(), "{}", text(&run.stderr));
-    let told = text(&run.stdout) + &text(&run.stderr);
+    let printed = text(&run.stdout) + &text(&run.stderr);
     let summary = format!("x3p, lengths in m, {} missing nodes filled", holes());
-    assert!(told.contains(&summary), "{told}");
+    assert!(printed.contains(&summary), "{printed}");
 
     let scan = bench.table("scanned", "scan");
     assert_eq!(scan.rows(), 2);
@@ -178,17 +178,17 @@ fn heights_of_holes_solve_laplaces_equation_and_others_are_those_of_the_file() {
                 assert_eq!(at(i, j), height(i, j));
                 continue;
             }
-            let mut beside = Vec::new();
+            let mut neighbours = Vec::new();
             let mut neighbour = |is_there: bool, i: usize, j: usize| {
                 if is_there {
-                    beside.push(at(i, j));
+                    neighbours.push(at(i, j));
                 }
             };
             neighbour(i > 0, i.wrapping_sub(1), j);
             neighbour(i + 1 < nodes_x, i + 1, j);
             neighbour(j > 0, i, j.wrapping_sub(1));
             neighbour(j + 1 < nodes_y, i, j + 1);
-            let mean = beside.iter().sum::<f64>() / beside.len() as f64;
+            let mean = neighbours.iter().sum::<f64>() / neighbours.len() as f64;
             assert!((at(i, j) - mean).abs() < 1e-18, "{i}, {j}");
         }
     }
@@ -207,9 +207,9 @@ fn a_scan_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
     assert_eq!(whole.0, Some(0));
     fs::remove_dir_all(bench.data().join("store")).unwrap();
     fs::remove_file(bench.path("scan.x3p")).unwrap();
-    let (code, rows, told) = table();
+    let (code, rows, printed) = table();
     assert_eq!((code, rows), (Some(0), whole.1));
-    assert!(told.contains("`scan.x3p` cannot be read"), "{told}");
+    assert!(printed.contains("`scan.x3p` cannot be read"), "{printed}");
 }
 
 #[test]

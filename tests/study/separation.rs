@@ -53,6 +53,6 @@ fn the_mean_gap_falls_by_half_an_rms_height_while_the_load_grows_by_e() {
     // The residual of the logarithm of the load is a few per cent.
     assert!(value("rms_residual") < 0.05, "{}", value("rms_residual"));
     let path = bench.path("study.toml");
-    let told = text(&bench.output(&["run", path.to_str().unwrap()]).stdout);
-    assert!(told.contains("u₀"), "{told}");
+    let printed = text(&bench.output(&["run", path.to_str().unwrap()]).stdout);
+    assert!(printed.contains("u₀"), "{printed}");
 }

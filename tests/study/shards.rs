@@ -92,8 +92,8 @@ fn a_shard_that_fails_says_in_its_receipt_what_failed_and_why() {
     let first: Value = serde_json::from_str(text(&plan.stdout).lines().next().unwrap()).unwrap();
     let key = first["task"].as_str().unwrap();
     fs::remove_dir_all(bench.data().join("store")).unwrap();
-    let place = bench.data().join("store").join(&key[..2]).join(format!("{key}.parquet"));
-    fs::create_dir_all(&place).unwrap();
+    let blocked = bench.data().join("store").join(&key[..2]).join(format!("{key}.parquet"));
+    fs::create_dir_all(&blocked).unwrap();
     let output = shard(&bench, &manifest, "1/1");
     assert_eq!(output.status.code(), Some(1));
     let receipts = receipts(&bench);
@@ -101,7 +101,7 @@ fn a_shard_that_fails_says_in_its_receipt_what_failed_and_why() {
     let failed = failed.unwrap()["failed"].as_array().unwrap().clone();
     assert_eq!((failed.len(), failed[0]["task"].as_str()), (1, Some(key)));
     assert_eq!(failed[0]["stage"], "surfaces");
-    assert!(failed[0]["reason"].as_str().unwrap().contains(place.to_str().unwrap()));
+    assert!(failed[0]["reason"].as_str().unwrap().contains(blocked.to_str().unwrap()));
     assert!(!bench.data().join("results").exists(), "failures are for the last run");
 }
 
@@ -149,10 +149,10 @@ fn prune_waits_for_elements_that_may_be_at_work_elsewhere() {
     let other = other.to_str().unwrap();
     let refused = bench.output(&["prune", other, "--yes"]);
     assert_eq!(refused.status.code(), Some(1));
-    let told = text(&refused.stderr);
+    let printed = text(&refused.stderr);
     assert!(
-        told.contains("shard 1/2 of `small` on node-08") && told.contains("`--force`"),
-        "{told}"
+        printed.contains("shard 1/2 of `small` on node-08") && printed.contains("`--force`"),
+        "{printed}"
     );
     assert_same_files(&bench.files(), &before);
     assert!(bench.output(&["prune", other, "--yes", "--force"]).status.success());

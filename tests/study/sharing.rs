@@ -177,17 +177,17 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
         (output.status.code(), text(&output.stderr))
     };
     bench.write(STUDY);
-    let (code, told) = share(&bench);
-    assert!(code == Some(2) && told.contains("`small` has no tables yet"), "{told}");
+    let (code, printed) = share(&bench);
+    assert!(code == Some(2) && printed.contains("`small` has no tables yet"), "{printed}");
     bench.run(STUDY);
     assert_eq!(share(&bench).0, Some(0));
-    let (code, told) = share(&bench);
-    assert!(code == Some(2) && told.contains("s.zip` already exists"), "{told}");
+    let (code, printed) = share(&bench);
+    assert!(code == Some(2) && printed.contains("s.zip` already exists"), "{printed}");
     fs::remove_file(bench.path("s.zip")).unwrap();
     fs::remove_file(bench.data().join("results/small/area.parquet")).unwrap();
-    let (code, told) = share(&bench);
+    let (code, printed) = share(&bench);
     let why = "the table of `area` is out of date";
-    assert!(code == Some(2) && told.contains(why), "{told}");
+    assert!(code == Some(2) && printed.contains(why), "{printed}");
 }
 
 #[test]
@@ -211,8 +211,8 @@ fn an_archive_replaces_an_archive_and_nothing_else() {
         let [manifest, path] = [&manifest, path].map(|path| path.to_str().unwrap());
         let shared = bench.output(&["share", manifest, "--output", path, "--replace"]);
         assert_eq!(shared.status.code(), Some(2));
-        let told = text(&shared.stderr);
-        assert!(told.contains(why), "{told}");
+        let printed = text(&shared.stderr);
+        assert!(printed.contains(why), "{printed}");
         assert!(fs::read(path).unwrap() == before, "{path}");
     }
 }
@@ -227,9 +227,9 @@ fn incomplete_stages_are_reported_and_the_rest_is_shared() {
     let output = bench.path("s.zip");
     let shared =
         bench.output(&["share", manifest.to_str().unwrap(), "--output", output.to_str().unwrap()]);
-    let told = text(&shared.stderr);
-    assert!(shared.status.success(), "{told}");
-    assert!(told.contains("`law` is incomplete"), "{told}");
+    let printed = text(&shared.stderr);
+    assert!(shared.status.success(), "{printed}");
+    assert!(printed.contains("`law` is incomplete"), "{printed}");
     let unpacked = unpack(&output);
     assert!(unpacked.data().join("results/small/area.parquet").is_file());
     assert!(!unpacked.data().join("results/small/law.parquet").exists());

@@ -21,10 +21,10 @@ fn start(bench: &Bench, manifest: &str, before: &str) -> Child {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let mut told = String::new();
+    let mut printed = String::new();
     let mut lines = BufReader::with_capacity(1, run.stderr.as_mut().unwrap());
-    lines.read_line(&mut told).unwrap();
-    assert!(told.contains("to run"), "{told}");
+    lines.read_line(&mut printed).unwrap();
+    assert!(printed.contains("to run"), "{printed}");
     run
 }
 

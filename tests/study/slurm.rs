@@ -89,8 +89,8 @@ fn an_array_is_submitted_and_a_job_after_it_however_it_ends() {
     assert!(lines[0].ends_with("FOLDER/data/cluster/small/element.sh"), "{log}");
     let last = "--parsable --dependency=afterany:11 FOLDER/data/cluster/small/finish.sh 0";
     assert_eq!(lines[1], last);
-    let told = slurm.plain(&output.stdout);
-    assert!(told.contains("job 11 computes, job 12 finishes"), "{told}");
+    let printed = slurm.plain(&output.stdout);
+    assert!(printed.contains("job 11 computes, job 12 finishes"), "{printed}");
     let element = fs::read_to_string(slurm.bench.data().join("cluster/small/element.sh")).unwrap();
     // `MaxArraySize` is the largest index plus one.
     assert!(element.contains("$SLURM_ARRAY_TASK_ID/3\""), "{element}");
@@ -101,9 +101,12 @@ fn a_dry_run_prints_the_scripts_and_writes_nothing() {
     let slurm = Slurm::with(&[]);
     let output = slurm.output("submit", &["--dry-run", "--partition", "short", "--report"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let told = text(&output.stdout);
-    assert!(told.contains("#SBATCH --partition=short") && told.contains(" --report"), "{told}");
-    assert!(told.contains("core-hours expected"), "{told}");
+    let printed = text(&output.stdout);
+    assert!(
+        printed.contains("#SBATCH --partition=short") && printed.contains(" --report"),
+        "{printed}"
+    );
+    assert!(printed.contains("core-hours expected"), "{printed}");
     assert!(slurm.bench.files().is_empty());
 }
 
@@ -115,9 +118,9 @@ fn a_folder_whose_name_has_two_lines_reaches_no_script() {
         let options = [options, &["--data", data.to_str().unwrap()]].concat();
         let output = slurm.output("submit", &options);
         assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
-        let told = text(&output.stderr);
-        assert!(told.contains("the path of the data folder is"), "{told}");
-        assert!(told.contains("a control character"), "{told}");
+        let printed = text(&output.stderr);
+        assert!(printed.contains("the path of the data folder is"), "{printed}");
+        assert!(printed.contains("a control character"), "{printed}");
     }
     assert_eq!(slurm.log(), "");
     assert!(!data.exists());
@@ -132,9 +135,9 @@ fn what_is_said_on_the_command_line_counts_before_the_manifests_folder_and_that_
     let near = "[cluster]\npartition = \"near\"\naccount = \"near\"";
     fs::write(slurm.bench.path("asperity.toml"), near).unwrap();
     let output = slurm.output("submit", &["--dry-run", "--partition", "nearest"]);
-    let told = text(&output.stdout);
+    let printed = text(&output.stdout);
     for line in ["--partition=nearest", "--account=near", "--qos=far"] {
-        assert!(told.contains(&format!("#SBATCH {line}\n")), "{told}");
+        assert!(printed.contains(&format!("#SBATCH {line}\n")), "{printed}");
     }
     fs::write(slurm.bench.path("asperity.toml"), "[cluster]\ncores = 0").unwrap();
     insta::assert_snapshot!("configuration", slurm.refused("submit", &["--dry-run"]));
@@ -176,8 +179,8 @@ fn status_counts_what_is_there_without_slurm_too() {
     assert_eq!(counts(&after), [4, 0, 0, 0]);
     assert_eq!(after["queue"], Value::Null);
     assert!(after["core_hours_spent"].as_f64() > Some(0.0));
-    let told = slurm.plain(&slurm.output("status", &[]).stdout);
-    assert!(told.contains("light") && told.contains("core-hours spent"), "{told}");
+    let printed = slurm.plain(&slurm.output("status", &[]).stdout);
+    assert!(printed.contains("light") && printed.contains("core-hours spent"), "{printed}");
 }
 
 #[test]

@@ -318,6 +318,6 @@ fn what_cannot_be_drawn_again_cannot_be_pooled() {
         format!("{ENSEMBLE}\n[stage.pooled]\nkind = \"measure\"\nfrom = \"drawn\"\npool = true\n");
     let path = bench.write(&manifest);
     let output = bench.output(&["check", path.to_str().unwrap()]);
-    let told = text(&output.stderr);
-    assert!(told.contains("cannot be drawn again to be pooled"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("cannot be drawn again to be pooled"), "{printed}");
 }

@@ -117,8 +117,8 @@ fn a_deep_query_is_answered_and_a_deeper_one_refused() {
     let path = bench.write(&format!("{STUDY}\n{stage}"));
     let output = bench.output(&["check", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
-    let told = text(&output.stderr);
-    assert!(told.contains("nests more than"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("nests more than"), "{printed}");
 }
 
 #[test]
@@ -126,9 +126,9 @@ fn a_panic_of_polars_becomes_an_error() {
     let bench = Bench::new();
     bench.run(STUDY);
     let query = "select row_number() over (partition by load order by surface) as r from area group by load, surface";
-    let told = refusal(&bench, &["--sql", query], 2);
-    assert!(told.starts_with("error: polars cannot answer this query"), "{told}");
-    assert!(!told.contains("panicked"), "{told}");
+    let printed = refusal(&bench, &["--sql", query], 2);
+    assert!(printed.starts_with("error: polars cannot answer this query"), "{printed}");
+    assert!(!printed.contains("panicked"), "{printed}");
 }
 
 #[test]
@@ -136,9 +136,9 @@ fn what_is_not_computed_names_the_command_that_computes_it() {
     let bench = Bench::new();
     bench.write(STUDY);
     for arguments in [&["area"] as &[&str], &["--sql", "select * from area"]] {
-        let told = refusal(&bench, arguments, 1);
-        assert!(told.contains("`area` has no results"), "{told}");
-        assert!(told.contains("asperity run "), "{told}");
+        let printed = refusal(&bench, arguments, 1);
+        assert!(printed.contains("`area` has no results"), "{printed}");
+        assert!(printed.contains("asperity run "), "{printed}");
     }
     assert!(!bench.data().exists());
 }
@@ -151,8 +151,8 @@ fn a_table_follows_its_manifest_and_says_what_is_missing() {
     let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
     let output = bench.output(&["table", path.to_str().unwrap(), "area", "--json"]);
     assert_eq!(text(&output.stdout).lines().count(), 16);
-    let told = text(&output.stderr);
-    assert!(told.contains("4 of 6 tasks"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("4 of 6 tasks"), "{printed}");
     // The manifest has one surface less than the table on disk.
     bench.write(&STUDY.replace("realizations = 2", "realizations = 1"));
     assert_eq!(table(&bench, &["area", "--json"]).lines().count(), 8);
@@ -171,9 +171,9 @@ fn a_reader_that_leaves_early_is_no_failure() {
             .spawn()
             .unwrap();
         drop(child.stdout.take());
-        let mut told = String::new();
-        child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
-        assert!(child.wait().unwrap().success(), "{format}: {told}");
-        assert_eq!(told, "", "{format}");
+        let mut printed = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut printed).unwrap();
+        assert!(child.wait().unwrap().success(), "{format}: {printed}");
+        assert_eq!(printed, "", "{format}");
     }
 }

@@ -13,7 +13,7 @@ fn example(name: &str) -> String {
     folder.join(name).to_str().unwrap().to_owned()
 }
 
-fn told(bench: &Bench, arguments: &[&str]) -> String {
+fn printed(bench: &Bench, arguments: &[&str]) -> String {
     let output = bench.output(&[&["surface"], arguments].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     text(&output.stdout)
@@ -26,9 +26,9 @@ fn refused(bench: &Bench, arguments: &[&str], code: i32) -> String {
 }
 
 fn channels(bench: &Bench, arguments: &[&str]) -> Vec<Value> {
-    let told = told(bench, &[arguments, &["--json"]].concat());
-    let told: Value = serde_json::from_str(&told).unwrap();
-    told["channels"].as_array().unwrap().clone()
+    let printed = printed(bench, &[arguments, &["--json"]].concat());
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    printed["channels"].as_array().unwrap().clone()
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn channels_are_chosen_by_name_or_number() {
     assert_eq!(channels(&bench, &[&file]).len(), 4);
     let named = channels(&bench, &[&file, "--channel", "Height"]);
     assert_eq!(named, channels(&bench, &[&file, "--channel", "4"]));
-    let all = told(&bench, &[&file]);
+    let all = printed(&bench, &[&file]);
     assert!(all.contains("channel 1, `ZSensor`, the first one with heights"), "{all}");
     let message = refused(&bench, &[&file, "--channel", "Heigth"], 2);
     assert!(message.contains("did you mean `Height`?"), "{message}");
@@ -65,8 +65,8 @@ fn channels_are_chosen_by_name_or_number() {
 fn missing_points_are_reported_and_drawn() {
     let bench = Bench::new();
     let path = bench.path("frt.png");
-    let told = told(&bench, &[&example("frt-2.frt"), "--output", path.to_str().unwrap()]);
-    assert!(told.contains("12314 points of channel 1, 27.364 %"), "{told}");
+    let printed = printed(&bench, &[&example("frt-2.frt"), "--output", path.to_str().unwrap()]);
+    assert!(printed.contains("12314 points of channel 1, 27.364 %"), "{printed}");
     let mut decoder = png::Decoder::new(Cursor::new(fs::read(path).unwrap()));
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().unwrap();
@@ -106,15 +106,15 @@ fn names_and_units_of_a_file_cannot_steer_the_terminal() {
     bytes.extend([0; 16]);
     fs::write(&path, bytes).unwrap();
     let path = path.to_str().unwrap();
-    let is_plain = |told: &str| told.chars().all(|c| !c.is_control() || c == '\n');
-    let words = told(&bench, &[path]);
+    let is_plain = |printed: &str| printed.chars().all(|c| !c.is_control() || c == '\n');
+    let words = printed(&bench, &[path]);
     assert!(is_plain(&words), "{words:?}");
     let escaped = "a\\u001b]0;owned\\u0007\\u009b2J";
     assert!(words.contains(escaped), "{words}");
     let error = refused(&bench, &[path, "--channel", "b"], 2);
     assert!(is_plain(&error) && error.contains(escaped), "{error:?}");
     // JSON keeps the names as they are.
-    let json = told(&bench, &[path, "--json"]);
+    let json = printed(&bench, &[path, "--json"]);
     assert!(is_plain(&json), "{json:?}");
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["channels"][0]["name"], format!("a{steering}"));

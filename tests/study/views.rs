@@ -29,8 +29,8 @@ fn view(bench: &Bench, arguments: &[&str]) -> (Value, Vec<u8>) {
     let options = ["--json", "--replace", "--output", path.to_str().unwrap()];
     let output = bench.output(&[&["view"], arguments, &options].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let told = serde_json::from_slice(&output.stdout).unwrap();
-    (told, fs::read(path).unwrap())
+    let printed = serde_json::from_slice(&output.stdout).unwrap();
+    (printed, fs::read(path).unwrap())
 }
 
 #[test]
@@ -49,18 +49,18 @@ fn a_picture_replaces_no_other_file_unless_it_is_asked_for_and_nothing_but_pictu
     assert_eq!(view("0.1", &["-o", map]).0, Some(0));
     let first = fs::read(map).unwrap();
     assert_eq!(view("0.1", &["-o", map]), (Some(0), String::new()), "the same");
-    let (code, told) = view("0.025", &["-o", map]);
-    assert!(code == Some(2) && told.contains("already exists"), "{told}");
+    let (code, printed) = view("0.025", &["-o", map]);
+    assert!(code == Some(2) && printed.contains("already exists"), "{printed}");
     assert_eq!(fs::read(map).unwrap(), first);
     assert_eq!(view("0.025", &["-o", map, "--replace"]).0, Some(0));
     assert_ne!(fs::read(map).unwrap(), first);
 
     fs::write(map, STUDY).unwrap();
-    let (code, told) = view("0.1", &["-o", map, "--replace"]);
-    assert!(code == Some(2) && told.contains("is not a PNG file"), "{told}");
+    let (code, printed) = view("0.1", &["-o", map, "--replace"]);
+    assert!(code == Some(2) && printed.contains("is not a PNG file"), "{printed}");
     assert_eq!(fs::read_to_string(map).unwrap(), STUDY);
-    let (code, told) = view("0.1", &["-o", manifest, "--replace"]);
-    assert!(code == Some(2) && told.contains("does not end in `.png`"), "{told}");
+    let (code, printed) = view("0.1", &["-o", manifest, "--replace"]);
+    assert!(code == Some(2) && printed.contains("does not end in `.png`"), "{printed}");
     assert_eq!(fs::read_to_string(manifest).unwrap(), STUDY);
 }
 
@@ -71,9 +71,9 @@ fn a_picture_is_a_png_file_and_no_other_ending_promises_another_format() {
     let key = first_task(&bench, "light");
     for ending in ["pdf", "svg"] {
         let path = bench.path(&format!("map.{ending}"));
-        let told = refused(&bench, &[&key, "--output", path.to_str().unwrap()]);
-        assert!(told.contains("written as PNG files"), "{told}");
-        assert!(told.contains("map.png`"), "{told}");
+        let printed = refused(&bench, &[&key, "--output", path.to_str().unwrap()]);
+        assert!(printed.contains("written as PNG files"), "{printed}");
+        assert!(printed.contains("map.png`"), "{printed}");
         assert!(!path.exists());
     }
     let path = bench.path("map.PNG");
@@ -119,19 +119,19 @@ fn a_load_is_asked_for_in_the_unit_of_the_study_and_refused_where_there_is_none(
     let bench = Bench::new();
     bench.run(STUDY);
     let key = first_task(&bench, "light");
-    let (told, _) = view(&bench, &[&key, "--load", "0.1"]);
-    assert_eq!(told["load"], 0.1);
-    assert_eq!(told["load_column"], "load");
-    assert_eq!(told["nodes"], 32);
+    let (printed, _) = view(&bench, &[&key, "--load", "0.1"]);
+    assert_eq!(printed["load"], 0.1);
+    assert_eq!(printed["load_column"], "load");
+    assert_eq!(printed["nodes"], 32);
     let refused_load = refused(&bench, &[&key, "--load", "7"]);
     assert!(refused_load.contains("the nearest is 0.1"), "{refused_load}");
 
     let pascals = "load_unit = \"absolute\"\neffective_modulus = 1e9\nloads = [1e7, 5e7]";
     bench.run(&STUDY.replace("loads = { to = 0.1, steps = 4 }", pascals));
     let key = first_task(&bench, "light");
-    let (told, lightest) = view(&bench, &[&key, "--load", "1e7"]);
-    assert_eq!(told["load"], 1e7);
-    assert_eq!(told["load_column"], "pressure");
+    let (printed, lightest) = view(&bench, &[&key, "--load", "1e7"]);
+    assert_eq!(printed["load"], 1e7);
+    assert_eq!(printed["load_column"], "pressure");
     assert_ne!(lightest, view(&bench, &[&key, "--load", "5e7"]).1);
     let refused_load = refused(&bench, &[&key, "--load", "0.01"]);
     assert!(refused_load.contains("the nearest is 1e7"), "{refused_load}");
@@ -181,14 +181,14 @@ fn pressures_are_drawn_where_they_are_kept() {
     let bench = Bench::new();
     bench.run(&STUDY.replace("[stage.area]", "pressures = \"all\"\n\n[stage.area]"));
     let key = first_task(&bench, "light");
-    let (told, _) = view(&bench, &[&key, "--map", "pressures"]);
+    let (printed, _) = view(&bench, &[&key, "--map", "pressures"]);
     let table = bench.table("small", "light");
-    assert_eq!(told["load"], table.reals("load").unwrap().value(3));
-    assert_eq!(told["lowest"], 0.0);
+    assert_eq!(printed["load"], table.reals("load").unwrap().value(3));
+    assert_eq!(printed["lowest"], 0.0);
     // The number was printed and parsed; the parser is exact up to the last bit.
     let peak = table.reals("peak_pressure").unwrap().value(3).to_string();
     let peak: serde_json::Value = serde_json::from_str(&peak).unwrap();
-    assert_eq!(told["highest"], peak);
+    assert_eq!(printed["highest"], peak);
 
     bench.run(STUDY);
     let key = first_task(&bench, "light");

@@ -36,11 +36,11 @@ fn a_coarse_mesh_gives_a_warning_on_standard_error() {
     for command in [&["check", path][..], &["plan", path], &["run", path]] {
         let output = bench.output(command);
         assert!(output.status.success(), "{command:?}");
-        let told = text(&output.stderr);
-        assert_eq!(told.matches("warning: ").count(), 1, "{command:?}: {told}");
+        let printed = text(&output.stderr);
+        assert_eq!(printed.matches("warning: ").count(), 1, "{command:?}: {printed}");
         assert!(
-            told.contains("`k_upper = 32` resolves the shortest wavelength with only 2 nodes"),
-            "{told}"
+            printed.contains("`k_upper = 32` resolves the shortest wavelength with only 2 nodes"),
+            "{printed}"
         );
         assert!(!text(&output.stdout).contains("warning"), "{command:?}");
     }

@@ -143,12 +143,12 @@ fn what_stays_undecided_ends_at_the_most_and_is_named() {
     let path = bench.write(&until(&format!("decided({name})"), [5, 6]));
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let told = text(&output.stdout);
+    let printed = text(&output.stdout);
     let expected = format!(
         "surfaces: 6 surfaces per point (the maximum): 0 of 1 claims decided; more surfaces would \
          decide `{name}`"
     );
-    assert!(told.contains(&expected), "{told}");
+    assert!(printed.contains(&expected), "{printed}");
     assert_eq!(verdict(&bench, name), ("cannot say".to_owned(), 6));
 }
 
@@ -158,10 +158,10 @@ fn a_named_claim_that_the_study_cannot_judge_asks_for_no_surfaces_and_says_what_
     let manifest = until("decided(sealing-area-does-not-depend-on-k-lower)", [5, 50]);
     let path = bench.write(&manifest);
     let output = bench.output(&["run", path.to_str().unwrap()]);
-    let told = text(&output.stdout);
+    let printed = text(&output.stdout);
     let expected = "surfaces: 5 surfaces per point: no claim to decide; \
                     `sealing-area-does-not-depend-on-k-lower` needs";
-    assert!(told.contains(expected), "{told}");
+    assert!(printed.contains(expected), "{printed}");
 }
 
 #[test]
@@ -226,8 +226,8 @@ fn wrong_conditions_on_claims_are_met_with_place_and_advice() {
         let bench = Bench::new();
         let path = bench.write(&manifest);
         let output = bench.output(&["check", path.to_str().unwrap()]);
-        let told = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(told.contains(advice) && told.contains("study.toml:12:"), "{told}");
+        let printed = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{printed}");
+        assert!(printed.contains(advice) && printed.contains("study.toml:12:"), "{printed}");
     }
 }
