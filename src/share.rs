@@ -146,7 +146,10 @@ impl fmt::Display for Day {
 pub enum ShareError {
     #[error("`{}` already exists; use `--replace` to overwrite it", path.display())]
     Exists { path: PathBuf },
-    #[error("`{}` is a file of the study and will not be overwritten; choose another file with `--output`", path.display())]
+    #[error(
+        "`{}` is a file of the study and will not be overwritten; choose another file with `--output`",
+        path.display()
+    )]
     Input { path: PathBuf },
     #[error(
         "`{}` was not written by `asperity share` and will not be overwritten; choose another file with \

@@ -102,11 +102,11 @@ fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
 
 fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
     let statement = &claim.statement;
-    let said = format!("{} ({})", statement.says, statement.place);
+    let said = format!("{} ({})", statement.text, statement.source);
     let found = match &claim.outcome {
         ClaimOutcome::Judged(judgement) => finding(printer, claim, judgement),
         ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
-        ClaimOutcome::Noted => statement.because.to_owned(),
+        ClaimOutcome::Noted => statement.reason.to_owned(),
     };
     format!(
         "{:INDENT$}{} · {}\n{}{}",
@@ -202,11 +202,11 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
         Origin::Misprint => "misprint",
     };
     let mut lines = vec![
-        (whose, format!("{} ({})", statement.says, statement.place)),
+        (whose, format!("{} ({})", statement.text, statement.source)),
         ("quantity", statement.quantity.to_owned()),
         ("data", claim.data.to_owned()),
         ("expected", statement.expected.to_string()),
-        ("because", statement.because.to_owned()),
+        ("because", statement.reason.to_owned()),
     ];
     if statement.origin == Origin::Misprint {
         lines.retain(|(name, _)| [whose, "because"].contains(name));

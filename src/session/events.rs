@@ -154,7 +154,7 @@ impl fmt::Display for Notice<'_> {
             }
             Notice::Edited { path, quarantined } => write!(
                 formatter,
-                "`{}` was changed after `asperity run` wrote it; set aside as `{}`",
+                "`{}` was edited after `asperity run` wrote it; set aside as `{}`",
                 path.display(),
                 quarantined.display()
             ),

@@ -38,11 +38,14 @@ impl UnknownName {
 pub enum TaskNameError {
     #[error(transparent)]
     InvalidKey(#[from] InvalidKey),
-    #[error("the keys of several tasks begin with `{digits}`: {}", listed_keys(keys))]
+    #[error(
+        "the keys of several tasks begin with `{digits}`: {}; give more digits",
+        listed_keys(keys)
+    )]
     Ambiguous { digits: String, keys: Vec<TaskKey> },
-    #[error("no task {word} is finished in `{}`", store.display())]
+    #[error("no task {word} is finished in `{}`; check the key, or run the study first", store.display())]
     NotFinished { word: String, store: PathBuf },
-    #[error("`{study}` has no task {word}")]
+    #[error("`{study}` has no task {word}; `asperity plan MANIFEST --tasks` lists all tasks")]
     NotPlanned { word: String, study: String },
 }
 

@@ -96,7 +96,7 @@ pub fn describe(
         // Keep only one map in memory, because files may have many.
         let map = one.map();
         if is_drawn && index == chosen {
-            let raster = Raster::of_heights(map.nodes(), map.heights());
+            let raster = Raster::from_heights(map.nodes(), map.heights());
             picture = Some(raster.at_most(MAX_PIXELS).to_png());
         }
         described.push(DescribedChannel::new(index + 1, one, &map));

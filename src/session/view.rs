@@ -245,8 +245,8 @@ impl FinishedTask {
             Err(_) => String::new(),
         };
         let (grid, heights) = (surface.grid(), surface.heights());
-        let raster = Raster::of_heights(grid.nodes(), heights);
-        Ok(self.picture(Map::Heights, raster, grid).with_range(&Scale::of_heights(heights), unit))
+        let raster = Raster::from_heights(grid.nodes(), heights);
+        Ok(self.picture(Map::Heights, raster, grid).with_range(&Scale::from_heights(heights), unit))
     }
 
     fn contact(&self, load: Option<f64>) -> Result<Picture, SessionError> {
@@ -258,10 +258,10 @@ impl FinishedTask {
         let rows: Vec<usize> = (0..self.table.rows()).collect();
         let Some(load) = load else {
             let maps: Vec<_> = rows.into_iter().map(map).collect::<Result<_, _>>()?;
-            return Ok(self.picture(Map::Contact, Raster::of_contacts(&maps), grid));
+            return Ok(self.picture(Map::Contact, Raster::from_contacts(&maps), grid));
         };
         let row = rows_under(&self.table, &rows, load)?[0];
-        let raster = Raster::of_contact(&map(row)?);
+        let raster = Raster::from_contact(&map(row)?);
         self.picture(Map::Contact, raster, grid).under(&self.table, row)
     }
 
@@ -287,8 +287,8 @@ impl FinishedTask {
         let pressures: Vec<f64> = pressures.map(Option::unwrap_or_default).collect();
         let grid = self.grid()?;
         let picture =
-            self.picture(Map::Pressures, Raster::of_pressures(grid.nodes(), &pressures), grid);
-        let picture = picture.with_range(&Scale::of_pressures(&pressures), String::new());
+            self.picture(Map::Pressures, Raster::from_pressures(grid.nodes(), &pressures), grid);
+        let picture = picture.with_range(&Scale::from_pressures(&pressures), String::new());
         picture.under(&self.table, row)
     }
 

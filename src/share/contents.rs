@@ -173,7 +173,7 @@ impl Contents {
                     manifest: manifest.to_owned(),
                 });
             }
-            let what = format!("table of the stage `{}`: {}", stage.name, does(stage.kind));
+            let what = format!("table of the stage `{}`: {}", stage.name, row_meaning(stage.kind));
             self.add_table(&rows.path, &stage.name, &what)?;
             finished.extend(rows.tasks);
             self.tables += 1;
@@ -333,7 +333,7 @@ fn about(reading: &StudyResults) -> String {
 }
 
 /// Describes the rows of a kind of stage.
-fn does(kind: Kind) -> &'static str {
+fn row_meaning(kind: Kind) -> &'static str {
     match kind {
         Kind::Generate => "surfaces and their spectral moments",
         Kind::Solve => "loads, gaps and energies",

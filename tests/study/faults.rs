@@ -126,7 +126,7 @@ fn a_table_that_somebody_has_edited_is_kept_aside_by_the_next_run() {
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
     let printed = printed(&output);
     assert!(output.status.success(), "{printed}");
-    assert!(printed.contains("was changed after `asperity run` wrote it"), "{printed}");
+    assert!(printed.contains("was edited after `asperity run` wrote it"), "{printed}");
     let aside = bench.data().join("results/small/area.parquet.damaged");
     assert_eq!(fs::read(&aside).unwrap(), b"edited");
     assert!(is_mended(&bench, &before));
