@@ -88,8 +88,8 @@ def press(
 
     Notes
     -----
-    Method: I. A. Polonsky & L. M. Keer, *Wear* 231 (1999) 206; V. A. Yastrebov, G. Anciaux & J.-F. Molinari, *Int. J.
-    Solids Struct.* 52 (2015) 83. With `hardness`: A. Almqvist et al., *Tribol. Int.* 40 (2007) 574.
+    Method: I. A. Polonsky & L. M. Keer, *Wear* 231 (1999) 206; V. A. Yastrebov, G. Anciaux & J.-F. Molinari,
+    *Int. J. Solids Struct.* 52 (2015) 83. With `hardness`: A. Almqvist et al., *Tribol. Int.* 40 (2007) 574.
 
     Examples
     --------
@@ -178,7 +178,7 @@ def _keys(
     """Returns the keys of a `solve` stage."""
     if (loads is None) == (pressures is None):
         raise ArgumentError(
-            "give either `loads`, in units of E* × rms slope, or `pressures`, in the unit of `effective_modulus`"
+            "give either `loads` (in units of E* × rms slope) or `pressures` (in the unit of the modulus)"
         )
     return {
         "loads": _list(loads if pressures is None else pressures),
