@@ -13,99 +13,99 @@ use asperity_statistics::intervals::Weights;
 const LESS_AREA: Statement = Statement {
     name: "non-interacting-asperities-have-less-area",
     origin: Origin::Paper,
-    says: "“Without interaction, for a given separation, the force appears to be overestimated compared to \
-           the case of interacting asperities. The trend is inverse for the contact area, that is smaller \
-           for non-interacting asperities.”",
-    place: "section 5.2.3",
+    text: "“Without interaction, for a given separation, the force appears to be overestimated \
+           compared to the case of interacting asperities. The trend is inverse for the contact \
+           area, that is smaller for non-interacting asperities.”",
+    source: "section 5.2.3",
     quantity: "ln of the ratio of the mean solved area, which includes all interaction, to the \
                mean area of the model without interaction under the same load, at loads 0.001, \
                0.004, 0.016, 0.064",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts; the model counts the common \
-              area of overlapping ellipses twice, so its real area is even smaller",
+    reason: "the claim states an order, so any difference counts; the model counts the common area \
+             of overlapping ellipses twice, so its real area is even smaller",
     figure: None,
 };
 
 const INTERACTION_ADDS: Statement = Statement {
     name: "interaction-adds-area-to-asperities",
     origin: Origin::Ours,
-    says: "Among asperity models, too, the area under a given load is smaller without interaction.",
-    place: "see non-interacting-asperities-have-less-area",
+    text: "Among asperity models, too, the area under a given load is smaller without interaction.",
+    source: "see non-interacting-asperities-have-less-area",
     quantity: "ln of the ratio of the mean areas of the models with `interaction = \"explicit\"` \
                and without interaction, at loads 0.001, 0.004, 0.016, 0.064",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts; both models count the common \
-              area of overlapping ellipses twice",
+    reason: "the claim states an order, so any difference counts; both models count the common \
+             area of overlapping ellipses twice",
     figure: None,
 };
 
 const TOO_MUCH_AREA: Statement = Statement {
     name: "asperities-without-interaction-have-too-much-area",
     origin: Origin::Ours,
-    says: "Asperities without interaction have more contact area than the solution under the same \
+    text: "Asperities without interaction have more contact area than the solution under the same \
            load.",
-    place: "expected from √(2π) y of Bush, Gibson & Thomas, which exceeds solved areas",
+    source: "expected from √(2π) y of Bush, Gibson & Thomas, which exceeds solved areas",
     quantity: "ln of the ratio of the mean area of the model to the mean solved area, at loads \
                0.001, 0.004, 0.016, 0.064",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts; it is opposite to the paper's \
-              sentence on interaction; the model uses the summits of the solved surfaces, not \
-              those of a random field",
+    reason: "the claim states an order, so any difference counts; it is opposite to the paper's \
+             sentence on interaction; the model uses the summits of the solved surfaces, not those \
+             of a random field",
     figure: None,
 };
 
 const AGREES: Statement = Statement {
     name: "interaction-brings-asperities-to-the-solution",
     origin: Origin::Ours,
-    says: "Under light loads, asperities that displace each other elastically have the area of the \
+    text: "Under light loads, asperities that displace each other elastically have the area of the \
            solution.",
-    place: "Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54 (2006) 2569, correct asperity \
-            models by the mean displacement; here each force displaces all summits",
+    source: "Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54 (2006) 2569, correct asperity \
+             models by the mean displacement; here each force displaces all summits",
     quantity: "ratio of the mean area of the model with `interaction = \"explicit\"` to the mean \
                solved area, at loads 0.001, 0.004, 0.016",
     expected: Expectation::Within(0.95, 1.05),
-    because: "±5 %; the correction for the mesh is known to 15 %, which is 1 to 2 % of these areas",
+    reason: "±5 %; the correction for the mesh is known to 15 %, which is 1 to 2 % of these areas",
     figure: None,
 };
 
 const UP_TO: Statement = Statement {
     name: "interacting-asperities-agree-up-to-0.01",
     origin: Origin::Ours,
-    says: "The area of asperities that displace each other agrees with the solution within 10 % up \
+    text: "The area of asperities that displace each other agrees with the solution within 10 % up \
            to the load 0.01.",
-    place: "see interaction-brings-asperities-to-the-solution",
+    source: "see interaction-brings-asperities-to-the-solution",
     quantity: "load up to which the mean area of the model with `interaction = \"explicit\"` \
                deviates by at most 10 % from the mean solved area, between the lightest and the \
                heaviest load of the study",
     expected: Expectation::Within(0.01, f64::INFINITY),
-    because: "about 2 % of the area is in contact at this load; the quantity is the range of \
-              agreement",
+    reason: "about 2 % of the area is in contact at this load; the quantity is the range of \
+             agreement",
     figure: None,
 };
 
 const GAP_MORE_THAN_AREA: Statement = Statement {
     name: "interaction-of-asperities-is-in-the-gap",
     origin: Origin::Ours,
-    says: "Interaction changes the mean gap of asperity models more than it changes their area.",
-    place: "under a given load, a uniform displacement moves the reference plane and changes no \
-            contact",
+    text: "Interaction changes the mean gap of asperity models more than it changes their area.",
+    source: "under a given load, a uniform displacement moves the reference plane and changes no \
+             contact",
     quantity: "absolute relative change of the mean gap from `interaction = \"explicit\"` to no \
                interaction, minus that of the mean area, at loads 0.032, 0.064, 0.128",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: None,
 };
 
 const STAY_APART: Statement = Statement {
     name: "asperities-stay-apart-under-light-loads",
     origin: Origin::Ours,
-    says: "Up to the load 0.004, less than 5 % of the area of interacting asperities is in \
+    text: "Up to the load 0.004, less than 5 % of the area of interacting asperities is in \
            overlapping contacts.",
-    place: "asperity models assume separate contacts",
+    source: "asperity models assume separate contacts",
     quantity: "mean fraction of the area of the ellipses that is in overlapping ellipses, for \
                `interaction = \"explicit\"`, at loads 0.001, 0.002, 0.004",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.05),
-    because: "with more than 5 % the model no longer describes the surface",
+    reason: "with more than 5 % the model no longer describes the surface",
     figure: None,
 };
 
@@ -200,10 +200,10 @@ fn beside<'a>(
 }
 
 /// Returns mean area of the model / mean solved area, at the load with this index in the model.
-fn ratio(model: &PerLoad, solved: &AreaCurves, place: usize, weights: &Weights) -> Option<f64> {
-    let load = model.loads[place];
+fn ratio(model: &PerLoad, solved: &AreaCurves, index: usize, weights: &Weights) -> Option<f64> {
+    let load = model.loads[index];
     let other = solved.at(load).filter(|&other| is_near(solved.loads[other], load))?;
-    Some(weights.mean(&model.values[place]) / weights.mean(&solved.areas[other]))
+    Some(weights.mean(&model.values[index]) / weights.mean(&solved.areas[other]))
 }
 
 /// Returns true if two loads agree to three digits, the precision with which spaced loads are
@@ -222,13 +222,13 @@ fn of_area(
 ) -> Quantities {
     let mut quantities = Quantities::default();
     for (model, solved) in beside(models, solved) {
-        for place in loads.iter().filter_map(|&load| model.at(load)) {
-            if ratio(model, solved, place, &Weights::ALL).is_none() {
+        for index in loads.iter().filter_map(|&load| model.at(load)) {
+            if ratio(model, solved, index, &Weights::ALL).is_none() {
                 continue;
             }
-            let label = label(evidence, model, place);
+            let label = label(evidence, model, index);
             quantities.add(label, &[model.surfaces()], |weights| {
-                ratio(model, solved, place, weights).map(quantity)
+                ratio(model, solved, index, weights).map(quantity)
             });
         }
     }
@@ -242,10 +242,10 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
         let Some(with) = explicit.iter().find(|with| is_paired(with, without)) else {
             continue;
         };
-        for place in TOO_MUCH.iter().filter_map(|&load| without.at(load)) {
-            let label = label(evidence, without, place);
+        for index in TOO_MUCH.iter().filter_map(|&load| without.at(load)) {
+            let label = label(evidence, without, index);
             quantities.add(label, &[without.surfaces()], |weights| {
-                let [with, without] = [with, without].map(|one| weights.mean(&one.values[place]));
+                let [with, without] = [with, without].map(|one| weights.mean(&one.values[index]));
                 Some((with / without).ln())
             });
         }
@@ -259,26 +259,26 @@ fn is_paired(one: &PerLoad, other: &PerLoad) -> bool {
 }
 
 /// Returns a label such as `k_lower 2, k_upper 16, load 0.0040`.
-fn label(evidence: &Evidence, model: &PerLoad, place: usize) -> String {
+fn label(evidence: &Evidence, model: &PerLoad, index: usize) -> String {
     let name = evidence.name(&model.spectrum);
     // Three decimals would not distinguish the lightest loads.
-    format!("{name}, load {:.4}", model.loads[place])
+    format!("{name}, load {:.4}", model.loads[index])
 }
 
 fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Quantities {
     let mut quantities = Quantities::default();
     for (model, solved) in beside(models, solved) {
-        let places = 0..model.loads.len();
+        let indices = 0..model.loads.len();
         let common: Vec<usize> =
-            places.filter(|&place| ratio(model, solved, place, &Weights::ALL).is_some()).collect();
+            indices.filter(|&index| ratio(model, solved, index, &Weights::ALL).is_some()).collect();
         if common.len() < 2 {
             continue;
         }
         let label = evidence.name(&model.spectrum);
         quantities.add(label, &[model.surfaces()], |weights| {
-            let points = common.iter().map(|&place| {
-                let deviation = ratio(model, solved, place, weights)?.ln().abs();
-                Some((model.loads[place], deviation))
+            let points = common.iter().map(|&index| {
+                let deviation = ratio(model, solved, index, weights)?.ln().abs();
+                Some((model.loads[index], deviation))
             });
             Some(first_beyond(&points.collect::<Option<Vec<_>>>()?, 1.1_f64.ln()))
         });
@@ -293,8 +293,8 @@ fn first_beyond(points: &[(f64, f64)], limit: f64) -> f64 {
     match points.iter().position(|(_, deviation)| *deviation > limit) {
         Some(0) => points[0].0,
         None => points[points.len() - 1].0,
-        Some(place) => {
-            let [(load, within), (next, beyond)] = [points[place - 1], points[place]];
+        Some(index) => {
+            let [(load, within), (next, beyond)] = [points[index - 1], points[index]];
             let share = (limit - within) / (beyond - within);
             load * (next / load).powf(share)
         }
@@ -313,11 +313,11 @@ fn in_the_gap(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Qu
             continue;
         };
         let pairs = [(&gaps_explicit[other_gap], &gaps_none[gap]), (&explicit[other], area)];
-        for place in [0.032, 0.064, 0.128].into_iter().filter_map(|load| area.at(load)) {
-            let label = label(evidence, area, place);
+        for index in [0.032, 0.064, 0.128].into_iter().filter_map(|load| area.at(load)) {
+            let label = label(evidence, area, index);
             quantities.add(label, &[area.surfaces()], |weights| {
                 let [gap, area] = pairs.map(|(with, without)| {
-                    let mean = |one: &PerLoad| weights.mean(&one.values[place]);
+                    let mean = |one: &PerLoad| weights.mean(&one.values[index]);
                     (mean(without) / mean(with) - 1.0).abs()
                 });
                 Some(gap - area)
@@ -330,10 +330,10 @@ fn in_the_gap(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Qu
 fn stay_apart(evidence: &Evidence) -> Quantities {
     let mut quantities = Quantities::default();
     for shares in evidence.asperities_along_loads(EXPLICIT, OVERLAPPING_SHARE.name) {
-        for place in [0.001, 0.002, 0.004].into_iter().filter_map(|load| shares.at(load)) {
-            let label = label(evidence, &shares, place);
+        for index in [0.001, 0.002, 0.004].into_iter().filter_map(|load| shares.at(load)) {
+            let label = label(evidence, &shares, index);
             quantities.add(label, &[shares.surfaces()], |weights| {
-                Some(weights.mean(&shares.values[place]))
+                Some(weights.mean(&shares.values[index]))
             });
         }
     }

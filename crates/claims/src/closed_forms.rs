@@ -15,63 +15,63 @@ use asperity_statistics::intervals::{Bound, jackknife};
 const SUMMITS: Statement = Statement {
     name: "tabulated-density-of-summits",
     origin: Origin::Paper,
-    says: "the density of asperities D = (√3/18π) m₄/m₂, tabulated, from which “we can easily compute the \
-           average distance between closest asperities”, ⟨d⟩ = 1/√D",
-    place: "appendix A.2, eq. (Danal), table 3",
+    text: "the density of asperities D = (√3/18π) m₄/m₂, tabulated, from which “we can easily \
+           compute the average distance between closest asperities”, ⟨d⟩ = 1/√D",
+    source: "appendix A.2, eq. (Danal), table 3",
     quantity: "ratio of the number of summits counted on a cell of side 1 to D in integer \
                wavenumbers, as in the table, for k_lower 2, k_upper 8, twenty surfaces of 128² \
                nodes",
     expected: Expectation::Within(0.9, 1.1),
-    because: "a mesh of 16 nodes per shortest wavelength misses 3 % of the summits; with angular \
-              wavenumbers, D is (2π)² = 39.5 times as large and correct",
+    reason: "a mesh of 16 nodes per shortest wavelength misses 3 % of the summits; with angular \
+             wavenumbers, D is (2π)² = 39.5 times as large and correct",
     figure: None,
 };
 
 const ASYMPTOTE_OF_ALPHA: Statement = Statement {
     name: "asymptote-of-alpha",
     origin: Origin::Paper,
-    says: "“For a high enough ratio ζ, a simple asymptotic may be used: α ∼ ζ^(2H).”",
-    place: "section 3, appendix A.1, eq. (a:alpha_as)",
+    text: "“For a high enough ratio ζ, a simple asymptotic may be used: α ∼ ζ^(2H).”",
+    source: "section 3, appendix A.1, eq. (a:alpha_as)",
     quantity: "(d ln α/d ln ζ)/(2H) at ζ = 10⁸, for H = 0.3 and 0.8",
     expected: Expectation::Within(0.99, 1.01),
-    because: "“∼” is read as a claim on the exponent; the prefactor 3(1 − H)²/(2H(2 − H)) is 1.44 \
-              for H = 0.3 and 0.0625 for H = 0.8",
+    reason: "“∼” is read as a claim on the exponent; the prefactor 3(1 − H)²/(2H(2 − H)) is 1.44 \
+             for H = 0.3 and 0.0625 for H = 0.8",
     figure: Some("nayak"),
 };
 
 const PERSSON_IS_CONCAVE: Statement = Statement {
     name: "persson-slope-is-concave",
     origin: Origin::Paper,
-    says: "“in Persson's model the slope decreases as a concave function”",
-    place: "section 5.2.2 at light load, section 9.6; inset of fig. 9",
+    text: "“in Persson's model the slope decreases as a concave function”",
+    source: "section 5.2.2 at light load, section 9.6; inset of fig. 9",
     quantity: "d³A/dy³ of A = erf(√2 y), at loads up to 0.06",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.0),
-    because: "only the sign counts; it changes at y = 1/2, where 68 % of the area is in contact",
+    reason: "only the sign counts; it changes at y = 1/2, where 68 % of the area is in contact",
     figure: Some("slope"),
 };
 
 const ALPHA_IN_BGT: Statement = Statement {
     name: "alpha-in-asperity-models",
     origin: Origin::Paper,
-    says: "“the contact area for α = 10 is ≈ 30 % lower than for α = 2” (Bush, Gibson & Thomas)",
-    place: "section 5.2, fig. 5",
+    text: "“the contact area for α = 10 is ≈ 30 % lower than for α = 2” (Bush, Gibson & Thomas)",
+    source: "section 5.2, fig. 5",
     quantity: "1 − A(α = 10)/A(α = 2) in the model, at loads 0.01, 0.02, 0.04, 0.06",
     expected: Expectation::Within(0.25, 0.35),
-    because: "“≈ 30 %” is read as 25 to 35 %; in the model, the area for α = 2 is larger than for \
-              α = 10 by 26 to 29 %; the paper also names the simplified elliptic model",
+    reason: "“≈ 30 %” is read as 25 to 35 %; in the model, the area for α = 2 is larger than for α \
+             = 10 by 26 to 29 %; the paper also names the simplified elliptic model",
     figure: Some("area-light"),
 };
 
 const GREENWOOD: Statement = Statement {
     name: "greenwood-2006-far-from-its-asymptote",
     origin: Origin::Paper,
-    says: "for “α = 10 and area fraction A/A₀ ≈ 10⁻⁵, the coefficient κ … underestimates the asymptotic \
-           value by 12 %; if … A/A₀ ≈ 10⁻¹⁰ … by 4 %”",
-    place: "section 5.1",
+    text: "for “α = 10 and area fraction A/A₀ ≈ 10⁻⁵, the coefficient κ … underestimates the \
+           asymptotic value by 12 %; if … A/A₀ ≈ 10⁻¹⁰ … by 4 %”",
+    source: "section 5.1",
     quantity: "1 − κ/√(2π) for the secant κ of the simplified elliptic model, minus the printed \
                number, in percentage points",
     expected: Expectation::Within(-2.0, 2.0),
-    because: "two percentage points, because the areas are given with “≈”",
+    reason: "two percentage points, because the areas are given with “≈”",
     figure: None,
 };
 
@@ -93,7 +93,7 @@ fn exact(statement: Statement, bounds: Vec<Bound>) -> Claim {
 }
 
 fn judged(statement: Statement, data: &'static str, bounds: Vec<Bound>) -> Claim {
-    let judgement = Judgement::of(statement.expected, bounds);
+    let judgement = Judgement::new(statement.expected, bounds);
     Claim {
         statement,
         data,
@@ -148,8 +148,8 @@ fn asymptote_of_alpha() -> Vec<Bound> {
                 Continuum { hurst, plateau: 1.0, magnification: ln_magnification.exp() };
             continuum.nayak().ln()
         };
-        let (place, step) = (1e8_f64.ln(), 1e-3);
-        let exponent = (ln_alpha(place + step) - ln_alpha(place - step)) / (2.0 * step);
+        let (position, step) = (1e8_f64.ln(), 1e-3);
+        let exponent = (ln_alpha(position + step) - ln_alpha(position - step)) / (2.0 * step);
         Bound::exact(format!("H {hurst}"), exponent / (2.0 * hurst))
     };
     [0.3, 0.8].map(bound).into()
@@ -196,18 +196,18 @@ pub fn misprints() -> Vec<Claim> {
 
 const fn misprint(
     name: &'static str,
-    place: &'static str,
-    says: &'static str,
-    because: &'static str,
+    source: &'static str,
+    text: &'static str,
+    reason: &'static str,
 ) -> Statement {
     Statement {
         name,
         origin: Origin::Misprint,
-        says,
-        place,
+        text,
+        source,
         quantity: "",
         expected: Expectation::Within(f64::NEG_INFINITY, f64::INFINITY),
-        because,
+        reason,
         figure: None,
     }
 }

@@ -30,14 +30,14 @@ impl ClaimRule for PaperClaims {
         names: &[String],
         looks: NonZeroU32,
     ) -> Result<Decisions, TableError> {
-        let evidence = Evidence::of_study(study, plan, tables)?;
+        let evidence = Evidence::from_study(study, plan, tables)?;
         Ok(decisions(&evidence, names, looks))
     }
 }
 
 /// Returns the names of all claims that surfaces can decide.
 pub fn names() -> Vec<&'static str> {
-    let nothing = Evidence::of(&[]).expect("no table, so no column is missing");
+    let nothing = Evidence::from_tables(&[]).expect("no table, so no column is missing");
     let claims = OF_A_STUDY.iter().flat_map(|claims| claims(&nothing));
     claims.map(|claim| claim.statement.name).collect()
 }
@@ -47,7 +47,7 @@ pub fn names() -> Vec<&'static str> {
 fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisions {
     let is_meant =
         |claim: &Claim| names.is_empty() || names.iter().any(|name| name == claim.statement.name);
-    let nothing = Evidence::of(&[]).expect("no table, so no column is missing");
+    let nothing = Evidence::from_tables(&[]).expect("no table, so no column is missing");
     let mut decisions = Decisions::default();
     for claims in OF_A_STUDY {
         // Some claims take seconds, so a group is only computed if one of its claims is requested.
@@ -120,7 +120,7 @@ impl Judgement {
     /// Returns the numbers of contradicting and of undecided quantities.
     fn counts(&self, expected: Expectation, looks: usize) -> [usize; 2] {
         let all = self.bounds.len();
-        let verdict = |bound: &Bound| expected.verdict_of(bound, all, looks);
+        let verdict = |bound: &Bound| expected.verdict_at_look(bound, all, looks);
         [Verdict::DoesNotHold, Verdict::CannotSay].map(|meant| {
             let bounds = self.bounds.iter();
             bounds.filter(|bound| verdict(bound) == meant).count()
@@ -138,7 +138,7 @@ impl Judgement {
         let all = self.bounds.len();
         let until = |bound: &Bound, wanted: Verdict| {
             let decided = |surfaces: usize| {
-                expected.verdict_of(&bound.with_surfaces(surfaces), all, looks) == wanted
+                expected.verdict_at_look(&bound.with_surfaces(surfaces), all, looks) == wanted
             };
             fewest(now, decided)
         };
@@ -207,7 +207,8 @@ mod tests {
                 let values = &all[..n as usize];
                 let bound =
                     jackknife(String::new(), &[values.len()], |weights| Some(weights.mean(values)));
-                let verdict = Expectation::Positive.verdict_of(&bound.unwrap(), 1, looks_shared);
+                let verdict =
+                    Expectation::Positive.verdict_at_look(&bound.unwrap(), 1, looks_shared);
                 verdict == Verdict::Holds
             })
         };
@@ -236,12 +237,12 @@ mod tests {
             vec![bound(-0.1, 0.1), bound(0.3, 0.2)],
         ] {
             let expected = Expectation::Positive;
-            let judgement = Judgement::of(expected, bounds.clone()).unwrap();
+            let judgement = Judgement::new(expected, bounds.clone()).unwrap();
             assert_eq!(judgement.verdict, Verdict::CannotSay);
             let more = judgement.more_surfaces(expected).unwrap();
             let then = |surfaces: usize| {
                 let bounds = bounds.iter().map(|bound| bound.with_surfaces(surfaces));
-                Judgement::of(expected, bounds.collect()).unwrap().verdict
+                Judgement::new(expected, bounds.collect()).unwrap().verdict
             };
             assert_ne!(then(10 + more), Verdict::CannotSay, "{more}");
             assert_eq!(then(10 + more - 1), Verdict::CannotSay, "{more}");
@@ -252,7 +253,7 @@ mod tests {
     fn what_is_decided_needs_no_more_and_a_quantity_of_zero_never_is() {
         let expected = Expectation::Positive;
         let more =
-            |bound: Bound| Judgement::of(expected, vec![bound]).unwrap().more_surfaces(expected);
+            |bound: Bound| Judgement::new(expected, vec![bound]).unwrap().more_surfaces(expected);
         assert_eq!(more(bound(1.0, 0.1)), None);
         assert_eq!(more(bound(0.0, 0.1)), None);
     }

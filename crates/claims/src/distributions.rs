@@ -14,69 +14,70 @@ use asperity_statistics::intervals::Weights;
 const LINEAR_AT_ZERO: Statement = Statement {
     name: "pressure-density-is-linear-at-zero",
     origin: Origin::Ours,
-    says: "The probability density of the contact pressure rises linearly from zero.",
-    place: "Persson 2001, where p(σ) vanishes at σ = 0 by its boundary condition; the density of a \
-            Hertzian contact vanishes, too: dA/dp ∝ p",
+    text: "The probability density of the contact pressure rises linearly from zero.",
+    source: "Persson 2001, where p(σ) vanishes at σ = 0 by its boundary condition; the density of \
+             a Hertzian contact vanishes, too: dA/dp ∝ p",
     quantity: "exponent of the mesh step in the fraction of the area with a pressure below 0.025, \
                from the same surfaces on a mesh of 32 to 64 nodes per shortest wavelength and on \
                one with twice as many, at loads 0.02, 0.1",
     expected: Expectation::Within(0.3, 0.7),
-    because: "the density is linear if the pressure falls as the square root of the distance to an \
-              edge of contact. A mesh of step Δx does not resolve pressures below those of the \
-              nodes next to an edge, about √Δx, so its density at zero falls as √Δx. The exponent \
-              is 0 if the density starts at a finite value. A single mesh cannot show how the \
-              density begins: exponents fitted between 0.1 and 0.2 are 0.05 on 8 nodes per \
-              shortest wavelength and 0.7 on 128",
+    reason: "the density is linear if the pressure falls as the square root of the distance to an \
+             edge of contact. A mesh of step Δx does not resolve pressures below those of the \
+             nodes next to an edge, about √Δx, so its density at zero falls as √Δx. The exponent \
+             is 0 if the density starts at a finite value. A single mesh cannot show how the \
+             density begins: exponents fitted between 0.1 and 0.2 are 0.05 on 8 nodes per shortest \
+             wavelength and 0.7 on 128",
     figure: None,
 };
 
 const AS_PERSSON: Statement = Statement {
     name: "pressures-are-distributed-as-in-persson",
     origin: Origin::Ours,
-    says: "Under light and moderate loads contact pressures are distributed as in Persson's theory.",
-    place: "Persson 2001",
+    text: "Under light and moderate loads contact pressures are distributed as in Persson's \
+           theory.",
+    source: "Persson 2001",
     quantity: "ratio of the fraction of the area with a pressure from 0.1 to 0.5, 0.5 to 1 and 1 \
                to 1.5 to that in the theory, at loads 0.02, 0.1, 0.4",
     expected: Expectation::Within(0.9, 1.1),
-    because: "±10 %; lower pressures are excluded, because they depend on the mesh",
+    reason: "±10 %; lower pressures are excluded, because they depend on the mesh",
     figure: None,
 };
 
 const MIDDLE_AS_PERSSON: Statement = Statement {
     name: "middle-pressures-are-as-in-persson",
     origin: Origin::Ours,
-    says: "The fraction of the area with a pressure from 0.5 to 1 times E* × rms slope is that of \
+    text: "The fraction of the area with a pressure from 0.5 to 1 times E* × rms slope is that of \
            Persson's theory under all loads.",
-    place: "found in `manifests/distributions.toml`; no theory is known that predicts it",
+    source: "found in `manifests/distributions.toml`; no theory is known that predicts it",
     quantity: "ratio of the fraction of the area with a pressure from 0.5 to 1 to that in the \
                theory, at loads 0.02, 0.05, 0.1, 0.2, 0.4, 0.8",
     expected: Expectation::Within(0.95, 1.05),
-    because: "±5 %, while the fractions below and above this range differ by factors",
+    reason: "±5 %, while the fractions below and above this range differ by factors",
     figure: None,
 };
 
 const FEWER_HIGH: Statement = Statement {
     name: "high-pressures-are-rarer-than-in-persson",
     origin: Origin::Ours,
-    says: "Under light and moderate loads, pressures above E* × rms slope are rarer than in \
+    text: "Under light and moderate loads, pressures above E* × rms slope are rarer than in \
            Persson's theory, where a smaller area bears the same load.",
-    place: "compare area-above-persson",
+    source: "compare area-above-persson",
     quantity: "ln of the ratio of the fraction of the area with a pressure from 1 to 2 in the \
                theory to that in the study, at loads 0.02, 0.05, 0.1, 0.2",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: None,
 };
 
 const HEAVY_AS_PERSSON: Statement = Statement {
     name: "pressures-near-full-contact-are-as-in-persson",
     origin: Origin::Ours,
-    says: "Near full contact, pressures far from zero are distributed as in Persson's theory.",
-    place: "Persson 2001: at full contact the pressure of a Gaussian surface is Gaussian",
+    text: "Near full contact, pressures far from zero are distributed as in Persson's theory.",
+    source: "Persson 2001: at full contact the pressure of a Gaussian surface is Gaussian",
     quantity: "ratio of the fraction of the area with a pressure from 0.5 to 1, 1 to 1.5 and 1.5 \
                to 2 to that in the theory, at the load 0.8",
     expected: Expectation::Within(0.95, 1.05),
-    because: "±5 %; 89 % of the area is in contact in the theory",
+    reason: "±5 %; 89 % of the area is in contact in the theory",
     figure: None,
 };
 

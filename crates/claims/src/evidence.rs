@@ -100,7 +100,7 @@ impl Evidence {
     ///
     /// # Errors
     /// If a table lacks a column that its kind of stage writes.
-    pub fn of_study(
+    pub fn from_study(
         study: &Study,
         plan: &Plan,
         tables: &[Option<Table>],
@@ -110,14 +110,14 @@ impl Evidence {
             Some(KindTable { kind: stage.kind, table: table.clone()? })
         });
         let finished: Vec<KindTable> = finished.collect();
-        Evidence::of(&finished)?.with_limits(&limits(study, plan, tables)?)
+        Evidence::from_tables(&finished)?.with_limits(&limits(study, plan, tables)?)
     }
 
     /// Sorts tables by their kind of stage.
     ///
     /// # Errors
     /// If a table lacks a column that its kind of stage writes.
-    pub fn of(stages: &[KindTable]) -> Result<Evidence, TableError> {
+    pub fn from_tables(stages: &[KindTable]) -> Result<Evidence, TableError> {
         let of_kind = |kind: Kind| {
             let own = stages.iter().filter(move |stage| stage.kind == kind);
             own.map(|stage| &stage.table)
@@ -126,9 +126,9 @@ impl Evidence {
         let contacts: Vec<&Table> = of_kind(Kind::Measure).filter(is_contacts).collect();
         let corrected: Vec<&Table> = of_kind(Kind::Correct).collect();
         let setting = match (contacts.is_empty(), corrected.is_empty()) {
-            (false, _) => Setting::of(contacts.iter().copied()),
-            (true, false) => Setting::of(corrected.iter().copied()),
-            (true, true) => Setting::of(of_kind(Kind::Generate)),
+            (false, _) => Setting::most_frequent(contacts.iter().copied()),
+            (true, false) => Setting::most_frequent(corrected.iter().copied()),
+            (true, true) => Setting::most_frequent(of_kind(Kind::Generate)),
         };
         let within = |table: &Table| setting.rows(table);
         let stacked = |tables: Vec<&Table>| {
@@ -208,8 +208,8 @@ impl Evidence {
     /// neighbours to switches, at the load nearest to `load` if it is within 10 %.
     pub fn edge_nodes_over_switches(&self, load: f64) -> Vec<AtLoad> {
         let loads = self.of_the_paper(AS_COUNTED).into_iter().filter_map(|ensemble| {
-            let place = ensemble.at(load)?;
-            let load = (ensemble.given[place], ensemble.loads[place]);
+            let index = ensemble.at(load)?;
+            let load = (ensemble.given[index], ensemble.loads[index]);
             Some((key(&ensemble.spectrum), load))
         });
         let loads: BTreeMap<_, (f64, f64)> = loads.collect();
@@ -273,9 +273,9 @@ impl AreaCurves {
     /// Returns the curves of the weighted surfaces, up to the first load at which all are in full
     /// contact.
     pub fn curves(&self, weights: &Weights) -> Option<Curves> {
-        let open = (0..self.loads.len()).take_while(|&place| self.mean(place) < 1.0);
+        let open = (0..self.loads.len()).take_while(|&index| self.mean(index) < 1.0);
         let by_load: Vec<Vec<f64>> =
-            open.map(|place| weights.values(&self.areas[place]).collect()).collect();
+            open.map(|index| weights.values(&self.areas[index]).collect()).collect();
         let loads = self.loads[..by_load.len()].to_vec();
         let surfaces = 0..by_load.first()?.len();
         let areas = surfaces.map(|surface| by_load.iter().map(|areas| areas[surface]).collect());
@@ -329,8 +329,8 @@ fn ensemble(
         let row = rows.row(member, load).or_else(left_behind)?;
         Some(areas.value(row))
     };
-    let common = rows.loads.iter().enumerate().filter_map(|(place, &load)| {
-        let areas: Option<Vec<f64>> = members.clone().map(|member| area(member, place)).collect();
+    let common = rows.loads.iter().enumerate().filter_map(|(index, &load)| {
+        let areas: Option<Vec<f64>> = members.clone().map(|member| area(member, index)).collect();
         Some((load, areas?))
     });
     let (loads, areas): (Vec<Load>, _) = common.unzip();

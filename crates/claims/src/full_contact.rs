@@ -12,94 +12,94 @@ use asperity_statistics::intervals::Weights;
 const AT_THE_END: Statement = Statement {
     name: "full-contact-at-1.7",
     origin: Origin::Paper,
-    says: "“up to about p₀ = 1.7 E* which corresponds to full contact”",
-    place: "section 4 and its footnote; the unit is E* × rms slope",
+    text: "“up to about p₀ = 1.7 E* which corresponds to full contact”",
+    source: "section 4 and its footnote; the unit is E* × rms slope",
     quantity: "mean over surfaces of the exact load at which every node is in contact",
     expected: Expectation::Within(1.53, 1.87),
-    because: "“about” is read as within 10 %",
+    reason: "“about” is read as within 10 %",
     figure: Some("near-full-contact"),
 };
 
 const EXPONENT: Statement = Statement {
     name: "exponent-near-full-contact",
     origin: Origin::Paper,
-    says: "“the exponent of approaching the full contact for our simulations is roughly the same as in \
-           Persson's model η = 2”",
-    place: "section 7, eqs. (full_area_approx) and (scaled_area), fig. 10",
+    text: "“the exponent of approaching the full contact for our simulations is roughly the same \
+           as in Persson's model η = 2”",
+    source: "section 7, eqs. (full_area_approx) and (scaled_area), fig. 10",
     quantity: "η of F(y) = c + (√2 y)^η plus the small remainder of F in Persson's theory, by \
                least squares at areas from 0.9 to 0.998",
     expected: Expectation::Within(1.8, 2.2),
-    because: "“roughly” is read as within 10 %; the constant c is added here, because the open \
-              area of cracks differs from Persson's by a factor",
+    reason: "“roughly” is read as within 10 %; the constant c is added here, because the open area \
+             of cracks differs from Persson's by a factor",
     figure: Some("near-full-contact"),
 };
 
 const FASTER_THAN_PERSSON: Statement = Statement {
     name: "faster-than-persson",
     origin: Origin::Paper,
-    says: "“close to the full contact, the contact area converges to the full contact slightly faster \
-           than Persson's model predicts”",
-    place: "section 7, fig. 10",
+    text: "“close to the full contact, the contact area converges to the full contact slightly \
+           faster than Persson's model predicts”",
+    source: "section 7, fig. 10",
     quantity: "−ln of the ratio of the mean open area to Persson's erfc(√2 y), at loads where the \
                contact area is at least 0.9 and the relative error of the open area less than 10 %",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: Some("near-full-contact"),
 };
 
 const SCALED_ERF: Statement = Statement {
     name: "scaled-erf-fits",
     origin: Origin::Paper,
-    says: "“The Persson's Eq. fits perfectly the data points if the argument is slightly scaled … we \
-           plotted this equation for β = 1.09 and 1.16”",
-    place: "fig. 10",
+    text: "“The Persson's Eq. fits perfectly the data points if the argument is slightly scaled … \
+           we plotted this equation for β = 1.09 and 1.16”",
+    source: "fig. 10",
     quantity: "local β of A = erf(β √2 y) from the mean area, at each load where the area is at \
                least 0.9 and the relative error of the open area less than 10 %",
     expected: Expectation::Within(1.07, 1.18),
-    because: "the printed factors ±0.02; a factor that varies with the load is not a perfect fit",
+    reason: "the printed factors ±0.02; a factor that varies with the load is not a perfect fit",
     figure: Some("near-full-contact"),
 };
 
 const CRACKS: Statement = Statement {
     name: "cracks-near-full-contact",
     origin: Origin::Ours,
-    says: "The open area near full contact is 3/2 of the area that would be in tension at full \
+    text: "The open area near full contact is 3/2 of the area that would be in tension at full \
            contact, as for isolated penny cracks; the factor is 2 in Persson's theory. So η = 2 \
            holds, and “slightly faster” is ln 4/3.",
-    place: "gaps as cracks: Xu, Jackson & Marghitu (2014), extended by Ciavarella, arXiv \
-            1504.08240; 3/2 holds for circular cracks",
+    source: "gaps as cracks: Xu, Jackson & Marghitu (2014), extended by Ciavarella, arXiv \
+             1504.08240; 3/2 holds for circular cracks",
     quantity: "ratio of the mean open area to ½ erfc(√2 y), at the heaviest load where its \
                relative error is less than 5 %",
     expected: Expectation::Within(1.4, 1.7),
-    because: "the factor tends to 3/2 from above: 1.55 at y = 1.1",
+    reason: "the factor tends to 3/2 from above: 1.55 at y = 1.1",
     figure: Some("near-full-contact"),
 };
 
 const GROUPS_BY_K_UPPER: Statement = Statement {
     name: "groups-by-k-upper-near-full-contact",
     origin: Origin::Paper,
-    says: "“Close to the full contact the numerical data points are grouped by their upper cutoff \
+    text: "“Close to the full contact the numerical data points are grouped by their upper cutoff \
            wavenumber k_s.”",
-    place: "section 7, fig. 10",
+    source: "section 7, fig. 10",
     quantity: "distance between neighbouring groups of k_upper minus the width of a group, in ln(1 \
                − A), by least squares over the spectra, at loads where all areas are at least 0.95",
     expected: Expectation::Positive,
-    because: "groups are apart if one step of k_upper, a factor of 2, changes the open area more \
-              than the whole range of k_lower, a factor of 16",
+    reason: "groups are apart if one step of k_upper, a factor of 2, changes the open area more \
+             than the whole range of k_lower, a factor of 16",
     figure: Some("near-full-contact"),
 };
 
 const FASTER_FOR_SMALLER_K_LOWER: Statement = Statement {
     name: "faster-to-full-contact-for-smaller-k-lower",
     origin: Origin::Paper,
-    says: "“for a given k_s, the curve converges faster to the full contact for higher α (or smaller \
-           k_l). This result should not be associated with numerical errors”",
-    place: "section 7, fig. 10",
+    text: "“for a given k_s, the curve converges faster to the full contact for higher α (or \
+           smaller k_l). This result should not be associated with numerical errors”",
+    source: "section 7, fig. 10",
     quantity: "ln of the ratio of the mean open areas for neighbouring k_lower (larger over \
                smaller) at equal k_upper, at loads where the area is at least 0.95 and the \
                relative error of the open area less than 10 %",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: Some("near-full-contact"),
 };
 
@@ -144,35 +144,35 @@ fn at_the_end(evidence: &Evidence) -> Claim {
 }
 
 /// Returns the mean open area under a load.
-fn open(ensemble: &AreaCurves, place: usize, weights: &Weights) -> f64 {
-    1.0 - weights.mean(&ensemble.areas[place])
+fn open(ensemble: &AreaCurves, index: usize, weights: &Weights) -> f64 {
+    1.0 - weights.mean(&ensemble.areas[index])
 }
 
 /// Returns the indices of loads with area ≥ `from` and a relative standard error of the open area
 /// below `error`.
 fn known(ensemble: &AreaCurves, from: f64, error: f64) -> Vec<usize> {
-    let places = (0..ensemble.loads.len()).filter(|&place| {
-        let open = open(ensemble, place, &Weights::ALL);
-        let scatter = Weights::ALL.deviation(&ensemble.areas[place]);
+    let indices = (0..ensemble.loads.len()).filter(|&index| {
+        let open = open(ensemble, index, &Weights::ALL);
+        let scatter = Weights::ALL.deviation(&ensemble.areas[index]);
         let relative = scatter / (ensemble.surfaces() as f64).sqrt() / open;
-        ensemble.mean(place) >= from && open > 0.0 && relative < error
+        ensemble.mean(index) >= from && open > 0.0 && relative < error
     });
-    places.collect()
+    indices.collect()
 }
 
 fn exponent(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {
         let nodes = (ensemble.spectrum.nodes as f64).powi(2);
-        let is_near = |place: &usize| {
-            let area = ensemble.mean(*place);
+        let is_near = |index: &usize| {
+            let area = ensemble.mean(*index);
             NEAR_FULL.contains(&area) && (1.0 - area) * nodes > ENOUGH_OPEN_NODES
         };
-        let places: Vec<usize> = (0..ensemble.loads.len()).filter(is_near).collect();
-        if places.len() >= 3 {
+        let indices: Vec<usize> = (0..ensemble.loads.len()).filter(is_near).collect();
+        if indices.len() >= 3 {
             let label = evidence.name(&ensemble.spectrum);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                fitted_exponent(ensemble, &places, weights)
+                fitted_exponent(ensemble, &indices, weights)
             });
         }
     }
@@ -183,14 +183,14 @@ fn exponent(evidence: &Evidence) -> Claim {
 
 /// Fits η of F(y) = c + (√2 y)^η by least squares, after subtracting the remainder of F beyond 2y²
 /// in Persson's theory.
-fn fitted_exponent(ensemble: &AreaCurves, places: &[usize], weights: &Weights) -> Option<f64> {
-    let point = |&place: &usize| {
-        let load = ensemble.loads[place];
-        let approach = persson::approach_to_full_contact(load, open(ensemble, place, weights))?;
+fn fitted_exponent(ensemble: &AreaCurves, indices: &[usize], weights: &Weights) -> Option<f64> {
+    let point = |&index: &usize| {
+        let load = ensemble.loads[index];
+        let approach = persson::approach_to_full_contact(load, open(ensemble, index, weights))?;
         let rest = persson::approach(load) - 2.0 * load * load;
         Some((std::f64::consts::SQRT_2 * load, approach - rest))
     };
-    let points: Option<Vec<(f64, f64)>> = places.iter().map(point).collect();
+    let points: Option<Vec<(f64, f64)>> = indices.iter().map(point).collect();
     let points = points?;
     let residual = |exponent: f64| {
         let rests = points.iter().map(|(x, f)| f - x.powf(exponent));
@@ -235,11 +235,11 @@ fn scaled_erf(evidence: &Evidence) -> Claim {
 fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>) -> Quantities {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {
-        for place in known(ensemble, NEAR_FULL.start, KNOWN) {
-            let load = ensemble.loads[place];
+        for index in known(ensemble, NEAR_FULL.start, KNOWN) {
+            let load = ensemble.loads[index];
             let label = evidence.name_under(&ensemble.spectrum, load);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                quantity(open(ensemble, place, weights), load)
+                quantity(open(ensemble, index, weights), load)
             });
         }
     }
@@ -249,11 +249,11 @@ fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>)
 fn cracks(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(OF_2017) {
-        if let Some(&place) = known(ensemble, NEAR_FULL.start, WELL_KNOWN).last() {
-            let load = ensemble.loads[place];
+        if let Some(&index) = known(ensemble, NEAR_FULL.start, WELL_KNOWN).last() {
+            let load = ensemble.loads[index];
             let label = evidence.name_under(&ensemble.spectrum, load);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                Some(open(ensemble, place, weights) / full_contact::tension(load))
+                Some(open(ensemble, index, weights) / full_contact::tension(load))
             });
         }
     }
@@ -265,16 +265,16 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
     for family in families(&evidence.of_the_paper(AS_COUNTED)) {
         let [steps, spans] = spread(&family);
         for &load in &family[0].loads {
-            let place = |one: &&AreaCurves| {
-                let place = one.at(load)?;
-                known(one, VERY_NEAR_FULL, 2.0 * KNOWN).contains(&place).then_some(place)
+            let index = |one: &&AreaCurves| {
+                let index = one.at(load)?;
+                known(one, VERY_NEAR_FULL, 2.0 * KNOWN).contains(&index).then_some(index)
             };
-            let Some(places) = family.iter().map(place).collect::<Option<Vec<usize>>>() else {
+            let Some(indices) = family.iter().map(index).collect::<Option<Vec<usize>>>() else {
                 continue;
             };
             quantities.add(under(load), &surfaces(&family), |weights| {
-                let open = |one: &AreaCurves, place: usize| open(one, place, weights);
-                let [lower, upper] = Plane::over_cutoffs(&family, &places, open)?.slopes;
+                let open = |one: &AreaCurves, index: usize| open(one, index, weights);
+                let [lower, upper] = Plane::over_cutoffs(&family, &indices, open)?.slopes;
                 Some(steps[1] * upper.abs() - spans[0] * lower.abs())
             });
         }
@@ -293,7 +293,7 @@ fn faster_for_smaller_k_lower(evidence: &Evidence) -> Claim {
         let others = known(step.greater, VERY_NEAR_FULL, KNOWN);
         for one in known(step.lesser, VERY_NEAR_FULL, KNOWN) {
             let same = step.greater.at(step.lesser.loads[one]);
-            let Some(other) = same.filter(|place| others.contains(place)) else {
+            let Some(other) = same.filter(|index| others.contains(index)) else {
                 continue;
             };
             let label = step.label(evidence, one);

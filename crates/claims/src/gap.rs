@@ -22,28 +22,28 @@ use asperity_statistics::intervals::Weights;
 const PROPORTIONAL: Statement = Statement {
     name: "stiffness-is-proportional-to-load",
     origin: Origin::Ours,
-    says: "The stiffness of an interface is proportional to the load, if the cell is much larger \
+    text: "The stiffness of an interface is proportional to the load, if the cell is much larger \
            than the longest wavelength.",
-    place: "Persson's p₀ ∝ exp(−ū/u₀); arXiv 1210.4635: over a wide range of loads",
+    source: "Persson's p₀ ∝ exp(−ū/u₀); arXiv 1210.4635: over a wide range of loads",
     quantity: "d ln K/d ln y between the loads 0.01 and 0.05 with K = −dy/dū, mean over the \
                spectra of each k_lower ≥ 8",
     expected: Expectation::Within(0.9, 1.1),
-    because: "the exponent is 1 if K is proportional to the load; ±10 %",
+    reason: "the exponent is 1 if K is proportional to the load; ±10 %",
     figure: None,
 };
 
 const FINITE_SIZE: Statement = Statement {
     name: "sublinear-stiffness-is-of-the-finite-cell",
     origin: Origin::Ours,
-    says: "Under light loads the stiffness grows more slowly than the load; this deviation \
+    text: "Under light loads the stiffness grows more slowly than the load; this deviation \
            vanishes as the cell grows.",
-    place: "arXiv 1210.4635: sublinear growth at low load is an effect of finite size",
+    source: "arXiv 1210.4635: sublinear growth at low load is an effect of finite size",
     quantity: "increase of d ln K/d ln y (see stiffness-is-proportional-to-load) from one k_lower \
                to the next larger one, at equal k_upper/k_lower and nodes/k_lower, mean over the \
                spectra",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any increase counts; it is tested only for k_lower ≤ \
-              4, because an exponent of 1 no longer grows",
+    reason: "the claim states an order, so any increase counts; it is tested only for k_lower ≤ 4, \
+             because an exponent of 1 no longer grows",
     figure: None,
 };
 
@@ -146,10 +146,10 @@ fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
 
 /// Returns the logarithmic mean of the two loads next to `load`, and the stiffness there.
 fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)> {
-    let place = gaps.at(load)?;
-    let (before, after) = (place.checked_sub(1)?, place + 1);
+    let index = gaps.at(load)?;
+    let (before, after) = (index.checked_sub(1)?, index + 1);
     let (one, other) = (*gaps.loads.get(before)?, *gaps.loads.get(after)?);
-    let [gap, next] = [before, after].map(|place| weights.mean(&gaps.values[place]));
+    let [gap, next] = [before, after].map(|index| weights.mean(&gaps.values[index]));
     let logarithmic_mean = (other - one) / (other / one).ln();
     Some((logarithmic_mean, (other - one) / (gap - next)))
 }
@@ -157,51 +157,51 @@ fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)>
 const AT_0_415: Statement = Statement {
     name: "interface-is-sealed-at-0.415-of-the-area",
     origin: Origin::Ours,
-    says: "The gap stops percolating at a contact area of 41.5 %, for isotropic surfaces whose \
+    text: "The gap stops percolating at a contact area of 41.5 %, for isotropic surfaces whose \
            longest wavelength is much shorter than the cell.",
-    place: "Wang & Müser, arXiv 2010.13470: “A critical contact area near 0.415 is confirmed.”",
+    source: "Wang & Müser, arXiv 2010.13470: “A critical contact area near 0.415 is confirmed.”",
     quantity: "mean corrected area at the threshold, k_lower ≥ 8",
     expected: Expectation::Within(0.405, 0.425),
-    because: "“near” is read as ±0.01, which excludes the 0.5 of effective-medium theory, but not \
-              the 0.42 used in engineering",
+    reason: "“near” is read as ±0.01, which excludes the 0.5 of effective-medium theory, but not \
+             the 0.42 used in engineering",
     figure: None,
 };
 
 const BELOW_ONE_HALF: Statement = Statement {
     name: "interface-is-sealed-below-one-half-of-the-area",
     origin: Origin::Ours,
-    says: "The gap stops percolating before half of the area is in contact, for all sizes of the \
+    text: "The gap stops percolating before half of the area is in contact, for all sizes of the \
            cell.",
-    place: "effective-medium theory predicts a threshold of 0.5",
+    source: "effective-medium theory predicts a threshold of 0.5",
     quantity: "1/2 minus the mean corrected area at the threshold",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: None,
 };
 
 const WHATEVER_THE_CELL: Statement = Statement {
     name: "sealing-area-does-not-depend-on-k-lower",
     origin: Origin::Ours,
-    says: "The mean area at the threshold does not depend on the number of longest wavelengths per \
+    text: "The mean area at the threshold does not depend on the number of longest wavelengths per \
            cell.",
-    place: "Wang & Müser state the threshold for cells much larger than the longest wavelength; \
-            smaller cells scatter about it",
+    source: "Wang & Müser state the threshold for cells much larger than the longest wavelength; \
+             smaller cells scatter about it",
     quantity: "difference of the mean corrected areas at the threshold for neighbouring k_lower \
                (larger minus smaller)",
     expected: Expectation::Within(-0.01, 0.01),
-    because: "±0.01, as for interface-is-sealed-at-0.415-of-the-area",
+    reason: "±0.01, as for interface-is-sealed-at-0.415-of-the-area",
     figure: None,
 };
 
 const SCATTER_FALLS: Statement = Statement {
     name: "sealing-area-scatters-less-in-greater-cells",
     origin: Origin::Ours,
-    says: "The area at the threshold scatters less between surfaces in larger cells.",
-    place: "finite-size scaling: the scatter falls as a power of the size of the cell",
+    text: "The area at the threshold scatters less between surfaces in larger cells.",
+    source: "finite-size scaling: the scatter falls as a power of the size of the cell",
     quantity: "ln of the ratio of the standard deviations of the corrected area at the threshold \
                for neighbouring k_lower (smaller over larger)",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: None,
 };
 

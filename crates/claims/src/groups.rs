@@ -21,72 +21,71 @@ use asperity_statistics::line;
 const GROUPS_BY_K_LOWER: Statement = Statement {
     name: "area-groups-by-k-lower",
     origin: Origin::Paper,
-    says: "“The curves form three groups with respect to the lower cutoff wavenumber k_l = 16, 4, 1”, \
-           “easily distinguished up to about 80 % of the contact area”",
-    place: "sections 5.2 and 6, figs. 5, 9",
+    text: "“The curves form three groups with respect to the lower cutoff wavenumber k_l = 16, 4, \
+           1”, “easily distinguished up to about 80 % of the contact area”",
+    source: "sections 5.2 and 6, figs. 5, 9",
     quantity: "distance between neighbouring groups of k_lower minus the width of a group, in ln \
                A, by least squares over the spectra, at loads from 0.012 to 0.52 with less than 80 \
                % of the area in contact",
     expected: Expectation::Positive,
-    because: "groups are apart if one step of k_lower, a factor of 4, changes the area more than \
-              the whole range of k_upper",
+    reason: "groups are apart if one step of k_lower, a factor of 4, changes the area more than \
+             the whole range of k_upper",
     figure: Some("area-light"),
 };
 
 const GROUPS_BY_K_UPPER: Statement = Statement {
     name: "corrected-area-groups-by-k-upper",
     origin: Origin::Paper,
-    says: "“The results depend only slightly on the lower cutoff wavenumber k_l, but strongly on the \
-           upper cutoff k_s. The curves are grouped by the value of k_s”",
-    place: "section 8, eq. (corrected_area), fig. 13",
+    text: "“The results depend only slightly on the lower cutoff wavenumber k_l, but strongly on \
+           the upper cutoff k_s. The curves are grouped by the value of k_s”",
+    source: "section 8, eq. (corrected_area), fig. 13",
     quantity: "distance between neighbouring groups of k_upper minus the width of a group, in ln A \
                for the area A corrected by π/8, by least squares over the spectra, at loads 0.012, \
                0.024, 0.06",
     expected: Expectation::Positive,
-    because: "groups are apart if one step of k_upper, a factor of 2, changes the area more than \
-              the whole range of k_lower, a factor of 16",
+    reason: "groups are apart if one step of k_upper, a factor of 2, changes the area more than \
+             the whole range of k_lower, a factor of 16",
     figure: Some("area-corrected"),
 };
 
 const NO_TREND_WITHIN_GROUPS: Statement = Statement {
     name: "no-trend-within-corrected-groups",
     origin: Origin::Paper,
-    says: "“within each group there is no specific trend with respect to the lower cutoff or Nayak's \
-           parameter”",
-    place: "section 8, fig. 13",
+    text: "“within each group there is no specific trend with respect to the lower cutoff or \
+           Nayak's parameter”",
+    source: "section 8, fig. 13",
     quantity: "∂ ln A/∂ ln k_lower at given k_upper for the area A corrected by π/8, by least \
                squares over the spectra, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "0.02 changes the area by 5 % from k_lower = 1 to 16, a fifth of the effect of \
-              k_upper",
+    reason: "0.02 changes the area by 5 % from k_lower = 1 to 16, a fifth of the effect of k_upper",
     figure: Some("area-corrected"),
 };
 
 const VARIANCES: Statement = Statement {
     name: "scatter-falls-with-cutoffs",
     origin: Origin::Paper,
-    says: "“the standard deviation in the results is higher for smaller k_s and k_l: the smallest \
+    text: "“the standard deviation in the results is higher for smaller k_s and k_l: the smallest \
            variance is found for k_l = 16, k_s = 128, the highest … for k_l = 1, k_s = 32”",
-    place: "section 5.2, fig. 5",
+    source: "section 5.2, fig. 5",
     quantity: "ln of the ratio of the standard deviations of the area between surfaces for \
                neighbouring k_lower or k_upper (smaller over larger), at the load 0.06",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
 const NO_CONVERGENCE: Statement = Statement {
     name: "no-convergence-in-k-lower",
     origin: Origin::Paper,
-    says: "“we do not obtain any convergence in the area evolution curve with an increasing k_l \
+    text: "“we do not obtain any convergence in the area evolution curve with an increasing k_l \
            (approaching a Gaussian surface)”",
-    place: "sections 5.2.2 and 9.2, figs. 5, 6",
+    source: "sections 5.2.2 and 9.2, figs. 5, 6",
     quantity: "ln of the ratio of the mean areas for one step of k_lower, minus half of this \
                logarithm for the step before, for steps of equal ratio, at loads 0.012, 0.024, \
                0.06",
     expected: Expectation::Positive,
-    because: "zero or less for a series whose steps halve or shrink faster; “any” claims more, \
-              because slower series converge, too",
+    reason: "zero or less for a series whose steps halve or shrink faster; “any” claims more, \
+             because slower series converge, too",
     figure: Some("area-light"),
 };
 
@@ -209,12 +208,12 @@ fn sensitivities(
     for family in families(&evidence.of_the_paper(correction)) {
         let spread = spread(&family);
         for &load in loads {
-            let Some(places) = below_four_fifths(&family, load) else {
+            let Some(indices) = below_four_fifths(&family, load) else {
                 continue;
             };
-            quantities.add(under(family[0].loads[places[0]]), &surfaces(&family), |weights| {
-                let area = |one: &AreaCurves, place: usize| weights.mean(&one.areas[place]);
-                Some(quantity(Plane::over_cutoffs(&family, &places, area)?.slopes, spread))
+            quantities.add(under(family[0].loads[indices[0]]), &surfaces(&family), |weights| {
+                let area = |one: &AreaCurves, index: usize| weights.mean(&one.areas[index]);
+                Some(quantity(Plane::over_cutoffs(&family, &indices, area)?.slopes, spread))
             });
         }
     }
@@ -224,72 +223,73 @@ fn sensitivities(
 const BANDWIDTH_ALONE: Statement = Statement {
     name: "corrected-area-depends-on-bandwidth-alone",
     origin: Origin::Ours,
-    says: "The area corrected as in 2017 depends, at a given load, on the bandwidth ζ = \
+    text: "The area corrected as in 2017 depends, at a given load, on the bandwidth ζ = \
            k_upper/k_lower only. The groups in the paper come from the mesh and from an \
            overcorrection.",
-    place: "compare sections 5.2 and 8 of the paper, figs. 5 and 13",
+    source: "compare sections 5.2 and 8 of the paper, figs. 5 and 13",
     quantity: "t of ln A = c + s ln ζ + t ln k_lower, by least squares over the spectra, at loads \
                from 0.012 to 0.52 with less than 80 % of the area in contact",
     expected: Expectation::Within(-0.015, 0.015),
-    because: "0.015 changes the area by 4 % from k_lower = 1 to 16; t is 0.04 for the counted area \
-              and −0.12 for the area corrected by π/8",
+    reason: "0.015 changes the area by 4 % from k_lower = 1 to 16; t is 0.04 for the counted area \
+             and −0.12 for the area corrected by π/8",
     figure: Some("collapse"),
 };
 
 const LOGARITHMIC: Statement = Statement {
     name: "corrected-area-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
-    says: "The corrected area falls as ζ grows: the law of the collapse.",
-    place: "see corrected-area-depends-on-bandwidth-alone",
+    text: "The corrected area falls as ζ grows: the law of the collapse.",
+    source: "see corrected-area-depends-on-bandwidth-alone",
     quantity: "−s of ln A = c + s ln ζ + t ln k_lower, as in \
                corrected-area-depends-on-bandwidth-alone",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any fall counts; the intervals give the law",
+    reason: "the claim states an order, so any fall counts; the intervals give the law",
     figure: Some("collapse"),
 };
 
 const RATHER_THAN_ALPHA: Statement = Statement {
     name: "corrected-area-collapses-on-bandwidth-rather-than-alpha",
     origin: Origin::Ours,
-    says: "The corrected areas of self-affine spectra collapse on the bandwidth ζ better than on \
+    text: "The corrected areas of self-affine spectra collapse on the bandwidth ζ better than on \
            Nayak's parameter α of the modes of the cell.",
-    place: "compare section 5.2.2 of the paper, where α is a function of ζ by eq. (alpha), which \
-            only holds for continuous wavenumbers",
+    source: "compare section 5.2.2 of the paper, where α is a function of ζ by eq. (alpha), which \
+             only holds for continuous wavenumbers",
     quantity: "ln of the ratio of the rms residuals of the fits ln A = c + s ln α and ln A = c + s \
                ln ζ over the spectra, at loads from 0.012 to 0.52 with less than 80 % of the area \
                in contact",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: Some("collapse"),
 };
 
 const ALPHA_ALONE: Statement = Statement {
     name: "corrected-area-collapses-on-alpha",
     origin: Origin::Ours,
-    says: "Spectra of several Hurst exponents lie on one curve against α.",
-    place: "section 9.3 of the paper conjectures this (“the Hurst roughness exponent does not play \
-            an independent role”) and calls for the test; the correction is an addition of \
-            asperity",
+    text: "Spectra of several Hurst exponents lie on one curve against α.",
+    source: "section 9.3 of the paper conjectures this (“the Hurst roughness exponent does not \
+             play an independent role”) and calls for the test; the correction is an addition of \
+             asperity",
     quantity: "rms residual of the fit ln A = c + s ln α over all spectra, with α over the modes \
                of the cell, at loads from 0.012 to 0.52 with less than 80 % of the area in contact",
     expected: Expectation::Within(f64::NEG_INFINITY, MOST_LEFT),
-    because: "1 % of the area; loads at which ln A itself deviates from its mean by less than 1 % \
-              rms are not tested, because every line would fit them",
+    reason: "1 % of the area; loads at which ln A itself deviates from its mean by less than 1 % \
+             rms are not tested, because every line would fit them",
     figure: Some("collapse"),
 };
 
 const ALPHA_ALONE_WITH_PLATEAUS: Statement = Statement {
-    says: "Spectra with plateaus of several lengths lie on one curve against α.",
-    place: "section 9.3 of the paper calls for the test of α alone; the correction and plateaus \
-            are additions of asperity",
+    text: "Spectra with plateaus of several lengths lie on one curve against α.",
+    source: "section 9.3 of the paper calls for the test of α alone; the correction and plateaus \
+             are additions of asperity",
     ..ALPHA_ALONE
 };
 
 const ALPHA_ALONE_OF_BOTH: Statement = Statement {
-    says: "Spectra of several Hurst exponents, with plateaus and without, lie on one curve against α.",
-    place: "section 9.3 of the paper conjectures this for Hurst exponents (“the Hurst roughness \
-            exponent does not play an independent role”) and calls for the test; the correction \
-            and plateaus are additions of asperity",
+    text: "Spectra of several Hurst exponents, with plateaus and without, lie on one curve against \
+           α.",
+    source: "section 9.3 of the paper conjectures this for Hurst exponents (“the Hurst roughness \
+             exponent does not play an independent role”) and calls for the test; the correction \
+             and plateaus are additions of asperity",
     ..ALPHA_ALONE
 };
 
@@ -405,18 +405,18 @@ fn over_loads(
             continue;
         };
         for load in UP_TO_FOUR_FIFTHS {
-            let Some(places) = below_four_fifths(&family, load) else {
+            let Some(indices) = below_four_fifths(&family, load) else {
                 continue;
             };
             let points = |weights: &Weights| -> Vec<[f64; 3]> {
-                let areas = family.iter().zip(&places);
-                let areas = areas.map(|(one, &place)| weights.mean(&one.areas[place]));
+                let areas = family.iter().zip(&indices);
+                let areas = areas.map(|(one, &index)| weights.mean(&one.areas[index]));
                 let points = measures.iter().zip(areas);
                 let points = points.map(|(&[one, other], area)| [one, other, area.ln()]);
                 points.collect()
             };
             if is_tested(&points(&Weights::ALL)) {
-                let label = under(family[0].loads[places[0]]);
+                let label = under(family[0].loads[indices[0]]);
                 quantities.add(label, &surfaces(&family), |weights| quantity(&points(weights)));
             }
         }

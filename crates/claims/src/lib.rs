@@ -52,15 +52,15 @@ pub struct Statement {
     pub name: &'static str,
     pub origin: Origin,
     /// Text of the claim, quoted if it is the paper's.
-    pub says: &'static str,
+    pub text: &'static str,
     /// Section and equation or figure of the paper, or the source of a claim of asperity.
-    pub place: &'static str,
+    pub source: &'static str,
     /// Quantity that is computed, with unit and loads.
     pub quantity: &'static str,
     /// Condition that all quantities must meet.
     pub expected: Expectation,
     /// Reason for the expected range, and remarks.
-    pub because: &'static str,
+    pub reason: &'static str,
     /// Name of the report's figure that shows the quantity.
     pub figure: Option<&'static str>,
 }
@@ -165,12 +165,12 @@ impl fmt::Display for Expectation {
 impl Expectation {
     /// Returns the verdict on one of several quantities.
     pub fn verdict(self, bound: &Bound, quantities: usize) -> Verdict {
-        self.verdict_of(bound, quantities, 1)
+        self.verdict_at_look(bound, quantities, 1)
     }
 
     /// Returns the verdict on one of several quantities at one of several looks. The level holds
     /// for all looks together.
-    pub fn verdict_of(self, bound: &Bound, quantities: usize, looks: usize) -> Verdict {
+    pub fn verdict_at_look(self, bound: &Bound, quantities: usize, looks: usize) -> Verdict {
         let (low, high) = self.range();
         let [least, most] = bound.one_sided_of(looks);
         let [lower, upper] = bound.simultaneous(quantities * looks);
@@ -208,13 +208,13 @@ impl Expectation {
 
 impl Judgement {
     /// Judges quantities, or returns `None` if there are none.
-    pub fn of(expected: Expectation, bounds: Vec<Bound>) -> Option<Judgement> {
+    pub fn new(expected: Expectation, bounds: Vec<Bound>) -> Option<Judgement> {
         let verdict = |bound: &Bound| expected.verdict(bound, bounds.len());
         let verdicts: Vec<Verdict> = bounds.iter().map(verdict).collect();
         let count = |verdict| verdicts.iter().filter(|&&found| found == verdict).count();
         let contradicting = count(Verdict::DoesNotHold);
         let undecided = count(Verdict::CannotSay);
-        let margin = |place: &usize| expected.margin(&bounds[*place]);
+        let margin = |index: &usize| expected.margin(&bounds[*index]);
         let deciding = (0..bounds.len()).min_by(|a, b| margin(a).total_cmp(&margin(b)))?;
         Some(Judgement {
             verdict: match (contradicting, undecided) {
@@ -232,7 +232,7 @@ impl Judgement {
 
     /// Adds the labels of quantities without a value, with which a claim on all quantities cannot
     /// hold.
-    pub fn beside(self, without_value: &[String]) -> Judgement {
+    pub fn with_missing(self, without_value: &[String]) -> Judgement {
         let verdict = match self.verdict {
             Verdict::Holds if !without_value.is_empty() => Verdict::CannotSay,
             verdict => verdict,

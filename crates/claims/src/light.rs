@@ -19,118 +19,119 @@ pub const UP_TO_FOUR_FIFTHS: [f64; 6] = [0.012, 0.024, 0.06, 0.14, 0.32, 0.52];
 const GROWS_WITH_K_LOWER: Statement = Statement {
     name: "area-grows-with-k-lower",
     origin: Origin::Paper,
-    says: "“surfaces with greater value of k_l … develop a bigger contact area fraction under a given \
-           contact pressure … up to about A/A₀ ≈ 80 %”",
-    place: "section 9.2, figs. 5, 9",
+    text: "“surfaces with greater value of k_l … develop a bigger contact area fraction under a \
+           given contact pressure … up to about A/A₀ ≈ 80 %”",
+    source: "section 9.2, figs. 5, 9",
     quantity: "ln of the ratio of the mean areas for neighbouring k_lower (larger over smaller) at \
                equal k_upper, at loads from 0.012 to 0.52 with less than 80 % of the area in \
                contact",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
 const GROWS_CORRECTED: Statement = Statement {
     name: "corrected-area-grows-with-k-lower",
     origin: Origin::Ours,
-    says: "The area corrected as in 2017 grows with k_lower, too, so the error of the mesh is not \
+    text: "The area corrected as in 2017 grows with k_lower, too, so the error of the mesh is not \
            the cause.",
-    place: "section 9.2 of the paper offers two explanations: the error of the mesh, and the \
-            density and clustering of asperities",
+    source: "section 9.2 of the paper offers two explanations: the error of the mesh, and the \
+             density and clustering of asperities",
     ..GROWS_WITH_K_LOWER
 };
 
 const FALLS_WITH_ALPHA: Statement = Statement {
     name: "area-falls-with-alpha",
     origin: Origin::Paper,
-    says: "“Within each group, curves with greater Nayak's parameter α predict smaller contact areas.”",
-    place: "section 5.2, fig. 5; section 9.3 (i)",
+    text: "“Within each group, curves with greater Nayak's parameter α predict smaller contact \
+           areas.”",
+    source: "section 5.2, fig. 5; section 9.3 (i)",
     quantity: "−ln of the ratio of the mean areas for neighbouring k_upper (larger over smaller) \
                at equal k_lower, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any difference counts",
+    reason: "the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
 const FALLS_CORRECTED: Statement = Statement {
     name: "corrected-area-falls-with-alpha",
     origin: Origin::Ours,
-    says: "The area corrected as in 2017 falls with α, too; the correction subtracts more for \
+    text: "The area corrected as in 2017 falls with α, too; the correction subtracts more for \
            larger k_upper.",
-    place: "section 5.2 of the paper: “may be slightly altered by numerical errors”",
+    source: "section 5.2 of the paper: “may be slightly altered by numerical errors”",
     ..FALLS_WITH_ALPHA
 };
 
 const ABOVE_PERSSON: Statement = Statement {
     name: "area-above-persson",
     origin: Origin::Paper,
-    says: "“All obtained results are significantly higher than the prediction of Persson's model.”",
-    place: "section 5.2, eq. (area_persson), fig. 5",
+    text: "“All obtained results are significantly higher than the prediction of Persson's model.”",
+    source: "section 5.2, eq. (area_persson), fig. 5",
     quantity: "ln of the ratio of the mean area to erf(√2 y), at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.1, f64::INFINITY),
-    because: "“significantly” is read as at least 10 %",
+    reason: "“significantly” is read as at least 10 %",
     figure: Some("area-light"),
 };
 
 const CORRECTED_ABOVE_PERSSON: Statement = Statement {
     name: "corrected-area-above-persson",
     origin: Origin::Ours,
-    says: "The area corrected as in 2017 exceeds that of Persson's theory, too.",
-    place: "see area-above-persson",
+    text: "The area corrected as in 2017 exceeds that of Persson's theory, too.",
+    source: "see area-above-persson",
     ..ABOVE_PERSSON
 };
 
 const CLOSE_TO_BGT: Statement = Statement {
     name: "widest-k-lower-is-close-to-bgt-asymptote",
     origin: Origin::Paper,
-    says: "“The results for k_l = 16 are close to the asymptotic prediction of asperity based models \
-           referenced as “asymptotics BGT”.”",
-    place: "section 5.2, fig. 5",
+    text: "“The results for k_l = 16 are close to the asymptotic prediction of asperity based \
+           models referenced as “asymptotics BGT”.”",
+    source: "section 5.2, fig. 5",
     quantity: "ratio of the mean area to √(2π) y, for k_lower = 16 on 1024 × 1024 nodes or the \
                same number of nodes per longest wavelength, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.9, 1.1),
-    because: "“close” is read as within 10 %",
+    reason: "“close” is read as within 10 %",
     figure: Some("area-light"),
 };
 
 const AREA_AT_THE_END: Statement = Statement {
     name: "area-at-0.06",
     origin: Origin::Paper,
-    says: "“p₀ ∈ [0; 0.06 E*], which corresponds to the contact area fraction A/A₀ ∈ [0; ≈14 %]”; \
+    text: "“p₀ ∈ [0; 0.06 E*], which corresponds to the contact area fraction A/A₀ ∈ [0; ≈14 %]”; \
            elsewhere “10–14 %”",
-    place: "sections 4 and 5.2.2",
+    source: "sections 4 and 5.2.2",
     quantity: "mean area at the load 0.06 E* × rms slope",
     expected: Expectation::Within(0.095, 0.145),
-    because: "the numbers that round to 10 and 14 %; the paper omits the rms slope, see \
-              p0-over-rms-slope",
+    reason: "the numbers that round to 10 and 14 %; the paper omits the rms slope, see \
+             p0-over-rms-slope",
     figure: Some("area-light"),
 };
 
 const BETWEEN_THE_ASYMPTOTES: Statement = Statement {
     name: "corrected-area-between-asymptotes",
     origin: Origin::Paper,
-    says: "The corrected area “lies between the asymptotic predictions of Persson's and asperity based \
-           models”.",
-    place: "section 8, fig. 13",
+    text: "The corrected area “lies between the asymptotic predictions of Persson's and asperity \
+           based models”.",
+    source: "section 8, fig. 13",
     quantity: "(A/y − √(8/π))/(√(2π) − √(8/π)) for the area A corrected by π/8, at loads 0.012, \
                0.024, 0.06",
     expected: Expectation::Within(0.0, 1.0),
-    because: "0 is Persson's asymptote, 1 that of asperity models",
+    reason: "0 is Persson's asymptote, 1 that of asperity models",
     figure: Some("area-corrected"),
 };
 
 const SECANT_GROWS: Statement = Statement {
     name: "corrected-secant-grows",
     origin: Origin::Paper,
-    says: "“for the curves with k_l = 16 it [the secant] is an increasing function … connected with a \
-           too rough estimation of the relative error”",
-    place: "section 8, inset of fig. 13",
+    text: "“for the curves with k_l = 16 it [the secant] is an increasing function … connected \
+           with a too rough estimation of the relative error”",
+    source: "section 8, inset of fig. 13",
     quantity: "ln of the ratio of the secants A/y at loads 0.06 and 0.012, for the area A \
                corrected by π/8, for k_lower = 16 on 1024 × 1024 nodes or the same number of nodes \
                per longest wavelength",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any growth counts; with the correction of 2017 the \
-              secant falls",
+    reason: "the claim states an order, so any growth counts; with the correction of 2017 the \
+             secant falls",
     figure: Some("area-corrected"),
 };
 
@@ -174,10 +175,10 @@ fn over_steps(
 ) -> Quantities {
     let mut quantities = Quantities::default();
     for step in Step::all(&evidence.of_the_paper(correction), cutoff) {
-        for places in loads.iter().filter_map(|&load| step.at(load)) {
-            let label = step.label(evidence, places[0]);
+        for indices in loads.iter().filter_map(|&load| step.at(load)) {
+            let label = step.label(evidence, indices[0]);
             quantities.add(label, &step.surfaces(), |weights| {
-                Some(quantity(step.ln_ratio(places, weights)))
+                Some(quantity(step.ln_ratio(indices, weights)))
             });
         }
     }
@@ -217,11 +218,11 @@ fn at_light_loads(
 ) -> Quantities {
     let mut quantities = Quantities::default();
     for ensemble in ensembles {
-        for place in LIGHT.into_iter().filter_map(|load| ensemble.at(load)) {
-            let load = ensemble.loads[place];
+        for index in LIGHT.into_iter().filter_map(|load| ensemble.at(load)) {
+            let load = ensemble.loads[index];
             let label = evidence.name_under(&ensemble.spectrum, load);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                Some(quantity(weights.mean(&ensemble.areas[place]), load))
+                Some(quantity(weights.mean(&ensemble.areas[index]), load))
             });
         }
     }
@@ -241,8 +242,8 @@ pub fn of_widest_k_lower(mut ensembles: Vec<&AreaCurves>) -> Vec<&AreaCurves> {
 fn secant_grows(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for ensemble in of_widest_k_lower(evidence.of_the_paper(OF_2015)) {
-        let places = ensemble.at(0.012).zip(ensemble.at(0.06));
-        if let Some((first, last)) = places {
+        let indices = ensemble.at(0.012).zip(ensemble.at(0.06));
+        if let Some((first, last)) = indices {
             let label = evidence.name(&ensemble.spectrum);
             let secant = |at: usize, weights: &Weights| {
                 weights.mean(&ensemble.areas[at]) / ensemble.loads[at]
@@ -258,10 +259,10 @@ fn secant_grows(evidence: &Evidence) -> Claim {
 fn area_at_the_end(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {
-        if let Some(place) = ensemble.at(0.06) {
+        if let Some(index) = ensemble.at(0.06) {
             let label = evidence.name(&ensemble.spectrum);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                Some(weights.mean(&ensemble.areas[place]))
+                Some(weights.mean(&ensemble.areas[index]))
             });
         }
     }
@@ -273,41 +274,41 @@ fn area_at_the_end(evidence: &Evidence) -> Claim {
 const WEAKER_THAN_IN_MODELS: Statement = Statement {
     name: "effect-of-alpha-is-weaker-than-in-asperity-models",
     origin: Origin::Paper,
-    says: "“the effect of α on the contact area is not as strong as predicted by these models” (Bush, \
-           Gibson & Thomas, and the simplified elliptic model of Greenwood 2006)",
-    place: "section 5.2, fig. 5; section 9.3 (ii)",
+    text: "“the effect of α on the contact area is not as strong as predicted by these models” \
+           (Bush, Gibson & Thomas, and the simplified elliptic model of Greenwood 2006)",
+    source: "section 5.2, fig. 5; section 9.3 (ii)",
     quantity: "ln of the ratio of the mean areas for neighbouring k_upper (larger over smaller) at \
                equal k_lower, minus the same logarithm in the model, whose α are those of both \
                spectra over the modes of the cell; at loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
-    because: "both logarithms are negative; the claim states an order, so any difference counts",
+    reason: "both logarithms are negative; the claim states an order, so any difference counts",
     figure: Some("area-light"),
 };
 
 const NOT_ALPHA_ALONE: Statement = Statement {
     name: "alpha-alone-does-not-decide",
     origin: Origin::Paper,
-    says: "“for different k_l and similar ζ = k_s/k_l … the area evolutions are quite distinct. Hence, \
-           for non-Gaussian surfaces, the Nayak's parameter α cannot solely determine the evolution \
-           of the contact area.”",
-    place: "section 5.2.2, figs. 5, 6",
+    text: "“for different k_l and similar ζ = k_s/k_l … the area evolutions are quite distinct. \
+           Hence, for non-Gaussian surfaces, the Nayak's parameter α cannot solely determine the \
+           evolution of the contact area.”",
+    source: "section 5.2.2, figs. 5, 6",
     quantity: "ln of the ratio of the mean areas for spectra of equal ζ (larger over smaller \
                k_lower), at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.03, f64::INFINITY),
-    because: "“quite distinct” is read as at least 3 % of the counted area. In eq. (alpha), over \
-              continuous wavenumbers, equal ζ means equal α. Over the modes of the cell α is 5.50 \
-              and 5.26 for ζ = 8, the paper's example, but 43.9 and 30.3 for ζ = 32",
+    reason: "“quite distinct” is read as at least 3 % of the counted area. In eq. (alpha), over \
+             continuous wavenumbers, equal ζ means equal α. Over the modes of the cell α is 5.50 \
+             and 5.26 for ζ = 8, the paper's example, but 43.9 and 30.3 for ζ = 32",
     figure: Some("area-light"),
 };
 
 const ALPHA_ALONE: Statement = Statement {
     name: "alpha-alone-decides-corrected",
     origin: Origin::Ours,
-    says: "Spectra of equal ζ have the same area if it is corrected as in 2017, so the error of \
+    text: "Spectra of equal ζ have the same area if it is corrected as in 2017, so the error of \
            the mesh causes the differences of alpha-alone-does-not-decide.",
-    place: "see corrected-area-depends-on-bandwidth-alone",
+    source: "see corrected-area-depends-on-bandwidth-alone",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "2 %, less than the 3 % that count as distinct there",
+    reason: "2 %, less than the 3 % that count as distinct there",
     figure: Some("collapse"),
     ..NOT_ALPHA_ALONE
 };
@@ -328,8 +329,8 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
     let ensembles = evidence.of_the_paper(AS_COUNTED);
     let mut quantities = Quantities::default();
     for step in Step::all(&ensembles, Cutoff::Upper) {
-        for places in LIGHT.into_iter().filter_map(|load| step.at(load)) {
-            let [one, _] = places;
+        for indices in LIGHT.into_iter().filter_map(|load| step.at(load)) {
+            let [one, _] = indices;
             let load = step.lesser.loads[one];
             for (model, name) in models {
                 let area = |spectrum: &Spectrum| modelled_area(model, spectrum, load);
@@ -339,7 +340,7 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
                 };
                 let label = format!("{}, {name}", step.label(evidence, one));
                 quantities.add(label, &step.surfaces(), |weights| {
-                    Some(step.ln_ratio(places, weights) - (of_greater / of_lesser).ln())
+                    Some(step.ln_ratio(indices, weights) - (of_greater / of_lesser).ln())
                 });
             }
         }

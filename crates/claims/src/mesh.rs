@@ -20,74 +20,75 @@ use asperity_statistics::limits::{LimitFit, LimitProblem, TermForm};
 const EDGE_NODES: Statement = Statement {
     name: "edge-nodes-are-pi-over-4-of-the-switches",
     origin: Origin::Paper,
-    says: "internal points are nodes “that do not lie on the edge of contact zones”: “we estimate the \
-           lower bound of the contact area as” A − (π/4) S_d Δx",
-    place: "section 8, footnote on the perimeter, fig. 11",
+    text: "internal points are nodes “that do not lie on the edge of contact zones”: “we estimate \
+           the lower bound of the contact area as” A − (π/4) S_d Δx",
+    source: "section 8, footnote on the perimeter, fig. 11",
     quantity: "ratio of the number of contact nodes with a gap among their four neighbours to π/4 \
                of the switches, at the load 0.06",
     expected: Expectation::Within(0.8, 1.2),
-    because: "±20 %, because the paper estimates, and does not say which neighbours count: the \
-              ratio for straight edges of all directions is 0.90 with four neighbours, 1.27 with \
-              eight",
+    reason: "±20 %, because the paper estimates, and does not say which neighbours count: the \
+             ratio for straight edges of all directions is 0.90 with four neighbours, 1.27 with \
+             eight",
     figure: None,
 };
 
 const BOUNDS: Statement = Statement {
     name: "true-area-lies-within-the-bounds",
     origin: Origin::Paper,
-    says: "“A_inf/A₀ ≤ A′/A₀ ≤ A/A₀”, A_inf = A − (π/4) S_d Δx",
-    place: "section 8, fig. 11",
+    text: "“A_inf/A₀ ≤ A′/A₀ ≤ A/A₀”, A_inf = A − (π/4) S_d Δx",
+    source: "section 8, fig. 11",
     quantity: "c/(π/4) from A_N = A* + c S_d Δx over meshes of the same surfaces, at all loads",
     expected: Expectation::Within(0.0, 1.0),
-    because: "0 if the counted area is exact, 1 if the lower bound is exact",
+    reason: "0 if the counted area is exact, 1 if the lower bound is exact",
     figure: Some("mesh-convergence"),
 };
 
 const SMALLER_ERROR: Statement = Statement {
     name: "error-is-smaller-than-estimated",
     origin: Origin::Paper,
-    says: "A′ ≈ A − (π/8) S_d Δx is a rough estimate; “the actual error may be significantly smaller”",
-    place: "section 8, eq. (corrected_area)",
+    text: "A′ ≈ A − (π/8) S_d Δx is a rough estimate; “the actual error may be significantly \
+           smaller”",
+    source: "section 8, eq. (corrected_area)",
     quantity: "c/(π/8) from A_N = A* + c S_d Δx over meshes of the same surfaces, at all loads",
     expected: Expectation::Within(0.0, 0.9),
-    because: "“significantly smaller” is read as smaller by at least 10 %",
+    reason: "“significantly smaller” is read as smaller by at least 10 %",
     figure: Some("mesh-convergence"),
 };
 
 const OF_2017_IS_RIGHT: Statement = Statement {
     name: "correction-of-2017-is-right",
     origin: Origin::Ours,
-    says: "The counted area is too large by ((π − 1 + ln 2)/24) S_d Δx, within 15 %.",
-    place: "Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161",
+    text: "The counted area is too large by ((π − 1 + ln 2)/24) S_d Δx, within 15 %.",
+    source: "Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161",
     quantity: "c/0.1181, the ratio to this coefficient, from A_N = A* + c S_d Δx over meshes of \
                the same surfaces, at all loads",
     expected: Expectation::Within(0.85, 1.15),
-    because: "15 % of a correction of a few per cent is less than 1 % of the area",
+    reason: "15 % of a correction of a few per cent is less than 1 % of the area",
     figure: Some("mesh-convergence"),
 };
 
 const LARGEST_ERROR: Statement = Statement {
     name: "largest-estimated-error",
     origin: Origin::Paper,
-    says: "“This estimation may be as high as 45 %.”",
-    place: "section 8, fig. 12",
+    text: "“This estimation may be as high as 45 %.”",
+    source: "section 8, fig. 12",
     quantity: "ratio of (π/8) S_d Δx to the contact area, means over surfaces, at the lightest \
                load, for the spectrum with the largest ratio",
     expected: Expectation::Within(0.4, 0.5),
-    because: "45 ± 5 %; divided by A₀, as printed, it would be an absolute error, see \
-              relative-error-is-absolute",
+    reason: "45 ± 5 %; divided by A₀, as printed, it would be an absolute error, see \
+             relative-error-is-absolute",
     figure: Some("relative-error"),
 };
 
 const ERROR_HALVES: Statement = Statement {
     name: "estimated-error-halves-at-30-percent",
     origin: Origin::Paper,
-    says: "“the error is only divided by two at about 30 % of the contact area fraction”",
-    place: "section 8, fig. 12",
+    text: "“the error is only divided by two at about 30 % of the contact area fraction”",
+    source: "section 8, fig. 12",
     quantity: "mean area at which the ratio of (π/8) S_d Δx to the contact area is half of its \
                value at the lightest load, mean over the spectra",
     expected: Expectation::Within(0.2, 0.4),
-    because: "“about 30 %” is read as 20 to 40 %",
+    reason: "“about 30 %” is read as 20 to 40 %",
     figure: Some("relative-error"),
 };
 
@@ -174,9 +175,9 @@ fn error_halves(evidence: &Evidence) -> Claim {
         let label = format!("mean of {} spectra", pairs.len());
         quantities.add(label, &surfaces, |weights| {
             let areas = pairs.iter().map(|[counted, corrected]| {
-                let point = |place: usize| {
-                    let area = weights.mean(&counted.areas[place]);
-                    let error = 1.0 - weights.mean(&corrected.areas[place]) / area;
+                let point = |index: usize| {
+                    let area = weights.mean(&counted.areas[index]);
+                    let error = 1.0 - weights.mean(&corrected.areas[index]) / area;
                     (area, error)
                 };
                 let curve: Vec<(f64, f64)> = (0..counted.loads.len()).map(point).collect();
@@ -201,61 +202,61 @@ fn halved(curve: &[(f64, f64)]) -> Option<f64> {
 const LOGARITHMIC: Statement = Statement {
     name: "kappa-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
-    says: "In the limits of large cells and fine meshes, the secant A/(A₀ y) falls with the \
+    text: "In the limits of large cells and fine meshes, the secant A/(A₀ y) falls with the \
            logarithm of k_upper/k_lower, and has no fractal limit.",
-    place: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
-            area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) \
-            433, extrapolate the secant to a limit by powers",
+    source: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
+             area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) \
+             433, extrapolate the secant to a limit by powers",
     quantity: "exponent of the power of k_lower/k_upper with the curvature of the secant in the \
                middle of the spectra, at each load of the fit",
     expected: Expectation::Within(-0.2, 0.2),
-    because: "0 is a logarithm; a power with the exponent 0.2 covers more than half of the way to \
-              its limit between bandwidths of 2 and 128, and one with an exponent below −0.2 falls \
-              faster than any logarithm",
+    reason: "0 is a logarithm; a power with the exponent 0.2 covers more than half of the way to \
+             its limit between bandwidths of 2 and 128, and one with an exponent below −0.2 falls \
+             faster than any logarithm",
     figure: None,
 };
 
 const BETWEEN_THEORIES: Statement = Statement {
     name: "kappa-lies-between-theories-on-fine-meshes",
     origin: Origin::Ours,
-    says: "In the limits of large cells and fine meshes, the secant lies between √(8/π) of Persson \
+    text: "In the limits of large cells and fine meshes, the secant lies between √(8/π) of Persson \
            and √(2π) of Bush, Gibson & Thomas, for the narrowest and the widest spectrum of the \
            study.",
-    place: "compare section 8 of the paper, which finds this for the area corrected by π/8",
+    source: "compare section 8 of the paper, which finds this for the area corrected by π/8",
     quantity: "(secant − √(8/π))/(√(2π) − √(8/π)) at the lightest load of the fit, if that is at \
                most 0.02",
     expected: Expectation::Within(0.0, 1.0),
-    because: "0 is Persson's theory, 1 that of asperities, both for a vanishing load; at the load \
-              0.02 Persson's secant is smaller by 0.03 %. The claim does not extend beyond the \
-              bandwidths of the study, because a logarithm leaves every interval",
+    reason: "0 is Persson's theory, 1 that of asperities, both for a vanishing load; at the load \
+             0.02 Persson's secant is smaller by 0.03 %. The claim does not extend beyond the \
+             bandwidths of the study, because a logarithm leaves every interval",
     figure: None,
 };
 
 const CELL_IS_GREAT_ENOUGH: Statement = Statement {
     name: "sixteen-wavelengths-to-the-cell-are-enough",
     origin: Origin::Ours,
-    says: "The secant of a cell with sixteen longest wavelengths per side is that of an infinite \
+    text: "The secant of a cell with sixteen longest wavelengths per side is that of an infinite \
            cell.",
-    place: "section 9.2 of the paper finds no convergence in k_lower up to 16 at a given k_upper, \
-            where the bandwidth falls as k_lower grows",
+    source: "section 9.2 of the paper finds no convergence in k_lower up to 16 at a given k_upper, \
+             where the bandwidth falls as k_lower grows",
     quantity: "contribution of 1/k_lower = 1/16 to the secant, divided by the secant in the middle \
                of the bandwidths, at each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "2 % of the area, less than the 3 % that count as distinct in \
-              alpha-alone-does-not-decide",
+    reason: "2 % of the area, less than the 3 % that count as distinct in \
+             alpha-alone-does-not-decide",
     figure: None,
 };
 
 const MESH_IS_FINE_ENOUGH: Statement = Statement {
     name: "eight-nodes-to-the-wavelength-are-enough-once-corrected",
     origin: Origin::Ours,
-    says: "If the area is corrected as in 2017, the secant on a mesh of eight nodes per shortest \
+    text: "If the area is corrected as in 2017, the secant on a mesh of eight nodes per shortest \
            wavelength is that on an infinitely fine mesh.",
-    place: "compare section 8 of the paper, whose coarsest meshes have eight nodes",
+    source: "compare section 8 of the paper, whose coarsest meshes have eight nodes",
     quantity: "contribution of k_upper/nodes = 1/8 to the secant, divided by the secant in the \
                middle of the bandwidths, at each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
-    because: "2 % of the area; counted areas are too large by about 10 %",
+    reason: "2 % of the area; counted areas are too large by about 10 %",
     figure: None,
 };
 
@@ -268,7 +269,7 @@ const A_FIT: &str = "a `fit` stage with `law = \"limits\"`, `of = \"area_correct
 const DATA: &str = "area corrected as in 2017, in its limits";
 
 pub fn of_limits(evidence: &Evidence) -> Vec<Claim> {
-    let laws: Vec<KappaLaw> = evidence.kappa.iter().filter_map(KappaLaw::of).collect();
+    let laws: Vec<KappaLaw> = evidence.kappa.iter().filter_map(KappaLaw::best_fit).collect();
     let needs = || {
         if evidence.kappa.is_empty() {
             A_FIT.to_owned()
@@ -328,7 +329,7 @@ struct KappaLaw<'a> {
 impl<'a> KappaLaw<'a> {
     /// Selects the forms of the manifest with the smallest Akaike criterion, or `None` if no
     /// combination can be fitted.
-    fn of(points: &'a KappaPoints) -> Option<KappaLaw<'a>> {
+    fn best_fit(points: &'a KappaPoints) -> Option<KappaLaw<'a>> {
         let [least, most] = points.bandwidths();
         let law = |forms| KappaLaw { points, forms, middle: 0.5 * (least + most) };
         let all = points.forms.iter().enumerate();

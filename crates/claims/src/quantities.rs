@@ -56,8 +56,8 @@ impl Quantities {
         data: &'static str,
         needs: impl FnOnce() -> String,
     ) -> Claim {
-        let judgement = Judgement::of(statement.expected, self.bounds)
-            .map(|judgement| judgement.beside(&self.without_value));
+        let judgement = Judgement::new(statement.expected, self.bounds)
+            .map(|judgement| judgement.with_missing(&self.without_value));
         let outcome = judgement.map_or_else(
             || {
                 let few = format!(
@@ -135,10 +135,10 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
 
 /// Returns the index of a load in each ensemble, if at most 80 % of the area is in contact there.
 pub fn below_four_fifths(family: &[&AreaCurves], load: f64) -> Option<Vec<usize>> {
-    let places: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
-    let mut members = family.iter().zip(places.as_ref()?);
-    let are_below = members.all(|(one, &place)| one.mean(place) <= 0.8);
-    places.filter(|_| are_below)
+    let indices: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
+    let mut members = family.iter().zip(indices.as_ref()?);
+    let are_below = members.all(|(one, &index)| one.mean(index) <= 0.8);
+    indices.filter(|_| are_below)
 }
 
 /// Returns the number of surfaces of each ensemble.
@@ -158,14 +158,14 @@ impl Plane {
     /// selects a load of each ensemble.
     pub fn over_cutoffs(
         family: &[&AreaCurves],
-        places: &[usize],
+        indices: &[usize],
         quantity: impl Fn(&AreaCurves, usize) -> f64,
     ) -> Option<Plane> {
-        let point = |(one, &place): (&&AreaCurves, &usize)| {
+        let point = |(one, &index): (&&AreaCurves, &usize)| {
             let Spectrum { k_lower, k_upper, .. } = one.spectrum;
-            [k_lower as f64, k_upper as f64, quantity(one, place)].map(f64::ln)
+            [k_lower as f64, k_upper as f64, quantity(one, index)].map(f64::ln)
         };
-        let points: Vec<[f64; 3]> = family.iter().zip(places).map(point).collect();
+        let points: Vec<[f64; 3]> = family.iter().zip(indices).map(point).collect();
         Plane::through(&points)
     }
 
@@ -200,7 +200,7 @@ pub enum Cutoff {
 }
 
 impl Cutoff {
-    fn of(self, spectrum: &Spectrum) -> i64 {
+    fn value(self, spectrum: &Spectrum) -> i64 {
         match self {
             Cutoff::Lower => spectrum.k_lower,
             Cutoff::Upper => spectrum.k_upper,
@@ -222,12 +222,12 @@ impl Cutoff {
         let is_beyond = |other: &&T| {
             let other = spectrum(other);
             fixed(from) == fixed(other)
-                && self.of(other) > self.of(from)
+                && self.value(other) > self.value(from)
                 && from.is_plain()
                 && other.is_plain()
                 && (from.hurst, from.nodes) == (other.hurst, other.nodes)
         };
-        all.iter().filter(is_beyond).min_by_key(|other| self.of(spectrum(other)))
+        all.iter().filter(is_beyond).min_by_key(|other| self.value(spectrum(other)))
     }
 
     fn name(self) -> &'static str {
@@ -257,9 +257,9 @@ impl<'a> Step<'a> {
     /// Returns the index of a load in both ensembles, if at most 80 % of the area is in contact
     /// there.
     pub fn at(&self, load: f64) -> Option<[usize; 2]> {
-        let places = [self.lesser.at(load)?, self.greater.at(load)?];
-        let most = self.lesser.mean(places[0]).max(self.greater.mean(places[1]));
-        (most <= 0.8).then_some(places)
+        let indices = [self.lesser.at(load)?, self.greater.at(load)?];
+        let most = self.lesser.mean(indices[0]).max(self.greater.mean(indices[1]));
+        (most <= 0.8).then_some(indices)
     }
 
     /// Returns ln(mean area of `greater` / mean area of `lesser`).
@@ -275,13 +275,13 @@ impl<'a> Step<'a> {
     /// Returns a label such as `k_lower 4, k_upper 32 → k_lower 16`.
     pub fn name(&self, evidence: &Evidence) -> String {
         let name = evidence.name(&self.lesser.spectrum);
-        let greater = self.cutoff.of(&self.greater.spectrum);
+        let greater = self.cutoff.value(&self.greater.spectrum);
         format!("{name} → {} {greater}", self.cutoff.name())
     }
 
     /// Returns a label such as `k_lower 4, k_upper 32 → k_lower 16, load 0.060`.
-    pub fn label(&self, evidence: &Evidence, place: usize) -> String {
-        format!("{}, {}", self.name(evidence), under(self.lesser.loads[place]))
+    pub fn label(&self, evidence: &Evidence, index: usize) -> String {
+        format!("{}, {}", self.name(evidence), under(self.lesser.loads[index]))
     }
 }
 

@@ -19,56 +19,57 @@ const SPREAD: [f64; 3] = [0.005, 0.02, 0.06];
 const DECREASES: Statement = Statement {
     name: "slope-decreases",
     origin: Origin::Paper,
-    says: "“In all obtained curves, the slope of the contact area is a decreasing function of the \
+    text: "“In all obtained curves, the slope of the contact area is a decreasing function of the \
            applied pressure”",
-    place: "section 5.2.2, fig. 6",
+    source: "section 5.2.2, fig. 6",
     quantity: "decrease of the mean slope ΔA/Δy from each third of the loads up to 0.06 to the \
                next third",
     expected: Expectation::Positive,
-    because: "the claim states an order, so any decrease counts",
+    reason: "the claim states an order, so any decrease counts",
     figure: Some("slope"),
 };
 
 const DECREASES_CORRECTED: Statement = Statement {
     name: "corrected-slope-decreases",
     origin: Origin::Ours,
-    says: "The slope of the area corrected as in 2017 decreases, too.",
-    place: "see slope-decreases",
+    text: "The slope of the area corrected as in 2017 decreases, too.",
+    source: "see slope-decreases",
     ..DECREASES
 };
 
 const CONVEX: Statement = Statement {
     name: "slope-is-convex",
     origin: Origin::Paper,
-    says: "“all curves are convex in the considered range (up to 10–14 % of the contact area \
+    text: "“all curves are convex in the considered range (up to 10–14 % of the contact area \
            fraction)”, meaning their slopes; “a decreasing convex function”",
-    place: "sections 5.2.2 and 9.6, fig. 6",
+    source: "sections 5.2.2 and 9.6, fig. 6",
     quantity: "third divided difference of the mean area at loads 0, 0.005, 0.02, 0.06, which is a \
                sixth of a mean third derivative",
     expected: Expectation::Positive,
-    because: "equal intervals would miss the steep start; the test is weaker than the paper's \
-              claim of convexity everywhere",
+    reason: "equal intervals would miss the steep start; the test is weaker than the paper's claim \
+             of convexity everywhere",
     figure: Some("slope"),
 };
 
 const CONVEX_CORRECTED: Statement = Statement {
     name: "corrected-slope-is-convex",
     origin: Origin::Ours,
-    says: "The slope of the area corrected as in 2017 is convex, too.",
-    place: "see slope-is-convex",
+    text: "The slope of the area corrected as in 2017 is convex, too.",
+    source: "see slope-is-convex",
     ..CONVEX
 };
 
 const CROSSES_PERSSON: Statement = Statement {
     name: "slope-crosses-perssons-near-half",
     origin: Origin::Paper,
-    says: "“Up to about 50 % of contacting area, the numerically predicted slope is steeper than this \
-           predicted by the Persson's model and vice versa for greater contact area fractions.”",
-    place: "section 6, inset of fig. 9",
+    text: "“Up to about 50 % of contacting area, the numerically predicted slope is steeper than \
+           this predicted by the Persson's model and vice versa for greater contact area \
+           fractions.”",
+    source: "section 6, inset of fig. 9",
     quantity: "mean area at which the slope ΔA/Δy between neighbouring loads falls below Persson's \
                slope between the same loads",
     expected: Expectation::Within(0.4, 0.6),
-    because: "“about 50 %” is read as 40 to 60 %",
+    reason: "“about 50 %” is read as 40 to 60 %",
     figure: Some("area-full"),
 };
 
@@ -84,12 +85,12 @@ pub fn of_the_slope(evidence: &Evidence) -> Vec<Claim> {
 
 fn decreases(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
     let mut quantities = Quantities::default();
-    for (ensemble, places) in with_loads(evidence, correction, STRETCHES) {
+    for (ensemble, indices) in with_loads(evidence, correction, STRETCHES) {
         for third in 0..2 {
-            let load = ensemble.loads[places[third]];
+            let load = ensemble.loads[indices[third]];
             let label = format!("{}, around load {load:.3}", evidence.name(&ensemble.spectrum));
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                let slopes = divided(&curve(ensemble, places, weights));
+                let slopes = divided(&curve(ensemble, indices, weights));
                 Some(slopes[third] - slopes[third + 1])
             });
         }
@@ -99,10 +100,10 @@ fn decreases(evidence: &Evidence, correction: &str, statement: Statement) -> Cla
 
 fn is_convex(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
     let mut quantities = Quantities::default();
-    for (ensemble, places) in with_loads(evidence, correction, SPREAD) {
+    for (ensemble, indices) in with_loads(evidence, correction, SPREAD) {
         let label = evidence.name(&ensemble.spectrum);
         quantities.add(label, &[ensemble.surfaces()], |weights| {
-            Some(third_difference(&curve(ensemble, places, weights)))
+            Some(third_difference(&curve(ensemble, indices, weights)))
         });
     }
     quantities.judge(statement, data(correction), || all_of(evidence, correction, &SPREAD))
@@ -126,18 +127,18 @@ fn with_loads<'a>(
 ) -> Vec<(&'a AreaCurves, [usize; 3])> {
     let ensembles = evidence.of_the_paper(correction).into_iter();
     let found = ensembles.filter_map(|ensemble| {
-        let places: Option<Vec<usize>> = loads.iter().map(|&load| ensemble.at(load)).collect();
-        let places: [usize; 3] = places?.try_into().ok()?;
-        let ascend = places.is_sorted_by(|a, b| a < b);
-        ascend.then_some((ensemble, places))
+        let indices: Option<Vec<usize>> = loads.iter().map(|&load| ensemble.at(load)).collect();
+        let indices: [usize; 3] = indices?.try_into().ok()?;
+        let ascend = indices.is_sorted_by(|a, b| a < b);
+        ascend.then_some((ensemble, indices))
     });
     found.collect()
 }
 
 /// Returns the points (load, mean area), starting with (0, 0).
-fn curve(ensemble: &AreaCurves, places: [usize; 3], weights: &Weights) -> [(f64, f64); 4] {
+fn curve(ensemble: &AreaCurves, indices: [usize; 3], weights: &Weights) -> [(f64, f64); 4] {
     let [a, b, c] =
-        places.map(|place| (ensemble.loads[place], weights.mean(&ensemble.areas[place])));
+        indices.map(|index| (ensemble.loads[index], weights.mean(&ensemble.areas[index])));
     [(0.0, 0.0), a, b, c]
 }
 
@@ -170,9 +171,9 @@ fn crosses_persson(evidence: &Evidence) -> Claim {
 /// of loads.
 fn crossing(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;
-    for place in 1..ensemble.loads.len() {
-        let [from, to] = [place - 1, place]
-            .map(|place| (ensemble.loads[place], weights.mean(&ensemble.areas[place])));
+    for index in 1..ensemble.loads.len() {
+        let [from, to] = [index - 1, index]
+            .map(|index| (ensemble.loads[index], weights.mean(&ensemble.areas[index])));
         let area = 0.5 * (from.1 + to.1);
         // At light load the slopes of few surfaces scatter too much.
         if area < 0.2 {
@@ -195,67 +196,67 @@ fn crossing(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
 const LEAST_CONVEX: Statement = Statement {
     name: "least-convex-kappa",
     origin: Origin::Paper,
-    says: "“a lower boundary for this parameter for which the numerical data points can be fitted \
+    text: "“a lower boundary for this parameter for which the numerical data points can be fitted \
            appropriately [that is, convexly]: κ ⪆ 1.055 √(2π)”, “quite subjective”",
-    place: "section 5.2.1, eq. (cel_derivative), fig. 6",
+    source: "section 5.2.1, eq. (cel_derivative), fig. 6",
     quantity: "smallest κ/√(2π) for which the slopes of the law, fitted for all spectra at loads \
                up to 0.06, are convex",
     expected: Expectation::Within(1.0, 1.11),
-    because: "±5 %, because the paper calls its number subjective",
+    reason: "±5 %, because the paper calls its number subjective",
     figure: Some("slope"),
 };
 
 const BOUND_FALLS: Statement = Statement {
     name: "least-convex-kappa-falls-with-the-correction",
     origin: Origin::Paper,
-    says: "“this lower boundary can be significantly decreased, if one takes into account the error \
-           estimation based on the perimeter”",
-    place: "section 5.2.1, section 8",
+    text: "“this lower boundary can be significantly decreased, if one takes into account the \
+           error estimation based on the perimeter”",
+    source: "section 5.2.1, section 8",
     quantity: "ln of the ratio of the smallest convex κ of the counted area to that of the area \
                corrected by π/8",
     expected: Expectation::Within(0.05, f64::INFINITY),
-    because: "“significantly” is read as at least 5 %",
+    reason: "“significantly” is read as at least 5 %",
     figure: Some("area-corrected"),
 };
 
 const DEPENDS_ON_K_LOWER: Statement = Statement {
     name: "least-convex-kappa-depends-on-k-lower",
     origin: Origin::Paper,
-    says: "“the minimal value of κ is strongly dependent on the lower cutoff k_l”",
-    place: "section 5.2.1",
+    text: "“the minimal value of κ is strongly dependent on the lower cutoff k_l”",
+    source: "section 5.2.1",
     quantity: "ln of the ratio of the smallest convex κ of single spectra, for neighbouring \
                k_lower (larger over smaller) at equal k_upper",
     expected: Expectation::Within(0.05, f64::INFINITY),
-    because: "“strongly” is read as at least 5 % for each step; the paper gives no direction, and \
-              growth with k_lower is what studies find",
+    reason: "“strongly” is read as at least 5 % for each step; the paper gives no direction, and \
+             growth with k_lower is what studies find",
     figure: Some("slope"),
 };
 
 const EXPONENT: Statement = Statement {
     name: "exponent-of-pressure-growth",
     origin: Origin::Paper,
-    says: "the mean contact pressure's derivative dp̄/dp₀ “decreases approximately as a power law of the \
-           contact area”, β (A₀/A)^(1 − μ) with 0 < μ < 1",
-    place: "appendix C, eq. (b1), fig. 17; the lines of slopes −0.7 and −0.9 in the figure hold \
-            for fewer of these spectra",
+    text: "the mean contact pressure's derivative dp̄/dp₀ “decreases approximately as a power law \
+           of the contact area”, β (A₀/A)^(1 − μ) with 0 < μ < 1",
+    source: "appendix C, eq. (b1), fig. 17; the lines of slopes −0.7 and −0.9 in the figure hold \
+             for fewer of these spectra",
     quantity: "m = μ − 1 of the contact evolution law with κ = 1.1 √(2π), fitted to the slopes at \
                loads up to 0.06",
     expected: Expectation::Within(-1.0, 0.0),
-    because: "the printed range; the exponent of the law, because logarithms of differences would \
-              omit decreasing pressures",
+    reason: "the printed range; the exponent of the law, because logarithms of differences would \
+             omit decreasing pressures",
     figure: Some("pressure-growth"),
 };
 
 const FITS_WELL: Statement = Statement {
     name: "law-fits-below-a-fifth",
     origin: Origin::Paper,
-    says: "the contact evolution formula “fits well all our results at small contact area fractions \
-           (< 20 %)”",
-    place: "section 9.5, eq. (cel)",
+    text: "the contact evolution formula “fits well all our results at small contact area \
+           fractions (< 20 %)”",
+    source: "section 9.5, eq. (cel)",
     quantity: "rms relative residual of the law with free κ, β and μ, fitted to the mean areas \
                below 20 %",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.01),
-    because: "“well” is read as at most 1 %, the precision of a mean of fifty surfaces",
+    reason: "“well” is read as at most 1 %, the precision of a mean of fifty surfaces",
     figure: Some("area-light"),
 };
 
@@ -370,7 +371,7 @@ fn exponent(evidence: &Evidence) -> Claim {
 fn fits_well(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for ensemble in resolved(evidence, AS_COUNTED) {
-        let below = |place: &usize| ensemble.mean(*place) < 0.2;
+        let below = |index: &usize| ensemble.mean(*index) < 0.2;
         let Some(last) = (0..ensemble.loads.len()).rfind(below) else {
             continue;
         };
@@ -378,9 +379,9 @@ fn fits_well(evidence: &Evidence) -> Claim {
         let label = evidence.name(&ensemble.spectrum);
         quantities.add(label, &[ensemble.surfaces()], |weights| {
             let fit = fit(ensemble, weights, Quantity::Area, window, Kappa::Free)?;
-            let rests = (0..=last).map(|place| {
-                let area = weights.mean(&ensemble.areas[place]);
-                (fit.law.area(ensemble.loads[place]) / area - 1.0).powi(2)
+            let rests = (0..=last).map(|index| {
+                let area = weights.mean(&ensemble.areas[index]);
+                (fit.law.area(ensemble.loads[index]) / area - 1.0).powi(2)
             });
             Some((rests.sum::<f64>() / (last + 1) as f64).sqrt())
         });

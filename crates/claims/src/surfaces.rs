@@ -8,64 +8,64 @@ use crate::{Claim, Expectation, Origin, Statement};
 const GAUSSIAN: Statement = Statement {
     name: "heights-are-gaussian-from-k-lower-4",
     origin: Origin::Paper,
-    says: "“When we increase the lower cutoff to k_l = 4, 16, an accurate Gaussian distribution is \
+    text: "“When we increase the lower cutoff to k_l = 4, 16, an accurate Gaussian distribution is \
            obtained even for individual surfaces.”",
-    place: "section 3, fig. 3; appendix B, fig. 16",
+    source: "section 3, fig. 3; appendix B, fig. 16",
     quantity: "root mean square over surfaces of the excess kurtosis of the heights of each, \
                k_lower ≥ 4",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.25),
-    because: "an excess kurtosis of 0.25 changes the maximum of the density by 3 %, which is \
-              hardly visible in a figure; k_lower = 1 has about twice that; the skewness is not \
-              tested",
+    reason: "an excess kurtosis of 0.25 changes the maximum of the density by 3 %, which is hardly \
+             visible in a figure; k_lower = 1 has about twice that; the skewness is not tested",
     figure: Some("heights"),
 };
 
 const NOT_GAUSSIAN: Statement = Statement {
     name: "heights-are-not-gaussian-for-k-lower-1",
     origin: Origin::Paper,
-    says: "“For k_l = 1 … each particular distribution is strictly non-Gaussian”",
-    place: "section 3, fig. 3; appendix B, fig. 16",
+    text: "“For k_l = 1 … each particular distribution is strictly non-Gaussian”",
+    source: "section 3, fig. 3; appendix B, fig. 16",
     quantity: "root mean square over surfaces of the excess kurtosis of the heights of each, \
                k_lower = 1",
     expected: Expectation::Within(0.25, f64::INFINITY),
-    because: "the bound of heights-are-gaussian-from-k-lower-4; “each … strictly” claims more than \
-              a root mean square over surfaces can show",
+    reason: "the bound of heights-are-gaussian-from-k-lower-4; “each … strictly” claims more than \
+             a root mean square over surfaces can show",
     figure: Some("heights"),
 };
 
 const K_UPPER_DOES_NOT_HELP: Statement = Statement {
     name: "modes-come-from-k-lower",
     origin: Origin::Paper,
-    says: "for k_l = 1 “increasing k_s does not solve the problem; it practically has no effect on the \
-           distribution”, and “an increase in k_s does not result in approaching a normal distribution”",
-    place: "section 3; appendix B, fig. 16",
+    text: "for k_l = 1 “increasing k_s does not solve the problem; it practically has no effect on \
+           the distribution”, and “an increase in k_s does not result in approaching a normal \
+           distribution”",
+    source: "section 3; appendix B, fig. 16",
     quantity: "ratio of the mean effective numbers of modes for neighbouring k_upper (larger over \
                smaller) at equal k_lower, k_upper ≥ 8 k_lower; the number represents the \
                distribution, whose mean excess kurtosis is −3/2 divided by it",
     expected: Expectation::Within(0.9, 1.1),
-    because: "“practically no effect” is read as less than 10 %",
+    reason: "“practically no effect” is read as less than 10 %",
     figure: Some("heights"),
 };
 
 const TABLE_OF_ALPHA: Statement = Statement {
     name: "table-of-alpha",
     origin: Origin::Paper,
-    says: "Nayak's parameter for different cutoffs, computed from 200 surfaces of 1024 × 1024 \
+    text: "Nayak's parameter for different cutoffs, computed from 200 surfaces of 1024 × 1024 \
            nodes",
-    place: "table 2, numerical",
+    source: "table 2, numerical",
     quantity: "mean α of the surfaces minus the printed α, divided by the sum of 3.5 standard \
                errors of a mean over 200 such surfaces and half a unit of the last printed digit",
     expected: Expectation::Within(-1.0, 1.0),
-    because: "the printed means scatter, too: all 66 of them lie within 3.5 standard errors with a \
-              probability of 97 %",
+    reason: "the printed means scatter, too: all 66 of them lie within 3.5 standard errors with a \
+             probability of 97 %",
     figure: Some("nayak"),
 };
 
 const TABLE_OF_DENSITY: Statement = Statement {
     name: "table-of-summit-density",
-    says: "the density of asperities for different cutoffs, computed from 200 surfaces of 1024 × \
+    text: "the density of asperities for different cutoffs, computed from 200 surfaces of 1024 × \
            1024 nodes",
-    place: "table 3, numerical; in integer wavenumbers",
+    source: "table 3, numerical; in integer wavenumbers",
     quantity: "mean D of the surfaces minus the printed D, divided by the sum of 3.5 standard \
                errors of a mean over 200 such surfaces and half a unit of the last printed digit",
     figure: Some("summit-density"),
@@ -163,7 +163,7 @@ fn cell(printed: &str, ensemble: &PerSurface) -> Option<f64> {
     if !spectrum.is_plain() {
         return None;
     }
-    let place = format!("{},{},{},", spectrum.hurst, spectrum.k_lower, spectrum.k_upper);
-    let row = printed.lines().find_map(|line| line.strip_prefix(&place))?;
+    let cutoffs = format!("{},{},{},", spectrum.hurst, spectrum.k_lower, spectrum.k_upper);
+    let row = printed.lines().find_map(|line| line.strip_prefix(&cutoffs))?;
     row.split(',').next()?.parse().ok()
 }

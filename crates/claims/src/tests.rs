@@ -60,7 +60,7 @@ impl Campaign {
     }
 
     fn claims(&self) -> Vec<Claim> {
-        all(&Evidence::of(&[finished(Kind::Correct, self.table())]).unwrap())
+        all(&Evidence::from_tables(&[finished(Kind::Correct, self.table())]).unwrap())
     }
 }
 
@@ -114,7 +114,7 @@ fn verdict(claims: &[Claim], name: &str) -> Verdict {
 
 /// Returns the claims of a study without data.
 fn without_data() -> Vec<Claim> {
-    all(&Evidence::of(&[]).unwrap())
+    all(&Evidence::from_tables(&[]).unwrap())
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn of_exponents(exponents: &[f64], area: fn(alpha: f64, hurst: f64) -> f64) -> V
             (AREA_CORRECTED, reals(rows.iter().map(|row| row.3))),
         ],
     );
-    all(&Evidence::of(&[finished(Kind::Correct, table)]).unwrap())
+    all(&Evidence::from_tables(&[finished(Kind::Correct, table)]).unwrap())
 }
 
 #[test]
@@ -256,8 +256,8 @@ fn areas_of_alpha_alone_collapse_whatever_the_exponent() {
     let exponents = [0.2, 0.4, 0.6, 0.8];
     let of_alpha = of_exponents(&exponents, |alpha, _| alpha.powf(-0.1));
     assert_eq!(verdict(&of_alpha, name), Verdict::Holds);
-    let says = named(&of_alpha, name).statement.says;
-    assert!(says.contains("Hurst") && !says.contains("plateau"), "{says}");
+    let text = named(&of_alpha, name).statement.text;
+    assert!(text.contains("Hurst") && !text.contains("plateau"), "{text}");
     let of_both = of_exponents(&exponents, |alpha, hurst| {
         let beside = if hurst == 0.4 { 1.1 } else { 1.0 };
         beside * alpha.powf(-0.1)
@@ -317,7 +317,7 @@ fn approaching(exponent: f64, share: f64) -> Vec<Claim> {
         let table = table.with(vec![(CORRECTION, texts(vec![correction; count]))]);
         finished(Kind::Correct, table)
     };
-    all(&Evidence::of(&[under(AS_COUNTED), under(OF_2017)]).unwrap())
+    all(&Evidence::from_tables(&[under(AS_COUNTED), under(OF_2017)]).unwrap())
 }
 
 #[test]
@@ -352,7 +352,8 @@ fn what_a_study_lacks_is_named_and_not_judged() {
 fn needs(campaign: &Campaign, keep: impl Fn(&Table, usize) -> bool, name: &str) -> String {
     let table = campaign.table();
     let rows: Vec<usize> = (0..table.rows()).filter(|&row| keep(&table, row)).collect();
-    let claims = all(&Evidence::of(&[finished(Kind::Correct, table.pick(&rows))]).unwrap());
+    let claims =
+        all(&Evidence::from_tables(&[finished(Kind::Correct, table.pick(&rows))]).unwrap());
     lacking(&claims, name).to_owned()
 }
 
@@ -373,7 +374,8 @@ fn a_missing_load_is_named_before_spectra_that_are_there() {
 fn spectra_that_the_paper_does_not_speak_of_are_not_put_to_its_words() {
     let table = CAMPAIGN.table();
     let count = table.rows();
-    let claims = |table: Table| all(&Evidence::of(&[finished(Kind::Correct, table)]).unwrap());
+    let claims =
+        |table: Table| all(&Evidence::from_tables(&[finished(Kind::Correct, table)]).unwrap());
     let other = claims(table.replacing("hurst", reals(vec![0.3; count])));
     let coarse = claims(table.replacing("nodes", integers(vec![64; count])));
     for claims in [other, coarse] {
@@ -402,7 +404,8 @@ fn few_surfaces_have_no_verdict() {
 #[test]
 fn no_verdict_depends_on_the_order_of_the_surfaces() {
     let table = CAMPAIGN.table();
-    let claims = |table: Table| all(&Evidence::of(&[finished(Kind::Correct, table)]).unwrap());
+    let claims =
+        |table: Table| all(&Evidence::from_tables(&[finished(Kind::Correct, table)]).unwrap());
     let before = claims(table.clone());
     let verdicts = |claims: &[Claim]| -> Vec<Option<Verdict>> {
         let verdict = |claim: &Claim| match &claim.outcome {
@@ -460,7 +463,7 @@ fn on_meshes(coefficient: f64, scatter: f64) -> Vec<Claim> {
             (SWITCHES, integers(rows.iter().map(|row| 10 * row.0))),
         ],
     );
-    all(&Evidence::of(&[finished(Kind::Measure, table)]).unwrap())
+    all(&Evidence::from_tables(&[finished(Kind::Measure, table)]).unwrap())
 }
 
 #[test]
@@ -506,7 +509,7 @@ fn counted_summits_are_two_pi_squared_times_the_tabulated_density() {
 #[test]
 fn the_areas_of_a_curve_end_where_all_surfaces_are_in_full_contact() {
     let table = CAMPAIGN.table();
-    let evidence = Evidence::of(&[finished(Kind::Correct, table)]).unwrap();
+    let evidence = Evidence::from_tables(&[finished(Kind::Correct, table)]).unwrap();
     let ensemble = evidence.under(AS_COUNTED)[0];
     let curves = ensemble.curves(&Weights::ALL).unwrap();
     assert_eq!((curves.surfaces(), curves.loads().len()), (20, 50));

@@ -53,16 +53,16 @@ impl Panel {
 }
 
 impl Figure {
-    pub fn of(chart: Chart) -> Figure {
-        Figure::of_charts(vec![vec![chart]], [600.0, 410.0])
+    pub fn from_chart(chart: Chart) -> Figure {
+        Figure::from_charts(vec![vec![chart]], [600.0, 410.0])
     }
 
     /// Creates a figure with two charts side by side.
-    pub fn of_two(left: Chart, right: Chart) -> Figure {
-        Figure::of_charts(vec![vec![left, right]], [430.0, 340.0])
+    pub fn side_by_side(left: Chart, right: Chart) -> Figure {
+        Figure::from_charts(vec![vec![left, right]], [430.0, 340.0])
     }
 
-    pub fn of_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
+    pub fn from_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
         let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
         Figure { rows: rows.into_iter().map(|row| panels(row).collect()).collect(), panel }
     }
@@ -81,7 +81,7 @@ impl Figure {
         scene.font_family = Some(FONT_FAMILY.to_owned());
         let mut pictures = String::new();
         let maps = self.rows.iter().flatten().filter_map(Panel::map);
-        let frame = Frame::of(maps, panel_width);
+        let frame = Frame::new(maps, panel_width);
         for (row, panels) in self.rows.iter().enumerate() {
             for (column, panel) in panels.iter().enumerate() {
                 let x = MARGIN + column as f64 * (panel_width + GAP);
@@ -126,7 +126,7 @@ pub fn in_rows<T>(columns: usize, mut all: Vec<T>) -> Vec<Vec<T>> {
 
 /// Returns width and height of panels that hold each of these maps, in pixels.
 pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> [f64; 2] {
-    let frame = Frame::of(panels.filter_map(Panel::map), width);
+    let frame = Frame::new(panels.filter_map(Panel::map), width);
     [width, frame.height(width)]
 }
 
@@ -292,7 +292,7 @@ mod tests {
     use crate::charts::svg::{self, alone};
 
     fn heights() -> Raster {
-        Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0])
+        Raster::from_heights([2, 2], &[0.0, 1.0, 2.0, 3.0])
     }
 
     fn figure() -> Figure {
@@ -312,7 +312,7 @@ mod tests {
     #[test]
     fn equal_sheets_are_equal_bytes_however_many_were_drawn_before() {
         let first = figure().to_svg("area");
-        Figure::of(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
+        Figure::from_chart(Chart::new(Axis::linear("x"), Axis::linear("y"))).to_svg("other");
         assert_eq!(first, figure().to_svg("area"));
     }
 
@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn charts_of_a_sheet_stand_beside_each_other() {
         let chart = || Chart::new(Axis::linear("x"), Axis::linear("y"));
-        let svg = Figure::of_two(chart(), chart()).to_svg("two");
+        let svg = Figure::side_by_side(chart(), chart()).to_svg("two");
         // Each chart is in its own group; the second is shifted by the width of a panel and a gap.
         let groups: Vec<&str> = svg.split("translate(").skip(1).collect();
         assert!(groups[0].starts_with("8.0,8.0)"), "{}", &groups[0][..20]);

@@ -50,7 +50,7 @@ impl Basis {
     }
 
     /// Reads the basis of a page.
-    fn of_page(page: &str) -> Option<Basis> {
+    fn from_page(page: &str) -> Option<Basis> {
         let (_, rest) = page.split_once(BASIS[0])?;
         let (json, _) = rest.split_once(BASIS[1])?;
         serde_json::from_str(json).ok()
@@ -59,7 +59,7 @@ impl Basis {
     /// Describes what the page in a file shows and this one does not.
     pub fn lacks_of(&self, page: &Path) -> Vec<String> {
         let page = fs::read_to_string(page);
-        match page.as_deref().map(Basis::of_page) {
+        match page.as_deref().map(Basis::from_page) {
             Ok(Some(basis)) => self.lacks(&basis),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
             Ok(None) | Err(_) => vec![
@@ -108,7 +108,7 @@ pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
         return Vec::new();
     };
     let text = String::from_utf8_lossy(&bytes);
-    let figures = Basis::of_page(&text).unwrap_or_default().files;
+    let figures = Basis::from_page(&text).unwrap_or_default().files;
     let figures = figures.into_iter().filter_map(|(name, written)| {
         let figure = folder.join(FIGURES).join(name);
         fs::read(&figure).is_ok_and(|bytes| digest(&bytes) != written).then_some(figure)
@@ -127,7 +127,7 @@ pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<()
     let basis = match fs::read(&page) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
         Err(source) => return Err(StoreError::Read { path: page, source }.into()),
-        Ok(bytes) => match Basis::of_page(&String::from_utf8_lossy(&bytes)) {
+        Ok(bytes) => match Basis::from_page(&String::from_utf8_lossy(&bytes)) {
             None => return Err(ReportError::NoReport { page }),
             basis => basis,
         },

@@ -77,7 +77,7 @@ impl Mean {
 }
 
 /// Returns the ensembles of a table of loads, in order of appearance.
-pub fn of(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableError> {
+pub fn from_table(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, TableError> {
     let ensembles = ensemble::ensembles(table)?.into_iter();
     Ok(ensembles
         .map(|rows| EnsembleCurves {
@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn blocks_of_loads_make_one_curve_that_ends_where_its_first_surface_does() {
         let table = table();
-        let ensembles = of(&table, Bars::Sem).unwrap();
+        let ensembles = from_table(&table, Bars::Sem).unwrap();
         let [ensemble] = ensembles.as_slice() else {
             panic!("one point, found {}", ensembles.len())
         };
@@ -316,7 +316,7 @@ mod tests {
     #[test]
     fn slopes_begin_at_the_origin_and_scatter_as_those_of_single_surfaces_do() {
         let table = table();
-        let slopes = of(&table, Bars::Sem).unwrap()[0].slope("area").unwrap();
+        let slopes = from_table(&table, Bars::Sem).unwrap()[0].slope("area").unwrap();
         let found: Vec<f64> = slopes.iter().map(|slope| slope.x).collect();
         assert!((found[0] - 0.05).abs() < 1e-15 && (found[1] - 0.15).abs() < 1e-15);
         assert!((slopes[0].y - 2.0).abs() < 1e-14);
@@ -328,7 +328,7 @@ mod tests {
     #[test]
     fn bars_of_deviations_are_longer_than_those_of_errors_by_the_root_of_the_surfaces() {
         let table = table();
-        let bar = |bars| of(&table, bars).unwrap()[0].mean("area").unwrap()[0].half_bar;
+        let bar = |bars| from_table(&table, bars).unwrap()[0].mean("area").unwrap()[0].half_bar;
         let ratio = bar(Bars::Sd).unwrap() / bar(Bars::Sem).unwrap();
         assert!((ratio - 2f64.sqrt()).abs() < 1e-14);
     }
@@ -336,7 +336,7 @@ mod tests {
     #[test]
     fn the_mean_pressure_grows_by_what_its_mean_curve_does() {
         let table = table();
-        let found = of(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
+        let found = from_table(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
         let [growth] = found.unwrap()[..] else { panic!("one step") };
         // Mean areas 0.2 and 0.4 under 0.1 and 0.2: half the load each.
         assert!((growth.x - 0.3).abs() < 1e-15 && growth.y.abs() < 1e-15);
@@ -350,7 +350,8 @@ mod tests {
     fn ratios_are_of_the_same_surface_under_the_same_load() {
         let table = table();
         let reversed = table.pick(&[6, 5, 4, 3, 2, 1, 0]);
-        let (one, other) = (of(&table, Bars::Sem).unwrap(), of(&reversed, Bars::Sem).unwrap());
+        let (one, other) =
+            (from_table(&table, Bars::Sem).unwrap(), from_table(&reversed, Bars::Sem).unwrap());
         let ratios = one[0].ratio("area", &other[0], "area").unwrap();
         // Under 0.2 each surface has two rows, of which the first of either table counts.
         assert_eq!((ratios[0].load, ratios[0].mean), (0.1, 1.0));
@@ -360,7 +361,7 @@ mod tests {
     #[test]
     fn a_single_surface_has_no_error() {
         let table = table().pick(&[0, 1]);
-        let means = of(&table, Bars::Sem).unwrap()[0].mean("area").unwrap();
+        let means = from_table(&table, Bars::Sem).unwrap()[0].mean("area").unwrap();
         assert!(means.iter().all(|mean| mean.half_bar.is_none()));
     }
 }

@@ -149,7 +149,7 @@ fn aggregates_count_every_row_once() {
 fn figures_show_every_row_once() {
     for column in coordinates() {
         let table = swept(&column);
-        let ensembles = report::of(&table, Bars::Sem).unwrap();
+        let ensembles = report::from_table(&table, Bars::Sem).unwrap();
         let shown =
             ensembles.iter().map(|one| one.surfaces * one.mean(AREA_FRACTION.name).unwrap().len());
         assert_eq!(shown.sum::<usize>(), states(&column), "{}", column.name);

@@ -50,7 +50,7 @@ pub struct FinishedStages<'a> {
 
 impl<'a> FinishedStages<'a> {
     /// Collects the finished stages of a study.
-    pub fn of(subject: &Subject<'a>) -> FinishedStages<'a> {
+    pub fn new(subject: &Subject<'a>) -> FinishedStages<'a> {
         let stages = subject.plan.stages.iter().zip(subject.rows);
         let stages = stages.filter_map(|(stage, rows)| {
             Some(FinishedStage {
@@ -108,9 +108,12 @@ pub struct FigureData<'a> {
 
 impl<'a> FigureData<'a> {
     /// Sorts the rows of a study into ensembles.
-    pub fn of(finished: &'a FinishedStages<'a>, bars: Bars) -> Result<FigureData<'a>, ReportError> {
+    pub fn new(
+        finished: &'a FinishedStages<'a>,
+        bars: Bars,
+    ) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
-        let units = Units::of(finished)?;
+        let units = Units::from_stages(finished)?;
         let measured = curves(finished, Kind::Measure, AREA_FRACTION.name, bars)?;
         let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name, bars)?;
         let mut points: Vec<Point> = if measured.is_empty() {
@@ -122,10 +125,10 @@ impl<'a> FigureData<'a> {
         if let Some(like) = points.first().cloned() {
             points.extend(planned_points(finished.plan, &like));
         }
-        let styles = Styles::of(&points, &files);
+        let styles = Styles::new(&points, &files);
         Ok(FigureData {
             finished,
-            maps: MeasuredMaps::of(finished, &units)?,
+            maps: MeasuredMaps::read(finished, &units)?,
             units,
             measured,
             corrected,
@@ -376,7 +379,7 @@ fn curves<'a>(
     let curves = stages.filter(|stage| stage.kind == kind && is_curve(&stage.table));
     let mut ensembles = Vec::new();
     for stage in curves {
-        ensembles.extend(ensembles::of(&stage.table, bars)?);
+        ensembles.extend(ensembles::from_table(&stage.table, bars)?);
     }
     Ok(ensembles)
 }

@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn claims_name_figures_that_are_drawn() {
-        let claims = all(&Evidence::of(&[]).unwrap());
+        let claims = all(&Evidence::from_tables(&[]).unwrap());
         let figures = claims.iter().filter_map(|claim| claim.statement.figure);
         for figure in figures {
             let mut drawn = ALL.iter();

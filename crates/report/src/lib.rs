@@ -159,8 +159,8 @@ pub fn write(
     folder: &Path,
     existing: Existing,
 ) -> Result<Report, ReportError> {
-    let finished = FinishedStages::of(subject);
-    let data = FigureData::of(&finished, bars)?;
+    let finished = FinishedStages::new(subject);
+    let data = FigureData::new(&finished, bars)?;
     // Draw figures in parallel, one task each.
     let drawn = parallel::map(&figures::ALL, |definition| draw(definition, &data));
     let (mut there, mut missing) = (Vec::new(), Vec::new());

@@ -93,7 +93,7 @@ impl Sample<'_> {
 }
 
 /// Returns the first finished surface of each parameter point, or of [`MOST`] evenly spread points.
-pub fn of<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
+pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
     let surfaces = tasks.filter_map(|(at, task)| match &task.recipe {
@@ -179,14 +179,14 @@ pub enum MeasuredMaps {
 }
 
 impl MeasuredMaps {
-    pub fn of(finished: &FinishedStages, units: &Units) -> Result<MeasuredMaps, ReportError> {
-        let mut samples = of(finished)?;
+    pub fn read(finished: &FinishedStages, units: &Units) -> Result<MeasuredMaps, ReportError> {
+        let mut samples = first_surfaces(finished)?;
         samples.retain(|sample| sample.file().is_some());
         let pixels = PIXELS[usize::from(samples.len() > FEW)];
         let mut maps: Vec<MeasuredMap> = Vec::new();
         for sample in &samples {
             let Some(file) = sample.file() else { continue };
-            match MeasuredMap::of(sample, file, finished, units, pixels) {
+            match MeasuredMap::read(sample, file, finished, units, pixels) {
                 Ok(map) => maps.push(map),
                 Err(StageError::Source(_)) => return Ok(MeasuredMaps::Gone),
                 Err(error) => return Err(ReportError::Surface(error)),
@@ -206,7 +206,7 @@ impl MeasuredMaps {
 }
 
 impl MeasuredMap {
-    fn of(
+    fn read(
         sample: &Sample,
         file: &MeasuredSurface,
         finished: &FinishedStages,
@@ -234,8 +234,8 @@ impl MeasuredMap {
         Ok(MeasuredMap {
             point: sample.point.clone(),
             unit: units.at(&sample.point).map(str::to_owned),
-            as_measured: as_measured.map(|scan| AsMeasured::of(&scan, file, pixels)),
-            pressed: ShownMap::of(&surface.clone().into(), pixels),
+            as_measured: as_measured.map(|scan| AsMeasured::new(&scan, file, pixels)),
+            pressed: ShownMap::new(&surface.clone().into(), pixels),
             histogram: Histogram::from_surface(&surface, bins(surface.grid().count()), RANGE),
             spectrum: rings
                 .map(|ring| CurvePoint {
@@ -250,10 +250,10 @@ impl MeasuredMap {
 }
 
 impl AsMeasured {
-    fn of(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
+    fn new(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
         let MeasuredSurface { content, channel, preparation, .. } = file;
         AsMeasured {
-            map: ShownMap::of(scan, pixels),
+            map: ShownMap::new(scan, pixels),
             missing: scan.missing() as f64 / scan.grid().count() as f64,
             identity: format!(
                 "{content:?} {channel:?} {:?} {:?} {:?}",
@@ -264,10 +264,10 @@ impl AsMeasured {
 }
 
 impl ShownMap {
-    fn of(scan: &Scan, pixels: usize) -> ShownMap {
+    fn new(scan: &Scan, pixels: usize) -> ShownMap {
         let grid = scan.grid();
         ShownMap {
-            heights: HeightMap::of(grid.nodes(), scan.heights(), pixels),
+            heights: HeightMap::new(grid.nodes(), scan.heights(), pixels),
             size: grid.cell().size(),
         }
     }

@@ -29,7 +29,7 @@ const FOLLOW_FROM_A_FILE: [&str; 5] =
 
 impl Styles {
     /// Assigns colours and markers to these points.
-    pub fn of<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Styles {
+    pub fn new<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Styles {
         let points: Vec<Point> = points.into_iter().cloned().collect();
         let mut values: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for name in points.iter().flat_map(|point| point.keys()) {
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn a_colour_stands_for_a_lower_cutoff_and_a_marker_for_an_upper_one() {
         let points = [point(1, 32), point(1, 128), point(16, 32), point(4, 128)];
-        let styles = Styles::of(&points, &Files::new());
+        let styles = Styles::new(&points, &Files::new());
         let colours = points.each_ref().map(|point| styles.colour(point));
         assert_eq!(colours, [0, 0, 2, 1].map(Colour::Series), "ascending by number");
         let markers = points.each_ref().map(|point| styles.markers(point).marker);
@@ -162,9 +162,9 @@ mod tests {
 
     #[test]
     fn a_label_says_what_varies_and_nothing_else() {
-        let styles = Styles::of(&[point(1, 32), point(16, 32)], &Files::new());
+        let styles = Styles::new(&[point(1, 32), point(16, 32)], &Files::new());
         assert_eq!(styles.label(&point(16, 32)).as_deref(), Some("k_lower 16"));
-        let alone = Styles::of(&[point(1, 32)], &Files::new());
+        let alone = Styles::new(&[point(1, 32)], &Files::new());
         assert_eq!(alone.label(&point(1, 32)), None);
         // A surface has fewer coordinates than its contacts, and also has no label.
         let mut surface = point(1, 32);
@@ -187,12 +187,12 @@ mod tests {
         let files: Files = [("c1", "worn.npy"), ("c0", "new.npy")]
             .map(|(content, file)| (content.to_owned(), file.to_owned()))
             .into();
-        let label = |points: &[Point], point: &Point| Styles::of(points, &files).label(point);
+        let label = |points: &[Point], point: &Point| Styles::new(points, &files).label(point);
         let both = [worn.clone(), new.clone()];
         assert_eq!(label(&both, &worn).as_deref(), Some("worn.npy"));
         assert_eq!(label(&both[..1], &worn).as_deref(), Some("worn.npy"));
         // Colours follow the order of names, not of hashes.
-        let styles = Styles::of(&both, &files);
+        let styles = Styles::new(&both, &files);
         assert_eq!([&new, &worn].map(|point| styles.colour(point)), [0, 1].map(Colour::Series));
         // A file that is read twice has the difference in its label.
         let faded = of_file("c1", "4.2", "taper");
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn where_no_cutoff_varies_something_else_has_the_colours() {
         let with = |hurst: &str| Point::from([("hurst".to_owned(), hurst.to_owned())]);
-        let styles = Styles::of(&[with("0.3"), with("0.8")], &Files::new());
+        let styles = Styles::new(&[with("0.3"), with("0.8")], &Files::new());
         assert_ne!(styles.colour(&with("0.3")), styles.colour(&with("0.8")));
     }
 }

@@ -37,7 +37,7 @@ type Sum = (f64, usize, f64);
 
 /// Returns the curves of a table, in order of appearance. `weight` is the column of weights, if
 /// any.
-pub fn of(
+pub fn from_table(
     table: &Table,
     [x, y]: [Column; 2],
     weight: Option<Column>,
@@ -138,7 +138,7 @@ mod tests {
                 (SPECTRAL_DENSITY, reals(rows.map(|row| row.4))),
             ],
         );
-        let found = of(&table, [WAVENUMBER, SPECTRAL_DENSITY], Some(MODES)).unwrap();
+        let found = from_table(&table, [WAVENUMBER, SPECTRAL_DENSITY], Some(MODES)).unwrap();
         let told: Vec<(usize, Vec<(f64, f64)>)> = found
             .iter()
             .map(|curve| {

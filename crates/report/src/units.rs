@@ -48,7 +48,7 @@ pub struct Scaled {
 
 impl Units {
     /// Reads the units from the tables of surfaces.
-    pub fn of(finished: &FinishedStages) -> Result<Units, TableError> {
+    pub fn from_stages(finished: &FinishedStages) -> Result<Units, TableError> {
         let mut by_surface = BTreeMap::new();
         let columns = [SURFACE.name, UNIT.name];
         let stages = finished.with(&columns);

@@ -27,7 +27,7 @@ fn of_spectra(
 }
 
 fn judged(stages: &[KindTable]) -> Vec<Claim> {
-    all(&Evidence::of(stages).unwrap())
+    all(&Evidence::from_tables(stages).unwrap())
 }
 
 /// Creates claims for 27 spectra and meshes, whose κ is a function of (1/k_lower, k_lower/k_upper,
@@ -73,7 +73,7 @@ fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
         window: Window::ALL,
         table: table.clone(),
     };
-    let evidence = Evidence::of(&[finished(Kind::Correct, table)]).unwrap();
+    let evidence = Evidence::from_tables(&[finished(Kind::Correct, table)]).unwrap();
     all(&evidence.with_limits(&[fit]).unwrap())
 }
 

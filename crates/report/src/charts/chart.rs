@@ -99,7 +99,7 @@ impl Chart {
 
     /// Draws the chart with `size` = [width, height] in pixels and the font size `words`.
     pub(super) fn draw(&self, size: [f64; 2], words: u32) -> Scene {
-        let frame = Frame::of(self);
+        let frame = Frame::new(self);
         let layout = self.layout(&frame, size, words);
         let computed = ComputedLayout::from_layout(&layout);
         let series = || self.series.iter();
@@ -221,7 +221,7 @@ struct Frame {
 }
 
 impl Frame {
-    fn of(chart: &Chart) -> Frame {
+    fn new(chart: &Chart) -> Frame {
         let points = || chart.series.iter().flat_map(|series| &series.points);
         let x = chart.x.ends(points().map(|point| point.x));
         let in_sight = |point: &&DataPoint| (x[0]..=x[1]).contains(&point.x);

@@ -60,7 +60,7 @@ pub(super) struct Frame {
 
 impl Frame {
     /// Computes the layout of maps in panels of this width.
-    pub(super) fn of<'a>(maps: impl Iterator<Item = &'a MapPanel>, width: f64) -> Frame {
+    pub(super) fn new<'a>(maps: impl Iterator<Item = &'a MapPanel>, width: f64) -> Frame {
         let none = Frame { tallest: 0.0, lines: 0, bars: 0 };
         let frame = maps.fold(none, |frame, map| {
             let [size_x, size_y] = map.size;
@@ -216,7 +216,7 @@ mod tests {
     use crate::charts::{Figure, Panel, panel_of_map};
 
     fn map(size: [f64; 2]) -> MapPanel {
-        let raster = Raster::of_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]);
+        let raster = Raster::from_heights([2, 2], &[0.0, 1.0, 2.0, 3.0]);
         MapPanel::new("heights", raster, size)
     }
 
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_colour_bar_lies_between_its_numbers() {
-        let colours = Raster::of_heights([2, 1], &[0.0, 1.0]);
+        let colours = Raster::from_heights([2, 1], &[0.0, 1.0]);
         let colour_bar =
             Some(ColourBar { colours, lowest: "−3 nm".to_owned(), highest: "12 nm".to_owned() });
         let svg = drawn(vec![MapPanel { colour_bar, ..map([1.0, 1.0]) }]);

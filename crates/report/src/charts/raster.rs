@@ -39,12 +39,12 @@ pub struct Scale {
 
 impl Scale {
     /// Creates a scale from the lowest to the highest height.
-    pub fn of_heights(heights: &[f64]) -> Scale {
+    pub fn from_heights(heights: &[f64]) -> Scale {
         Scale::over(CIVIDIS, heights)
     }
 
     /// Creates a scale from zero to the highest pressure.
-    pub fn of_pressures(pressures: &[f64]) -> Scale {
+    pub fn from_pressures(pressures: &[f64]) -> Scale {
         let scale = Scale::over(INFERNO, pressures);
         Scale { lowest: 0.0, ..scale }
     }
@@ -89,37 +89,37 @@ pub fn colour_of_load(load: usize, count: usize) -> Pixel {
 
 impl Raster {
     /// Draws the heights of nodes, row-major, with NaN for missing ones.
-    pub fn of_heights(nodes: [usize; 2], heights: &[f64]) -> Raster {
-        Raster::of_heights_on(&Scale::of_heights(heights), nodes, heights)
+    pub fn from_heights(nodes: [usize; 2], heights: &[f64]) -> Raster {
+        Raster::from_heights_on(&Scale::from_heights(heights), nodes, heights)
     }
 
-    pub fn of_heights_on(scale: &Scale, nodes: [usize; 2], heights: &[f64]) -> Raster {
-        Raster::of_nodes(nodes, |node| {
+    pub fn from_heights_on(scale: &Scale, nodes: [usize; 2], heights: &[f64]) -> Raster {
+        Raster::from_nodes(nodes, |node| {
             if heights[node].is_nan() { HOLE } else { scale.colour(heights[node]) }
         })
     }
 
     /// Draws the pressures of nodes, row-major, with zero for nodes out of contact.
-    pub fn of_pressures(nodes: [usize; 2], pressures: &[f64]) -> Raster {
-        let scale = Scale::of_pressures(pressures);
-        Raster::of_nodes(nodes, |node| {
+    pub fn from_pressures(nodes: [usize; 2], pressures: &[f64]) -> Raster {
+        let scale = Scale::from_pressures(pressures);
+        Raster::from_nodes(nodes, |node| {
             if pressures[node] > 0.0 { scale.colour(pressures[node]) } else { GAP }
         })
     }
 
-    pub fn of_contact(map: &ContactMap) -> Raster {
+    pub fn from_contact(map: &ContactMap) -> Raster {
         let row_nodes = map.nodes()[1];
         let touches = |node: usize| map.get(node / row_nodes, node % row_nodes);
-        Raster::of_nodes(map.nodes(), |node| if touches(node) { CONTACT } else { GAP })
+        Raster::from_nodes(map.nodes(), |node| if touches(node) { CONTACT } else { GAP })
     }
 
     /// Draws the contact maps of a surface at ascending loads in one picture: each node has the
     /// colour of the lightest load at which it is in contact.
     ///
     /// # Panics If the maps have different meshes, or there are none.
-    pub fn of_contacts(maps: &[ContactMap]) -> Raster {
+    pub fn from_contacts(maps: &[ContactMap]) -> Raster {
         let nodes = maps[0].nodes();
-        Raster::of_nodes(nodes, |node| {
+        Raster::from_nodes(nodes, |node| {
             let touches = |map: &ContactMap| map.get(node / nodes[1], node % nodes[1]);
             let first = maps.iter().position(touches);
             first.map_or(GAP, |load| colour_of_load(load, maps.len()))
@@ -127,7 +127,7 @@ impl Raster {
     }
 
     /// Draws nodes with x to the right and y upwards.
-    fn of_nodes([nodes_x, nodes_y]: [usize; 2], colour: impl Fn(usize) -> Pixel) -> Raster {
+    fn from_nodes([nodes_x, nodes_y]: [usize; 2], colour: impl Fn(usize) -> Pixel) -> Raster {
         let rows = (0..nodes_y).rev();
         let pixels = rows.flat_map(|j| (0..nodes_x).map(move |i| i * nodes_y + j));
         Raster { width: nodes_x, height: nodes_y, pixels: pixels.map(colour).collect() }
@@ -233,8 +233,8 @@ impl HeightMap {
     ///
     /// On a larger map, a pixel is a rectangle of nodes: the mean of the known heights, or a hole
     /// if at least half of them are missing. So holes keep their area.
-    pub fn of(nodes: [usize; 2], heights: &[f64], most: usize) -> HeightMap {
-        let scale = Scale::of_heights(heights);
+    pub fn new(nodes: [usize; 2], heights: &[f64], most: usize) -> HeightMap {
+        let scale = Scale::from_heights(heights);
         let (pixels, means) = reduced(nodes, heights, most);
         let (lowest, highest) = scale.range().into_inner();
         // Subtract the lowest height, because an instrument may measure from far below.
@@ -242,7 +242,7 @@ impl HeightMap {
         let above: f64 = known.clone().map(|height| height - lowest).sum();
         let mean = above / known.count() as f64;
         HeightMap {
-            raster: Raster::of_heights_on(&scale, pixels, &means),
+            raster: Raster::from_heights_on(&scale, pixels, &means),
             colours: scale.bar(),
             range: (lowest <= highest).then_some([-mean, highest - lowest - mean]),
         }
@@ -287,14 +287,14 @@ mod tests {
     #[test]
     fn x_runs_to_the_right_and_y_upwards() {
         let at_x_axis_end = contact(3, |i, j| (i, j) == (2, 0));
-        let picture = Raster::of_contact(&at_x_axis_end);
+        let picture = Raster::from_contact(&at_x_axis_end);
         let dark = picture.pixels.iter().position(|&pixel| pixel == CONTACT);
         assert_eq!(dark, Some(8), "the lower right corner");
     }
 
     #[test]
     fn a_rectangle_is_as_wide_as_x_and_as_high_as_y() {
-        let picture = Raster::of_pressures([3, 2], &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        let picture = Raster::from_pressures([3, 2], &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         assert_eq!(picture.size(), [3, 2]);
         let dark = picture.pixels.iter().position(|&pixel| pixel != GAP);
         assert_eq!(dark, Some(2), "the upper right corner");
@@ -302,15 +302,15 @@ mod tests {
 
     #[test]
     fn the_lowest_and_the_highest_node_have_the_ends_of_the_scale() {
-        let picture = Raster::of_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
+        let picture = Raster::from_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
         let ends = [0.0, 1.0].map(|share| CIVIDIS.eval_continuous(share).into_array());
         assert_eq!([picture.pixels[2], picture.pixels[1]], ends);
     }
 
     #[test]
     fn missing_heights_are_holes_and_change_no_other_colour() {
-        let whole = Raster::of_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
-        let holed = Raster::of_heights([2, 2], &[-1.0, f64::NAN, 0.5, 3.0]);
+        let whole = Raster::from_heights([2, 2], &[-1.0, 0.0, 0.5, 3.0]);
+        let holed = Raster::from_heights([2, 2], &[-1.0, f64::NAN, 0.5, 3.0]);
         let differ = |node: &usize| whole.pixels[*node] != holed.pixels[*node];
         let holes: Vec<usize> = (0..4).filter(differ).collect();
         assert_eq!(holes, [0], "the upper left corner");
@@ -319,13 +319,13 @@ mod tests {
 
     #[test]
     fn a_flat_surface_has_one_colour() {
-        let picture = Raster::of_heights([2, 2], &[0.7; 4]);
+        let picture = Raster::from_heights([2, 2], &[0.7; 4]);
         assert!(picture.pixels.iter().all(|&p| p == picture.pixels[0]));
     }
 
     #[test]
     fn nodes_without_pressure_are_a_gap_and_not_the_lowest_pressure() {
-        let picture = Raster::of_pressures([2, 2], &[0.0, 1.0, 2.0, 0.0]);
+        let picture = Raster::from_pressures([2, 2], &[0.0, 1.0, 2.0, 0.0]);
         let gaps = picture.pixels.iter().filter(|&&pixel| pixel == GAP).count();
         assert_eq!(gaps, 2);
     }
@@ -334,7 +334,7 @@ mod tests {
     fn a_node_has_the_colour_of_the_lightest_load_under_which_it_touches() {
         let light = contact(2, |i, j| (i, j) == (0, 1));
         let heavy = contact(2, |i, _| i == 0);
-        let picture = Raster::of_contacts(&[light, heavy]);
+        let picture = Raster::from_contacts(&[light, heavy]);
         let expected = [colour_of_load(0, 2), GAP, colour_of_load(1, 2), GAP];
         assert_eq!(picture.pixels, expected);
     }
@@ -342,18 +342,18 @@ mod tests {
     #[test]
     fn a_smaller_picture_has_the_mean_of_each_square() {
         let map = contact(5, |i, _| i < 2);
-        let small = Raster::of_contact(&map).at_most(3);
+        let small = Raster::from_contact(&map).at_most(3);
         assert_eq!(small.size(), [3, 3]);
         let row: Vec<Pixel> = small.pixels[..3].to_vec();
         assert_eq!(row, [CONTACT, GAP, GAP]);
         let half = contact(4, |i, _| i == 0);
-        let mean = Raster::of_contact(&half).at_most(2).pixels[0];
+        let mean = Raster::from_contact(&half).at_most(2).pixels[0];
         assert_eq!(mean, [147; 3], "half way from 38 to 255, rounded up");
     }
 
     #[test]
     fn nodes_that_are_further_apart_along_one_axis_are_longer_along_it() {
-        let picture = || Raster::of_heights([3, 2], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+        let picture = || Raster::from_heights([3, 2], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
         assert_eq!(picture().in_proportion([0.3, 0.2]), picture());
         let high = picture().in_proportion([3.0, 4.0]);
         assert_eq!(high.size(), [3, 4]);
@@ -366,10 +366,10 @@ mod tests {
 
     #[test]
     fn a_png_holds_the_pixels_and_is_the_same_every_time() {
-        let few = Raster::of_heights([3, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        let few = Raster::from_heights([3, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
         holds_the_pixels(&few);
         let more_than_a_palette =
-            Raster::of_nodes([20, 20], |node| [node as u8, (node / 256) as u8, 7]);
+            Raster::from_nodes([20, 20], |node| [node as u8, (node / 256) as u8, 7]);
         holds_the_pixels(&more_than_a_palette);
     }
 
@@ -389,8 +389,8 @@ mod tests {
     fn a_map_that_is_small_enough_is_the_map_itself() {
         let heights: Vec<f64> = (0..12).map(f64::from).collect();
         assert_eq!(reduced([4, 3], &heights, 4), ([4, 3], heights.clone()));
-        let map = HeightMap::of([4, 3], &heights, 4);
-        assert_eq!(map.raster, Raster::of_heights([4, 3], &heights));
+        let map = HeightMap::new([4, 3], &heights, 4);
+        assert_eq!(map.raster, Raster::from_heights([4, 3], &heights));
         assert_eq!(map.range, Some([-5.5, 5.5]));
     }
 
@@ -411,7 +411,7 @@ mod tests {
         let (_, means) = reduced([4, 4], &heights, 2);
         assert_eq!(means[0], 3.0);
         assert!(means[1].is_nan());
-        let picture = HeightMap::of([4, 4], &heights, 2);
+        let picture = HeightMap::new([4, 4], &heights, 2);
         assert_eq!(picture.range, Some([-3.0, 2.0]), "of the nodes, not of the pixels");
         let holes = picture.raster.pixels().filter(|pixel| **pixel == HOLE);
         assert_eq!(holes.count(), 1);
@@ -419,6 +419,6 @@ mod tests {
 
     #[test]
     fn nothing_known_has_no_range() {
-        assert_eq!(HeightMap::of([1, 2], &[f64::NAN; 2], 8).range, None);
+        assert_eq!(HeightMap::new([1, 2], &[f64::NAN; 2], 8).range, None);
     }
 }

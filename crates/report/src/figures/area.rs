@@ -67,7 +67,7 @@ fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
         data.share_of_mesh()?,
         data.caveat,
     );
-    Ok(Drawn::figure(Figure::of_two(chart, secants), caption))
+    Ok(Drawn::figure(Figure::side_by_side(chart, secants), caption))
 }
 
 pub const SLOPE: Definition = Definition {
@@ -119,7 +119,7 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
         data.bars,
         data.caveat,
     );
-    Ok(Drawn::figure(Figure::of(chart), caption))
+    Ok(Drawn::figure(Figure::from_chart(chart), caption))
 }
 
 struct Fit {
@@ -166,7 +166,7 @@ fn draw_asperities(data: &FigureData) -> Result<Drawn, ReportError> {
     let wanted = [SURFACE.name, LOAD.name, INTERACTION.name, ASPERITY_AREA_FRACTION.name];
     let mut models = Vec::new();
     for stage in data.finished.with(&wanted) {
-        models.extend(ensembles::of(&stage.table, data.bars)?);
+        models.extend(ensembles::from_table(&stage.table, data.bars)?);
     }
     let correction = data.corrections().first().copied();
     let solved: Vec<&EnsembleCurves> = match correction {
@@ -212,7 +212,7 @@ fn draw_asperities(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&surfaces),
         data.bars,
     );
-    let figure = Figure::of_charts(vec![charts], [300.0, 270.0]);
+    let figure = Figure::from_charts(vec![charts], [300.0, 270.0]);
     Ok(Drawn::figure(figure, caption))
 }
 

@@ -34,14 +34,14 @@ const PIXELS: usize = 256;
 
 fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     let (mut rows, mut sliders) = (Vec::new(), Vec::new());
-    let samples = extremes(samples::of(data.finished)?);
+    let samples = extremes(samples::first_surfaces(data.finished)?);
     let which = if samples.iter().all(|sample| sample.random().is_some()) {
         "parameter points with the smallest and the largest lower cutoff"
     } else {
         "first and the last parameter point"
     };
     for sample in samples {
-        let Some(pressed) = Pressed::of(data, &sample)? else {
+        let Some(pressed) = Pressed::read(data, &sample)? else {
             return Ok(Drawn::gone("contact maps, which are no longer in the store"));
         };
         if pressed.states.is_empty() {
@@ -107,7 +107,7 @@ struct State {
 impl Pressed {
     /// Reads the contacts at all loads of the first parameter point at which the surface is
     /// pressed. Returns `None` if the store has lost maps.
-    fn of(data: &FigureData, sample: &Sample) -> Result<Option<Pressed>, ReportError> {
+    fn read(data: &FigureData, sample: &Sample) -> Result<Option<Pressed>, ReportError> {
         let FinishedStages { plan, archive, .. } = data.finished;
         let mut pressed = Pressed {
             point: sample.point.clone(),
@@ -164,12 +164,12 @@ impl Pressed {
             .zip(maps.clone())
             .map(|(letter, (load, map))| {
                 let title = format!("{label}({letter}) load {:.3}", f64::from_bits(*load));
-                self.panel(title, &Raster::of_contact(map))
+                self.panel(title, &Raster::from_contact(map))
             })
             .collect();
         let maps: Vec<ContactMap> = maps.map(|(_, map)| map.clone()).collect();
         let title = format!("{label}all loads");
-        panels.push(self.panel(title, &Raster::of_contacts(&maps)));
+        panels.push(self.panel(title, &Raster::from_contacts(&maps)));
         panels
     }
 
@@ -205,9 +205,9 @@ impl Pressed {
         let step = |place: usize| {
             let (load, State { map, mean_gap }) = states[place];
             let area = ContactArea::from_map(map).fraction();
-            let picture = Raster::of_contact(map).at_most(PIXELS);
+            let picture = Raster::from_contact(map).at_most(PIXELS);
             let unit = self.unit.as_deref();
-            Step::of(f64::from_bits(*load), area, *mean_gap, unit, &picture)
+            Step::new(f64::from_bits(*load), area, *mean_gap, unit, &picture)
         };
         let longer = self.size[0].max(self.size[1]);
         LoadSlider {
@@ -261,7 +261,7 @@ pub struct Step {
 
 impl Step {
     /// Creates a step from the load, the area fraction and the mean gap in the unit of the surface.
-    pub fn of(load: f64, area: f64, mean_gap: f64, unit: Option<&str>, picture: &Raster) -> Step {
+    pub fn new(load: f64, area: f64, mean_gap: f64, unit: Option<&str>, picture: &Raster) -> Step {
         Step {
             load: short(load),
             area: format!("{} %", short(100.0 * area)),

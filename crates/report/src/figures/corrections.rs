@@ -61,7 +61,7 @@ fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&surfaces),
         data.bars,
     );
-    Ok(Drawn::figure(Figure::of_two(chart, by_load), caption))
+    Ok(Drawn::figure(Figure::side_by_side(chart, by_load), caption))
 }
 
 fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -87,7 +87,7 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
         corrections.iter().take(2).copied().collect::<Vec<_>>().join(", "),
         data.caveat,
     );
-    Ok(Drawn::figure(Figure::of_charts(rows, [430.0, 320.0]), caption))
+    Ok(Drawn::figure(Figure::from_charts(rows, [430.0, 320.0]), caption))
 }
 
 /// Returns charts of area and secant at light loads for one correction, or `None` without curves.
@@ -154,7 +154,7 @@ enum Abscissa {
 }
 
 impl Abscissa {
-    fn of(data: &FigureData) -> Abscissa {
+    fn select(data: &FigureData) -> Abscissa {
         let spectra = data.under(OF_2017).filter_map(|one| spectrum(&one.point));
         let spectra: Vec<spectrum::Spectrum> = spectra.collect();
         let is_alike = |one: &spectrum::Spectrum| {
@@ -190,7 +190,7 @@ impl Abscissa {
 fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut charts = Vec::new();
     let mut surfaces = Vec::new();
-    let abscissa = Abscissa::of(data);
+    let abscissa = Abscissa::select(data);
     for (correction, title) in CORRECTIONS {
         let spectra = spectra(data, correction, abscissa)?;
         if spectra.len() < FEWEST_SPECTRA {
@@ -214,7 +214,7 @@ fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&surfaces),
         data.bars,
     );
-    Ok(Drawn::figure(Figure::of_charts(in_pairs(charts), [430.0, 320.0]), caption))
+    Ok(Drawn::figure(Figure::from_charts(in_pairs(charts), [430.0, 320.0]), caption))
 }
 
 /// Returns the spectra with areas at all of [`LOADS`].

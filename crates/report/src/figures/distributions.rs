@@ -58,7 +58,7 @@ fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&surfaces(&measured)),
         data.bars,
     );
-    let figure = Figure::of_charts(vec![linear, logarithmic], [300.0, 240.0]);
+    let figure = Figure::from_charts(vec![linear, logarithmic], [300.0, 240.0]);
     Ok(Drawn::figure(figure, caption))
 }
 
@@ -97,7 +97,7 @@ fn draw_gaps(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&surfaces(&measured)),
         data.bars,
     );
-    let figure = Figure::of_charts(vec![charts], [300.0, 260.0]);
+    let figure = Figure::from_charts(vec![charts], [300.0, 260.0]);
     Ok(Drawn::figure(figure, caption))
 }
 
@@ -140,7 +140,7 @@ fn draw_clusters(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&surfaces(&numbers)),
         data.bars,
     );
-    Ok(Drawn::figure(Figure::of_charts(rows, [300.0, 230.0]), caption))
+    Ok(Drawn::figure(Figure::from_charts(rows, [300.0, 230.0]), caption))
 }
 
 /// Number of charts side by side, one for each load.
@@ -183,7 +183,7 @@ fn distributions(
     let mut found: Vec<Distribution> = Vec::new();
     let wanted = [SURFACE.name, LOAD.name, bin.name, density.name];
     for stage in data.finished.with(&wanted) {
-        for ensemble in ensembles::of(&stage.table, data.bars)? {
+        for ensemble in ensembles::from_table(&stage.table, data.bars)? {
             let mut point = ensemble.point.clone();
             let Some(x) = point.remove(bin.name).and_then(|x| x.parse().ok()) else {
                 continue;

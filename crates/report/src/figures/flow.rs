@@ -63,7 +63,7 @@ fn draw_sealing(data: &FigureData) -> Result<Drawn, ReportError> {
          surfaces is larger for small k_lower.",
         sample(&surfaces),
     );
-    Ok(Drawn::figure(Figure::of_two(areas, loads), caption))
+    Ok(Drawn::figure(Figure::side_by_side(areas, loads), caption))
 }
 
 /// Returns the thresholds of a quantity with their intervals, one series for each parameter point.
@@ -76,7 +76,7 @@ fn sealing_thresholds(
     let (value, lower, upper) = (column("")?, column("_lower")?, column("_upper")?);
     let cutoffs = table.integers(K_LOWER.name)?;
     let points: Vec<_> = (0..table.rows()).map(|row| ensembles::point(table, row)).collect();
-    let styles = Styles::of(&points, &data.files);
+    let styles = Styles::new(&points, &data.files);
     let is_known = |&row: &usize| value.is_valid(row) && cutoffs.is_valid(row);
     let series = (0..table.rows()).filter(is_known).map(|row| Series {
         points: vec![DataPoint {
@@ -120,7 +120,7 @@ fn draw_flow(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&data.sample()),
         data.bars,
     );
-    Ok(Drawn::figure(Figure::of_two(left, right), caption))
+    Ok(Drawn::figure(Figure::side_by_side(left, right), caption))
 }
 
 fn chart(data: &FigureData, title: &str, column: Column) -> Result<Chart, TableError> {

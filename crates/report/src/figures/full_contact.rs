@@ -59,7 +59,7 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
         data.share_of_mesh()?,
         data.caveat,
     );
-    Ok(Drawn::figure(Figure::of_two(chart, slopes), caption))
+    Ok(Drawn::figure(Figure::side_by_side(chart, slopes), caption))
 }
 
 /// Draws a line and a letter at each load near which contact maps are shown.
@@ -180,7 +180,7 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
         data.caveat,
     );
     Ok(Drawn::figure(
-        Figure::of_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),
+        Figure::from_charts(vec![vec![chart, open], vec![approach]], [430.0, 340.0]),
         caption,
     ))
 }

@@ -34,7 +34,7 @@ const PIXELS: usize = 512;
 const WIDTHS: [f64; 2] = [230.0, 380.0];
 
 fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
-    let mut samples = samples::of(data.finished)?;
+    let mut samples = samples::first_surfaces(data.finished)?;
     samples.retain(|sample| sample.params.heights != Heights::None);
     if samples.is_empty() {
         let lines = data.lines_of_surfaces();
@@ -118,11 +118,11 @@ fn of_sample(data: &FigureData, sample: &Sample) -> Result<MapPanel, ReportError
     Ok(match data.units.at(&sample.point) {
         // Without a unit of length there are no bars.
         None => {
-            let raster = Raster::of_heights(grid.nodes(), heights).at_most(PIXELS);
+            let raster = Raster::from_heights(grid.nodes(), heights).at_most(PIXELS);
             MapPanel::new(title, raster, size)
         }
         Some(unit) => {
-            let heights = HeightMap::of(grid.nodes(), heights, PIXELS);
+            let heights = HeightMap::new(grid.nodes(), heights, PIXELS);
             panel(title, &ShownMap { heights, size }, Some(unit))
         }
     })
@@ -208,7 +208,7 @@ fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
         rows.extend(shown.iter().map(|densities| density_charts(data, densities)));
         captions.push(caption_of_densities(shown));
     }
-    let figure = Figure::of_charts(rows, size);
+    let figure = Figure::from_charts(rows, size);
     Ok(Drawn::figure(figure, captions.join(" ")))
 }
 

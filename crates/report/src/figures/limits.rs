@@ -42,7 +42,7 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::missing("the same surfaces on two or more meshes", lines));
     }
     let points = coefficients.iter().map(|coefficient| &coefficient.point);
-    let styles = Styles::of(points, &data.files);
+    let styles = Styles::new(points, &data.files);
     let mut charts = vec![coefficient_chart(&coefficients, &styles)];
     let names = [AS_COUNTED].into_iter().chain(data.corrections());
     for name in names.take(3) {
@@ -58,7 +58,7 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
          from {}.",
         sample(&data.sample()),
     );
-    Ok(Drawn::figure(Figure::of_charts(in_pairs(charts), [430.0, 310.0]), caption))
+    Ok(Drawn::figure(Figure::from_charts(in_pairs(charts), [430.0, 310.0]), caption))
 }
 
 fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
@@ -216,7 +216,7 @@ fn draw_limits(data: &FigureData) -> Result<Drawn, ReportError> {
          A logarithmic term has no limit, so the value is that at which the term vanishes. The \
          column akaike_weight shows which forms the data prefer.{left_out}",
     );
-    let figure = Figure::of_charts(in_pairs(charts), [430.0, 310.0]);
+    let figure = Figure::from_charts(in_pairs(charts), [430.0, 310.0]);
     Ok(Drawn::figure(figure, caption))
 }
 

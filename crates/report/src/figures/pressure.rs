@@ -73,7 +73,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
         data.share_of_mesh()?,
         data.caveat,
     );
-    Ok(Drawn::figure(Figure::of_two(areas, mean_gaps), caption))
+    Ok(Drawn::figure(Figure::side_by_side(areas, mean_gaps), caption))
 }
 
 /// Returns the unit of the pressures.
@@ -148,7 +148,7 @@ fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
         sample(&data.sample()),
         data.bars,
     );
-    Ok(Drawn::figure(Figure::of(chart), caption))
+    Ok(Drawn::figure(Figure::from_chart(chart), caption))
 }
 
 /// Mean gaps of ensembles in a common unit.
@@ -240,7 +240,7 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
         rising += growth.len();
         chart.series.push(data.markers(ensemble, growth));
     }
-    let Some(extent) = Extent::of(&chart.series) else {
+    let Some(extent) = Extent::new(&chart.series) else {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
         return Ok(Drawn::missing("measured contacts at several light loads", lines));
     };
@@ -267,7 +267,7 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
         data.bars,
         all - rising,
     );
-    Ok(Drawn::figure(Figure::of(chart), caption))
+    Ok(Drawn::figure(Figure::from_chart(chart), caption))
 }
 
 /// Ranges of the points of a chart.
@@ -280,7 +280,7 @@ struct Extent {
 
 impl Extent {
     /// Returns the ranges, or `None` for fewer than [`FEWEST`] points.
-    fn of(series: &[Series]) -> Option<Extent> {
+    fn new(series: &[Series]) -> Option<Extent> {
         let points = || series.iter().flat_map(|series| &series.points);
         let ends = |of: fn(&DataPoint) -> f64| {
             let values = || points().map(of);

@@ -37,17 +37,17 @@ fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if let [_] = found.as_slice() {
         let (chart, caption) = found.remove(0);
-        return Ok(Drawn::figure(Figure::of(chart), caption));
+        return Ok(Drawn::figure(Figure::from_chart(chart), caption));
     }
     let (charts, captions): (Vec<Chart>, Vec<String>) = found.into_iter().unzip();
-    let figure = Figure::of_charts(vec![charts], [430.0, 340.0]);
+    let figure = Figure::from_charts(vec![charts], [430.0, 340.0]);
     Ok(Drawn::figure(figure, captions.join("  Right:  ")))
 }
 
 /// Returns the chart of random surfaces: the densities of their spectra, and those of drawn
 /// surfaces.
 fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, ReportError> {
-    let samples = samples::of(data.finished)?;
+    let samples = samples::first_surfaces(data.finished)?;
     let mut chart = Chart::new(
         Axis::logarithmic("wavenumber k = L/λ"),
         Axis::logarithmic("power of a mode |ĥ(k)|²/(h′ L)²"),
@@ -155,7 +155,7 @@ fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let names = [WAVENUMBER.name, SPECTRAL_DENSITY.name, MODES.name];
     let mut spectra: Vec<SurfaceCurve> = Vec::new();
     for stage in data.finished.with(&names) {
-        for spectrum in surface_curves::of(&stage.table, columns, Some(MODES))? {
+        for spectrum in surface_curves::from_table(&stage.table, columns, Some(MODES))? {
             if spectra.iter().all(|known| known.point != spectrum.point) {
                 spectra.push(spectrum);
             }
@@ -196,7 +196,7 @@ fn laws(data: &FigureData, spectrum: &SurfaceCurve) -> Result<Vec<FittedLaw>, Ta
     for stage in data.finished.with(&names) {
         for row in 0..stage.table.rows() {
             if is_fit_of(&stage.table, row, &spectrum.point) {
-                laws.extend(FittedLaw::of_row(&stage.table, row, &spectrum.points)?);
+                laws.extend(FittedLaw::from_row(&stage.table, row, &spectrum.points)?);
             }
         }
     }
@@ -211,7 +211,7 @@ fn is_fit_of(table: &Table, row: usize, spectrum: &Point) -> bool {
 
 impl FittedLaw {
     /// Reads a row of a fit, for the points in its window. Returns `None` if the fit failed.
-    fn of_row(
+    fn from_row(
         table: &Table,
         row: usize,
         points: &[CurvePoint],
@@ -308,7 +308,7 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     let caption = "Rms slope of the straight lines between nodes at the distance ℓ, along x \
                    (solid) and along y (dashed). The slope grows towards small distances as far as \
                    the instrument resolves the roughness.";
-    Ok(Drawn::figure(Figure::of(chart), caption))
+    Ok(Drawn::figure(Figure::from_chart(chart), caption))
 }
 
 /// Returns the slopes of the tables, and of measured surfaces that no table contains.
@@ -319,7 +319,7 @@ fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     for stage in data.finished.with(&names) {
         let known = curves.clone();
         let is_new = |curve: &SurfaceCurve| known.iter().all(|one| one.point != curve.point);
-        let found = surface_curves::of(&stage.table, columns, None)?;
+        let found = surface_curves::from_table(&stage.table, columns, None)?;
         curves.extend(found.into_iter().filter(is_new));
     }
     let told = curves.clone();

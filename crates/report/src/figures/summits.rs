@@ -128,13 +128,13 @@ fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quanti
                 other.closed_form(curve, range, &data.styles, quantity, Dash::Dashed)
             }));
         }
-        return Figure::of(chart);
+        return Figure::from_chart(chart);
     }
     let charts = exponents.iter().map(|&hurst| {
         let title = format!("H = {}", f64::from_bits(hurst));
         chart(&|family| family.hurst == hurst).titled(title)
     });
-    Figure::of_charts(vec![charts.collect()], [430.0, 340.0])
+    Figure::from_charts(vec![charts.collect()], [430.0, 340.0])
 }
 
 /// Returns true if the study only has the paper's Hurst exponent, so the other one is drawn, too.
