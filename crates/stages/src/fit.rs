@@ -149,8 +149,8 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         count => Some(format!("{count} {}", code.word)),
     }));
     for parameter in laws::parameters() {
-        if let Some(symbol) = parameter.symbol {
-            parts.push(range(source, parameter.value.name, symbol)?);
+        if let Some(label) = parameter.label {
+            parts.push(range(source, parameter.value.name, label)?);
         }
     }
     Ok(parts)

@@ -1,4 +1,4 @@
-//! The contact evolution law of Yastrebov, Anciaux & Molinari (2015), as fitted to tables.
+//! Fits of the contact evolution law of Yastrebov, Anciaux & Molinari (2015).
 
 use std::collections::BTreeSet;
 
@@ -16,24 +16,29 @@ use asperity_statistics::curves::Curves;
 use asperity_statistics::evolution;
 use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Quantity};
 
-/// The word in manifests and tables.
+/// Name of the law in manifests and tables.
 pub const WORD: &str = "contact-evolution";
 
-/// Small loads: where the law was found.
+/// Default window: the small loads for which the law was proposed.
 pub const WINDOW: [f64; 2] = [0.0, 0.06];
 
-/// Its parameters, in the order of their values.
+/// Parameters of the law, in the order of their values.
 pub const PARAMETERS: [Parameter; 3] = [KAPPA, BETA, MU];
 
-const KAPPA: Parameter =
-    Parameter::number(names!("kappa"), "κ: slope of area against load at first touch").called("κ");
+const KAPPA: Parameter = Parameter::number(
+    names!("kappa"),
+    "κ of the contact evolution law: slope of the area fraction against the load at first contact",
+)
+.with_label("κ");
 const BETA: Parameter =
-    Parameter::number(names!("beta"), "β of the contact evolution law").called("β");
-const MU: Parameter =
-    Parameter::number(names!("mu"), "μ of the contact evolution law; slopes are convex for μ ≤ 1")
-        .called("μ");
+    Parameter::number(names!("beta"), "β of the contact evolution law").with_label("β");
+const MU: Parameter = Parameter::number(
+    names!("mu"),
+    "μ of the contact evolution law; the slope is convex for μ ≤ 1",
+)
+.with_label("μ");
 
-/// What is free in the law.
+/// Choices for a fit of the law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "contact-evolution")]
 pub struct EvolutionChoices {
@@ -74,7 +79,7 @@ impl Datum {
 }
 
 impl EvolutionChoices {
-    /// The fits of all points, each by itself unless they share κ.
+    /// Fits all points, separately unless they share κ.
     pub fn fits(self, points: &[CurvesOfPoint], params: &Params) -> Vec<Row> {
         let alone = |kappa| {
             let points = points.iter();
@@ -88,7 +93,8 @@ impl EvolutionChoices {
         }
     }
 
-    /// How much one task reads: what is convex at all points depends on them all.
+    /// Returns which tables one task reads. The smallest κ that is convex at all points depends on
+    /// all points.
     pub fn reach(self) -> Reach {
         match self.kappa {
             Kappa::Given(_) | Kappa::Free => Reach::Point,
@@ -96,7 +102,7 @@ impl EvolutionChoices {
         }
     }
 
-    /// The fit of one point by itself.
+    /// Fits one point separately.
     fn fit(
         self,
         curves: &Curves,
@@ -107,7 +113,7 @@ impl EvolutionChoices {
         let fit = problem.fit(kappa)?;
         let mut intervals = problem.bootstrap(kappa, &fit, &params.bootstrap());
         if matches!(kappa, evolution::Kappa::Given(_)) {
-            forget_first(&mut intervals);
+            remove_interval_of_kappa(&mut intervals);
         }
         Ok(evolution_row(&fit, intervals))
     }
@@ -125,18 +131,18 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
     }
 }
 
-/// All points at the smallest κ for which all their fitted slopes are convex.
+/// Fits all points with the smallest κ for which all their fitted slopes are convex.
 ///
-/// κ itself is common to the points, but only curves under one correction are compared: the
-/// corrections are rival readings of the same data.
+/// Points with different corrections have separate values of κ, because the corrections are
+/// alternative estimates from the same data.
 fn with_common_kappa(points: &[CurvesOfPoint], to: Datum, params: &Params) -> Vec<Row> {
     let mut rows: Vec<Option<Row>> = points.iter().map(|_| None).collect();
     for correction in corrections(points) {
         let members: Vec<usize> =
             (0..points.len()).filter(|&i| points[i].correction == correction).collect();
         let fitted = common_kappa(points, &members, to, params);
-        for (slot, row) in members.iter().zip(fitted) {
-            rows[*slot] = Some(row);
+        for (index, row) in members.iter().zip(fitted) {
+            rows[*index] = Some(row);
         }
     }
     rows.into_iter().flatten().collect()
@@ -170,21 +176,22 @@ fn common_kappa(
         };
         let given = evolution::Kappa::Given(common.kappa);
         let mut intervals = problem.bootstrap(given, fit, &params.bootstrap());
-        replace_first(&mut intervals, &of_kappa);
+        replace_interval_of_kappa(&mut intervals, &of_kappa);
         Row { own_kappa: own.as_ref().ok().copied(), ..evolution_row(fit, intervals) }
     });
     rows.collect()
 }
 
-/// A given κ has no interval, only rounding.
-fn forget_first(intervals: &mut Intervals) {
+/// Removes the interval of a given κ, which would contain only rounding errors.
+fn remove_interval_of_kappa(intervals: &mut Intervals) {
     if let Some(kappa) = intervals.intervals.as_mut().and_then(|all| all.first_mut()) {
         *kappa = Interval { lower: f64::NAN, upper: f64::NAN, standard_error: f64::NAN };
     }
 }
 
-/// κ was given to the single fits; its own interval comes from resampling all points together.
-fn replace_first(intervals: &mut Intervals, of_kappa: &Intervals) {
+/// Replaces the interval of κ, which is given in the fits of single points, by the interval from
+/// resampling all points together.
+fn replace_interval_of_kappa(intervals: &mut Intervals, of_kappa: &Intervals) {
     let of_all = of_kappa.intervals.as_ref();
     let kappa: Option<Interval> = of_all.and_then(|all| all.first().copied());
     match (&mut intervals.intervals, kappa) {
@@ -193,7 +200,7 @@ fn replace_first(intervals: &mut Intervals, of_kappa: &Intervals) {
     }
 }
 
-/// The corrections among the points, each once.
+/// Returns the distinct corrections of the points.
 fn corrections(points: &[CurvesOfPoint]) -> Vec<Option<String>> {
     let mut found = Vec::new();
     for point in points {
@@ -204,7 +211,7 @@ fn corrections(points: &[CurvesOfPoint]) -> Vec<Option<String>> {
     found
 }
 
-/// Numbers the surfaces of several points from 0. A surface has the same number at all points.
+/// Numbers the surfaces of several points from 0, with the same number at all points.
 fn units<'a>(points: impl Iterator<Item = &'a [Member]> + Clone) -> Vec<Vec<usize>> {
     let all: BTreeSet<Member> = points.clone().flatten().copied().collect();
     let all: Vec<Member> = all.into_iter().collect();

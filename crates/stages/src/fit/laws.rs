@@ -181,29 +181,29 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
 
 const EXPONENT: Parameter =
     Parameter::number(names!("exponent"), "exponent of dp̄/dp₀ as a power of the area, μ − 1")
-        .called("exponent");
+        .with_label("exponent");
 const PREFACTOR: Parameter =
     Parameter::number(names!("prefactor"), "prefactor of dp̄/dp₀ as a power of the area, β");
 const ERF_SCALE: Parameter =
     Parameter::number(names!("erf_scale"), "β of a = erf(β √2 y); 1 in Persson's theory")
-        .called("scale");
+        .with_label("scale");
 const DECAY_LENGTH: Parameter = Parameter::of_unit(
     "length",
     names!("decay_length"),
     "u₀ of p₀ = p_c exp(−ū/u₀): how much the mean gap falls while the load grows by the factor e",
 )
-.called("u₀");
+.with_label("u₀");
 const CLOSING_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
     names!("closing_load"),
     "p_c of p₀ = p_c exp(−ū/u₀): the load at which the exponential has no gap left",
 )
-.called("p_c");
+.with_label("p_c");
 const MESH_COEFFICIENT: Parameter = Parameter::number(
     names!("mesh_coefficient"),
     "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
 )
-.called("c");
+.with_label("c");
 const PERCOLATION_AREA: Parameter = Parameter::number(
     names!("percolation_area"),
     "share of the nodes in contact from which on no channel of gap leads through, mean of surfaces and \
@@ -213,7 +213,7 @@ const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
     names!("percolation_area_corrected"),
     "the same share of the area, corrected for the mesh as by the correction `2017`",
 )
-.called("sealed from an area of");
+.with_label("sealed from an area of");
 const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
     names!("percolation_load"),
@@ -240,7 +240,7 @@ macro_rules! percolation_along {
                 ", corrected for the mesh as by the correction `2017`",
             ),
         )
-        .called(concat!("sealed along ", $axis, " from"));
+        .with_label(concat!("sealed along ", $axis, " from"));
         const $load: Parameter = Parameter::of_unit(
             "E* × rms slope",
             names!("percolation_load_", $axis),
@@ -261,14 +261,14 @@ const HURST_EXPONENT: Parameter = Parameter::number(
     "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; of a single \
      surface its interval is that of independent modes",
 )
-.called("H");
+.with_label("H");
 const ROLLOFF: Parameter = Parameter::of_unit(
     "1/length",
     names!("rolloff_wavenumber"),
     "angular wavenumber up to which the measured spectrum is flat; null where it falls from its first \
      ring on",
 )
-.called("q_r");
+.with_label("q_r");
 const PLATEAU_DENSITY: Parameter =
     Parameter::of_unit("length⁴", names!("plateau_density"), "spectral density up to the roll-off");
 

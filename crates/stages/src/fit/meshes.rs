@@ -1,7 +1,8 @@
-//! What the mesh adds to the area, regressed over meshes of the same surfaces.
+//! Regression of the contact area over several meshes of the same surfaces.
 //!
-//! Three kinds of rows: one surface under one load; all surfaces of a parameter point under one
-//! load; all surfaces under all loads. A point is everything but the mesh.
+//! The table has three kinds of rows: for one surface under one load, for all surfaces of a
+//! parameter point under one load, and for all surfaces under all loads. The mesh is not part of
+//! the parameter point.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,41 +20,64 @@ use crate::grids;
 use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017, edge_fraction};
 use asperity_statistics::mesh_convergence::{MeshProblem, Refinement};
 use asperity_statistics::{FitError, Window};
-use asperity_tables::column::{Column, Role, optional_reals, texts};
+use asperity_tables::column::{Code, Column, Role, optional_reals, texts};
 use asperity_tables::table::{Table, TableError};
 
-/// Parameters in which the rows of a point may differ: the mesh, and how its areas are corrected,
-/// for it is the counted ones that are compared.
+/// Parameters in which the rows of a point may differ: the mesh, and the correction of areas,
+/// because the regression uses the counted areas.
 const VARIED: [&str; 5] =
     [NODES.name, NODES_X.name, NODES_Y.name, CORRECTION.name, COEFFICIENT.name];
 
-const POOLED: Column = parameter_text(
-    "pooled",
-    "what shares the coefficient: nothing, surfaces, or surfaces and loads",
-);
+const ALONE: &str = "nothing";
+const OVER_SURFACES: &str = "surfaces";
+const OVER_SURFACES_AND_LOADS: &str = "surfaces and loads";
+
+const POOLED: Column = parameter_text("pooled", "rows that share the coefficient").with_codes(&[
+    Code { word: ALONE, meaning: "one surface under one load has its own coefficient" },
+    Code {
+        word: OVER_SURFACES,
+        meaning: "all surfaces of the parameter point under one load share a coefficient",
+    },
+    Code {
+        word: OVER_SURFACES_AND_LOADS,
+        meaning: "all surfaces of the parameter point under all loads share a coefficient",
+    },
+]);
 const AREA_LIMIT: Column = real(
     "area_limit",
     "1",
-    "A*: share of the area on an infinitely fine mesh; its mean where pooled",
+    "A*: area fraction on an infinitely fine mesh; for pooled rows the mean over surfaces and loads",
 );
-const ERROR_NONE: Column = error("error_none", "rms error of the counted area, relative to A*");
-const ERROR_PI_8: Column = error("error_pi_8", "the same after the correction by π/8");
-const ERROR_2017: Column = error("error_2017", "the same after the correction of 2017");
-const ERROR_FITTED: Column = error("error_fitted", "the same after the fitted correction");
+const ERROR_NONE: Column = real(
+    "error_none",
+    "1",
+    "root mean square error of the area fraction without correction, relative to A*",
+);
+const ERROR_PI_8: Column = real(
+    "error_pi_8",
+    "1",
+    "root mean square error of the area fraction after the correction by π/8, relative to A*",
+);
+const ERROR_2017: Column = real(
+    "error_2017",
+    "1",
+    "root mean square error of the area fraction after the correction `2017`, relative to A*",
+);
+const ERROR_FITTED: Column = real(
+    "error_fitted",
+    "1",
+    "root mean square error of the area fraction after the fitted correction, relative to A*",
+);
 
-const fn error(name: &'static str, meaning: &'static str) -> Column {
-    real(name, "1", meaning)
-}
-
-/// What the table has beyond that of other laws.
+/// Columns that only this law has.
 pub const COLUMNS: [Column; 6] =
     [POOLED, AREA_LIMIT, ERROR_NONE, ERROR_PI_8, ERROR_2017, ERROR_FITTED];
 
-/// Areas and edges of one surface under one load, by nodes along x and y.
+/// Area and edge fractions of one surface under one load, by nodes along x and y.
 type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
 
-/// A surface and the bits of a load in the unit of the manifest; positive numbers sort as their
-/// bits do.
+/// Surface, and the bits of the load in the unit of the manifest. The bits of positive numbers have
+/// the same order as the numbers.
 type State = (Member, u64);
 
 /// Measured contacts of one parameter point, before they are compared between meshes.
@@ -63,16 +87,16 @@ struct Observed {
     reduced: BTreeMap<u64, f64>,
 }
 
-/// The refinements of one parameter point, by surface and load.
-pub struct Point {
-    /// A row of the table that stands for the point's coordinates.
+/// Refinements of one parameter point, by surface and load.
+pub struct RefinementsOfPoint {
+    /// Row of the table with the coordinates of the point.
     pub row: usize,
     refinements: BTreeMap<State, Result<Refinement, FitError>>,
     /// Reduced load for the bits of each load in the unit of the manifest.
     reduced: BTreeMap<u64, f64>,
 }
 
-/// A line of the table.
+/// Row of the table of fits.
 struct Line {
     point: usize,
     member: Option<Member>,
@@ -84,16 +108,16 @@ struct Line {
     fit: Row,
 }
 
-/// Regresses every point, surface and load.
+/// Fits every surface and load, and pooled surfaces and loads, of every parameter point.
 ///
 /// # Errors
-/// When the input holds no measured contacts.
+/// Returns an error if the input lacks the columns of measured contacts.
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let mut lines = Vec::new();
     for point in refinements(table, params.window())? {
         let keys = || point.refinements.keys();
         for &(member, load) in keys() {
-            let line = point.line(|state| state == (member, load), "nothing", params);
+            let line = point.line(|state| state == (member, load), ALONE, params);
             lines.push(Line { member: Some(member), load: Some(point.reduced[&load]), ..line });
         }
         let mut loads: Vec<u64> = keys().map(|&(_, load)| load).collect();
@@ -102,20 +126,20 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         for load in loads {
             lines.push(Line {
                 load: Some(point.reduced[&load]),
-                ..point.line(|state| state.1 == load, "surfaces", params)
+                ..point.line(|state| state.1 == load, OVER_SURFACES, params)
             });
         }
-        lines.push(point.line(|_| true, "surfaces and loads", params));
+        lines.push(point.line(|_| true, OVER_SURFACES_AND_LOADS, params));
     }
     Ok(as_table(table, params, &lines))
 }
 
-/// The points of a table of measured contacts whose surfaces were pressed on several meshes, at
-/// loads inside a window.
+/// Groups measured contacts at loads in a window by parameter point, surface and load, and compares
+/// meshes.
 ///
 /// # Errors
-/// When the table holds no measured contacts.
-pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableError> {
+/// Returns an error if the table lacks the columns of measured contacts.
+pub fn refinements(table: &Table, window: Window) -> Result<Vec<RefinementsOfPoint>, TableError> {
     let areas = table.reals(AREA_FRACTION.name)?;
     let (grids, switches) = (grids::Meshes::of(table)?, table.integers(SWITCHES.name)?);
     let mut order: Vec<ensemble::ParameterPoint> = Vec::new();
@@ -139,13 +163,13 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<Point>, TableErr
                 let meshes = points[at].states.entry((member, given)).or_default();
                 let nodes = grids.nodes(row);
                 let edge = edge_fraction(switches.value(row).unsigned_abs() as usize, nodes);
-                // Rows of several corrections tell the same.
+                // Rows with different corrections have the same counted area.
                 let mesh = meshes.entry(nodes);
                 mesh.or_insert((areas.value(row), edge));
             }
         }
     }
-    let refined = |observed: Observed| Point {
+    let refined = |observed: Observed| RefinementsOfPoint {
         row: observed.row,
         refinements: observed.states.into_iter().map(refinement).collect(),
         reduced: observed.reduced,
@@ -158,9 +182,9 @@ fn refinement((state, meshes): (State, Meshes)) -> (State, Result<Refinement, Fi
     (state, Refinement::new(edges, areas))
 }
 
-impl Point {
-    /// What decides the common coefficient, by surface: covariances of area and edge, and variances
-    /// of the edge. `None` without any refinement.
+impl RefinementsOfPoint {
+    /// Returns, for each surface, the covariance of area and edge and the variance of the edge,
+    /// from which the common coefficient is computed; `None` without any refinement.
     pub fn moments(&self) -> Option<[Vec<f64>; 2]> {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         for (&(member, _), refinement) in &self.refinements {
@@ -172,7 +196,8 @@ impl Point {
         (!variances.is_empty()).then_some([covariances, variances])
     }
 
-    /// The common fit of the refinements that belong to it; those that are none are left out.
+    /// Fits one coefficient to all refinements for which `belongs` is true. Invalid refinements are
+    /// left out.
     fn line(&self, belongs: impl Fn(State) -> bool, pooled: &'static str, params: &Params) -> Line {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         let mut failure = None;
@@ -215,7 +240,7 @@ impl Point {
 }
 
 fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
-    let standing: Vec<usize> = lines.iter().map(|line| line.point).collect();
+    let of_points: Vec<usize> = lines.iter().map(|line| line.point).collect();
     let real = |column: Column, value: &dyn Fn(&Line) -> Option<f64>| {
         (column, optional_reals(lines.iter().map(value)))
     };
@@ -226,7 +251,7 @@ fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
     let pooled = texts(lines.iter().map(|line| line.pooled));
     let fits: Vec<&Row> = lines.iter().map(|line| &line.fit).collect();
     let surfaces: Vec<usize> = lines.iter().map(|line| line.surfaces).collect();
-    let mut columns = rows::placed(params, lines.len());
+    let mut columns = rows::law_columns(params, lines.len());
     columns.push((POOLED, pooled));
     if input.has(REALIZATION.name) {
         columns.push((SEED, whole(Member::seed)));
@@ -239,16 +264,16 @@ fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
     for (index, column) in errors.into_iter().enumerate() {
         columns.push(real(column, &|line| line.errors[index]));
     }
-    // The errors above say how well; a share of the variance between meshes says nothing.
+    // The errors above describe the quality; a coefficient of determination over meshes would not.
     columns.extend(rows::quality(&surfaces, params, &fits));
-    let place = input.in_role(Role::Parameter).without(&VARIED);
-    let table = place.pick(&standing).with(columns);
+    let coordinates = input.in_role(Role::Parameter).without(&VARIED);
+    let table = coordinates.pick(&of_points).with(columns);
     table.without(&["rms_residual", "r_squared", "reduced_chi_square"])
 }
 
 #[cfg(test)]
 mod tests {
-    //! Surfaces whose area on each mesh is known.
+    //! Fits of surfaces whose area on each mesh is known.
 
     use arrow::array::Array;
 
@@ -258,8 +283,8 @@ mod tests {
 
     const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
 
-    /// Two surfaces under two loads on three meshes: A_N = A* + 0.1 S_d Δx, A* = load × (2 + r).
-    /// Ten edges a side, whatever the mesh: S_d Δx = 10/nodes.
+    /// Returns two surfaces under two loads on three meshes, with A_N = A* + 0.1 S_d Δx, A* = load
+    /// × (2 + r), and S_d Δx = 10/nodes.
     fn table() -> Table {
         let rows: Vec<(i64, i64, f64)> = [64, 128, 256]
             .into_iter()
@@ -293,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn every_surface_and_load_is_regressed_and_then_all_together() {
+    fn every_surface_and_load_is_fitted_alone_and_pooled() {
         let fitted = run(&table(), &params()).unwrap();
         let pooled: Vec<_> = fitted.texts("pooled").unwrap().iter().flatten().collect();
         let expected = [["nothing"; 4].as_slice(), &["surfaces"; 2], &["surfaces and loads"]];
@@ -310,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mesh_is_no_part_of_a_point_and_what_is_pooled_has_no_number() {
+    fn the_mesh_is_not_part_of_a_point_and_pooled_rows_have_no_realization() {
         let fitted = run(&table(), &params()).unwrap();
         assert_eq!(fitted.rows(), 7);
         let numbers = fitted.integers("realization").unwrap();
@@ -321,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn corrections_are_judged_by_what_they_leave() {
+    fn corrections_have_the_expected_order_of_errors() {
         let fitted = run(&table(), &params()).unwrap();
         let last = |name: &str| fitted.reals(name).unwrap().value(6);
         assert!(last("error_fitted") < 1e-13);
@@ -329,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn one_mesh_alone_is_no_fit_but_a_row_that_says_so() {
+    fn a_single_mesh_gives_a_row_with_a_failure() {
         let one = table().pick(&[0, 1, 2, 3]);
         let fitted = run(&one, &params()).unwrap();
         let status = fitted.texts("status").unwrap();

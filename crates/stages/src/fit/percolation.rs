@@ -1,4 +1,4 @@
-//! Where the gap of the surfaces of one parameter point stops percolating.
+//! Percolation thresholds of the gap of the surfaces of a parameter point.
 
 use arrow::array::{BooleanArray, Float64Array, Int64Array, StringArray};
 
@@ -15,10 +15,10 @@ use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
-/// Finds the threshold of every parameter point.
+/// Finds the thresholds of every parameter point.
 ///
 /// # Errors
-/// When the input holds no measured contacts.
+/// Returns an error if the input lacks the columns of measured contacts.
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let measured = Measured::of(table)?;
     let points = ensembles(table)?;
@@ -27,36 +27,37 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         ..measured.fit(ensemble, params)
     };
     let fits: Vec<Row> = points.iter().map(fit).collect();
-    let standing: Vec<(usize, usize)> =
+    let fitted: Vec<(usize, usize)> =
         points.iter().map(|point| (point.first, point.members.len())).collect();
-    let table = rows::table(&table.in_role(Role::Parameter), &standing, params, &fits);
-    // A threshold leaves no residuals.
+    let table = rows::table(&table.in_role(Role::Parameter), &fitted, params, &fits);
+    // A threshold has no residuals.
     Ok(table.without(&["masked", "rms_residual", "r_squared", "reduced_chi_square"]))
 }
 
-/// Returns whether the surfaces are drawn from a spectrum that is the same in all directions.
+/// Returns whether the surfaces are drawn from an isotropic spectrum.
 fn is_isotropic(ensemble: &Ensemble) -> bool {
     let is_drawn = ensemble.members.iter().all(|&member| member != Member::Sole);
     let ratio = ensemble.point.get(ANISOTROPY_RATIO.name);
     is_drawn && ratio.is_none_or(|ratio| *ratio == Value::Real(1.0))
 }
 
-/// What is read of measured contacts.
+/// Columns of measured contacts from which thresholds are computed.
 pub struct Measured<'a> {
     meshes: Meshes<'a>,
     /// Reduced loads.
     loads: &'a Float64Array,
     contact_nodes: &'a Int64Array,
     switches: &'a Int64Array,
+    /// Whether the gap percolates along x and y.
     is_open: [&'a BooleanArray; 2],
     stops: &'a StringArray,
 }
 
 impl<'a> Measured<'a> {
-    /// Looks at the columns that tell it.
+    /// Finds the columns.
     ///
     /// # Errors
-    /// When the table holds no measured contacts.
+    /// Returns an error if the table lacks the columns of measured contacts.
     pub fn of(table: &'a Table) -> Result<Self, TableError> {
         Ok(Self {
             meshes: Meshes::of(table)?,
@@ -68,9 +69,9 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// Fits the thresholds of the mean of both directions, along x, and along y, each as area,
-    /// corrected area and load. A direction in which some surface has no threshold is left out, and
-    /// the row says why.
+    /// Computes the thresholds for the mean of both directions, for x, and for y, each as area,
+    /// corrected area and load. A direction in which some surface has no threshold has no values,
+    /// and the row gives the reason.
     fn fit(&self, ensemble: &Ensemble, params: &Params) -> Row {
         let surfaces: Vec<Vec<Interface>> =
             (0..ensemble.members.len()).map(|member| self.interfaces(ensemble, member)).collect();
@@ -105,10 +106,9 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// One surface under the loads that it has, ascending.
+    /// Returns the contacts of one surface, given by its index, under its loads in ascending order.
     pub fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
-        let loads = ensemble.loads.iter().enumerate();
-        let rows = loads.filter_map(|(place, _)| ensemble.row(member, place));
+        let rows = (0..ensemble.loads.len()).filter_map(|load| ensemble.row(member, load));
         rows.map(|row| self.interface(row)).collect()
     }
 

@@ -1,4 +1,5 @@
-//! Fits as rows of a table: what came of each, the columns of parameters, and those of all laws.
+//! Fits as rows of a table: the result of a fit, the columns of its parameters, and the columns of
+//! all laws.
 
 use arrow::array::ArrayRef;
 
@@ -14,34 +15,34 @@ use asperity_tables::column::{
 };
 use asperity_tables::table::Table;
 
-/// Share of the data that may be left out.
+/// Largest share of the data that may be left out.
 const MOST_MASKED: f64 = 0.2;
 
-/// The outcome for one point.
+/// Result of a fit.
 #[derive(Default)]
 pub struct Row {
-    /// The law's parameters, in its order; empty if the fit failed.
+    /// Parameters in the order of the law; empty if the fit failed.
     pub values: Vec<f64>,
     pub intervals: Option<Vec<Interval>>,
-    /// Replicates that could not be fitted.
+    /// Number of resamplings that could not be fitted.
     pub failed_replicates: usize,
-    /// The smallest convex κ of this point alone.
+    /// Smallest κ for which the slope of this point is convex.
     pub own_kappa: Option<f64>,
     pub rms_residual: Option<f64>,
     pub r_squared: Option<f64>,
     pub reduced_chi_square: Option<f64>,
     pub data: usize,
-    /// Rows whose load did not converge.
+    /// Number of rows whose load did not converge.
     pub unconverged: usize,
-    /// Data left out, because their logarithm does not exist.
+    /// Number of data that were left out because they have no logarithm.
     pub masked: Option<usize>,
     pub convex: Option<bool>,
-    /// Reason why the fit, or a part of it, has no values.
+    /// Reason why all values or some values are missing.
     pub failure: Option<Code>,
 }
 
 impl Row {
-    /// A row with intervals, to be filled in.
+    /// Creates a row that has only intervals.
     pub fn with(intervals: Intervals) -> Row {
         Row {
             failed_replicates: intervals.failed,
@@ -50,7 +51,7 @@ impl Row {
         }
     }
 
-    /// A row of a law that has nothing free but its parameters.
+    /// Creates the row of a fit with these parameters.
     pub fn fitted(values: Vec<f64>, goodness: &GoodnessOfFit, intervals: Intervals) -> Row {
         Row {
             values,
@@ -62,12 +63,12 @@ impl Row {
         }
     }
 
-    /// A row that says why there is no fit.
+    /// Creates the row of a failed fit.
     pub fn failed(error: &FitError) -> Row {
         Row { failure: Some(status::of(error)), ..Row::default() }
     }
 
-    /// The same row, or a failure if too many data had to be left out.
+    /// Returns the row, or a failure if too many data were left out.
     pub fn unless_masked(self) -> Row {
         let masked = self.masked.unwrap_or(0);
         let all = self.data + masked;
@@ -77,8 +78,7 @@ impl Row {
         self.refused(status::TOO_MANY_MASKED)
     }
 
-    /// The same row, or a failure if a parameter is beyond all numbers: then the data do not bound
-    /// it.
+    /// Returns the row, or a failure if a parameter is not finite because the data do not bound it.
     pub fn unless_unbounded(self) -> Row {
         if self.values.iter().all(|value| value.is_finite()) {
             return self;
@@ -86,7 +86,7 @@ impl Row {
         self.refused(status::UNBOUNDED)
     }
 
-    /// A row that says how many data there are, and why there is no fit.
+    /// Returns a failure that keeps only the numbers of data.
     fn refused(self, failure: Code) -> Row {
         Row { failure: Some(failure), masked: self.masked, data: self.data, ..Row::default() }
     }
@@ -97,8 +97,7 @@ impl Row {
     }
 }
 
-/// The names of a parameter's columns: its estimate, the ends of its interval and its standard
-/// error.
+/// Returns the names of the columns of a parameter: estimate, ends of the interval, standard error.
 macro_rules! names {
     ($($part:literal),+) => {
         [
@@ -111,18 +110,18 @@ macro_rules! names {
 }
 pub(super) use names;
 
-/// The estimate of a parameter, and its interval if there is one.
+/// Estimate of a parameter, with its interval if there is one.
 #[derive(Clone, Copy)]
 pub struct Estimate {
     pub value: f64,
     pub interval: Option<Interval>,
 }
 
-/// A parameter as columns: its estimate, the ends of its interval and its standard error.
+/// Columns of a parameter: estimate, ends of the interval, standard error.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
-    /// What one line calls it, if it has room for it.
-    pub symbol: Option<&'static str>,
+    /// Label in the summary of a stage; `None` if the summary omits the parameter.
+    pub label: Option<&'static str>,
     pub value: Column,
     lower: Column,
     upper: Column,
@@ -130,13 +129,13 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// A pure number; the names are those of its estimate, of the ends of its interval and of its
-    /// standard error.
+    /// Declares a parameter that is a pure number. `names` are the names of its columns, in the
+    /// order of [`Parameter::columns`].
     pub const fn number(names: [&'static str; 4], meaning: &'static str) -> Parameter {
         Parameter::of_unit("1", names, meaning)
     }
 
-    /// The same in a unit.
+    /// Declares a parameter with a unit.
     pub const fn of_unit(
         unit: &'static str,
         names: [&'static str; 4],
@@ -144,26 +143,34 @@ impl Parameter {
     ) -> Parameter {
         let [value, lower, upper, error] = names;
         Parameter {
-            symbol: None,
+            label: None,
             value: real(value, unit, meaning),
-            lower: real(lower, unit, "lower end of the interval"),
-            upper: real(upper, unit, "upper end of the interval"),
+            lower: real(
+                lower,
+                unit,
+                "lower end of the bootstrap interval with the level of the stage",
+            ),
+            upper: real(
+                upper,
+                unit,
+                "upper end of the bootstrap interval with the level of the stage",
+            ),
             error: real(error, unit, "standard error by bootstrap"),
         }
     }
 
-    /// The same, with what one line calls it.
-    pub const fn called(self, symbol: &'static str) -> Parameter {
-        Parameter { symbol: Some(symbol), ..self }
+    /// Sets the label in the summary of a stage.
+    pub const fn with_label(self, label: &'static str) -> Parameter {
+        Parameter { label: Some(label), ..self }
     }
 
-    /// Its columns.
+    /// Returns the columns of the estimate, of the ends of the interval and of the standard error.
     pub const fn columns(self) -> [Column; 4] {
         [self.value, self.lower, self.upper, self.error]
     }
 
-    /// Its columns, filled with estimates; values and ends of intervals that are no finite number
-    /// are null.
+    /// Returns the columns with estimates. Values and ends of intervals that are not finite become
+    /// null.
     pub fn filled(
         self,
         estimates: impl Iterator<Item = Option<Estimate>>,
@@ -183,20 +190,54 @@ impl Parameter {
 }
 
 // Columns that the tables of all laws have.
-pub const LAW: Column = parameter_text("law", "the law that is fitted");
-pub const SURFACES: Column = integer("surfaces", "1", "surfaces pooled");
-pub const UNCONVERGED: Column =
-    integer("unconverged", "1", "rows whose load did not converge; they are fitted all the same");
-pub const DATA: Column = integer("data", "1", "data fitted");
+pub const LAW: Column = parameter_text("law", "law that is fitted").with_codes(&[
+    Code {
+        word: "contact-evolution",
+        meaning: "contact evolution law of Yastrebov, Anciaux & Molinari (2015)",
+    },
+    Code {
+        word: "mean-pressure",
+        meaning: "growth of the mean contact pressure, dp̄/dp₀ = β a^(μ − 1)",
+    },
+    Code { word: "scaled-erf", meaning: "contact area near full contact, a = erf(β √2 y)" },
+    Code {
+        word: "load-separation",
+        meaning: "load as a function of the mean gap ū, p₀ = p_c exp(−ū/u₀)",
+    },
+    Code {
+        word: "mesh-convergence",
+        meaning: "contact area of one surface on several meshes, A_N = A* + c S_d Δx",
+    },
+    Code {
+        word: "gap-percolation",
+        meaning: "contact area and load at which the gap ceases to percolate",
+    },
+    Code {
+        word: "self-affine",
+        meaning: "power spectral density C(q) = C₀ up to q_r, C₀ (q/q_r)^(−2(1 + H)) beyond",
+    },
+    Code {
+        word: "limits",
+        meaning: "limit of an observable where small numbers vanish, Q = Q₀ + Σ cⱼ fⱼ(xⱼ)",
+    },
+]);
+pub const SURFACES: Column = integer("surfaces", "1", "number of surfaces in the fit");
+pub const UNCONVERGED: Column = integer(
+    "unconverged",
+    "1",
+    "number of rows whose load did not converge; the fit includes them",
+);
+pub const DATA: Column = integer("data", "1", "number of fitted data");
 pub const RMS_RESIDUAL: Column = real("rms_residual", "1", "root mean square residual");
 pub const CHI_SQUARE: Column = real(
     "reduced_chi_square",
     "1",
-    "χ² over degrees of freedom, from the scatter between surfaces",
+    "χ² divided by the degrees of freedom, with variances from the scatter between surfaces",
 );
-pub const BOOTSTRAP: Column = integer("bootstrap", "1", "resamplings of whole surfaces");
+pub const BOOTSTRAP: Column =
+    integer("bootstrap", "1", "number of bootstrap resamplings of surfaces");
 pub const BOOTSTRAP_FAILED: Column =
-    integer("bootstrap_failed", "1", "resamplings that could not be fitted");
+    integer("bootstrap_failed", "1", "number of resamplings that could not be fitted");
 pub const STATUS: Column =
     text("status", "how the fit ended, or why values are missing").with_codes(status::CODES);
 
@@ -214,27 +255,34 @@ const KAPPA_IS: Column = parameter_text("kappa_is", "how κ is determined").with
         meaning: "κ is the smallest value for which the fitted slope is convex",
     },
 ]);
-const KAPPA_GIVEN: Column = parameter("kappa_given", "1", "κ that is given, if it is");
+const KAPPA_GIVEN: Column =
+    parameter("kappa_given", "1", "κ from the manifest; null unless `kappa_is` is `given`");
 const WINDOW_LOWER: Column =
-    parameter("window_lower", "E* × rms slope", "smallest load that counts");
+    parameter("window_lower", "E* × rms slope", "smallest load of the fitted data");
 const WINDOW_UPPER: Column =
-    parameter("window_upper", "E* × rms slope", "largest load that counts");
+    parameter("window_upper", "E* × rms slope", "largest load of the fitted data");
 const WAVENUMBER_LOWER: Column =
-    parameter("wavenumber_lower", "1/length", "smallest wavenumber that counts");
+    parameter("wavenumber_lower", "1/length", "smallest wavenumber of the fitted data");
 const WAVENUMBER_UPPER: Column =
-    parameter("wavenumber_upper", "1/length", "largest wavenumber that counts");
-const KAPPA_CONVEX: Column =
-    real("kappa_convex", "1", "smallest κ that makes this point's slopes convex");
+    parameter("wavenumber_upper", "1/length", "largest wavenumber of the fitted data");
+const KAPPA_CONVEX: Column = real(
+    "kappa_convex",
+    "1",
+    "smallest κ for which the fitted slope of this parameter point is convex",
+);
 const MASKED: Column = integer(
     "masked",
     "1",
-    "data that the law cannot have: no increase of the mean pressure, or full contact",
+    "number of data in the window that were left out because they have no logarithm",
 );
-const R_SQUARED: Column =
-    real("r_squared", "1", "share of the data's variance that the fit explains");
+const R_SQUARED: Column = real(
+    "r_squared",
+    "1",
+    "coefficient of determination: share of the variance that the fit explains",
+);
 const CONVEX: Column = flag("convex", "whether the fitted slope is convex in the window");
 
-/// Every column that a law may add, with those of these parameters.
+/// Returns the columns that laws with these parameters may add.
 pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
     let placed = [
         LAW,
@@ -264,19 +312,25 @@ pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
     placed.into_iter().chain(estimates).chain(quality).collect()
 }
 
-/// One row a fit: where it belongs, what was fitted, how well. `standing` has a row of the input
-/// that stands for each, and the number of surfaces.
-pub fn table(place: &Table, standing: &[(usize, usize)], params: &Params, rows: &[Row]) -> Table {
-    let (standing, surfaces): (Vec<usize>, Vec<usize>) = standing.iter().copied().unzip();
+/// Creates the table of fits. `fitted` holds, for each fit, the row of `coordinates` with its
+/// coordinates and the number of surfaces.
+pub fn table(
+    coordinates: &Table,
+    fitted: &[(usize, usize)],
+    params: &Params,
+    rows: &[Row],
+) -> Table {
+    let (of_rows, surfaces): (Vec<usize>, Vec<usize>) = fitted.iter().copied().unzip();
     let rows: Vec<&Row> = rows.iter().collect();
-    let mut columns = placed(params, rows.len());
+    let mut columns = law_columns(params, rows.len());
     columns.extend(estimates(params, &rows));
     columns.extend(quality(&surfaces, params, &rows));
-    place.pick(&standing).with(columns)
+    coordinates.pick(&of_rows).with(columns)
 }
 
-/// What places a fit among others of its points.
-pub fn placed(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
+/// Returns the columns that distinguish a fit from other fits of the same points: law, choices,
+/// window.
+pub fn law_columns(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
     let mut columns = vec![(LAW, texts(vec![params.law.word(); count]))];
     columns.extend(choices(&params.law, count));
     let [from, to] = params.window;
@@ -289,7 +343,7 @@ pub fn placed(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
     columns
 }
 
-/// The law's parameters and their intervals.
+/// Returns the columns of the parameters and their intervals.
 pub fn estimates(params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
     let parameters = params.law.parameters().iter().enumerate();
     let columns = parameters.flat_map(|(index, parameter)| {
@@ -322,7 +376,7 @@ fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
     ]
 }
 
-/// How much was fitted, how well, and how it went.
+/// Returns the columns about the data, the quality and the status of fits.
 pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
     let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(|row| value(row)));
     let mut columns = Vec::new();
@@ -349,4 +403,20 @@ pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Colum
         (STATUS, texts(rows.iter().map(|row| row.status()))),
     ]);
     columns
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::fit::{contact_evolution, limits};
+
+    #[test]
+    fn every_law_has_a_code() {
+        let plain = PlainLaw::ALL.map(|law| law.definition().word);
+        let laws = plain.into_iter().chain([contact_evolution::WORD, limits::WORD]);
+        let codes = LAW.codes.iter().map(|code| code.word);
+        assert_eq!(codes.collect::<BTreeSet<_>>(), laws.collect::<BTreeSet<_>>());
+    }
 }

@@ -1,4 +1,4 @@
-//! The self-affine power spectrum, fitted to the measured spectra of the surfaces of one parameter
+//! Fits of the self-affine power spectrum to the measured spectra of the surfaces of a parameter
 //! point.
 
 use std::collections::BTreeMap;
@@ -15,27 +15,27 @@ use asperity_tables::table::{Table, TableError};
 /// Fits every parameter point.
 ///
 /// # Errors
-/// When the input holds no measured spectra.
+/// Returns an error if the input lacks the columns of measured spectra.
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let parameters = table.in_role(Role::Parameter).without(&[WAVENUMBER.name]);
-    let (mut standing, mut fits) = (Vec::new(), Vec::new());
+    let (mut fitted, mut fits) = (Vec::new(), Vec::new());
     for rows in grouped(&parameters) {
         let (rings, surfaces) = rings(table, &rows)?;
-        standing.push((rows[0], surfaces));
+        fitted.push((rows[0], surfaces));
         fits.push(fit(rings, params).unwrap_or_else(|error| Row::failed(&error)));
     }
-    let table = rows::table(&parameters, &standing, params, &fits);
-    // Nothing is solved, and no variance of densities is to be explained.
+    let table = rows::table(&parameters, &fitted, params, &fits);
+    // Spectra are not solved, and the fit of densities has no coefficient of determination.
     Ok(table.without(&["unconverged", "r_squared"]))
 }
 
 fn fit(rings: Vec<RingOfSurfaces>, params: &Params) -> Result<Row, FitError> {
     let problem = SelfAffineProblem::new(rings, params.window());
     let fit = problem.fit()?;
-    let beyond_plateau = fit.rolloff.map(|rolloff| [rolloff, fit.plateau]);
+    let plateau = fit.rolloff.map(|rolloff| [rolloff, fit.plateau]);
     let values = [fit.hurst].into_iter();
     Ok(Row {
-        values: values.chain(beyond_plateau.into_iter().flatten()).collect(),
+        values: values.chain(plateau.into_iter().flatten()).collect(),
         rms_residual: Some(fit.rms_residual),
         reduced_chi_square: Some(fit.reduced_chi_square),
         data: fit.data,
@@ -44,8 +44,8 @@ fn fit(rings: Vec<RingOfSurfaces>, params: &Params) -> Result<Row, FitError> {
     })
 }
 
-/// The rings that all surfaces of a point have, ascending, and how many surfaces there are; rows
-/// that tell what an earlier one tells are passed over.
+/// Returns the rings that all surfaces of a point have, in ascending order, and the number of
+/// surfaces. Rows with the same surface and ring as an earlier row are ignored.
 fn rings(table: &Table, rows: &[usize]) -> Result<(Vec<RingOfSurfaces>, usize), TableError> {
     let column = |name: &str| table.reals(name);
     let (wavenumbers, freedoms) = (column(WAVENUMBER.name)?, column(DEGREES_OF_FREEDOM.name)?);
@@ -54,7 +54,7 @@ fn rings(table: &Table, rows: &[usize]) -> Result<(Vec<RingOfSurfaces>, usize), 
     let mut surfaces: BTreeMap<Member, BTreeMap<u64, usize>> = BTreeMap::new();
     for &row in rows {
         let own = surfaces.entry(members.of_row(row)).or_default();
-        // Positive numbers sort as their bits do.
+        // The bits of positive numbers have the same order as the numbers.
         own.entry(wavenumbers.value(row).to_bits()).or_insert(row);
     }
     let Some(first) = surfaces.values().next() else {

@@ -1,7 +1,7 @@
-//! Codes of the column `status`: how a fit ended.
+//! Codes of the column `status`, which tells how a fit ended.
 //!
-//! Tables hold the code alone. The sentence that explains it is attached where a table is published
-//! or described, so that it can be rewritten without computing a fit again.
+//! Tables hold only the codes. Their explanations are attached when a table is published or
+//! described, so that they can be reworded without computing fits again.
 
 use super::rows::STATUS;
 use asperity_statistics::FitError;
@@ -13,80 +13,85 @@ const fn code(word: &'static str, meaning: &'static str) -> Code {
     Code { word, meaning }
 }
 
-pub const FITTED: Code = code("fitted", "the fit has values");
+pub const FITTED: Code = code("fitted", "the fit succeeded");
 pub const NOT_CONVERGED: Code = code(
     "not-converged",
-    "the least squares did not converge: the data do not determine the parameters; try another \
-     window or a given κ",
+    "the least-squares iteration did not converge, because the data do not determine the \
+     parameters; try another window, or give κ a value",
 );
 pub const TOO_FEW_DATA: Code = code(
     "too-few-data",
-    "fewer data lie in the window than the law needs: widen the window or compute more loads in it",
+    "the window contains fewer data than the law needs; widen the window or compute more loads in \
+     it",
 );
 pub const TOO_MANY_MASKED: Code = code(
     "too-many-masked",
-    "more than 20 % of the data have no logarithm, because the mean contact pressure does not grow or \
-     contact is full; try another window or correction",
+    "more than 20 % of the data have no logarithm, because the mean contact pressure does not \
+     increase or contact is full; try another window or another correction",
 );
 pub const EQUAL_AREAS: Code =
-    code("equal-areas", "all areas in the window are equal: the law needs different ones");
+    code("equal-areas", "all areas in the window are equal, so that the law cannot be fitted");
 pub const NO_DECAY: Code = code(
     "no-decay",
-    "the mean gap does not fall with the load in the window: the law needs loads under which contact \
-     grows",
+    "the mean gap does not decrease with the load in the window; choose loads under which the \
+     contact grows",
 );
 pub const UNBOUNDED: Code = code(
     "unbounded",
-    "a parameter grows without bound, because the data do not bend as the law does; try another κ or \
-     another window",
+    "a parameter grows without bound, because the data do not have the curvature of the law; try \
+     another κ or another window",
 );
 pub const NO_CONVEX_KAPPA: Code = code(
     "no-convex-kappa",
-    "no κ gives µ = 1: the slope of the area does not fall enough in the window to bound κ",
+    "no κ gives μ = 1, because the slope of the area does not decrease enough in the window to \
+     bound κ",
 );
 pub const NO_COMMON_KAPPA: Code =
-    code("no-common-kappa", "no curve of the points that share a κ has a least convex κ");
+    code("no-common-kappa", "none of the points that share κ has a smallest convex κ");
 pub const NOT_SEALED: Code = code(
     "not-sealed",
-    "not every surface passes from an open gap to a sealed one in the window: compute lighter or \
+    "the gap of some surface does not change from open to sealed in the window; compute lighter or \
      heavier loads",
 );
-pub const NOT_SEALED_X: Code = code("not-sealed-x", "as not-sealed, for channels along x alone");
-pub const NOT_SEALED_Y: Code = code("not-sealed-y", "as not-sealed, for channels along y alone");
+pub const NOT_SEALED_X: Code = code("not-sealed-x", "as `not-sealed`, only for channels along x");
+pub const NOT_SEALED_Y: Code = code("not-sealed-y", "as `not-sealed`, only for channels along y");
 pub const TOO_FEW_MESHES: Code = code(
     "too-few-meshes",
-    "areas are known on too few meshes for a line with a residual: sweep `nodes` over more",
+    "areas are known on too few meshes to fit a line and estimate its error; sweep `nodes` over \
+     more values",
 );
 pub const NO_EDGES: Code = code(
     "no-edges",
-    "nothing touches on some mesh, or the edge is equally long on all: nothing can be extrapolated",
+    "there is no contact on some mesh, or the perimeter is the same on all meshes, so that the area \
+     cannot be extrapolated",
 );
 pub const TOO_FEW_POINTS: Code = code(
     "too-few-points",
-    "fewer parameter points than free parameters: sweep the cutoffs or `nodes` over more values, or \
-     free fewer exponents",
+    "there are fewer parameter points than free parameters; sweep the cutoffs or `nodes` over more \
+     values, or give exponents a value",
 );
 pub const DEPENDENT_TERMS: Code = code(
     "dependent-terms",
-    "the points do not distinguish the terms: some are proportional, or one is equal at all points",
+    "the terms cannot be distinguished: some are proportional, or one has the same value at all \
+     points",
 );
 pub const NO_EXPONENT: Code = code(
     "no-exponent",
-    "a free exponent ran to zero, where a power becomes a logarithm, or to infinity; give the exponent \
-     or ask for a logarithm",
+    "a free exponent tends to zero, where a power becomes a logarithm, or to infinity; give the \
+     exponent a value or use the form `logarithm`",
 );
 pub const INVALID_TERM: Code =
-    code("invalid-term", "a term that should vanish in the limit is not positive and finite");
+    code("invalid-term", "the number of some term is not positive and finite at every point");
 pub const NO_SCATTER: Code = code(
     "no-scatter",
-    "a point has fewer than two surfaces that differ, so that it has no weight: compute more surfaces",
+    "some point has no scatter between surfaces and therefore no weight; compute more surfaces",
 );
 pub const INVALID_DATA: Code = code(
     "invalid-data",
-    "loads are not positive and ascending, or areas or κ are not finite numbers",
+    "the loads are not positive and ascending, or some area or κ is not finite",
 );
 
-/// Every code of the column.
+/// All codes of the column.
 pub const CODES: &[Code] = &[
     FITTED,
     NOT_CONVERGED,
@@ -139,8 +144,8 @@ pub fn of(error: &FitError) -> Code {
     }
 }
 
-/// Parts of the sentences that the column held before it held codes. They are data of old files and
-/// must not be reworded.
+/// Parts of the sentences that the column contained in earlier versions. They are data of old files
+/// and must not be reworded.
 const OLD_SENTENCES: [(&str, Code); 22] = [
     ("usable data with loads in", TOO_FEW_DATA),
     ("data have no logarithm", TOO_MANY_MASKED),
@@ -166,7 +171,7 @@ const OLD_SENTENCES: [(&str, Code); 22] = [
     ("cannot be the slope of an area at zero load", INVALID_DATA),
 ];
 
-/// Returns a table whose `status` holds codes, from one that may hold sentences of earlier versions.
+/// Replaces sentences of earlier versions in the column `status` by codes.
 pub fn with_codes(table: Table) -> Table {
     let Ok(status) = table.texts(STATUS.name) else {
         return table;
@@ -189,7 +194,7 @@ mod tests {
     use asperity_tables::column::texts;
 
     #[test]
-    fn every_code_is_one_word_and_stands_once() {
+    fn every_code_is_a_single_word_and_unique() {
         let mut words: Vec<&str> = CODES.iter().map(|code| code.word).collect();
         assert!(words.iter().all(|word| !word.contains(' ')));
         words.sort_unstable();
@@ -197,18 +202,19 @@ mod tests {
         assert_eq!(words.len(), CODES.len());
     }
 
-    /// Sentences as tables of version 0.1.0 hold them.
+    /// Sentences of tables of version 0.1.0.
     #[test]
     fn sentences_of_earlier_versions_become_codes() {
         let old = [
             "fitted",
             "3 usable data with loads in [0.01, 0.1], the fit needs 5: widen the window or compute \
              more loads inside it",
-            "2 of 5 surfaces are not seen to pass from an open gap to a sealed one along y, with loads \
-             in [0, 1]: compute lighter or heavier ones",
-            "5 of 9 data have no logarithm, 20 % is the most: the mean contact pressure does not grow, \
-             or contact is full; try another window or correction",
-            "areas on 1 meshes, a line with something to judge it by needs 3: sweep `nodes` over more",
+            "2 of 5 surfaces are not seen to pass from an open gap to a sealed one along y, with \
+             loads in [0, 1]: compute lighter or heavier ones",
+            "5 of 9 data have no logarithm, 20 % is the most: the mean contact pressure does not \
+             grow, or contact is full; try another window or correction",
+            "areas on 1 meshes, a line with something to judge it by needs 3: sweep `nodes` over \
+             more",
         ];
         let table = Table::new(old.len(), vec![(STATUS, texts(old))]);
         let status = with_codes(table).texts(STATUS.name).unwrap().clone();
