@@ -154,7 +154,8 @@ impl Judgement {
     }
 }
 
-/// The fewest surfaces, not below a number, that do; more of them do as well.
+/// Returns the smallest number of surfaces, at least `from`, for which `does` is true. `does` must
+/// stay true for larger numbers.
 fn fewest(from: usize, does: impl Fn(usize) -> bool) -> Option<usize> {
     let mut above = from;
     while !does(above) {

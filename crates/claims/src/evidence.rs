@@ -37,7 +37,8 @@ pub struct AreaCurves {
     /// Loads at which all surfaces have a row or are in full contact already, ascending, in units
     /// of E* × rms slope.
     pub loads: Vec<f64>,
-    /// The same loads in the unit of the manifest: reduced, or that of the modulus.
+    /// The same loads in the unit of the manifest: reduced, or pressures in the unit of the
+    /// modulus.
     pub given: Vec<f64>,
     /// Area fractions `[load][surface]`, which are 1 beyond full contact.
     pub areas: Vec<Vec<f64>>,
@@ -51,7 +52,7 @@ pub struct PerSurface {
     pub values: Vec<f64>,
 }
 
-/// One number per surface of a spectrum, under a load.
+/// One number per surface of a spectrum at a load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtLoad {
     pub spectrum: Spectrum,
@@ -163,7 +164,8 @@ impl Evidence {
 
     /// Adds the fits of κ to its limits.
     ///
-    /// # Errors If a table lacks a column that a fit reads.
+    /// # Errors
+    /// If a table lacks a column that a fit reads.
     pub fn with_limits(mut self, fits: &[LimitsFit]) -> Result<Evidence, TableError> {
         self.kappa = kappa_points(fits, &self.setting)?;
         Ok(self)

@@ -318,7 +318,7 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
     };
     let several = if several_exponents || plateaus {
         over_loads(&all, with_alpha, areas_differ, |points| {
-            left_by_a_line(&along(points, 1), &along(points, 2))
+            rms_residual(&along(points, 1), &along(points, 2))
         })
     } else {
         Quantities::default()
@@ -337,7 +337,7 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
         ),
         law(with_alpha, |points| {
             let [bandwidth, alpha, area] = [0, 1, 2].map(|axis| along(points, axis));
-            let [on_alpha, on_bandwidth] = [alpha, bandwidth].map(|x| left_by_a_line(&x, &area));
+            let [on_alpha, on_bandwidth] = [alpha, bandwidth].map(|x| rms_residual(&x, &area));
             Some((on_alpha? / on_bandwidth?).ln())
         })
         .judge(RATHER_THAN_ALPHA, data, lacking),
@@ -380,7 +380,7 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 /// Returns the root mean square of the residuals of a straight line, or `None` for two spectra,
 /// which every line fits.
-fn left_by_a_line(x: &[f64], y: &[f64]) -> Option<f64> {
+fn rms_residual(x: &[f64], y: &[f64]) -> Option<f64> {
     if x.len() < 3 {
         return None;
     }

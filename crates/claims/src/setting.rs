@@ -37,8 +37,8 @@ const OF_GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 const NOT_COMPARED: [&str; 4] =
     [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
 
-/// Columns of properties that surfaces must not have for claims on areas: a grain, and contacts of
-/// an asperity model. Null, or a ratio of 1, stands for a surface without the property.
+/// Columns of properties that rows must not have for claims on areas: anisotropy, and asperity
+/// models. Null, or a ratio of 1, means a row without the property.
 const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// Parameters that all rows used by claims share, and the rows left out.

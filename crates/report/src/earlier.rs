@@ -120,8 +120,9 @@ pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
 /// Checks that a report in a folder chosen by the user only replaces an earlier report of the same
 /// study.
 ///
-/// # Errors If the folder contains another page or figure. A page that is not a report is never
-/// replaced; other files are with [`Existing::Replace`].
+/// # Errors
+/// If the folder contains another page or figure. A page that is not a report is never replaced;
+/// other files are with [`Existing::Replace`].
 pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<(), ReportError> {
     let page = folder.join(PAGE);
     let basis = match fs::read(&page) {

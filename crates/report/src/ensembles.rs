@@ -81,7 +81,7 @@ pub fn from_table(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, 
     let ensembles = ensemble::ensembles(table)?.into_iter();
     Ok(ensembles
         .map(|rows| EnsembleCurves {
-            point: told(rows.point.clone()),
+            point: to_text(rows.point.clone()),
             correction: rows.point.get(CORRECTION.name).map(ToString::to_string),
             surfaces: rows.members.len(),
             rows,
@@ -92,11 +92,11 @@ pub fn from_table(table: &Table, bars: Bars) -> Result<Vec<EnsembleCurves<'_>>, 
 }
 
 pub fn point(table: &Table, row: usize) -> Point {
-    told(ensemble::ParameterPoint::from_row(table, row))
+    to_text(ensemble::ParameterPoint::from_row(table, row))
 }
 
 /// Converts parameters to text, except the correction of the area.
-fn told(point: ensemble::ParameterPoint) -> Point {
+fn to_text(point: ensemble::ParameterPoint) -> Point {
     let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
     let mut point: Point =
         point.iter().map(|(name, value)| (name.to_owned(), value.to_string())).collect();

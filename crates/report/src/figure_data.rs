@@ -434,7 +434,7 @@ const MOST_CAVEATS: usize = 4;
 /// Returns sentences on surfaces and materials to which the theories do not apply, each after a
 /// space, or an empty text.
 fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
-    let mut told = Vec::new();
+    let mut descriptions = Vec::new();
     let stages = finished.stages.iter();
     for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
         for point in caveats::points(table).map_err(ReportError::Caveats)? {
@@ -443,8 +443,8 @@ fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportEr
             }
             let label = styles.name(&ensembles::point(&point.coordinates, 0), "these surfaces");
             let line = format!("{label} ({})", point.departures.join(", "));
-            if !told.contains(&line) {
-                told.push(line);
+            if !descriptions.contains(&line) {
+                descriptions.push(line);
             }
         }
     }
@@ -454,16 +454,16 @@ fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportEr
     } else {
         ""
     };
-    if told.is_empty() {
+    if descriptions.is_empty() {
         return Ok(of_materials.to_owned());
     }
-    let hidden = told.len().saturating_sub(MOST_CAVEATS);
-    told.truncate(MOST_CAVEATS);
+    let hidden = descriptions.len().saturating_sub(MOST_CAVEATS);
+    descriptions.truncate(MOST_CAVEATS);
     if hidden > 0 {
-        told.push(format!("{hidden} more"));
+        descriptions.push(format!("{hidden} more"));
     }
     Ok(format!(
         " The theories and Nayak's α assume isotropic Gaussian roughness, unlike {}.{of_materials}",
-        told.join("; ")
+        descriptions.join("; ")
     ))
 }

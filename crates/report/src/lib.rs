@@ -151,8 +151,8 @@ impl Subject<'_> {
 /// Writes the page `report.html` and the folder `figures` into a folder. If the study is incomplete
 /// or has lost its maps, an existing page that shows more is kept.
 ///
-/// # Errors If a surface cannot be drawn, a file cannot be written, or the existing page shows
-/// more.
+/// # Errors
+/// If a surface cannot be drawn, a file cannot be written, or the existing page shows more.
 pub fn write(
     subject: &Subject,
     bars: Bars,

@@ -74,7 +74,7 @@ impl Scale {
         let share = (value - self.lowest) / (self.highest - self.lowest);
         // A constant map has no range, so it has one colour.
         let share = if share.is_finite() { share } else { 0.5 };
-        // A palette has more colours than an eye distinguishes.
+        // A palette holds more colours than the eye distinguishes.
         let step = ((PALETTE - 1) as f64 * share.clamp(0.0, 1.0)).round();
         self.gradient.eval_rational(step as usize, PALETTE).into_array()
     }
@@ -116,7 +116,8 @@ impl Raster {
     /// Draws the contact maps of a surface at ascending loads in one picture: each node has the
     /// colour of the lightest load at which it is in contact.
     ///
-    /// # Panics If the maps have different meshes, or there are none.
+    /// # Panics
+    /// If the maps have different meshes, or there are none.
     pub fn from_contacts(maps: &[ContactMap]) -> Raster {
         let nodes = maps[0].nodes();
         Raster::from_nodes(nodes, |node| {

@@ -265,7 +265,7 @@ impl Step {
         Step {
             load: short(load),
             area: format!("{} %", short(100.0 * area)),
-            mean_gap: told(mean_gap, unit),
+            mean_gap: length_text(mean_gap, unit),
             picture: BASE64_STANDARD.encode(picture.to_png()),
         }
     }
@@ -281,7 +281,7 @@ pub fn spread(count: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Returns a length with its unit, with a prefix if it is in metres.
-fn told(length: f64, unit: Option<&str>) -> String {
+fn length_text(length: f64, unit: Option<&str>) -> String {
     let shared = LengthUnit::common([unit]);
     let length = shared.factor(unit) * length;
     match shared {
@@ -321,10 +321,10 @@ mod tests {
 
     #[test]
     fn lengths_are_told_in_their_unit_with_the_prefix_that_suits_them() {
-        assert_eq!(told(1.234e-8, Some("m")), "12.3 nm");
-        assert_eq!(told(0.25, Some("µm")), "250 nm");
-        assert_eq!(told(0.25, Some("px")), "0.25 px");
-        assert_eq!(told(0.25, None), "0.25");
+        assert_eq!(length_text(1.234e-8, Some("m")), "12.3 nm");
+        assert_eq!(length_text(0.25, Some("µm")), "250 nm");
+        assert_eq!(length_text(0.25, Some("px")), "0.25 px");
+        assert_eq!(length_text(0.25, None), "0.25");
     }
 
     #[test]

@@ -241,9 +241,9 @@ fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &C
             let all = run.iter().map(|point| (point.x, point.y));
             chart.series.push(Series::new(all, line));
         }
-        let some = some(points, &chart);
+        let markers = select_markers(points, &chart);
         chart.series.push(Series {
-            points: some,
+            points: markers,
             style: styles.markers(&distribution.point),
             label: Some(data.styles.name(&distribution.point, "mean of the surfaces")),
         });
@@ -252,7 +252,7 @@ fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &C
 }
 
 /// Selects points evenly along the axis, or all if there are few.
-fn some(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
+fn select_markers(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     if points.len() <= 2 * MARKERS {
         return points.to_vec();
     }

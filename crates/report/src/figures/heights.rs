@@ -142,14 +142,14 @@ fn colour_bar(heights: &HeightMap, range: [f64; 2], unit: Option<&str>) -> Colou
     let shared = LengthUnit::common([unit]);
     let range = range.map(|height| shared.factor(unit) * height);
     let scaled = shared.scaled(range[0].abs().max(range[1].abs()));
-    let told = |height: f64| {
+    let text = |height: f64| {
         let number = digits(scaled.factor * height, 3);
         match shared {
             LengthUnit::Unknown => number,
             LengthUnit::Metre | LengthUnit::Named(_) => format!("{number} {}", scaled.unit),
         }
     };
-    ColourBar { colours: heights.colours.clone(), lowest: told(range[0]), highest: told(range[1]) }
+    ColourBar { colours: heights.colours.clone(), lowest: text(range[0]), highest: text(range[1]) }
 }
 
 /// Returns the number of columns: one for each upper cutoff if all pairs of cutoffs exist,
@@ -367,7 +367,7 @@ fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     let scaled = shared.scaled(largest);
     let (largest, unit) = (scaled.factor * largest, &scaled.unit);
     let mut series = Vec::new();
-    let mut told = Vec::new();
+    let mut descriptions = Vec::new();
     for map in maps {
         let rms = scaled.factor * rms(map);
         let (label, [line, dashes]) = label_and_lines(data, map, maps.len());
@@ -378,7 +378,7 @@ fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
         let ends = [-RANGE * rms, RANGE * rms];
         let curve = Series::curve(gaussian, ends, Spacing::Linear, dashes);
         series.push(curve.named("Gaussian of the same rms height"));
-        told.push(format!("{label} {} {unit}", digits(rms, 3)));
+        descriptions.push(format!("{label} {} {unit}", digits(rms, 3)));
     }
     let densities = || series.iter().flat_map(|series| &series.points);
     let highest = densities().fold(0.0_f64, |most, point| most.max(point.y));
@@ -393,7 +393,7 @@ fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
     let caption = format!(
         "Probability density of the heights of measured surfaces as pressed, relative to their \
          mean, linear and logarithmic. Dashed: Gaussian of the same rms height: {}.",
-        told.join("; "),
+        descriptions.join("; "),
     );
     Some((axes.map(chart).into(), caption))
 }

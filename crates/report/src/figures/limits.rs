@@ -251,7 +251,7 @@ fn fitted(table: &Table) -> Result<Vec<Limit>, TableError> {
 
 /// Returns for each row the forms in which rows differ, such as `1 / k_lower: power 2`.
 fn forms(table: &Table) -> Result<Vec<String>, TableError> {
-    let mut told = vec![Vec::new(); table.rows()];
+    let mut texts = vec![Vec::new(); table.rows()];
     for term in (1..).take_while(|term| table.has(&format!("term_{term}"))) {
         let name = |of: &str| format!("{of}_{term}");
         let (numbers, forms) = (table.texts(&name("term"))?, table.texts(&name("form"))?);
@@ -261,11 +261,11 @@ fn forms(table: &Table) -> Result<Vec<String>, TableError> {
         let words: Vec<String> = (0..table.rows()).map(word).collect();
         if words.iter().any(|word| *word != words[0]) {
             for (row, word) in words.iter().enumerate() {
-                told[row].push(format!("{}: {word}", numbers.value(row)));
+                texts[row].push(format!("{}: {word}", numbers.value(row)));
             }
         }
     }
-    Ok(told.into_iter().map(|parts| parts.join(" · ")).collect())
+    Ok(texts.into_iter().map(|parts| parts.join(" · ")).collect())
 }
 
 /// Returns the chart of one quantity against the load, with one marker for each combination of

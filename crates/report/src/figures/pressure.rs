@@ -57,7 +57,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
         areas.series.push(data.markers(ensemble, area));
         mean_gaps.series.push(data.markers(ensemble, against(pressures, gaps)));
         areas.series.extend(theory(data, ensemble, pressures));
-        moduli.extend(modulus(ensemble).map(|modulus| told(modulus, &scaled)));
+        moduli.extend(modulus(ensemble).map(|modulus| modulus_text(modulus, &scaled)));
     }
     moduli.dedup();
     // One entry in the legend for all lines of the theory.
@@ -86,7 +86,7 @@ fn unit_of(data: &FigureData, pressed: &[&EnsembleCurves], pressures: &[Vec<Mean
 }
 
 /// Returns E* with its unit, if known.
-fn told(modulus: f64, pressures: &Scaled) -> String {
+fn modulus_text(modulus: f64, pressures: &Scaled) -> String {
     match pressures.unit.strip_suffix("Pa") {
         Some(_) => {
             let Scaled { factor, unit } = units::in_pascals(modulus);
@@ -245,7 +245,7 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::missing("measured contacts at several light loads", lines));
     };
     let fits = fits(data, extent.areas)?;
-    let told = if fits.is_empty() {
+    let fits_text = if fits.is_empty() {
         "A fit with `law = \"mean-pressure\"` adds the power laws of the spectra."
     } else {
         "Coloured lines are the fitted power laws."
@@ -261,8 +261,8 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Derivative of the mean contact pressure p̄ with respect to the mean pressure p₀, from \
          differences of the mean curves, against the counted area fraction up to {MOST}, from {}; \
-         bars are {}. Straight black and grey lines are guides. {told} Steps of the load in which \
-         p̄ falls have no logarithm and are omitted: {} of {all}.",
+         bars are {}. Straight black and grey lines are guides. {fits_text} Steps of the load in \
+         which p̄ falls have no logarithm and are omitted: {} of {all}.",
         sample(&data.sample()),
         data.bars,
         all - rising,

@@ -103,7 +103,7 @@ fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, Tabl
         Axis::logarithmic(format!("wavenumber q = 2π/λ, {per_length}")),
         Axis::logarithmic(format!("power spectral density C(q), {fourth}")),
     );
-    let mut told = Vec::new();
+    let mut descriptions = Vec::new();
     for spectrum in &spectra {
         let factor = shared.factor(data.units.at(&spectrum.point));
         let in_unit = |(q, density): (f64, f64)| (q / factor, density * factor.powi(4));
@@ -125,10 +125,10 @@ fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, Tabl
             let dashes = Style::line(colour, Dash::Dashed, 1.8);
             let curve = Series::curve(curve, ends, Spacing::Logarithmic, dashes);
             chart.series.push(curve.named("self-affine law, fitted"));
-            told.push(law.told(&label, &shared, factor));
+            descriptions.push(law.description(&label, &shared, factor));
         }
     }
-    Ok(Some((chart, caption(&told))))
+    Ok(Some((chart, caption(&descriptions))))
 }
 
 fn caption(laws: &[String]) -> String {
@@ -254,18 +254,18 @@ impl FittedLaw {
     }
 
     /// Returns text such as `scan.x3p H = 0.82 (0.79 to 0.85), roll-off at a wavelength of 2.1 µm`.
-    fn told(&self, label: &str, shared: &LengthUnit, factor: f64) -> String {
-        let mut told = format!("{label} H = {}", digits(self.hurst, 3));
+    fn description(&self, label: &str, shared: &LengthUnit, factor: f64) -> String {
+        let mut text = format!("{label} H = {}", digits(self.hurst, 3));
         if let Some([lower, upper]) = self.interval {
-            told += &format!(" ({} to {})", digits(lower, 3), digits(upper, 3));
+            text += &format!(" ({} to {})", digits(lower, 3), digits(upper, 3));
         }
         if let Some(rolloff) = self.rolloff {
             let wavelength = factor * std::f64::consts::TAU / rolloff;
             let scaled = shared.scaled(wavelength);
             let wavelength = digits(scaled.factor * wavelength, 3);
-            told += &format!(", roll-off at a wavelength of {wavelength} {}", scaled.unit);
+            text += &format!(", roll-off at a wavelength of {wavelength} {}", scaled.unit);
         }
-        told
+        text
     }
 }
 
@@ -322,9 +322,9 @@ fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
         let found = surface_curves::from_table(&stage.table, columns, None)?;
         curves.extend(found.into_iter().filter(is_new));
     }
-    let told = curves.clone();
+    let known = curves.clone();
     for map in data.maps.there() {
-        if told.iter().any(|curve| curve.is_of(&map.point)) {
+        if known.iter().any(|curve| curve.is_of(&map.point)) {
             continue;
         }
         let both = surface::Axis::BOTH.into_iter().zip(&map.slopes);
