@@ -162,7 +162,7 @@ fn steps(advised: &Advised, costs: &Costs) -> Vec<AdvisedStep> {
         doubled: octave.doubled.clone(),
         points: octave.from.len(),
         seconds: octave.from.iter().map(|point| costs.seconds_of(point, &octave.doubled)).sum(),
-        factor: octave.narrowing,
+        factor: octave.error_ratio,
     };
     advised.octaves.iter().map(step).chain([again]).collect()
 }

@@ -1,7 +1,8 @@
-//! Limits of an observable of rough contact where small numbers vanish, as fitted to tables.
+//! Fits of the limit of an observable where small numbers vanish.
 //!
-//! Rows are sorted into groups, within which only the parameters of the terms vary; each group is
-//! fitted under each load, by each combination of the forms that terms may take. One row a fit.
+//! Rows are grouped so that only the parameters of the terms vary within a group. Each group is
+//! fitted under each load with each combination of the forms of the terms, and each fit is one row
+//! of the table.
 
 use std::collections::BTreeSet;
 
@@ -22,45 +23,46 @@ pub mod octaves;
 
 pub use observations::{Group, groups};
 
-/// The word in manifests and tables.
+/// Name of the law in manifests and tables.
 pub const WORD: &str = "limits";
 
-/// All loads, unless others are given: no surface is out of full contact under ten times its rms
-/// slope × E*.
+/// Default window, which contains all loads: no surface is out of full contact under a pressure of
+/// ten times rms slope × E*.
 pub const WINDOW: [f64; 2] = [0.0, 10.0];
 
-/// Terms that a law may have: three limits, and one term more.
+/// Maximum number of terms of a law: one for each of three limits, and another one.
 pub const MOST_TERMS: usize = 4;
-/// Combinations of forms that are compared.
+/// Maximum number of combinations of forms.
 pub const MOST_COMBINATIONS: usize = 64;
 
-/// What is taken to which limits.
+/// Law Q = Q₀ + Σ cⱼ fⱼ(xⱼ) with the data that it is fitted to.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "limits")]
 pub struct LimitChoices {
-    /// The observable Q.
+    /// Observable Q.
     pub of: Expression,
-    /// The loads at which it is looked at; all those of the window when empty.
+    /// Loads of the fits; empty for all loads of the window.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<f64>,
     pub terms: Vec<Term>,
     /// Parameters that vary among the points of one fit.
     pub over: BTreeSet<String>,
-    /// The column with the standard error of a fitted parameter; none where rows are about
-    /// surfaces, whose scatter tells it.
+    /// Column with the standard error of the observable, if it is a fitted parameter. For rows
+    /// about surfaces the error follows from their scatter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
 
-/// A small number, and what the observable may be of it.
+/// Term cⱼ fⱼ(xⱼ) of the law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Term {
-    /// The small number, an expression in parameters.
+    /// Small number xⱼ, an expression in parameters.
     pub of: Expression,
+    /// Forms fⱼ that are compared.
     pub forms: Vec<Form>,
 }
 
-/// What a term may be of its small number.
+/// Form of a term as a function of its small number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
@@ -70,7 +72,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// As numerics know it.
+    /// Returns the form as the numerical fit defines it.
     pub fn numeric(self) -> TermForm {
         match self {
             Form::Power(exponent) => TermForm::Power(exponent),
@@ -79,7 +81,7 @@ impl Form {
         }
     }
 
-    /// What tables call it.
+    /// Returns the name of the form in tables.
     pub fn word(self) -> String {
         match self {
             Form::Power(exponent) => format!("power {exponent}"),
@@ -90,13 +92,13 @@ impl Form {
 }
 
 impl LimitChoices {
-    /// Whether the ends of plateaus, where there are any, go along with `k_lower`.
-    fn goes_with_rolloff(&self, table: &Table) -> bool {
+    /// Returns whether `k_rolloff` must vary in proportion to `k_lower`.
+    fn scales_rolloff(&self, table: &Table) -> bool {
         let varies = |name: &str| self.over.contains(name);
         varies(K_LOWER.name) && !varies(K_ROLLOFF.name) && table.has(K_ROLLOFF.name)
     }
 
-    /// Every choice of one form for each term, the last term's fastest.
+    /// Returns all combinations of one form per term. The form of the last term varies fastest.
     pub fn combinations(&self) -> Vec<Vec<Form>> {
         self.terms.iter().fold(vec![Vec::new()], |chosen, term| {
             let extended = chosen.iter().flat_map(|before| {
@@ -108,33 +110,33 @@ impl LimitChoices {
     }
 }
 
-/// One fit.
+/// Row of the table of fits.
 pub struct Line<'a> {
     pub group: &'a Group,
-    /// Under which load, if there are any.
+    /// Load of the fit, if rows have loads.
     pub load: Option<f64>,
     pub forms: Vec<Form>,
-    /// Points that have the observable there.
+    /// Number of points at which the observable is known.
     pub points: usize,
-    /// The fewest surfaces of a point.
+    /// Smallest number of surfaces of a point.
     pub surfaces: usize,
     pub outcome: Result<Outcome, FitError>,
 }
 
-/// A fit, how well it does, and how it compares.
+/// Fit with its quality.
 pub struct Outcome {
     pub fit: LimitFit,
-    pub judged: Assessment,
-    /// Intervals of the limit, the coefficients and the free exponents.
+    pub assessment: Assessment,
+    /// Intervals of the limit, the coefficients and the free exponents, in this order.
     pub intervals: Intervals,
-    /// How it compares with other forms for the same points.
+    /// Comparison with other forms for the same points.
     pub comparison: Comparison,
 }
 
 /// Fits every group under every load.
 ///
 /// # Errors
-/// When a column is missing.
+/// Returns an error if a column is missing.
 pub fn run(table: &Table, choices: &LimitChoices, params: &Params) -> Result<Table, TableError> {
     let groups = groups(table, choices, params.window())?;
     let lines: Vec<Line> = groups
@@ -145,7 +147,7 @@ pub fn run(table: &Table, choices: &LimitChoices, params: &Params) -> Result<Tab
     Ok(columns::table(table, choices, params, &lines))
 }
 
-/// The fits of one group under one load, by each combination of forms.
+/// Fits one group under one load with each combination of forms.
 fn lines<'a>(
     group: &'a Group,
     load: Option<f64>,
@@ -187,7 +189,7 @@ fn lines<'a>(
     fits.map(|((forms, numeric), fit)| {
         let outcome = fit.clone().map(|fit| {
             let (intervals, comparison) = resampled.next().expect("each fit was resampled");
-            Outcome { judged: problem.assess(numeric, &fit), fit, intervals, comparison }
+            Outcome { assessment: problem.assess(numeric, &fit), fit, intervals, comparison }
         });
         line(forms, problem.surfaces(), outcome)
     })

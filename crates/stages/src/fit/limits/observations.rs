@@ -1,7 +1,7 @@
-//! An observable of every surface under every load, sorted into groups and their points.
+//! Values of an observable for every surface and load, grouped for fits.
 //!
-//! A point is one ensemble: rows that agree in every parameter. A group is the points that agree in
-//! every parameter but those that vary among the points of a fit.
+//! A point is one ensemble: rows that agree in every parameter. A group consists of points that
+//! agree in every parameter except those that vary among the points of a fit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,56 +18,58 @@ use asperity_statistics::limits::{LimitPoint, Observed};
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
-/// The points of one fit.
+/// Points of one fit.
 #[derive(Debug, Clone)]
 pub struct Group {
-    /// A row of the table that stands for what the points share.
+    /// Row of the table with the parameters that the points share.
     pub row: usize,
-    /// The same multiple of `k_lower` at which the plateaus of all points end, where cutoffs vary.
+    /// Common ratio k_rolloff/k_lower of the points, if `k_lower` varies and `k_rolloff` is not
+    /// among the varied parameters.
     pub rolloff_ratio: Option<f64>,
-    /// Where fits are made: the loads, or once where rows have none.
+    /// Loads of the fits; a single `None` if rows have no loads.
     pub loads: Vec<Option<f64>>,
     points: Vec<Observations>,
-    /// The surfaces of all points, each once.
+    /// Surfaces of all points.
     members: BTreeSet<Member>,
 }
 
-/// The observable at one point.
+/// Values of the observable at one point.
 #[derive(Debug, Clone)]
 struct Observations {
-    /// The parameters that vary among the points of a fit.
-    place: ParameterPoint,
+    /// Parameters that vary among the points of a fit.
+    varied: ParameterPoint,
+    /// Small number of each term.
     small: Vec<f64>,
-    known: Known,
-    /// Loads that did not converge, one entry a surface.
+    values: Values,
+    /// Loads that did not converge, one entry per surface.
     given_up: Vec<f64>,
 }
 
 impl Group {
-    /// The points that have the observable of all their surfaces under a load. A surface has no
-    /// rows beyond its first load in full contact, and a mean over those that are left would be
-    /// biased.
+    /// Returns the points at which the observable is known for all surfaces under a load. A surface
+    /// has no rows beyond its first load in full contact, and a mean over the remaining surfaces
+    /// would be biased.
     pub fn points_under(&self, load: Option<f64>) -> Vec<LimitPoint> {
         let points = self.points.iter();
         let members = &self.members();
         points.filter_map(|point| point.under(load, members)).collect()
     }
 
-    /// The same with the parameters of each that vary among them.
-    pub fn placed_under(&self, load: Option<f64>) -> Vec<(ParameterPoint, LimitPoint)> {
+    /// Returns the points like [`Group::points_under`], each with its varied parameters.
+    pub fn points_with_parameters(&self, load: Option<f64>) -> Vec<(ParameterPoint, LimitPoint)> {
         let points = self.points.iter();
         let members = &self.members();
-        let placed =
-            |point: &Observations| Some((point.place.clone(), point.under(load, members)?));
-        points.filter_map(placed).collect()
+        let with_parameters =
+            |point: &Observations| Some((point.varied.clone(), point.under(load, members)?));
+        points.filter_map(with_parameters).collect()
     }
 
-    /// The surfaces in the order of their numbers.
+    /// Returns the surfaces in the order of their numbers.
     fn members(&self) -> Vec<Member> {
         self.members.iter().copied().collect()
     }
 
-    /// Rows under a load that did not converge.
+    /// Returns the number of rows under a load that did not converge.
     pub fn unconverged(&self, load: Option<f64>) -> usize {
         let loads = self.points.iter().flat_map(|point| &point.given_up);
         let here =
@@ -83,8 +85,8 @@ impl Observations {
             (None, None) => true,
             _ => false,
         };
-        let observed = match &self.known {
-            Known::Surfaces { members, states } => {
+        let observed = match &self.values {
+            Values::Surfaces { members, states } => {
                 let (_, values) = states.iter().find(|(other, _)| is_here(*other))?;
                 let is_complete = values.iter().all(|value| value.is_finite());
                 let number = |member| numbered.partition_point(|other| other < member);
@@ -93,7 +95,7 @@ impl Observations {
                     values: values.clone(),
                 })?
             }
-            Known::Estimates(states) => {
+            Values::Estimates(states) => {
                 let (_, estimate) = states.iter().find(|(other, _)| is_here(*other))?;
                 estimate.clone()
             }
@@ -102,17 +104,17 @@ impl Observations {
     }
 
     fn loads(&self) -> Vec<Option<f64>> {
-        match &self.known {
-            Known::Surfaces { states, .. } => states.iter().map(|(load, _)| *load).collect(),
-            Known::Estimates(states) => states.iter().map(|(load, _)| *load).collect(),
+        match &self.values {
+            Values::Surfaces { states, .. } => states.iter().map(|(load, _)| *load).collect(),
+            Values::Estimates(states) => states.iter().map(|(load, _)| *load).collect(),
         }
     }
 }
 
-/// The groups of a table, in the order of their first rows.
+/// Returns the groups of a table, in the order of their first rows.
 ///
 /// # Errors
-/// When a column is missing.
+/// Returns an error if a column is missing.
 pub fn groups(
     table: &Table,
     choices: &LimitChoices,
@@ -121,7 +123,7 @@ pub fn groups(
     let reader = Reader::new(table, choices)?;
     let mut order: Vec<(ParameterPoint, Option<Value>)> = Vec::new();
     let mut groups: Vec<Group> = Vec::new();
-    for (row, point, known, given_up) in reader.points()? {
+    for (row, point, values, given_up) in reader.points()? {
         let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
         let mut shared = point.clone().without(&over);
         let ratio = rolloff_ratio(&point, choices);
@@ -141,13 +143,13 @@ pub fn groups(
             });
             groups.len() - 1
         });
-        if let Known::Surfaces { members, .. } = &known {
+        if let Values::Surfaces { members, .. } = &values {
             groups[at].members.extend(members);
         }
         groups[at].points.push(Observations {
-            place: point.only(&over),
+            varied: point.only(&over),
             small: reader.small(row),
-            known,
+            values,
             given_up,
         });
     }
@@ -157,7 +159,8 @@ pub fn groups(
     Ok(groups)
 }
 
-/// k_rolloff/k_lower, where `k_lower` varies and the end of the plateau is not said to.
+/// Returns k_rolloff/k_lower if `k_lower` varies and `k_rolloff` is not among the varied
+/// parameters.
 fn rolloff_ratio(point: &ParameterPoint, choices: &LimitChoices) -> Option<f64> {
     let varies = |name: &str| choices.over.contains(name);
     if !varies(K_LOWER.name) || varies(K_ROLLOFF.name) {
@@ -189,35 +192,35 @@ fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec
     all.into_iter().map(Some).collect()
 }
 
-/// What is known of an observable at one point.
+/// Values of an observable under each load of one point.
 #[derive(Debug, Clone)]
-enum Known {
-    /// Under each load, for each surface; not a number where a surface lacks it.
+enum Values {
+    /// Values of the surfaces; NaN if a surface lacks the load.
     Surfaces {
         members: Vec<Member>,
         /// Each load with the values of the surfaces.
         states: Vec<(Option<f64>, Vec<f64>)>,
     },
-    /// Under each load, an estimate.
+    /// Estimates from fits to all surfaces.
     Estimates(Vec<(Option<f64>, Observed)>),
 }
 
-/// One point: the row that stands for it, its parameters, what is known, and loads given up.
-type Found = (usize, ParameterPoint, Known, Vec<f64>);
+/// Point: a row with its parameters, the parameters, the values, and loads that did not converge.
+type Found = (usize, ParameterPoint, Values, Vec<f64>);
 
-/// Reads the points of a table.
+/// Reader of the points of a table.
 struct Reader<'a> {
     table: &'a Table,
     choices: &'a LimitChoices,
-    /// The columns that expressions name, as numbers; not a number where null.
+    /// Columns in expressions, with NaN for null.
     columns: BTreeMap<&'a str, Vec<f64>>,
 }
 
 impl<'a> Reader<'a> {
-    /// Looks at the columns that expressions name.
+    /// Reads the columns in expressions.
     ///
     /// # Errors
-    /// When one is missing, or holds no numbers.
+    /// Returns an error if a column is missing or holds no numbers.
     fn new(table: &'a Table, choices: &'a LimitChoices) -> Result<Reader<'a>, TableError> {
         let terms = choices.terms.iter().map(|term| &term.of);
         let named = terms.chain([&choices.of]).flat_map(|one| one.columns());
@@ -225,10 +228,10 @@ impl<'a> Reader<'a> {
         Ok(Reader { table, choices, columns: columns.collect::<Result<_, TableError>>()? })
     }
 
-    /// Every point.
+    /// Reads all points.
     ///
     /// # Errors
-    /// When a column is missing.
+    /// Returns an error if a column is missing.
     fn points(&self) -> Result<Vec<Found>, TableError> {
         match &self.choices.error {
             Some(error) => self.estimates(error),
@@ -237,7 +240,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The small numbers of the point that a row stands for.
+    /// Computes the small numbers from the parameters of a row.
     fn small(&self, row: usize) -> Vec<f64> {
         let value = |name: &str| self.columns[name][row];
         let terms = self.choices.terms.iter();
@@ -253,18 +256,17 @@ impl<'a> Reader<'a> {
             let given_up = states
                 .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP));
             let given_up = given_up.map(|(_, load, _)| load.reduced).collect();
-            let known = Known::Surfaces {
+            let values = Values::Surfaces {
                 states: self.curves(&ensemble, reduced),
                 members: ensemble.members,
             };
-            (ensemble.first, ensemble.point, known, given_up)
+            (ensemble.first, ensemble.point, values, given_up)
         });
         Ok(found.collect())
     }
 
-    /// The observable of every surface along the loads that it has.
+    /// Computes the observable of every surface under each of its loads.
     fn curves(&self, ensemble: &Ensemble, reduced: &Float64Array) -> Vec<(Option<f64>, Vec<f64>)> {
-        let places = 0..ensemble.loads.len();
         let surfaces = ensemble.members.len();
         let mut states: Vec<(Option<f64>, Vec<f64>)> = ensemble
             .loads
@@ -272,17 +274,17 @@ impl<'a> Reader<'a> {
             .map(|load| (Some(load.reduced), vec![f64::NAN; surfaces]))
             .collect();
         for surface in 0..surfaces {
-            let own =
-                places.clone().filter_map(|place| Some((place, ensemble.row(surface, place)?)));
-            let (places, rows): (Vec<usize>, Vec<usize>) = own.unzip();
+            let own = (0..ensemble.loads.len())
+                .filter_map(|load| Some((load, ensemble.row(surface, load)?)));
+            let (indices, rows): (Vec<usize>, Vec<usize>) = own.unzip();
             let loads: Vec<f64> = rows.iter().map(|&row| reduced.value(row)).collect();
             let column = |name: &str| {
                 let values = &self.columns[name];
                 rows.iter().map(|&row| values[row]).collect()
             };
             let values = self.choices.of.values(&column, &loads);
-            for (place, value) in places.into_iter().zip(values) {
-                states[place].1[surface] = value;
+            for (load, value) in indices.into_iter().zip(values) {
+                states[load].1[surface] = value;
             }
         }
         states
@@ -300,13 +302,13 @@ impl<'a> Reader<'a> {
             let states = vec![(None, own.values().map(value).collect())];
             let point = ParameterPoint::from_row(&parameters, rows[0]);
             let members = own.into_keys().collect();
-            (rows[0], point, Known::Surfaces { members, states }, Vec::new())
+            (rows[0], point, Values::Surfaces { members, states }, Vec::new())
         });
         Ok(found.collect())
     }
 
-    /// Parameters that were fitted to all surfaces of a point; those of single surfaces are left
-    /// out.
+    /// Reads parameters that were fitted to all surfaces of a point. Fits to single surfaces are
+    /// left out.
     fn estimates(&self, error: &str) -> Result<Vec<Found>, TableError> {
         let table = self.table;
         let errors = numbers(table, error)?;
@@ -330,13 +332,13 @@ impl<'a> Reader<'a> {
             });
             let states = states.collect();
             let point = ParameterPoint::from_row(&parameters, rows[0]);
-            (rows[0], point, Known::Estimates(states), Vec::new())
+            (rows[0], point, Values::Estimates(states), Vec::new())
         });
         Ok(found.collect())
     }
 }
 
-/// A column of numbers; not a number where null.
+/// Returns a column of numbers with NaN for null.
 fn numbers(table: &Table, name: &str) -> Result<Vec<f64>, TableError> {
     if let Ok(integers) = table.integers(name) {
         let values = integers.iter();

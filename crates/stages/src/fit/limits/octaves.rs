@@ -1,9 +1,9 @@
-//! One more octave towards a limit: the points that it takes, and what they would do.
+//! Advice on another octave towards a limit: the new points, and their expected effect.
 //!
-//! Doubling some of the parameters that vary moves every point. Where that makes one small number
-//! smaller, and leaves the others as they are, it is a step towards the limit of that number alone:
-//! with `k_lower / k_upper` and `k_upper / nodes`, doubling `k_upper` and `nodes` together is one
-//! towards the fractal limit.
+//! Doubling some of the varied parameters moves every point. If this makes one small number smaller
+//! and leaves the others unchanged, it is a step towards the limit of this number alone. For
+//! example, with `k_lower / k_upper` and `k_upper / nodes`, doubling both `k_upper` and `nodes` is
+//! a step towards the fractal limit.
 
 use std::collections::BTreeSet;
 
@@ -15,32 +15,34 @@ use asperity_statistics::bootstrap::Bootstrap;
 use asperity_statistics::limits::{LimitFit, LimitProblem, TermForm};
 use asperity_tables::column::Value;
 
-/// A step towards one limit.
+/// Step towards one limit by doubling parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Octave {
-    /// The small number, as the manifest has it.
+    /// Small number, as in the manifest.
     pub term: String,
+    /// Names of the doubled parameters.
     pub doubled: Vec<String>,
-    /// The points of the fit from which the new ones follow, by their parameters that vary.
+    /// Varied parameters of the points from which new points follow by doubling.
     pub from: Vec<ParameterPoint>,
-    /// The factor by which the standard error of the limit changes; `None` where it cannot be told.
-    pub narrowing: Option<f64>,
+    /// Expected ratio of the new to the present standard error of the limit, if it can be
+    /// estimated.
+    pub error_ratio: Option<f64>,
 }
 
-/// A fit, and what one more octave towards each limit would make of it.
+/// Fit, and the possible octaves towards each limit.
 #[derive(Debug, Clone)]
 pub struct Advised {
     pub forms: Vec<Form>,
     pub fit: LimitFit,
-    /// Standard error of its limit by resampling; `None` without.
+    /// Standard error of the limit, if there are resamplings.
     pub standard_error: Option<f64>,
-    /// Points of the fit, by their parameters that vary.
+    /// Varied parameters of the points of the fit.
     pub points: Vec<ParameterPoint>,
     pub octaves: Vec<Octave>,
 }
 
-/// What one more octave towards each limit would make of the forms with the least of Akaike's
-/// criterion, for one group under one load; `None` where nothing can be fitted.
+/// Fits one group under one load with the forms that have the smallest Akaike criterion, and finds
+/// the possible octaves. Returns `None` if no fit succeeds.
 pub fn advise(
     group: &Group,
     load: Option<f64>,
@@ -48,7 +50,7 @@ pub fn advise(
     bootstrap: &Bootstrap,
 ) -> Option<Advised> {
     let (points, small): (Vec<ParameterPoint>, Vec<_>) =
-        group.placed_under(load).into_iter().unzip();
+        group.points_with_parameters(load).into_iter().unzip();
     let problem = LimitProblem::new(small).ok()?;
     let fits = choices.combinations().into_iter().filter_map(|forms| {
         let numeric: Vec<TermForm> = forms.iter().map(|form| form.numeric()).collect();
@@ -65,7 +67,7 @@ pub fn advise(
             .iter()
             .map(|point| small_numbers(choices, &doubled(point, &octave.doubled)))
             .collect();
-        octave.narrowing = problem.predicted_error_ratio(&numeric, &fit, &more);
+        octave.error_ratio = problem.predicted_error_ratio(&numeric, &fit, &more);
         octave
     });
     Some(Advised {
@@ -77,13 +79,13 @@ pub fn advise(
     })
 }
 
-/// The steps that make one small number smaller and leave the others.
+/// Returns the steps that make one small number smaller and leave the others unchanged.
 fn steps(choices: &LimitChoices, points: &[ParameterPoint]) -> Vec<Octave> {
     let names: Vec<&String> = choices.over.iter().collect();
     let subsets = 1..1_usize << names.len().min(8);
     let steps = subsets.filter_map(|subset| {
         let chosen = names.iter().enumerate();
-        let chosen = chosen.filter(|(place, _)| subset >> place & 1 == 1);
+        let chosen = chosen.filter(|(index, _)| subset >> index & 1 == 1);
         let chosen: Vec<String> = chosen.map(|(_, name)| (*name).clone()).collect();
         step(choices, points, chosen)
     });
@@ -96,10 +98,10 @@ fn step(
     parameters: Vec<String>,
 ) -> Option<Octave> {
     let mut smaller: Option<String> = None;
-    for (place, term) in choices.terms.iter().enumerate() {
+    for (index, term) in choices.terms.iter().enumerate() {
         let text = term.of.to_string();
         let mut ratios = points.iter().map(|point| {
-            let number = |point: &ParameterPoint| small_numbers(choices, point)[place];
+            let number = |point: &ParameterPoint| small_numbers(choices, point)[index];
             number(&doubled(point, &parameters)) / number(point)
         });
         let first = ratios.next()?;
@@ -109,7 +111,7 @@ fn step(
         if decimal::is_same(first, 1.0) {
             continue;
         }
-        // Two terms may be of one number, by other forms.
+        // Several terms may use the same number with different forms.
         if first > 1.0 || smaller.as_ref().is_some_and(|other| *other != text) {
             return None;
         }
@@ -118,7 +120,7 @@ fn step(
     let known: BTreeSet<&ParameterPoint> = points.iter().collect();
     let is_new = |point: &&ParameterPoint| !known.contains(&doubled(point, &parameters));
     let from: Vec<ParameterPoint> = points.iter().filter(is_new).cloned().collect();
-    Some(Octave { term: smaller?, from, doubled: parameters, narrowing: None })
+    Some(Octave { term: smaller?, from, doubled: parameters, error_ratio: None })
 }
 
 fn doubled(point: &ParameterPoint, parameters: &[String]) -> ParameterPoint {

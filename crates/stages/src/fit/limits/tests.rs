@@ -1,4 +1,4 @@
-//! Synthetic tables of surfaces whose limits are known.
+//! Fits of synthetic tables whose limits are known.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use asperity_tables::column::{Column, ColumnKind, integers, optional_reals, real
 
 const LOADS: [f64; 3] = [0.01, 0.02, 0.05];
 
-/// One row of a table of contacts.
+/// Row of a table of contacts.
 struct Row {
     hurst: f64,
     k_lower: i64,
@@ -23,7 +23,7 @@ struct Row {
     load: f64,
 }
 
-/// κ = 2 + H + 0.5/k_lower − 0.8 √(k_lower/k_upper), each surface off by its own share.
+/// Returns κ = 2 + H + 0.5/k_lower − 0.8 √(k_lower/k_upper) plus the deviation of the surface.
 fn kappa(row: &Row) -> f64 {
     let (lower, upper) = (row.k_lower as f64, row.k_upper as f64);
     let own = 0.02 * (row.realization as f64 - 1.5) / lower;
@@ -95,14 +95,14 @@ fn params(choices: LimitChoices) -> Params {
 }
 
 #[test]
-fn a_recipe_holds_what_decides_and_nothing_else() {
+fn a_recipe_is_serialised_in_a_fixed_format() {
     let written = serde_json::to_string(&params(choices("area_fraction/load"))).unwrap();
     let expected = r#"{"law":"limits","of":"area_fraction / load","terms":[{"of":"1 / k_lower","forms":[{"power":1.0}]},{"of":"k_lower / k_upper","forms":[{"power":0.5},"logarithm"]}],"over":["k_lower","k_upper","nodes"],"window":[0.0,10.0],"bootstrap":40,"level":0.9,"seed":1}"#;
     assert_eq!(written, expected);
 }
 
 #[test]
-fn every_group_is_fitted_under_every_load_by_every_combination_of_forms() {
+fn every_group_is_fitted_under_every_load_with_every_combination_of_forms() {
     let fitted = fitted(&params(choices("area_fraction / load")), &table()).unwrap();
     assert_eq!(fitted.rows(), 2 * 3 * 2);
     assert!(!fitted.has("k_lower") && !fitted.has("nodes") && !fitted.has("k_rolloff"));
@@ -125,8 +125,8 @@ fn every_group_is_fitted_under_every_load_by_every_combination_of_forms() {
 }
 
 #[test]
-fn surfaces_that_deviate_alike_at_all_points_deviate_in_the_limit_too() {
-    // Every surface is off by ±0.02 everywhere: the limit is off by just that.
+fn surfaces_with_the_same_deviation_at_all_points_have_it_in_the_limit() {
+    // The deviation of each surface is a multiple of 0.02 at all points, and also in the limit.
     let table = table();
     let own = table.integers("realization").unwrap();
     let areas = table.reals("area_fraction").unwrap();
@@ -143,7 +143,7 @@ fn surfaces_that_deviate_alike_at_all_points_deviate_in_the_limit_too() {
     params.bootstrap = 4000;
     let fitted = fitted(&params, &shifted).unwrap();
     let error = fitted.reals("limit_standard_error").unwrap().value(0);
-    // Standard deviation of −1.5, −0.5, 0.5, 1.5 over √4.
+    // Standard deviation of −1.5, −0.5, 0.5, 1.5, divided by √4.
     let known = scatter * (5.0_f64 / 3.0).sqrt() / 2.0;
     assert!((error / known - 1.0).abs() < 0.05, "{error} {known}");
     assert!(fitted.reals("coefficient_1_standard_error").unwrap().value(0) < 1e-9);
@@ -157,7 +157,7 @@ fn stiffness_comes_from_neighbouring_loads() {
 }
 
 #[test]
-fn a_point_without_the_load_is_left_out_and_too_few_are_told() {
+fn a_point_without_the_load_is_left_out_and_too_few_points_are_reported() {
     let table = table();
     let loads = table.reals("load").unwrap();
     let uppers = table.integers("k_upper").unwrap();
@@ -197,7 +197,7 @@ fn a_fitted_parameter_is_weighted_by_its_standard_error() {
         ..choices("kappa")
     };
     let fitted = fitted(&params(choices), &fits).unwrap();
-    // A fit that failed is no point.
+    // A failed fit is not a point.
     assert_eq!(fitted.integers("data").unwrap().value(0), 4);
     assert!((fitted.reals("limit").unwrap().value(0) - 2.0).abs() < 1e-12);
     assert_eq!(fitted.texts("law").unwrap().value(0), "limits");
