@@ -31,7 +31,7 @@ pub use theory::{Model, OF_THE_SPECTRUM};
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 5;
 
-/// Definition of `aggregate` stages.
+/// Definition of the kind of stage `aggregate`.
 pub const STAGE: Definition = Definition {
     name: "aggregate",
     version: VERSION,
@@ -47,7 +47,7 @@ pub const STAGE: Definition = Definition {
     },
 };
 
-/// Parameters of one task.
+/// Parameters of a task: statistics or a query.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Params {
@@ -178,7 +178,7 @@ impl Sql {
 /// Description of a column of a query's result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Meaning {
-    /// Unit of the values; empty for values without a unit.
+    /// Unit of the values, or an empty text for values without a unit.
     pub unit: String,
     pub meaning: String,
 }

@@ -10,7 +10,7 @@ use asperity_tables::table::Table;
 pub struct PointDepartures {
     /// Coordinates of the parameter point, in one row.
     pub coordinates: Table,
-    /// Descriptions of the departures; empty if there are none.
+    /// Description of each departure from isotropic Gaussian roughness.
     pub departures: Vec<String>,
 }
 

@@ -167,8 +167,8 @@ pub const MEAN_YIELDED_DEPTH: Column = real(
     "mean_yielded_depth",
     "length",
     "mean plastic depth over the map, beyond the elastic displacement: yielded volume per nominal \
-     area. Multiplied by the hardness it is the plastic work per area. `mean_displacement` excludes \
-     it",
+     area. Multiplied by the hardness it is the plastic work per area. `mean_displacement` \
+     excludes it",
 );
 pub const MAX_PAIRS: Column = parameter_integer(
     "max_pairs",
@@ -189,8 +189,8 @@ pub const PRESSURE: Column = parameter(
 )
 .with_role(Role::Derived);
 
-/// Coordinates of random surfaces.
+/// Coordinates that only random surfaces have.
 pub const OF_RANDOM_SURFACES: [Column; 6] = [HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION];
 
-/// Coordinates of shapes.
+/// Coordinates that only analytic shapes have.
 pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];

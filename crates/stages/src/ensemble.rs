@@ -32,7 +32,7 @@ pub struct ParameterPoint(BTreeMap<Cow<'static, str>, Value>);
 pub enum Member {
     /// The only surface of its ensemble: a shape or a measured surface.
     Sole,
-    /// Random surface.
+    /// Random surface, identified by its random numbers.
     Drawn { seed: i64, realization: i64 },
 }
 
@@ -52,7 +52,7 @@ impl Member {
     }
 }
 
-/// Load of an ensemble.
+/// Load under which surfaces of an ensemble are pressed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// The load in the unit of the manifest, reduced or in pascals. It is the same for all
@@ -119,7 +119,7 @@ impl ParameterPoint {
         ParameterPoint(parameters.map(|(name, own)| (name.clone(), value(name, own))).collect())
     }
 
-    /// Removes all parameters except these.
+    /// Removes all parameters except those with these names.
     pub fn only(mut self, names: &[&str]) -> ParameterPoint {
         self.0.retain(|name, _| names.contains(&name.as_ref()));
         self
@@ -131,7 +131,7 @@ impl ParameterPoint {
         self
     }
 
-    /// Removes these parameters.
+    /// Removes the parameters with these names.
     pub fn without(mut self, names: &[&str]) -> ParameterPoint {
         self.0.retain(|name, _| !names.contains(&name.as_ref()));
         self
@@ -176,7 +176,7 @@ pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
 /// Columns of the loads of a table.
 struct Loads<'a> {
     given: &'a Float64Array,
-    /// Reduced loads; `None` if they are the given loads.
+    /// Column of reduced loads; `None` if the given loads are reduced.
     reduced: Option<&'a Float64Array>,
 }
 

@@ -40,7 +40,7 @@ use asperity_tables::table::{Table, TableError};
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 7;
 
-/// Definition of `fit` stages.
+/// Definition of the kind of stage `fit`.
 pub const STAGE: Definition = Definition {
     name: "fit",
     version: VERSION,
@@ -53,7 +53,7 @@ pub const STAGE: Definition = Definition {
     summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
-/// Parameters of one fit.
+/// Law and data of one fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
     #[serde(flatten)]
@@ -121,8 +121,8 @@ impl Stage for Params {
     /// Estimates the time of the resamplings.
     ///
     /// An iteration of least squares takes a microsecond per row. A simultaneous fit of all curves,
-    /// each with a root to find, takes thirty times as long as a fit of one curve. With free κ a fit
-    /// needs dozens of iterations, or hundreds if the data are almost straight.
+    /// each with a root to find, takes thirty times as long as a fit of one curve. With free κ a
+    /// fit needs dozens of iterations, or hundreds if the data are almost straight.
     fn effort(&self, extent: Extent) -> Effort {
         let replicate = match &self.law {
             Law::Limits(choices) => {
@@ -213,8 +213,8 @@ pub struct CurvesOfPoint {
 }
 
 impl CurvesOfPoint {
-    /// Reads the curves of the corrected area, or else of the counted area, in the order of the first
-    /// rows of the points.
+    /// Reads the curves of the corrected area, or else of the counted area, in the order of the
+    /// first rows of the points.
     ///
     /// # Errors
     /// Returns an error if a column is missing.

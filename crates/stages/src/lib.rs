@@ -12,7 +12,7 @@
 //! | [`correct`] | corrects contact areas for the mesh |
 //! | [`fit`] | fits laws to the surfaces of a parameter point, and limits to all points |
 //! | [`aggregate`] | computes statistics of groups of rows, and answers SQL queries |
-//! | `stage` | common interface of the stages: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
+//! | `stage` | interface of all stages: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
 //! | [`form`] | keys of each stage, and the context in which they are checked |
 //! | [`columns`], [`grids`] | all columns; the columns that hold the grid of a surface |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
@@ -170,7 +170,7 @@ impl Rows {
     }
 }
 
-/// Parameters of one task. Together with the inputs they determine its table.
+/// Parameters of one task, which determine its table together with the inputs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Recipe {
@@ -180,7 +180,7 @@ pub enum Recipe {
     Solve(Arc<solve::Params>),
     /// Measures one solved block, or one surface.
     Measure(measure::Params),
-    /// Corrects one measured block.
+    /// Corrects the areas of one measured block.
     Correct(Arc<correct::Params>),
     /// Fits one parameter point, or all points together.
     Fit(Arc<fit::Params>),

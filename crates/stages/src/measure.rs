@@ -34,7 +34,7 @@ use statistics::Statistic;
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 4;
 
-/// Definition of `measure` stages.
+/// Definition of the kind of stage `measure`.
 pub const STAGE: Definition = Definition {
     name: "measure",
     version: VERSION,
@@ -79,21 +79,21 @@ pub const STAGE: Definition = Definition {
 pub enum Params {
     /// Contact maps of a `solve` stage.
     Contacts {
-        /// Whether the stiffness of the interface is measured. Omitted from the recipe if false, so
-        /// that existing keys stay valid.
+        /// True if the stiffness of the interface is measured, too. Omitted from the recipe if
+        /// false, so that existing keys stay valid.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         stiffness: bool,
     },
     /// Height distribution of the surfaces of a `generate` stage.
     Heights {
-        /// Number of bins.
+        /// Number of bins of the histogram.
         bins: u32,
         /// Half width of the histogram, in rms heights.
         range: f64,
     },
     /// Mean and scatter of the height distributions of all surfaces of a parameter point.
     Pool {
-        /// Number of bins.
+        /// Number of bins of the histogram.
         bins: u32,
         /// Half width of the histograms, in rms heights.
         range: f64,

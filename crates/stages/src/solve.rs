@@ -39,7 +39,7 @@ use asperity_tables::table::{Table, TableError};
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 16;
 
-/// Definition of `solve` stages.
+/// Definition of the kind of stage `solve`.
 pub const STAGE: Definition = Definition {
     name: "solve",
     version: VERSION,
@@ -62,11 +62,11 @@ pub const STAGE: Definition = Definition {
 /// Parameters of one block of loads. Within a block, each load starts from earlier solutions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
-    /// Effective modulus E*: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
+    /// Effective elastic modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
     /// Unit of `loads` and `pressures`.
     pub load_unit: PressureUnit,
-    /// Loads in ascending order; positive, and at least one.
+    /// At least one load; loads are positive and in ascending order.
     pub loads: Vec<f64>,
     /// Largest accepted gap in contact and penetration outside contact, in units of rms slope ×
     /// mesh step.
@@ -75,11 +75,12 @@ pub struct Params {
     pub max_pairs: u32,
     /// Pressure fields that are stored.
     pub pressures: Pressures,
-    /// Boundary condition. Omitted from the recipe if periodic, so that existing keys stay valid.
+    /// Boundary condition at the edges of the surface. Omitted from the recipe if periodic, so that
+    /// existing keys stay valid.
     #[serde(skip_serializing_if = "Boundary::is_periodic", serialize_with = "boundary_recipe")]
     pub boundary: Boundary,
-    /// Hardness of the material. Omitted from the recipe for elastic solves, so that existing keys
-    /// stay valid.
+    /// Hardness of the material, if it yields. Omitted from the recipe for elastic solves, so that
+    /// existing keys stay valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness: Option<GivenHardness>,
     /// Bins in which the pressures of contact nodes are counted, in units of E* × rms slope.
@@ -88,7 +89,7 @@ pub struct Params {
     /// Bins in which the gaps of nodes outside contact are counted, in rms heights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_bins: Option<EqualBins>,
-    /// Whether the flow through the gap is computed under each load.
+    /// True if the flow through the gap is computed under each load.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub flow: bool,
     /// Interaction of asperities, if Hertzian contacts of the summits replace the solved contact.
@@ -219,7 +220,7 @@ impl Stage for Params {
         Ok(beside_coordinates(&columns, inputs)?)
     }
 
-    /// Returns true: the columns depend on boundary, hardness, flow and asperities.
+    /// Returns true, because the columns depend on boundary, hardness, flow and asperities.
     fn has_columns_of_its_own(&self) -> bool {
         true
     }
@@ -298,7 +299,8 @@ struct LoadWatch<'a> {
     last_report: Cell<Instant>,
 }
 
-/// Minimum time between reports. On small meshes a report takes longer than an iteration.
+/// Minimum time between two progress reports. On small meshes a report takes longer than an
+/// iteration.
 const REPORT_INTERVAL: Duration = Duration::from_millis(200);
 
 impl Watch for LoadWatch<'_> {

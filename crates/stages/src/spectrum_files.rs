@@ -18,7 +18,7 @@ const MOST_ROWS: usize = 1 << 20;
 const DENSITIES: [&str; 2] = ["spectral_density", "density"];
 const WAVENUMBER: &str = "wavenumber";
 
-/// Spectrum of a file.
+/// Spectrum that was read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumTable {
     /// Angular wavenumber and density of each row.

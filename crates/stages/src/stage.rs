@@ -27,7 +27,7 @@ use asperity_tables::table::{Table, TableError};
 pub struct Definition {
     /// Name of the kind in manifests, tables and recipes.
     pub name: &'static str,
-    /// Version of the numbers; it is raised whenever they change.
+    /// Version of the numbers that the stage computes, which is raised whenever they change.
     pub version: u32,
     pub reads: Reads,
     /// Returns the content of the rows for the content of the rows that the stage reads; `None` if
@@ -53,7 +53,7 @@ pub trait Stage {
     /// Returns the kind of stage that has these parameters.
     fn kind(&self) -> Kind;
 
-    /// Computes the task's table.
+    /// Computes the table of the task.
     ///
     /// # Errors
     /// Returns an error if an input lacks a column, a file has changed, a query is wrong, or the
@@ -153,11 +153,11 @@ pub fn stacked(inputs: &[(String, Table)]) -> Result<Table, TableError> {
 /// Tables of earlier stages that one task reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
-    /// One table.
+    /// One table of one stage.
     Single,
     /// The tables of one parameter point.
     Point,
-    /// All tables.
+    /// All tables of all inputs.
     All,
 }
 
@@ -186,7 +186,7 @@ pub struct Context<'a> {
 /// Memory that a task needs per node of its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// Bytes during the computation.
+    /// Bytes during the computation of the table.
     pub work: f64,
     /// Bytes of the maps in its table.
     pub table: f64,
@@ -371,7 +371,7 @@ pub fn distinct(source: &TableSource, name: &str) -> Result<Vec<String>, StageEr
     Ok(found)
 }
 
-/// Error of a task.
+/// Error of a task that has no table.
 #[derive(Debug, thiserror::Error)]
 pub enum StageError {
     /// The user asked to stop.

@@ -59,11 +59,10 @@ pub type Recollection = BTreeMap<PathBuf, Recalled>;
 /// forecasts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recalled {
-    /// Hash of the content.
     pub content: ContentHash,
-    /// Format of the file; `None` for a NumPy array.
+    /// Format of the file, or `None` for a NumPy array.
     pub format: Option<String>,
-    /// Unit of length.
+    /// Unit of length of the map.
     pub unit: String,
     /// Nodes along x and y of the prepared map.
     pub nodes: [u32; 2],
@@ -80,7 +79,6 @@ pub struct SurfaceFiles {
     known: Recollection,
     /// Files that cannot be read and for which recorded properties are used.
     recalled: BTreeSet<PathBuf>,
-    /// Files that were read.
     read: BTreeSet<PathBuf>,
 }
 

@@ -1,4 +1,5 @@
-//! Columns of tables: name, role, type, unit, meaning and codes, each declared once.
+//! Declarations of the columns of tables: name, role, type, unit, meaning and codes, each declared
+//! once.
 //!
 //! The name, the type and the role decide how later stages use a column, so that the file of a
 //! task stores them. The unit, the meaning and the codes are wording: they are attached when a
@@ -16,13 +17,13 @@ use arrow::buffer::OffsetBuffer;
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata};
 use serde::{Deserialize, Serialize};
 
-/// Declaration of a column.
+/// Declaration of a column of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
     pub name: &'static str,
     pub role: Role,
     pub kind: ColumnKind,
-    /// Unit of the values: `1` for pure numbers, empty for text and flags.
+    /// Unit of the values; `1` for pure numbers, empty for text and flags.
     pub unit: &'static str,
     /// Meaning of the values in one phrase.
     pub meaning: &'static str,
@@ -38,7 +39,7 @@ pub struct Code {
     pub meaning: &'static str,
 }
 
-/// Role of a column. The first four roles are coordinates: they identify the rows of a study, and
+/// Role of a column in a study. The first four roles are coordinates: they identify the rows, and
 /// later stages copy them into their tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
@@ -87,7 +88,7 @@ impl Column {
         Column { role, ..self }
     }
 
-    /// Returns a computed column.
+    /// Returns a column of computed values.
     pub const fn result(
         name: &'static str,
         kind: ColumnKind,
@@ -226,7 +227,7 @@ impl Role {
     }
 }
 
-/// Value of a coordinate.
+/// Value of a coordinate in one row.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Value {
@@ -269,7 +270,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// Total order: integers before real numbers before text, each in ascending order.
+/// Total order in which integers come before real numbers before text, each in ascending order.
 impl Ord for Value {
     fn cmp(&self, other: &Value) -> Ordering {
         match (self, other) {

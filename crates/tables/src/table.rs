@@ -13,7 +13,7 @@ use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
 use super::column::{Column, Description, Role, Value, WORDING};
 
-/// Table with named columns; cheap to clone.
+/// Table with named columns that is cheap to clone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table(RecordBatch);
 
@@ -70,7 +70,7 @@ impl Table {
         Table(batch)
     }
 
-    /// Stacks tables vertically. A column that a table lacks is null in its rows.
+    /// Stacks the rows of tables. A column that a table lacks is null in its rows.
     ///
     /// # Errors
     /// Returns an error if two tables have a column of the same name with different types.
@@ -332,8 +332,8 @@ impl From<RecordBatch> for Table {
     }
 }
 
-/// Columns of stacked tables. Thousands of tables have only a few different schemas, so that all
-/// tables of one schema share a layout.
+/// Common columns of stacked tables. Thousands of tables have only a few different schemas, so that
+/// all tables of one schema share a layout.
 #[derive(Debug, Default)]
 pub struct Stacking {
     /// All columns, in the order in which they appear.

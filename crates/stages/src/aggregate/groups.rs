@@ -230,7 +230,8 @@ struct GroupNames {
 }
 
 impl GroupNames {
-    /// Resolves `group_by`. The default is every coordinate except those that distinguish surfaces.
+    /// Resolves the columns of `group_by`. The default is every coordinate except those that
+    /// distinguish surfaces.
     fn of(table: &Table, groups: &Groups) -> GroupNames {
         let given = || table.coordinates().not_in_role(Role::Surface);
         let default = || given().names().into_iter().map(str::to_owned).collect();
@@ -337,8 +338,8 @@ pub const COUNT: Column = integer("count", "1", "number of rows in the group");
 const SURFACES: Column = integer(
     "surfaces",
     "1",
-    "number of surfaces in the group, distinguished by seed and realization or by their region of a \
-     file; one surface may have several rows, at several parameter points",
+    "number of surfaces in the group, distinguished by seed and realization or by their region of \
+     a file; one surface may have several rows, at several parameter points",
 );
 const UNCONVERGED: Column = integer(
     "unconverged",

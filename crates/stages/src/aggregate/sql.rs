@@ -50,12 +50,9 @@ pub fn query(tables: &[Table], sql: &Sql, memory: ByteSize) -> Result<Table, Sta
 /// order. The last digits do not depend on the number of cores.
 ///
 /// # Errors
-/// Returns an error if
-///
-/// - the query cannot be parsed or names a table or column that does not exist,
-/// - the answer holds anything but numbers, flags and text,
-/// - the answer takes more memory than `memory`, or
-/// - a table is damaged.
+/// Returns an error if the query cannot be parsed, or if it names a table or column that does not
+/// exist. The answer must hold only numbers, flags and text, and must not take more memory than
+/// `memory`. Damaged tables are errors, too.
 pub fn ask(
     query: &str,
     tables: Vec<(String, TableSource)>,
@@ -136,7 +133,7 @@ fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[Schema
     read.unwrap_or_else(|| described(Role::Result, "", "value computed by the query"))
 }
 
-/// Error of a query.
+/// Error in the text or in the execution of a query.
 #[derive(Debug, thiserror::Error)]
 pub enum QueryError {
     /// The text is not a query, or the query is not supported.
@@ -147,7 +144,7 @@ pub enum QueryError {
     Unknown {
         message: String,
         name: String,
-        /// Names that exist.
+        /// Existing names that the query could use instead.
         known: Vec<String>,
     },
 }
@@ -274,8 +271,8 @@ mod tests {
         let cross = "select l.point, r.area from light l cross join light r";
         let message = chain(&ask(cross).unwrap_err());
         let expected = "it combines 250000 rows of 2 columns, which take 4.0 MB of memory (limit \
-                        1.0 MB): select rows and columns first, join on equal columns, or raise the \
-                        limit";
+                        1.0 MB): select rows and columns first, join on equal columns, or raise \
+                        the limit";
         assert!(message.ends_with(expected), "{message}");
         let keyed = |rows: i64, key: i64| {
             let keys = integers((0..rows).map(|row| row % key));

@@ -1,5 +1,5 @@
-//! Statistics of a group: their names in manifests and columns, and the statistics that polars does
-//! not provide.
+//! Statistics of a group of rows: their names in manifests and columns, and the statistics that
+//! polars does not provide.
 //!
 //! Standard errors and confidence intervals of means use Student's t over surfaces. A surface
 //! counts once, even if a group contains several of its rows: areas of one surface under
@@ -46,13 +46,13 @@ use asperity_statistics::intervals::two_sided_quantile;
 #[serde(rename_all = "lowercase")]
 pub enum Statistic {
     Mean,
-    /// Sample standard deviation.
+    /// Sample standard deviation of the rows.
     Sd,
     /// Standard error of the mean over surfaces.
     Sem,
     Min,
     Max,
-    /// Quantile, by linear interpolation.
+    /// Quantile of the rows by linear interpolation.
     Quantile(f64),
     /// Confidence interval of the mean with this level, by Student's t over surfaces.
     Confidence(f64),
@@ -64,7 +64,7 @@ pub enum Statistic {
     RegressionIntercept,
     /// Slope of the mean against `load`, by finite differences.
     Slope,
-    /// Mean divided by `load`.
+    /// Secant of the mean curve: the mean divided by `load`.
     Secant,
     /// Approach to full contact, F = −ln[(1 − a) y √(2π)] of the mean area a under the load y.
     Approach,

@@ -22,7 +22,7 @@ use asperity_tables::table::{Table, TableError};
 /// Theory of the contact area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Model {
-    /// Persson 2001.
+    /// Theory of Persson (2001), a diffusion equation in the magnification.
     #[serde(rename = "persson")]
     Persson,
     /// Bush, Gibson & Thomas 1975.
@@ -69,7 +69,7 @@ impl Model {
         matches!(self, Model::BushGibsonThomas | Model::Greenwood2006 | Model::MeanCurvature)
     }
 
-    /// Returns its columns: area, slope, secant, approach to full contact.
+    /// Returns the columns for area, slope, secant and approach to full contact.
     pub fn columns(self) -> [Column; 4] {
         match self {
             Model::Persson => PERSSON,

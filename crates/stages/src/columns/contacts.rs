@@ -82,8 +82,9 @@ pub const SWITCHES_ALONG_COLUMNS: Column = integer(
 pub const SWITCHES_X: Column = integer(
     "switches_x",
     "1",
-    "number of changes between contact and gap along x, each an edge of length Δy, so that S_d = Δy \
-     × switches_x + Δx × switches_y; null for square meshes, where it is `switches_along_columns`",
+    "number of changes between contact and gap along x, each an edge of length Δy, so that S_d = \
+     Δy × switches_x + Δx × switches_y; null for square meshes, where it is \
+     `switches_along_columns`",
 );
 pub const SWITCHES_Y: Column = integer(
     "switches_y",
@@ -123,13 +124,13 @@ pub const LARGEST_CLUSTER: Column =
     integer("largest_cluster", "1", "number of nodes of the largest cluster");
 pub const PERCOLATES_X: Column = flag(
     "percolates_x",
-    "whether a contact cluster percolates along x: it winds around a periodic cell, or reaches from \
-     edge to edge of a free map",
+    "whether a contact cluster percolates along x: it winds around a periodic cell, or reaches \
+     from edge to edge of a free map",
 );
 pub const PERCOLATES_Y: Column = flag(
     "percolates_y",
-    "whether a contact cluster percolates along y: it winds around a periodic cell, or reaches from \
-     edge to edge of a free map",
+    "whether a contact cluster percolates along y: it winds around a periodic cell, or reaches \
+     from edge to edge of a free map",
 );
 pub const GAP_PERCOLATES_X: Column = flag(
     "gap_percolates_x",

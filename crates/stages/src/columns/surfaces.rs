@@ -182,8 +182,8 @@ pub const ALONG: Column = parameter_text("along", "direction of the statistic").
 pub const WAVENUMBER: Column = parameter(
     "wavenumber",
     "1/length",
-    "angular wavenumber q = 2π/λ; for rings, whose width is 2π over the longer side, the wavenumber \
-     at their centre",
+    "angular wavenumber q = 2π/λ; for rings, whose width is 2π over the longer side, the \
+     wavenumber at their centre",
 );
 pub const MODES: Column = integer(
     "modes",

@@ -19,7 +19,7 @@ use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Quantity};
 /// Name of the law in manifests and tables.
 pub const WORD: &str = "contact-evolution";
 
-/// Default window: the small loads for which the law was proposed.
+/// Default window of loads, for which the law was proposed.
 pub const WINDOW: [f64; 2] = [0.0, 0.06];
 
 /// Parameters of the law, in the order of their values.
@@ -102,7 +102,7 @@ impl EvolutionChoices {
         }
     }
 
-    /// Fits one point separately.
+    /// Fits the curves of one point separately.
     fn fit(
         self,
         curves: &Curves,

@@ -39,9 +39,9 @@ pub const MOST_COMBINATIONS: usize = 64;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "limits")]
 pub struct LimitChoices {
-    /// Observable Q.
+    /// Expression of the observable Q in columns.
     pub of: Expression,
-    /// Loads of the fits; empty for all loads of the window.
+    /// Loads at which fits are made, or empty for all loads of the window.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<f64>,
     pub terms: Vec<Term>,
@@ -123,7 +123,7 @@ pub struct Line<'a> {
     pub outcome: Result<Outcome, FitError>,
 }
 
-/// Fit with its quality.
+/// Fit with its quality and its intervals.
 pub struct Outcome {
     pub fit: LimitFit,
     pub assessment: Assessment,

@@ -46,7 +46,8 @@ const POOLED: Column = parameter_text("pooled", "rows that share the coefficient
 const AREA_LIMIT: Column = real(
     "area_limit",
     "1",
-    "A*: area fraction on an infinitely fine mesh; for pooled rows the mean over surfaces and loads",
+    "A*: area fraction on an infinitely fine mesh; for pooled rows its mean over surfaces and \
+     loads",
 );
 const ERROR_NONE: Column = real(
     "error_none",

@@ -44,17 +44,16 @@ fn is_isotropic(ensemble: &Ensemble) -> bool {
 /// Columns of measured contacts from which thresholds are computed.
 pub struct Measured<'a> {
     meshes: Meshes<'a>,
-    /// Reduced loads.
     loads: &'a Float64Array,
     contact_nodes: &'a Int64Array,
     switches: &'a Int64Array,
-    /// Whether the gap percolates along x and y.
+    /// Flags of the percolation of the gap along x and y.
     is_open: [&'a BooleanArray; 2],
     stops: &'a StringArray,
 }
 
 impl<'a> Measured<'a> {
-    /// Finds the columns.
+    /// Finds the columns of measured contacts in a table.
     ///
     /// # Errors
     /// Returns an error if the table lacks the columns of measured contacts.

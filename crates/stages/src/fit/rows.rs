@@ -18,7 +18,7 @@ use asperity_tables::table::Table;
 /// Largest share of the data that may be left out.
 const MOST_MASKED: f64 = 0.2;
 
-/// Result of a fit.
+/// Result of the fit at one point.
 #[derive(Default)]
 pub struct Row {
     /// Parameters in the order of the law; empty if the fit failed.
@@ -117,7 +117,7 @@ pub struct Estimate {
     pub interval: Option<Interval>,
 }
 
-/// Columns of a parameter: estimate, ends of the interval, standard error.
+/// Columns of a fitted parameter: estimate, ends of the interval, standard error.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
     /// Label in the summary of a stage; `None` if the summary omits the parameter.

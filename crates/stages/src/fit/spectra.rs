@@ -12,7 +12,7 @@ use asperity_statistics::self_affine::{RingOfSurfaces, SelfAffineProblem};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
-/// Fits every parameter point.
+/// Fits the spectra of every parameter point.
 ///
 /// # Errors
 /// Returns an error if the input lacks the columns of measured spectra.

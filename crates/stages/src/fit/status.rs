@@ -62,8 +62,8 @@ pub const TOO_FEW_MESHES: Code = code(
 );
 pub const NO_EDGES: Code = code(
     "no-edges",
-    "there is no contact on some mesh, or the perimeter is the same on all meshes, so that the area \
-     cannot be extrapolated",
+    "there is no contact on some mesh, or the perimeter is the same on all meshes, so that the \
+     area cannot be extrapolated",
 );
 pub const TOO_FEW_POINTS: Code = code(
     "too-few-points",

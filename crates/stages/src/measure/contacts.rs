@@ -1,5 +1,5 @@
-//! Measures of contact maps: areas, edges, clusters, percolation, and the stiffness of the
-//! interface.
+//! Measures of the contact map of each load: areas, edges, clusters, percolation, and the stiffness
+//! of the interface.
 //!
 //! The incremental stiffness is K = dp₀/dδ, where δ is the approach of the bodies. δ is
 //! interpolated by a parabola in ln p₀ through a load and its two neighbours. K = p₀/(dδ/d ln p₀)
@@ -187,7 +187,7 @@ struct Approach {
     pressure: f64,
     /// Approach from an arbitrary fixed reference.
     approach: f64,
-    /// Whether the load converged.
+    /// False if the solution of the load did not converge.
     is_solved: bool,
 }
 

@@ -26,11 +26,11 @@ use asperity_tables::table::Table;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "lowercase")]
 pub enum Distribution {
-    /// Pressures of contact nodes.
+    /// Pressures of the nodes in contact.
     Pressures,
     /// Gaps of nodes outside contact.
     Gaps,
-    /// Areas of contact clusters.
+    /// Areas of the clusters of contact nodes.
     Clusters {
         /// Number of bins per decade.
         bins: u32,

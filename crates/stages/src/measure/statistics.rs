@@ -1,5 +1,5 @@
-//! Statistics of surfaces: power spectra, autocorrelation, slopes and curvatures by scale, bearing
-//! curve, roughness parameters.
+//! Statistics of single surfaces: power spectra, autocorrelation, slopes and curvatures by scale,
+//! bearing curve, roughness parameters.
 //!
 //! A table has one row for each surface and wavenumber, lag, scale or height, with the coordinates
 //! of the surface. Heights are not prepared further: surfaces are levelled, filled and filtered
@@ -21,7 +21,7 @@ use asperity_contact::topography::surface::{Axis, Surface};
 use asperity_contact::topography::{differences, height_distribution, power_spectrum};
 use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 
-/// Statistic of one surface.
+/// Statistic that is measured on one surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "kebab-case")]
 pub enum Statistic {
@@ -33,7 +33,7 @@ pub enum Statistic {
     Autocorrelation,
     /// Slope and curvature by scale, along x and y.
     Scales,
-    /// Bearing curve.
+    /// Bearing curve (areal material ratio).
     Bearing {
         /// Number of intervals between planes.
         bins: u32,
@@ -54,7 +54,7 @@ pub fn all_columns() -> Vec<Column> {
     columns
 }
 
-/// Columns of equal length.
+/// Measured columns, all of the same length.
 type Measured = Vec<(Column, ArrayRef)>;
 
 impl Statistic {

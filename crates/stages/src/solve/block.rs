@@ -18,7 +18,8 @@ use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, integers, reals};
 use asperity_tables::table::Table;
 
-/// Block of loads: a surface, its solver, and the rows of the finished loads.
+/// Surface that is pressed through a block of loads, with its solver and the rows of finished
+/// loads.
 ///
 /// The solver works with dimensionless numbers: it receives heights in units of side × rms slope
 /// and returns pressures in units of E* × rms slope.
@@ -30,7 +31,7 @@ pub struct Block {
     loads: Vec<f64>,
     solver: Solver,
     rows: Solved,
-    /// Whether every node is in contact and none yields, under the last and all remaining loads.
+    /// True if every node is in contact and none yields, under the last and all remaining loads.
     is_flattened: bool,
 }
 
@@ -88,8 +89,8 @@ impl Block {
         &self.loads
     }
 
-    /// Solves the next load. Returns `None` after the last load, or if every node is in contact and
-    /// none yields under all remaining loads.
+    /// Solves the next load of the block. Returns `None` after the last load, or if every node is
+    /// in contact and none yields under all remaining loads.
     ///
     /// # Errors
     /// Returns an error on interruption. The load may be solved again, unless the interruption came
@@ -144,7 +145,7 @@ impl Block {
         self.rows.contact(load)
     }
 
-    /// Writes a checkpoint.
+    /// Writes a checkpoint of the finished loads.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         self.rows.save(&self.solver, out)
     }

@@ -27,7 +27,7 @@ pub struct Distributions {
     rms_height: f64,
 }
 
-/// Counts in bins.
+/// Bins with their counts under each load.
 struct Counted {
     bins: EqualBins,
     /// For each load, the counts of all bins and the count above all bins.

@@ -34,7 +34,7 @@ pub struct Solved {
     stored_pressures: Vec<usize>,
     distributions: Distributions,
     flows: Option<Flows>,
-    /// Columns of asperity models.
+    /// Columns that only asperity models have.
     of_asperities: Vec<(Column, ArrayRef)>,
 }
 

@@ -102,8 +102,8 @@ fn panic_message(panic: &str) -> String {
         None => panic,
     };
     format!(
-        "polars cannot answer this query because of an internal error ({cause}); write the query in \
-         another form, or split it into parts with `with`"
+        "polars cannot answer this query because of an internal error ({cause}); write the query \
+         in another form, or split it into parts with `with`"
     )
 }
 
@@ -117,7 +117,7 @@ pub fn silence_panics() {
     }));
 }
 
-/// Executes a query. The order of the rows depends only on the tables.
+/// Executes a query and collects its rows. The order of the rows depends only on the tables.
 ///
 /// # Errors
 /// Returns an error if a name does not exist, polars does not support the query, or the query takes

@@ -24,13 +24,13 @@ const DEEPEST: usize = 500;
 /// Query that polars can execute.
 #[derive(Debug, Default)]
 pub struct Statement {
-    /// Text that polars parses.
+    /// Text of the query for the parser of polars.
     pub text: String,
     /// Tables that the query reads.
     pub tables: BTreeSet<String>,
     /// Tables that the query defines by `with`.
     pub defines: BTreeSet<String>,
-    /// Table for each alias.
+    /// Names of tables by their aliases in the query.
     pub aliases: BTreeMap<String, String>,
 }
 
@@ -80,9 +80,11 @@ fn parsed(query: &str) -> Result<Parsed, QueryError> {
 
 fn message(error: ParserError) -> String {
     match error {
-        ParserError::RecursionLimitExceeded => "the query nests too many parentheses or queries; \
-             compute parts of it in `with NAME as (select …)`"
-            .to_owned(),
+        ParserError::RecursionLimitExceeded => {
+            "the query nests too many parentheses or queries; compute parts of it in `with NAME as \
+             (select …)`"
+                .to_owned()
+        }
         ParserError::TokenizerError(reason) | ParserError::ParserError(reason) => {
             if reason.contains("found: -") {
                 format!("{reason}; put a name with `-` in double quotes, like \"mean-gap\"")
@@ -144,8 +146,8 @@ impl Visitor for Reader {
             return ControlFlow::Continue(());
         }
         ControlFlow::Break(format!(
-            "the query nests more than {DEEPEST} operations, as a sum of so many terms does; compute \
-             parts of it in `with NAME as (select …)`"
+            "the query nests more than {DEEPEST} operations, as a sum of so many terms does; \
+             compute parts of it in `with NAME as (select …)`"
         ))
     }
 
@@ -217,8 +219,8 @@ fn ungrouped(select: &Select) -> Option<String> {
         format!("`*` cannot be combined with `{aggregate}`: list the columns and add a `group by`")
     } else {
         format!(
-            "`{bare}` cannot be combined with `{aggregate}`, because it is neither aggregated nor in \
-             `group by`: write `group by {bare}` for one row per value, or `first({bare})`"
+            "`{bare}` cannot be combined with `{aggregate}`, because it is neither aggregated nor \
+             in `group by`: write `group by {bare}` for one row per value, or `first({bare})`"
         )
     })
 }

@@ -25,8 +25,8 @@ const AKAIKE: Column = real(
 const AKAIKE_WEIGHT: Column = real(
     "akaike_weight",
     "1",
-    "Akaike weight: exp(−Δ/2) divided by its sum over all forms for the same points, where Δ is the \
-     difference of `akaike` from its smallest value",
+    "Akaike weight: exp(−Δ/2) divided by its sum over all forms for the same points, where Δ is \
+     the difference of `akaike` from its smallest value",
 );
 const BEST_SHARE: Column = real(
     "best_share",
@@ -36,18 +36,18 @@ const BEST_SHARE: Column = real(
 const LEAVE_ONE_OUT: Column = real(
     "leave_one_out_error",
     "as `quantity`",
-    "root mean square error of the prediction of each point from the other points, with the weights \
-     of the fit",
+    "root mean square error of the prediction of each point from the other points, with the \
+     weights of the fit",
 );
 const LIMIT: Parameter = Parameter::of_unit(
     "as `quantity`",
     names!("limit"),
-    "limit Q₀ of the observable where all small numbers vanish. With a logarithmic term there is no \
-     limit, and Q₀ is the value where the number of this term is 1",
+    "limit Q₀ of the observable where all small numbers vanish. With a logarithmic term there is \
+     no limit, and Q₀ is the value where the number of this term is 1",
 )
 .with_label("Q₀");
 
-/// Columns of one term.
+/// Columns of one term of the law.
 struct TermColumns {
     small: Column,
     form: Column,

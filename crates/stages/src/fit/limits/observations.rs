@@ -18,7 +18,7 @@ use asperity_statistics::limits::{LimitPoint, Observed};
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
-/// Points of one fit.
+/// Points that are fitted together, with their common parameters.
 #[derive(Debug, Clone)]
 pub struct Group {
     /// Row of the table with the parameters that the points share.
@@ -26,10 +26,10 @@ pub struct Group {
     /// Common ratio k_rolloff/k_lower of the points, if `k_lower` varies and `k_rolloff` is not
     /// among the varied parameters.
     pub rolloff_ratio: Option<f64>,
-    /// Loads of the fits; a single `None` if rows have no loads.
+    /// Loads at which the group is fitted, or a single `None` if rows have no loads.
     pub loads: Vec<Option<f64>>,
     points: Vec<Observations>,
-    /// Surfaces of all points.
+    /// Surfaces that occur at any point.
     members: BTreeSet<Member>,
 }
 
@@ -195,7 +195,7 @@ fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec
 /// Values of an observable under each load of one point.
 #[derive(Debug, Clone)]
 enum Values {
-    /// Values of the surfaces; NaN if a surface lacks the load.
+    /// Values of the single surfaces, with NaN if a surface lacks the load.
     Surfaces {
         members: Vec<Member>,
         /// Each load with the values of the surfaces.
@@ -205,7 +205,8 @@ enum Values {
     Estimates(Vec<(Option<f64>, Observed)>),
 }
 
-/// Point: a row with its parameters, the parameters, the values, and loads that did not converge.
+/// Data of a point: a row with its parameters, the parameters, the values, and the loads that did
+/// not converge.
 type Found = (usize, ParameterPoint, Values, Vec<f64>);
 
 /// Reader of the points of a table.
@@ -228,7 +229,7 @@ impl<'a> Reader<'a> {
         Ok(Reader { table, choices, columns: columns.collect::<Result<_, TableError>>()? })
     }
 
-    /// Reads all points.
+    /// Reads all points of the table.
     ///
     /// # Errors
     /// Returns an error if a column is missing.
