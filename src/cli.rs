@@ -1,5 +1,6 @@
-//! The command line, with one file for each group of subcommands. They use only the
-//! [session](crate::session).
+//! Command line of the program, with one file for each group of subcommands.
+//!
+//! The subcommands use only the [session](crate::session).
 //!
 //! Exit codes: 0 success, 1 a task or a file failed, 2 error in the manifest or the command line,
 //! 130 stopped by Ctrl-C, 143 stopped by `kill`, 129 terminal closed.
@@ -51,7 +52,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Write a manifest to start from.
+    /// Write a template manifest for a new study.
     Init(plan::InitArguments),
     /// Validate a manifest and print a summary.
     Check(plan::CheckArguments),
@@ -72,12 +73,12 @@ enum Command {
     ///
     /// The last job of `submit` runs this command.
     Finish(cluster::FinishArguments),
-    /// Test the statements of the 2015 paper against the results of a study.
+    /// Test the statements of Yastrebov, Anciaux & Molinari (2015) against the results of a study.
     Claims(claims::ClaimsArguments),
     /// Estimate the cost and the gain of extending a fit of limits.
     ///
-    /// For each limit, print what one more octave would cost and how much it would reduce the
-    /// standard error.
+    /// For each limit, print the cost of halving each small parameter once more, and how much this
+    /// would reduce the standard error.
     Advise(claims::AdviseArguments),
     /// Write an HTML page of figures and tables, and each figure as SVG and PNG.
     Report(report::ReportArguments),
@@ -115,9 +116,9 @@ pub fn main() -> ExitCode {
 
 /// Runs a command line whose first word is the name of the program.
 ///
-/// `program` is the executable that cluster jobs run. If omitted, they run the executable of this
-/// process, which is wrong if the caller is an interpreter. The function handles signals, and it
-/// ends the process if the command line is invalid.
+/// Cluster jobs run the executable `program`; by default that of this process, which is wrong if the
+/// caller is an interpreter. The function handles signals, and it ends the process if the command
+/// line is invalid.
 pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> ExitCode {
     silence_panics();
     let arguments = Arguments::parse_from(line);
@@ -157,8 +158,9 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
     result.unwrap_or_else(|failure| report(failure.as_ref()))
 }
 
-/// Selects the instruction set named by `ASPERITY_SIMD`, to check that all sets give the same
-/// bytes.
+/// Selects the instruction set that the environment variable `ASPERITY_SIMD` names.
+///
+/// Tests use it to check that all instruction sets give the same bytes.
 fn choose_instructions() -> Result<(), Failure> {
     match env::var("ASPERITY_SIMD") {
         Ok(name) => Instructions::choose(&name)

@@ -1,8 +1,8 @@
 //! Statistical studies of the contact of rough surfaces.
 //!
-//! Surfaces are generated or read, pressed from first touch to full contact with an FFT
-//! boundary-element solver, measured, corrected, fitted and aggregated. A TOML manifest defines a
-//! study; each of its stages becomes a table, and finished results are reused.
+//! Surfaces are generated or read, and an FFT boundary-element solver presses them from first touch
+//! to full contact. The contacts are measured, corrected for the mesh, fitted and averaged. A TOML
+//! manifest defines a study; each of its stages becomes a table, and finished results are reused.
 //!
 //! The main entry points:
 //!
@@ -80,7 +80,7 @@ mod share;
 
 pub use asperity_contact as contact;
 pub use asperity_pipeline::{direct, plan, study};
-/// Reader of spectra, public for fuzz tests only.
+/// Reader of spectrum files, public for fuzz tests only.
 #[doc(hidden)]
 pub use asperity_stages::spectrum_files;
 pub use asperity_statistics as statistics;

@@ -76,7 +76,7 @@ use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
 use asperity_tables::store::users::HostState;
 
-pub use crate::share::{Day, NoDay, ShareError, ShareOptions, SharedStudy, Unplaceable};
+pub use crate::share::{Day, InvalidDay, ShareError, ShareOptions, SharedStudy, UnportablePath};
 pub use advice::StudyAdvice;
 pub use asperity_claims::names as claim_names;
 pub use asperity_contact::instructions::Instructions;
@@ -183,7 +183,7 @@ impl Session<'_> {
         self.prepare(options)?.execute(stop)
     }
 
-    /// Creates the store if necessary and makes all checks of a run before the computation.
+    /// Opens or creates the store, and performs all checks that precede the computation of a run.
     ///
     /// # Errors
     /// As [`Session::run`].
@@ -223,8 +223,8 @@ impl Session<'_> {
         self.tables()?.table(name)
     }
 
-    /// Reads the table of failures: per row a task, the reason, and a command that computes it
-    /// again.
+    /// Reads the table of failures: each row names a task, the reason of its failure, and a command
+    /// that computes the task again.
     ///
     /// # Errors
     /// If the table is damaged.
@@ -248,7 +248,7 @@ impl Session<'_> {
         DescribedColumns::for_study(&self.reading()?.study, stage)
     }
 
-    /// Tests the statements of the 2015 paper against the tables.
+    /// Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.
     ///
     /// # Errors
     /// If the tables cannot be read.

@@ -26,19 +26,20 @@ use asperity_pipeline::results::StudyResults;
 use asperity_tables::store::StoreError;
 use contents::Contents;
 
-pub use archive::Unplaceable;
+pub use archive::UnportablePath;
 
 /// Options of an archive of a study.
 #[derive(Debug, Clone)]
 pub struct ShareOptions {
     /// Path of the archive (default: `STUDY.zip` in the current folder).
     pub output: Option<PathBuf>,
-    /// Include the tables of the store with all maps, so that a run has nothing to compute.
+    /// Include the tables of the store with all maps, so that a run in the unpacked folder has
+    /// nothing to compute.
     pub store: bool,
-    /// Overwrite an archive that exists already.
+    /// Overwrite an existing archive.
     pub replace: bool,
-    /// Date in the description of the archive. Everything else follows from the study, so two
-    /// archives with the same date are equal.
+    /// Date in the description of the archive. Archives of the same study, options and date have
+    /// the same bytes.
     pub day: Day,
     /// License in the description, as an SPDX identifier or a URL.
     pub license: Option<String>,
@@ -107,15 +108,15 @@ impl Session<'_> {
 /// assert_eq!(Day::from_time(UNIX_EPOCH).to_string(), "1970-01-01");
 /// assert_eq!("2024-02-29".parse::<Day>()?.to_string(), "2024-02-29");
 /// assert!("2025-02-29".parse::<Day>().is_err());
-/// # Ok::<(), asperity::session::NoDay>(())
+/// # Ok::<(), asperity::session::InvalidDay>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Day(NaiveDate);
 
-/// Error for a text that is not a date.
+/// Error for a text that is not a valid date.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a date; use the format YYYY-MM-DD, such as 2026-11-22")]
-pub struct NoDay(String);
+pub struct InvalidDay(String);
 
 impl Day {
     /// Returns the date of a moment in UTC.
@@ -127,11 +128,11 @@ impl Day {
 }
 
 impl FromStr for Day {
-    type Err = NoDay;
+    type Err = InvalidDay;
 
-    fn from_str(text: &str) -> Result<Day, NoDay> {
+    fn from_str(text: &str) -> Result<Day, InvalidDay> {
         let day = NaiveDate::parse_from_str(text, "%Y-%m-%d");
-        day.map(Day).map_err(|_| NoDay(text.to_owned()))
+        day.map(Day).map_err(|_| InvalidDay(text.to_owned()))
     }
 }
 
@@ -158,7 +159,7 @@ pub enum ShareError {
     )]
     OtherKind { path: PathBuf },
     #[error(transparent)]
-    Unplaceable(#[from] Unplaceable),
+    UnportablePath(#[from] UnportablePath),
     #[error(
         "the archive needs the name `{path}` for its own file; move or rename the file that the manifest \
          names"

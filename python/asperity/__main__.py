@@ -1,4 +1,4 @@
-"""``python -m asperity`` is the command."""
+"""Entry point of ``python -m asperity``."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Contact of a surface under loads: numbers and maps."""
+"""Results of pressing a surface: a table row and maps for each load."""
 
 from __future__ import annotations
 

@@ -26,7 +26,8 @@ class EvolutionLaw:
     kappa : float
         Slope of the area at zero load: √(2π) in asperity models, √(8/π) in Persson's theory.
     beta, mu : float
-        Factor and exponent in dp̄/dp₀ = β a^(μ−1), the growth of the mean contact pressure p̄.
+        Factor and exponent of the growth of the mean contact pressure p̄ = p₀/a with the nominal pressure p₀:
+        dp̄/dp₀ = β a^(μ−1).
 
     Examples
     --------
@@ -130,7 +131,7 @@ class CorrectedArea(NamedTuple):
     corrected : float
         Counted area minus c S_d Δx: coefficient × Manhattan perimeter × mesh step.
     lower, upper : float
-        Bounds: area without and with the contact nodes on the edge.
+        Bounds of the area: without and with the contact nodes on the edge.
     """
 
     counted: float

@@ -120,7 +120,7 @@ class Run:
     stages : list of dict
         ``name``, ``kind``, ``tasks``, ``computed``, ``failed`` and ``path`` of each stage.
     sampling : list of str
-        State of each adaptive stage: precision of its mean, or decided claims.
+        State of each adaptive stage, as text: precision of its mean, or decided claims.
     failures : Path or None
         Path of the table of failures, or None.
     halted : bool

@@ -1,4 +1,4 @@
-"""Pressing a surface."""
+"""Functions that press a surface without a study."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def press(
         Maximum number of pairs of transforms per load; default: 2000. The column ``stop`` marks loads that
         have not converged.
     fields : bool
-        Whether to store pressures, with 8 bytes per contact node; otherwise only contact maps are stored.
+        True to store the pressures, which takes 8 bytes per contact node; False to store contact maps only.
     jobs : int, optional
         Number of cores for surfaces of 512 × 512 nodes or more; default: all. The results do not depend on
         it.
@@ -84,7 +84,7 @@ def press(
     ArgumentError
         If an argument is invalid, or if `size` or `boundary` is missing for an array.
     SurfaceError
-        If points are missing, or if the map is not periodic but `boundary` is.
+        If points are missing, or if `boundary` is ``"periodic"`` but the map is not periodic.
 
     Notes
     -----

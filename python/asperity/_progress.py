@@ -7,7 +7,7 @@ import time
 from typing import Any, Callable, Dict, Optional, Union
 
 #: Called with ``{"study", "doing", "tasks", "tasks_done", "cached", "share", "seconds_left"}``.
-Teller = Callable[[Dict[str, Any]], object]
+Callback = Callable[[Dict[str, Any]], object]
 
 #: Seconds between two lines if the output is not a terminal.
 _LINE_EVERY = 10.0
@@ -16,20 +16,20 @@ _LINE_EVERY = 10.0
 class Progress:
     """Context manager that displays the progress of a run."""
 
-    def __init__(self, wanted: Union[bool, Teller]) -> None:
-        self._tell: Optional[Teller] = None
+    def __init__(self, wanted: Union[bool, Callback]) -> None:
+        self._show: Optional[Callback] = None
         self._end: Callable[[], None] = lambda: None
         if callable(wanted):
-            self._tell = wanted
+            self._show = wanted
         elif wanted and _is_notebook():
-            self._tell, self._end = _in_notebook()
+            self._show, self._end = _in_notebook()
         elif wanted and _is_terminal():
-            self._tell, self._end = _in_terminal, _clear_line
+            self._show, self._end = _in_terminal, _clear_line
         elif wanted:
-            self._tell = _lines()
+            self._show = _lines()
 
-    def __enter__(self) -> Optional[Teller]:
-        return self._tell
+    def __enter__(self) -> Optional[Callback]:
+        return self._show
 
     def __exit__(self, *_: object) -> None:
         self._end()
@@ -37,8 +37,8 @@ class Progress:
 
 def _words(advance: Dict[str, Any]) -> str:
     left = advance["seconds_left"]
-    told = "…" if left is None else f"{_duration(left)} left"
-    return f"{advance['tasks_done']} of {advance['tasks']} tasks, {told}"
+    time_left = "…" if left is None else f"{_duration(left)} left"
+    return f"{advance['tasks_done']} of {advance['tasks']} tasks, {time_left}"
 
 
 def _duration(seconds: float) -> str:
@@ -69,19 +69,19 @@ def _clear_line() -> None:
     print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
-def _lines() -> Teller:
+def _lines() -> Callback:
     last = time.monotonic()
 
-    def tell(advance: Dict[str, Any]) -> None:
+    def show(advance: Dict[str, Any]) -> None:
         nonlocal last
         if time.monotonic() - last >= _LINE_EVERY:
             last = time.monotonic()
             print(_words(advance), file=sys.stderr, flush=True)
 
-    return tell
+    return show
 
 
-def _in_notebook() -> "tuple[Teller, Callable[[], None]]":
+def _in_notebook() -> "tuple[Callback, Callable[[], None]]":
     import IPython.display
 
     # IPython has no type annotations.
@@ -89,10 +89,10 @@ def _in_notebook() -> "tuple[Teller, Callable[[], None]]":
     display: Any = IPython.display.display
     handle = display(HTML(""), display_id=True)
 
-    def tell(advance: Dict[str, Any]) -> None:
+    def show(advance: Dict[str, Any]) -> None:
         share = min(advance["share"], 1.0)
         handle.update(
             HTML(f'<progress value="{share:.3f}" max="1"></progress> {advance["doing"]} {_words(advance)}')
         )
 
-    return tell, lambda: handle.update(HTML(""))
+    return show, lambda: handle.update(HTML(""))

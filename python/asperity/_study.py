@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from asperity import _asperity
 from asperity._plan import Plan, Report, Run
-from asperity._progress import Progress, Teller
+from asperity._progress import Callback, Progress
 from asperity._table import Column, Table
 from asperity.errors import ManifestError, StudyWarning
 
@@ -18,7 +18,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 
 class Study:
-    """Study that a manifest defines, with its data folder.
+    """Manifest of a study with its data folder.
 
     Each method reads the manifest again, so the manifest may change between calls.
 
@@ -90,7 +90,7 @@ class Study:
         name = _asperity.study_name(text, str(folder))
         file = folder / f"{name}.toml" if path is None else Path(path)
         if path is not None and file.exists() and file.read_text(encoding="utf-8") != text:
-            raise FileExistsError(f"`{file}` is another manifest; choose another `path`")
+            raise FileExistsError(f"`{file}` already exists with a different text; choose another `path`")
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
         return cls(file, data)
@@ -118,8 +118,8 @@ class Study:
         ManifestError
             If the manifest is invalid, with file, line and column of every problem.
         """
-        name, stages, tasks, grows, told = self._session.check()
-        _warn([("warning", words) for words in told])
+        name, stages, tasks, grows, messages = self._session.check()
+        _warn([("warning", message) for message in messages])
         at_least = "at least " if grows else ""
         return f"study `{name}`: {len(stages)} stages, {at_least}{tasks} tasks"
 
@@ -129,7 +129,7 @@ class Study:
         Raises
         ------
         ManifestError
-            If the manifest makes no sense.
+            If the manifest is invalid.
         """
         return Plan(self._session.status())
 
@@ -139,7 +139,7 @@ class Study:
         Raises
         ------
         ManifestError
-            If the manifest makes no sense.
+            If the manifest is invalid.
         """
         lines = []
         for stage in self.plan().stages:
@@ -151,13 +151,13 @@ class Study:
         self,
         jobs: Optional[int] = None,
         memory: Union[int, str, None] = None,
-        progress: Union[bool, Teller] = True,
+        progress: Union[bool, Callback] = True,
         replace: bool = False,
     ) -> Run:
         """Computes the missing tasks and writes the tables.
 
-        Other Python threads run during the computation. Ctrl-C and the interrupt button of a notebook end it
-        within two seconds. Finished tasks are kept, and the next run continues from there.
+        Other Python threads run during the computation. Ctrl-C and the interrupt button of a notebook stop the
+        run within two seconds. Finished tasks are kept, and the next run computes only the others.
 
         Parameters
         ----------
@@ -166,10 +166,10 @@ class Study:
         memory : int or str, optional
             Memory limit in bytes or as ``"16GB"``; default: 7/8 of the available memory.
         progress : bool or callable
-            Whether to show the progress, or a function that is called with a dict of ``study``, ``doing``,
-            ``tasks``, ``tasks_done``, ``cached``, ``share`` and ``seconds_left``.
+            True to show the progress, False to hide it, or a function that is called with a dict of ``study``,
+            ``doing``, ``tasks``, ``tasks_done``, ``cached``, ``share`` and ``seconds_left``.
         replace : bool
-            Whether to overwrite the results of another manifest with the same study name.
+            True to overwrite the results of another manifest with the same study name.
 
         Returns
         -------
@@ -184,7 +184,7 @@ class Study:
         Raises
         ------
         ManifestError
-            If the manifest makes no sense.
+            If the manifest is invalid.
         StoreError
             If the data cannot be read or written.
         Error
@@ -193,11 +193,11 @@ class Study:
             If the run was interrupted.
         """
         size = None if memory is None else str(memory)
-        with Progress(progress) as tell:
-            report, notices = self._session.run(jobs, size, replace, tell)
+        with Progress(progress) as on_progress:
+            report, notices = self._session.run(jobs, size, replace, on_progress)
         run = Run(report)
         if run.failed:
-            notices.append(("warning", f"{run.failed} tasks failed, see `failures()`"))
+            notices.append(("warning", f"{run.failed} tasks failed; `failures()` lists them"))
         if run.halted:
             notices.append(("warning", "cannot store more tables; free disk space and run again to continue"))
         _warn(notices)
@@ -234,7 +234,7 @@ class Study:
         return Table(table)
 
     def failures(self) -> Table:
-        """Reads the table of failures: per row a task, the reason, and a command that computes it again."""
+        """Reads the table of failures: task, reason, and a command that computes the task again."""
         return Table(self._session.failures())
 
     def columns(self, name: Optional[str] = None) -> Union[List[Column], Dict[str, List[Column]]]:
@@ -252,7 +252,7 @@ class Study:
         return stages if name is None else stages[name]
 
     def claims(self) -> List[Dict[str, Any]]:
-        """Tests the statements of the 2015 paper against the tables.
+        """Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.
 
         Returns
         -------
@@ -270,7 +270,7 @@ class Study:
         output : str or path, optional
             Folder to write into; default: the folder of the tables.
         replace : bool
-            Whether to overwrite a page that shows more, or files of another study.
+            True to overwrite a page that shows more than the new one, or files of another study.
         """
         page, figures = self._session.report(None if output is None else os.fspath(output), replace)
         return Report(Path(page), Path(figures))

@@ -1,4 +1,4 @@
-"""Reading measured surfaces and generating surfaces."""
+"""Functions that read and generate surfaces."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def read(
     height_scale : float
         Factor by which the numbers of the file are multiplied.
     is_periodic : bool
-        Whether the surface is periodic; measured maps are not.
+        True if the surface is periodic; measured maps are not.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def surface(
     seed : int, optional
         Seed of the random numbers.
     realization : int
-        Number of the surface among those with the same seed.
+        Number that distinguishes the surfaces of one seed, from 0.
     method : str, optional
         ``"filter"`` (default), ``"random-phase"``, ``"paraboloid"``, ``"wave"``, ``"wave-product"``,
         ``"wave-sum"``, ``"flat-punch"``, or ``"spectrum"``.

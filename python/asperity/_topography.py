@@ -48,7 +48,7 @@ class Topography:
     unit : str, optional
         Label for the unit of heights and sides.
     is_periodic : bool
-        Whether the surface is periodic.
+        True if the surface is periodic.
 
     Raises
     ------
@@ -110,7 +110,7 @@ class Topography:
 
     @property
     def is_periodic(self) -> bool:
-        """Whether the surface is periodic."""
+        """True if the surface is periodic."""
         return self._is_periodic
 
     @property
@@ -141,7 +141,7 @@ class Topography:
         return self._changed(_asperity.level(self._heights, self._size, form))
 
     def fill(self, method: str = "harmonic") -> "Topography":
-        """Returns the map with heights at the missing points.
+        """Returns the map with its missing points filled.
 
         Parameters
         ----------

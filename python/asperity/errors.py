@@ -70,8 +70,8 @@ class ManifestError(Error, ValueError):
         self.line, self.column = first.line, first.column
 
 
-def _problem(message: str, place: Optional[Sequence[int]], help: Optional[str]) -> Problem:
-    line, column = (None, None) if place is None else place
+def _problem(message: str, position: Optional[Sequence[int]], help: Optional[str]) -> Problem:
+    line, column = (None, None) if position is None else position
     return Problem(message, line, column, help)
 
 

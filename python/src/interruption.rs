@@ -59,7 +59,7 @@ pub fn watched<T: Send + 'static>(
     }
 }
 
-/// Check for signals by work in the Python thread itself, at most 20 times a second.
+/// Signal check for work in the Python thread itself, at most 20 times a second.
 pub struct Signals {
     last_check: Cell<Instant>,
     exception: Cell<Option<PyErr>>,

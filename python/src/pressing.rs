@@ -15,7 +15,7 @@ use crate::errors::{direct_error, surface_error};
 use crate::interruption::Signals;
 use crate::table::Table;
 
-/// Surface with its block of loads, of which the first ones are solved.
+/// Surface with its loads, which are solved one after the other on request.
 #[pyclass(frozen, module = "asperity._asperity")]
 pub struct Pressing(Mutex<direct::Pressing>);
 

@@ -25,7 +25,7 @@ pub struct Session {
     data: PathBuf,
 }
 
-/// Name, stages, number of tasks, whether that number can grow, and warnings.
+/// Name of a study, names of its stages, number of tasks, true if that number can grow, and warnings.
 type Checked = (String, Vec<String>, usize, bool, Vec<String>);
 
 /// Name of a stage, and name, type, role, unit and meaning of its columns.
@@ -35,7 +35,7 @@ type StageColumns = (Option<String>, Vec<[String; 5]>);
 type TableRead = (Table, Notices);
 
 impl Session {
-    /// Calls a session in another thread, which Ctrl-C abandons.
+    /// Calls a method of a session in another thread; on Ctrl-C, the thread is abandoned.
     fn call<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -80,14 +80,14 @@ impl Session {
         Ok(StudyStatus::new(&status))
     }
 
-    /// Computes missing tasks and calls `tell` with the progress periodically.
+    /// Computes missing tasks and calls `on_progress` periodically.
     fn run(
         &self,
         py: Python<'_>,
         jobs: Option<usize>,
         memory: Option<&str>,
         replace: bool,
-        tell: Option<Bound<'_, PyAny>>,
+        on_progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(Run, Notices)> {
         let memory = memory.map(str::parse::<ByteSize>).transpose();
         let memory = memory.map_err(|reason| value_error(py, format!("`memory`: {reason}")))?;
@@ -106,8 +106,8 @@ impl Session {
             let session = session::Session::new(manifest, data);
             session.observed_by(&listener).run(&options, &stopped)
         };
-        let report = watched(py, &stop, work, |_| match (&tell, events.advance()) {
-            (Some(tell), Some(advance)) => tell.call1((advance,)).map(drop),
+        let report = watched(py, &stop, work, |_| match (&on_progress, events.advance()) {
+            (Some(on_progress), Some(advance)) => on_progress.call1((advance,)).map(drop),
             _ => Ok(()),
         })?;
         let report = report.map_err(|error| session_error(py, &error))?;

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::conversion;
 
-/// Names and values of statistics; `None` for undefined values.
+/// Names and values of statistics; undefined values are `None`.
 type Statistics = Vec<(&'static str, Option<f64>)>;
 
 /// Computes the statistics of a map, named like table columns.

@@ -98,8 +98,13 @@ pub fn level<'py>(
     size: [f64; 2],
     form: &str,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let form =
-        named(py, [Level::None, Level::Mean, Level::Plane, Level::Quadric], Level::name, form)?;
+    let form = named(
+        py,
+        "form",
+        [Level::None, Level::Mean, Level::Plane, Level::Quadric],
+        Level::name,
+        form,
+    )?;
     let scan = scan(py, &heights, size)?;
     let nodes = scan.grid().nodes();
     let levelled = py.detach(|| form.level(scan));
@@ -115,7 +120,8 @@ pub fn fill<'py>(
     method: &str,
     is_periodic: bool,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let method = named(py, [Fill::Harmonic, Fill::Nearest, Fill::Lowest], Fill::name, method)?;
+    let method =
+        named(py, "method", [Fill::Harmonic, Fill::Nearest, Fill::Lowest], Fill::name, method)?;
     let scan = scan(py, &heights, size)?;
     let nodes = scan.grid().nodes();
     let filled = py.detach(|| method.fill(scan, is_periodic));
@@ -140,9 +146,10 @@ pub fn crop<'py>(
     Ok((heights, grid.cell().size()))
 }
 
-/// Returns the item with this name in manifests.
+/// Returns the item of `all` whose name in manifests is `wanted`.
 fn named<T: Copy, const N: usize>(
     py: Python<'_>,
+    what: &str,
     all: [T; N],
     name: fn(T) -> &'static str,
     wanted: &str,
@@ -151,6 +158,6 @@ fn named<T: Copy, const N: usize>(
     let found = known.find(|one| name(*one) == wanted);
     found.ok_or_else(|| {
         let names = all.map(|one| format!("\"{}\"", name(one)));
-        value_error(py, format!("\"{wanted}\" is not one of {}", names.join(", ")))
+        value_error(py, format!("unknown {what} \"{wanted}\"; use one of {}", names.join(", ")))
     })
 }

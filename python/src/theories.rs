@@ -150,8 +150,8 @@ pub fn fit_evolution(
     Ok((parameters, fit.rms_residual, fit.r_squared, fit.data))
 }
 
-/// Returns the counted and the corrected area fraction of a contact map, and bounds of the true
-/// one.
+/// Returns the counted and the corrected area fraction of a contact map, and the lower and upper
+/// bound of the area fraction.
 #[pyfunction]
 pub fn corrected_area(
     py: Python<'_>,

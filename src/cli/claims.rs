@@ -184,7 +184,7 @@ fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
     text + &format!("`asperity claims {manifest} NAME` explains one claim in detail\n")
 }
 
-/// Lists the rows that the claims omit, and the setting that they use instead.
+/// Lists the rows that the claims omit, and the parameter values that they use instead.
 fn left_out(setting: &Setting) -> String {
     let lines = setting.left_out.iter().map(|left| {
         let instead = setting.point.clone().beyond(&left.differs);

@@ -92,8 +92,8 @@ pub fn submit(
 }
 
 impl SubmitArguments {
-    /// Returns the settings of the command line, completed by the file next to the manifest and
-    /// then by the file of the user.
+    /// Returns the settings of the command line. Missing settings come from the settings file next
+    /// to the manifest, then from that of the user.
     fn settings(&self) -> Result<Settings, Failure> {
         let mut settings = self.cluster.clone();
         let local = self.manifest.parent().map(|folder| folder.join(settings::FILE));
@@ -117,7 +117,7 @@ fn expected(planned: &PlannedSubmission) -> String {
     let sizing = &planned.sizing;
     let elements = sizing.hours.len();
     let each = match elements {
-        0 => "no tasks for array elements; the last job computes the rest".to_owned(),
+        0 => "no array elements; the last job computes all missing tasks".to_owned(),
         _ => format!(
             "{} with {} each, expected to take at most {}; time limit {}",
             counted(elements, "array element"),
@@ -128,9 +128,7 @@ fn expected(planned: &PlannedSubmission) -> String {
     };
     let total = core_hours(3600.0 * (sizing.core_hours + sizing.core_hours_after));
     let paced = match planned.processors.as_slice() {
-        [] => {
-            "from the speed of this machine, because no node has computed anything yet".to_owned()
-        }
+        [] => "from the speed of this machine, because no node has computed a task yet".to_owned(),
         processors => {
             let names = processors.iter().map(String::as_str);
             format!("from measurements on {}", listed(names, "and"))
@@ -150,8 +148,10 @@ fn expected(planned: &PlannedSubmission) -> String {
 
 fn submitted(planned: &PlannedSubmission, submission: &Submission, manifest: &Path) -> String {
     let rounds = submission.submitted.iter().map(|round| match round.array {
-        Some(array) => format!("job {array} computes, job {} finishes\n", round.finish),
-        None => format!("job {} finishes\n", round.finish),
+        Some(array) => {
+            format!("job {array} computes the tasks, job {} completes the study\n", round.finish)
+        }
+        None => format!("job {} completes the study\n", round.finish),
     });
     let rounds: String = rounds.collect();
     let (folder, manifest) = (planned.folder.display(), manifest.display());
@@ -287,7 +287,7 @@ pub struct FinishArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Number of times that tasks have been resubmitted before.
+    /// Number of earlier resubmissions of missing tasks.
     #[arg(long, value_name = "N", default_value_t = 0)]
     round: u32,
 
@@ -322,7 +322,7 @@ pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode
         },
         report: arguments.report,
     };
-    let finished = session.finish(&options, stop.asked())?;
+    let finished = session.finish(&options, stop.requested())?;
     if !finished.silent.is_empty() {
         let study = session.study()?.name;
         warn(&format!(
@@ -340,7 +340,7 @@ pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode
             let array = round.array.map_or_else(String::new, |job| format!(" as job {job}"));
             writeln!(
                 out,
-                "array elements {numbers} submitted again{array}; job {} finishes",
+                "array elements {numbers} submitted again{array}; job {} completes the study",
                 round.finish
             )?;
             Ok(ExitCode::SUCCESS)

@@ -109,7 +109,7 @@ impl Progress {
     }
 }
 
-/// Returns the first line of a batch: the numbers of tasks to run, cached and left for later.
+/// Formats the numbers of tasks of a batch: to run, cached, and left for later.
 fn begun(to_run: usize, cached: usize, all: usize) -> String {
     let begun = format!("{} to run, {cached} cached", counted(to_run, "task"));
     match all.saturating_sub(to_run + cached) {
@@ -165,10 +165,10 @@ pub fn survive_large_files() -> io::Result<()> {
     signal_hook::flag::register(SIGXFSZ, Arc::default()).map(drop)
 }
 
-/// Flag that a signal sets to stop the run, with the number of the signal.
+/// Flag that a signal sets to stop a run, and the number of the signal.
 #[derive(Debug, Clone, Default)]
 pub struct StopSignal {
-    asked: Arc<AtomicBool>,
+    requested: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
 }
 
@@ -183,10 +183,10 @@ impl StopSignal {
         let mut handled = vec![SIGINT, SIGTERM];
         handled.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
         let mut signals = Signals::new(handled)?;
-        let asked = stop.clone();
+        let handler = stop.clone();
         let wait = move || {
             for signal in signals.forever() {
-                asked.on_signal_received(signal, patience);
+                handler.on_signal_received(signal, patience);
             }
         };
         let started = Builder::new().spawn(wait).map(drop);
@@ -199,8 +199,8 @@ impl StopSignal {
     }
 
     /// Returns the flag, which is true after a signal.
-    pub fn asked(&self) -> &AtomicBool {
-        &self.asked
+    pub fn requested(&self) -> &AtomicBool {
+        &self.requested
     }
 
     /// Returns the exit code that shells use for a process ended by the signal: 130 after Ctrl-C,
@@ -212,14 +212,14 @@ impl StopSignal {
 
     fn on_signal_received(&self, signal: i32, patience: Patience) {
         self.signal.store(signal, Ordering::SeqCst);
-        if self.asked.swap(true, Ordering::SeqCst) {
+        if self.requested.swap(true, Ordering::SeqCst) {
             exit(self.exit_code().into());
         }
         warn("stopping; finished tasks are kept");
         let code = self.exit_code().into();
         let end = move || {
             thread::sleep(patience.duration());
-            warn("stopped; unfinished tasks are lost, run again to continue");
+            warn("stopped; unfinished tasks are lost; run again to continue");
             exit(code)
         };
         if Builder::new().spawn(end).is_err() {

@@ -89,7 +89,7 @@ pub fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<ExitCode, 
     print_answer(arguments.json, &pruned, || prune_text(&pruned, arguments.manifests.is_empty()))
 }
 
-fn prune_text(pruned: &Pruned, is_of_no_study: bool) -> String {
+fn prune_text(pruned: &Pruned, has_no_manifests: bool) -> String {
     if pruned.files == 0 {
         return "nothing to delete\n".to_owned();
     }
@@ -98,7 +98,7 @@ fn prune_text(pruned: &Pruned, is_of_no_study: bool) -> String {
         .iter()
         .map(|kind| format!("{:12}{:>8}  {}\n", kind.name, kind.files, DecimalBytes(kind.bytes)));
     let total = format!("{}, {}", counted(pruned.files, "file"), DecimalBytes(pruned.bytes));
-    let closing = match (pruned.deleted, is_of_no_study) {
+    let closing = match (pruned.deleted, has_no_manifests) {
         (true, _) => format!("{total} deleted\n"),
         (false, true) => format!("{total} damaged or unfinished; `--yes` deletes them\n"),
         (false, false) => {

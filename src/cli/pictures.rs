@@ -37,7 +37,7 @@ pub struct ViewArguments {
     #[arg(long, value_parser = finite)]
     load: Option<f64>,
 
-    /// File to write (default: a name made of the task and the map).
+    /// PNG file to write (default: named after the task, the map and the load).
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
@@ -107,7 +107,7 @@ pub struct SurfaceArguments {
     #[arg(long)]
     channel: Option<String>,
 
-    /// Draw the channel, or the first one with heights; missing points are red.
+    /// Draw the channel (default: the first one with heights); missing points are red.
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 

@@ -18,7 +18,7 @@ use crate::session::words::counted;
 use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.
-const MOST_REASONS: usize = 20;
+const MAX_REASONS: usize = 20;
 
 #[derive(clap::Args)]
 pub struct InitArguments {
@@ -79,8 +79,8 @@ pub struct PlanArguments {
 
     /// Print every task as one line of JSON, inputs first.
     ///
-    /// Form: `{"stage", "task", "state", "core_seconds", …}`. `state` is "cached" or "missing", and
-    /// the remaining values are the coordinates of the task in the study. `run --only TASK`
+    /// Form: `{"stage", "task", "state", "core_seconds", …}`. `state` is "cached" or "missing". The
+    /// remaining values are the parameters and the realization of the task. `run --only TASK`
     /// computes a single task.
     #[arg(long)]
     tasks: bool,
@@ -132,7 +132,7 @@ impl<'a, S> StudyJson<'a, S> {
     }
 }
 
-/// Returns the reasons of a stage, each as a phrase.
+/// Returns the reasons why the tasks of a stage will run, each as a phrase.
 fn reasons(stage: &StageStatus) -> Vec<String> {
     stage.reasons.iter().map(|reason| reason.phrases().join("; ")).collect()
 }
@@ -206,7 +206,7 @@ fn explained(stage: &StageStatus) -> String {
         text += &format!(", {to_run} to run, {}", core_hours(stage.seconds));
     }
     text.push('\n');
-    for reason in stage.reasons.iter().take(MOST_REASONS) {
+    for reason in stage.reasons.iter().take(MAX_REASONS) {
         let tasks = counted(reason.tasks, "task");
         let cost = match stage.reasons.as_slice() {
             [_] => String::new(),
@@ -214,7 +214,7 @@ fn explained(stage: &StageStatus) -> String {
         };
         text += &format!("  {tasks}{cost}: {}\n", reason.phrases().join("; "));
     }
-    let more = stage.reasons.len().saturating_sub(MOST_REASONS);
+    let more = stage.reasons.len().saturating_sub(MAX_REASONS);
     if more > 0 {
         text += &format!("  and {}\n", counted(more, "other reason"));
     }

@@ -1,4 +1,4 @@
-//! `asperity schema`, `completions`, `man` and `reference`: text generated from the program.
+//! `asperity schema`, `completions`, `man` and `reference`: texts generated from the program.
 //!
 //! `reference` writes pages of the guide. They are committed under `docs/reference/`, and CI checks
 //! that they are up to date.
@@ -180,8 +180,8 @@ fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
     let mut entries: Vec<Entry> = Vec::new();
     for form in forms {
         let word = selector.map_or_else(String::new, |key| word(form, key));
-        let is_told = |name: &str| EXPLAINED.contains(&name) || selector == Some(name);
-        for (name, key) in properties(form).filter(|(name, _)| !is_told(name)) {
+        let is_explained = |name: &str| EXPLAINED.contains(&name) || selector == Some(name);
+        for (name, key) in properties(form).filter(|(name, _)| !is_explained(name)) {
             let required = is_required(form, name);
             let equal = |entry: &&mut Entry| {
                 (entry.name, entry.key, entry.required) == (name, key, required)
@@ -215,7 +215,7 @@ fn key_item(name: &str, key: &Value, required: bool, words: &[String], depth: us
     );
     if !words.is_empty() {
         let words: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();
-        facts.push(format!("of {}", words.join(", ")));
+        facts.push(format!("only for {}", words.join(", ")));
     }
     let indent = "  ".repeat(depth);
     let mut text = format!("{indent}- `{name}` – {}. {}\n", facts.join("; "), about(key));
@@ -231,7 +231,7 @@ fn key_item(name: &str, key: &Value, required: bool, words: &[String], depth: us
     text
 }
 
-/// Returns the schema of a single value, and whether a list of such values is swept.
+/// Returns the schema of a single value, and whether the key can be swept over a list of values.
 fn unswept(key: &Value) -> (&Value, bool) {
     match key["anyOf"].as_array().map(Vec::as_slice) {
         Some([one, many]) if about(many) == "swept over its values" => (one, true),
@@ -240,7 +240,7 @@ fn unswept(key: &Value) -> (&Value, bool) {
     }
 }
 
-/// Returns the alternatives of a value and of its items.
+/// Returns the schemas that a value, or an item of a list or table, may have.
 fn parts(value: &Value) -> Vec<&Value> {
     for several in ["oneOf", "anyOf"] {
         if let Some(several) = value[several].as_array() {

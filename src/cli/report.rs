@@ -18,7 +18,7 @@ pub struct ReportArguments {
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
-    /// Overwrite pages that show more, belong to another study or were edited.
+    /// Overwrite a page that shows more than the new one, belongs to another study or was edited.
     ///
     /// Without this option, the command refuses to overwrite a page that shows more than the new
     /// one, a page of another study or manifest, and edited pages and figures. A page that

@@ -46,8 +46,8 @@ pub struct RunArguments {
 
     /// Compute only the I-th of N parts of the surfaces, such as `3/16`.
     ///
-    /// A part includes all tasks that depend only on one of its surfaces. The key of a surface and
-    /// N determine its part. The command writes a receipt into `cluster/STUDY/receipts`, but no
+    /// A part includes all tasks that depend on a single one of its surfaces. The key of a surface
+    /// and N determine its part. The command writes a receipt into `cluster/STUDY/receipts`, but no
     /// tables of stages; a final run without `--shard` computes the remaining tasks and writes the
     /// tables.
     #[arg(long, value_name = "I/N", conflicts_with = "only")]
@@ -85,7 +85,7 @@ pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Fail
         None => Patience::Interactive,
     };
     let stop = StopSignal::on_signal(patience)?;
-    let report = run.execute(stop.asked())?;
+    let report = run.execute(stop.requested())?;
     let mut out = stdout();
     if arguments.json {
         print_json(&mut out, &report.summary())?;
@@ -166,7 +166,7 @@ pub fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
     }
 }
 
-/// Returns one line per stage and the folder of the tables. If `only` names tasks, stages without
+/// Returns one line per stage and the folder of the tables. If `only` lists tasks, stages without
 /// any of them are omitted.
 fn stage_lines(
     plan: &Plan,

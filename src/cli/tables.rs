@@ -280,12 +280,12 @@ const WIDTH: usize = 120;
 /// Number of spaces between two columns.
 const GAP: usize = 2;
 
-/// Selection of the columns that are printed side by side.
+/// Selection of the columns of a printed table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ColumnLayout {
-    /// Columns that vary, as many as fit; constant columns are printed once above.
+    /// Columns that vary, as many as fit; constant columns are listed once above the table.
     Summary,
-    /// All columns that fit side by side.
+    /// As many columns as fit into the terminal.
     Fitting,
     /// All columns, even if they do not fit.
     Everything,
@@ -393,7 +393,7 @@ fn write_vertically(out: &mut impl Write, columns: &[Printed]) -> Result<(), Fai
     Ok(())
 }
 
-/// Returns the number of columns that fit side by side, at least one.
+/// Returns the number of leading columns that fit into `width` characters, at least one.
 fn fitting(columns: &[Printed], width: usize) -> usize {
     let ends = columns.iter().scan(0, |end, column| {
         *end += column.width() + GAP;

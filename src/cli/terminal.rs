@@ -1,21 +1,22 @@
-//! Output of commands, in which no text can steer the terminal.
+//! Output of commands, with control characters escaped.
 //!
-//! Names, units and titles come from manifests and from instruments' files. A control character in
-//! one of them could clear the screen, set the window's title or hide what follows. Everything that
-//! the command prints goes through this file, which writes such characters as JSON does: `\u001b`.
+//! Names, units and titles come from manifests and files of instruments. A control character in
+//! them could clear the screen, change the title of the window or hide the text after it. All
+//! output of the commands passes through this file, which escapes such characters as in JSON:
+//! `\u001b`.
 
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, StdoutLock, Write};
 
-/// Returns the text with each control character but line ends and tabs written as `\u001b`.
+/// Escapes control characters as in JSON, such as `\u001b`, except line ends and tabs.
 pub fn escaped(text: &str) -> Cow<'_, str> {
-    let steers = |letter: char| letter.is_control() && letter != '\n' && letter != '\t';
-    if !text.contains(steers) {
+    let is_escaped = |letter: char| letter.is_control() && letter != '\n' && letter != '\t';
+    if !text.contains(is_escaped) {
         return Cow::Borrowed(text);
     }
     let mut plain = String::with_capacity(text.len());
     for letter in text.chars() {
-        if steers(letter) {
+        if is_escaped(letter) {
             plain += &format!("\\u{:04x}", u32::from(letter));
         } else {
             plain.push(letter);
@@ -41,14 +42,14 @@ impl Output {
         Ok(())
     }
 
-    /// Writes data that programs read: exact to the byte, unless they go to a terminal.
+    /// Writes data for other programs: unchanged, or escaped if the output is a terminal.
     pub fn write_data(&mut self, data: &[u8]) -> io::Result<()> {
         if self.0.is_terminal() { self.write_all(data) } else { self.0.write_all(data) }
     }
 }
 
 impl Write for Output {
-    /// Expects whole characters, as `write!` passes them.
+    /// Writes a text, which must not end within a UTF-8 character; `write!` satisfies this.
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
         let plain = String::from_utf8_lossy(text);
         self.0.write_all(escaped(&plain).as_bytes())?;

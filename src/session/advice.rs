@@ -1,5 +1,7 @@
-//! Advice on extending fits of limits: the cost of one more octave towards each limit, and the
-//! expected reduction of the standard error.
+//! Advice on extending fits of limits, in which small parameters tend to zero.
+//!
+//! The advice estimates the cost of halving a small parameter once more (one octave), and the
+//! expected reduction of the standard error of the limit.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +36,8 @@ pub struct AdvisedFit {
     pub stage: String,
     /// Quantity and parameters, such as `area_fraction / load, load 0.02, hurst 0.8`.
     pub what: String,
-    /// Form of each term (if several were compared, the one with the smallest Akaike criterion).
+    /// Fitted function of each small parameter; of several candidates, the one with the smallest
+    /// Akaike criterion.
     pub forms: Vec<String>,
     pub limit: f64,
     /// Bootstrap standard error of the limit; `None` without a bootstrap.
@@ -49,7 +52,7 @@ pub struct AdvisedFit {
 pub struct AdvisedStep {
     /// Small parameter that is halved; `None` for doubling the number of surfaces.
     pub term: Option<String>,
-    /// Names of the parameters that are doubled.
+    /// Names of the manifest's parameters that are doubled for this.
     pub doubled: Vec<String>,
     /// Number of additional points to compute.
     pub points: usize,
@@ -69,8 +72,8 @@ impl AdvisedStep {
 }
 
 impl Session<'_> {
-    /// Estimates the cost and the gain of one more octave towards each limit, without writing
-    /// anything.
+    /// Estimates the cost and the gain of halving each small parameter of a limit once more,
+    /// without writing anything.
     ///
     /// # Errors
     /// As [`Session::reading`], or if a table is damaged.
@@ -171,7 +174,7 @@ fn steps(advised: &Advised, costs: &Costs) -> Vec<AdvisedStep> {
 struct Costs<'a> {
     plan: &'a Plan,
     model: CostModel,
-    /// Task indices of each point; a point contains only the parameters of the limit.
+    /// Task indices by parameter point; a point contains only the parameters that the fit varies.
     tasks: BTreeMap<ParameterPoint, Vec<usize>>,
 }
 

@@ -60,7 +60,7 @@ pub struct ClaimSummary<'a> {
     pub kind: &'a str,
     pub says: &'a str,
     #[serde(rename = "where")]
-    pub place: &'a str,
+    pub source: &'a str,
     pub because: &'a str,
     pub data: &'a str,
     pub verdict: &'a str,
@@ -71,10 +71,10 @@ pub struct ClaimSummary<'a> {
     pub deciding: Option<&'a str>,
     /// Number of quantities that contradict the claim.
     pub contradicting: Option<usize>,
-    /// Number of quantities that decide neither way.
+    /// Number of quantities that neither support nor contradict the claim.
     pub undecided: Option<usize>,
     pub without_value: &'a [String],
-    /// Data that the study lacks.
+    /// Data that the study does not contain yet.
     pub needs: Option<&'a str>,
     /// Number of additional surfaces per spectrum that would decide the claim.
     pub more_surfaces: Option<usize>,
@@ -96,7 +96,7 @@ pub struct QuantitySummary<'a> {
     pub least: f64,
     /// Upper end of the interval for this quantity alone.
     pub most: f64,
-    /// Number of surfaces of the quantity.
+    /// Number of surfaces that the quantity is computed from.
     pub n: Option<usize>,
 }
 
@@ -160,7 +160,7 @@ impl StudyClaims {
             name: statement.name,
             kind: statement.origin.name(),
             says: statement.text,
-            place: statement.source,
+            source: statement.source,
             because: statement.reason,
             data: claim.data,
             verdict: verdict(claim),
@@ -206,7 +206,7 @@ impl QuantitySummary<'_> {
     }
 }
 
-/// Returns the verdict on a claim, `not computed` or `noted`.
+/// Returns the verdict on a claim; `not computed` and `noted` mark claims without a verdict.
 pub fn verdict(claim: &Claim) -> &'static str {
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => judgement.verdict.name(),

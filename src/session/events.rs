@@ -32,7 +32,7 @@ impl<F: Fn(Event<'_>) + Sync> Observer for F {
     }
 }
 
-/// Event of a session, whose tasks are indices into the plan of the last `Begun`.
+/// Event of a session. Tasks are indices into the plan of the most recent `Begun`.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
     /// Message that does not end the command.
@@ -90,7 +90,7 @@ pub enum Notice<'a> {
     /// A table in the results folder that belongs to no stage of the study.
     Orphan(&'a Path),
     /// The record of the run could not be written.
-    NotRemembered(&'a StoreError),
+    RecordNotSaved(&'a StoreError),
     /// A missing file of a measured surface; results of its last version are used.
     Recalled(&'a Path),
     /// The table of a stage is read although some of its tasks are missing.
@@ -119,7 +119,7 @@ impl Notice<'_> {
             Notice::Study(_)
             | Notice::Damaged(_)
             | Notice::Edited { .. }
-            | Notice::NotRemembered(_) => Severity::Warning,
+            | Notice::RecordNotSaved(_) => Severity::Warning,
             Notice::ScarceMemory { .. }
             | Notice::Orphan(_)
             | Notice::Recalled(_)
@@ -145,7 +145,8 @@ impl fmt::Display for Notice<'_> {
                 let largest = largest.display().si();
                 write!(
                     formatter,
-                    "the largest task needs {largest}: {at_once} at once, not {jobs}, in {allowance}"
+                    "the largest task needs {largest}; {at_once} of {jobs} tasks run in parallel to stay below \
+                     {allowance}"
                 )
             }
             Notice::Damaged(damage) => {
@@ -163,8 +164,12 @@ impl fmt::Display for Notice<'_> {
                 "`{}` belongs to a stage that the study no longer has; you can delete it",
                 path.display()
             ),
-            Notice::NotRemembered(error) => {
-                write!(formatter, "{}; `asperity explain` will not know this run", chain(*error))
+            Notice::RecordNotSaved(error) => {
+                write!(
+                    formatter,
+                    "{}; `asperity explain` cannot compare with this run",
+                    chain(*error)
+                )
             }
             Notice::Recalled(path) => write!(
                 formatter,
@@ -181,7 +186,7 @@ impl fmt::Display for Notice<'_> {
     }
 }
 
-/// Progress of a batch of tasks, computed from the events of an [`Observer`].
+/// Progress of a batch of tasks, computed from the events that an [`Observer`] receives.
 #[derive(Debug)]
 pub struct RunProgress {
     tasks: HashMap<usize, Expected>,
@@ -203,7 +208,7 @@ struct Expected {
 }
 
 impl RunProgress {
-    /// Starts the clock for a batch of tasks.
+    /// Starts to measure the progress of a batch of tasks.
     pub fn new(batch: Batch<'_>) -> RunProgress {
         let cost = CostModel::default();
         let expected = |&task: &usize| {
@@ -249,7 +254,7 @@ impl RunProgress {
         self.finished
     }
 
-    /// Returns the finished share of the expected work, from 0 to 1.
+    /// Returns the finished fraction of the expected core-seconds.
     pub fn share(&self) -> f64 {
         let done = self.done + self.under_way.values().sum::<f64>();
         done / self.expected

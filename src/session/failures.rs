@@ -1,4 +1,4 @@
-//! Failed tasks of a run: the rows, the table of failures and its text for users.
+//! Failed tasks of a run: their rows, the table of failures, and the messages about them.
 
 use std::path::{Path, PathBuf};
 
@@ -82,8 +82,7 @@ pub fn text_lines(failures: &Table, limit: usize) -> Result<Vec<String>, TableEr
         lines.push(format!("… {} failed", counted(more, "more task")));
     }
     if let dropped @ 1.. = with(NOT_STARTED).count() {
-        lines
-            .push(format!("{} not started, because their inputs failed", counted(dropped, "task")));
+        lines.push(format!("{} not started, because an input failed", counted(dropped, "task")));
     }
     Ok(lines)
 }

@@ -1,4 +1,4 @@
-//! Look-up of stages and claims by name, and of tasks by their key or its first digits.
+//! Search for stages and claims by name, and for tasks by their key or its first digits.
 
 use std::path::PathBuf;
 

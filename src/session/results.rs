@@ -1,4 +1,4 @@
-//! Results of a study, such as tables for the current manifest, columns, and the HTML report.
+//! Results of a study: tables, descriptions of columns, and the HTML report.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -51,7 +51,7 @@ impl<'a> Tables<'a> {
         Ok(self.open(name)?.table()?)
     }
 
-    /// Opens the same table for reading in parts.
+    /// Opens the table of a stage, or the table of failures, for reading in parts.
     ///
     /// # Errors
     /// If the stage does not exist, has no results, or a table is known to be damaged.
@@ -113,7 +113,6 @@ impl<'a> Tables<'a> {
     }
 }
 
-/// Converts the error of a query.
 fn refused(error: QueryError) -> SessionError {
     match error {
         QueryError::Refused(reason) => SessionError::Query(reason),

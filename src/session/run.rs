@@ -114,7 +114,7 @@ pub struct PreparedRun<'a> {
 /// Result of a run, including failures.
 #[derive(Debug)]
 pub struct RunReport {
-    /// Study with its final number of surfaces, and its plan; the other fields are indices into it.
+    /// Study with its final number of surfaces, and its plan; task indices refer to this plan.
     pub sampled: SampledStudy,
     /// Warnings about the study and its results.
     pub warnings: Vec<Warning>,
@@ -378,8 +378,8 @@ impl<'a> PreparedRun<'a> {
         Ok(outcome)
     }
 
-    /// Assigns one core per surface, fewer if memory is scarce, and several if there are fewer
-    /// surfaces.
+    /// Decides how many surfaces are computed in parallel, and with how many cores each: fewer if
+    /// memory is scarce, several cores per surface if there are fewer surfaces than cores.
     fn resources(&self, wanted: &[usize]) -> Resources {
         let (plan, room) = (self.plan(), self.memory.room());
         let jobs = self.jobs.get().min(wanted.len());
@@ -435,7 +435,7 @@ impl<'a> PreparedRun<'a> {
         Ok(warnings)
     }
 
-    /// Sends a notice for each table of a stage that was edited.
+    /// Sends a notice for each edited table of a stage.
     fn report_edited_files(&self, tables: &[PublishedTable]) {
         for PublishedTable { path, quarantined, .. } in tables {
             if let Some(quarantined) = quarantined {
@@ -451,12 +451,12 @@ impl<'a> PreparedRun<'a> {
         let study = &self.sampled.study;
         let record = Record::new(study, self.plan(), &self.missing);
         if let Err(error) = record.write(&self.session.data().records(), &study.name) {
-            self.notice(Notice::NotRemembered(&error));
+            self.notice(Notice::RecordNotSaved(&error));
         }
     }
 }
 
-/// Forwards the events of tasks to the observer.
+/// Adapter that forwards the events of tasks to the observer of a session.
 struct Relay<'a>(&'a dyn Observer);
 
 impl runner::TaskObserver for Relay<'_> {

@@ -92,7 +92,7 @@ pub struct StageCount<'a> {
     pub to_run: usize,
 }
 
-/// Adaptive stage, as JSON output describes it.
+/// JSON output for an adaptive stage.
 #[derive(Debug, Serialize)]
 pub struct GrowingStage<'a> {
     pub name: &'a str,
@@ -102,14 +102,14 @@ pub struct GrowingStage<'a> {
     pub at_most: u32,
     /// Condition that ends the sampling.
     pub until: String,
-    /// Truth of the condition, or `None` if it cannot be evaluated yet.
+    /// True if the condition holds, or `None` if it cannot be evaluated yet.
     pub holds: Option<bool>,
     /// Names of the undecided claims, or `None` if they cannot be evaluated yet.
     pub undecided: Option<Vec<&'static str>>,
 }
 
 impl<'a> StageCount<'a> {
-    /// Counts the tasks of each stage of a plan; `missing` must ascend.
+    /// Counts the tasks of each stage of a plan; `missing` must be sorted.
     pub fn all(plan: &'a Plan, missing: &[usize]) -> Vec<StageCount<'a>> {
         let count = |stage: &'a PlannedStage| {
             let is_missing = |task: &&usize| missing.binary_search(task).is_ok();
@@ -125,7 +125,7 @@ impl<'a> StageCount<'a> {
         plan.stages.iter().map(count).collect()
     }
 
-    /// Returns the number of the given tasks that belong to the stage; `tasks` must ascend.
+    /// Returns the number of the given tasks that belong to the stage; `tasks` must be sorted.
     pub fn among(&self, tasks: &[usize]) -> usize {
         self.tasks.iter().filter(|task| tasks.binary_search(task).is_ok()).count()
     }
@@ -209,7 +209,8 @@ impl Status {
         }
     }
 
-    /// Returns the expected core-seconds of all missing tasks; a task of two stages counts once.
+    /// Returns the expected core-seconds of all missing tasks; a task that belongs to two stages
+    /// counts once.
     pub fn total_seconds(&self) -> f64 {
         self.cost.seconds_of(&self.plan, &self.missing)
     }
@@ -225,7 +226,7 @@ impl Status {
         Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }
 
-    /// Returns the memory of the program and of the largest missing task, the minimum of a run.
+    /// Returns the minimum memory of a run: that of the program and of the largest missing task.
     pub fn least_memory(&self) -> ByteSize {
         memory::PROGRAM + memory::of_largest(&self.plan, &self.missing)
     }
@@ -265,7 +266,7 @@ pub struct Queue {
     pub waiting: usize,
     /// Reasons for waiting, as Slurm reports them.
     pub reasons: BTreeSet<String>,
-    /// State of the last job: `runs` or `waits`.
+    /// State of the last job, `runs` or `waits`, if it is in the queue.
     pub finish: Option<String>,
 }
 
@@ -381,7 +382,8 @@ impl Queue {
     }
 }
 
-/// Returns the receipts of running processes; those of array elements must also run in the queue.
+/// Returns the receipts of running processes. An array element counts only if the queue lists it as
+/// running.
 fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Receipt> {
     let runs = |name: &String| {
         queue.is_none_or(|queue| {

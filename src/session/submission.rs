@@ -1,5 +1,5 @@
-//! Running a study on a Slurm cluster: an array of elements, and a last job that completes the
-//! study.
+//! Running a study on a Slurm cluster: a job array that computes the surfaces, and a last job that
+//! completes the study.
 
 use std::collections::{BTreeSet, HashSet};
 use std::num::NonZeroUsize;
@@ -35,7 +35,7 @@ const DEFAULT_ROUNDS: u32 = 3;
 pub struct SubmitOptions {
     /// Settings of the cluster and of the array elements.
     pub settings: Settings,
-    /// Program that the elements run: an absolute path, or a name that is looked up in `PATH`.
+    /// Program that the elements run: an absolute path, or a name that is searched in `PATH`.
     pub program: PathBuf,
     /// Let the last job write the HTML report.
     pub report: bool,
@@ -102,7 +102,7 @@ impl Session<'_> {
         })
     }
 
-    /// Writes the scripts and submits an array of elements and a last job that runs after it.
+    /// Writes the scripts and submits a job array and a last job that runs after it.
     ///
     /// # Errors
     /// If jobs of the study are already in the queue, Slurm is not installed or rejects the jobs,
@@ -184,8 +184,8 @@ pub struct FinishOptions {
 /// Result of the last job.
 #[derive(Debug)]
 pub struct Finished {
-    /// Elements of the previous round without a receipt: they never started, or their nodes cannot
-    /// access the program or the data.
+    /// Array elements of the previous round without a receipt: they never started, or their nodes
+    /// cannot access the program or the data.
     pub silent: Vec<u32>,
     pub outcome: FinishOutcome,
 }
@@ -252,7 +252,8 @@ impl Session<'_> {
         Ok(Finished { silent, outcome })
     }
 
-    /// Returns the elements with missing tasks that have not failed, and the expected core-seconds.
+    /// Returns the array elements with missing tasks that have not failed, and the expected
+    /// core-seconds of these tasks.
     fn remainder(&self, elements: u32) -> Result<(Vec<u32>, f64), SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
         let missing = runner::missing(plan, &self.data.open_read_only()?);
@@ -262,7 +263,7 @@ impl Session<'_> {
         Ok(sizing::shards_of(plan, &untried, &cost, elements))
     }
 
-    /// Returns the elements of the last round without a receipt.
+    /// Returns the array elements of the last round without a receipt.
     fn silent(&self, study: &str, submission: &Submission) -> Result<Vec<u32>, SessionError> {
         let last = submission.submitted.last();
         let Some((Some(array), elements)) = last.map(|round| (round.array, &round.elements)) else {
@@ -276,12 +277,12 @@ impl Session<'_> {
     }
 }
 
-/// Returns the jobs of a study in the queue, which are found by their names.
+/// Returns the jobs in the queue that have the names of this study's jobs.
 pub(super) fn queued(study: &str) -> Result<Vec<Queued>, SessionError> {
     Ok(slurm::queue(&[study, &format!("{study}-finish")])?)
 }
 
-/// Submits the elements, if there are any, and the last job, with the number of the round as
+/// Submits the array elements, if there are any, and the last job, with the number of the round as
 /// argument.
 fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, SessionError> {
     let array = match elements.is_empty() {
@@ -296,7 +297,7 @@ fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, 
     let finish = match slurm::submit(&script, None, array, &[round.to_string()]) {
         Ok(job) => job,
         Err(error) => {
-            // Without the last job, the elements would be useless.
+            // Without the last job, nothing would complete the study.
             let _ = slurm::cancel(array.as_slice());
             return Err(error.into());
         }

@@ -62,7 +62,7 @@ pub struct ViewOptions {
 pub struct Picture {
     #[serde(skip)]
     raster: Raster,
-    /// Requested task, whose input may be the task of the map.
+    /// Requested task; the map may belong to its input.
     pub task: TaskKey,
     pub map: Map,
     /// Number of nodes along x and y.
@@ -216,7 +216,7 @@ fn draw(
         _ => match finished.provenance.inputs.as_slice() {
             [input] => draw(*input, options, store, sources),
             inputs => Err(SessionError::Refused(format!(
-                "task {key} has no map and reads {}; choose one of them",
+                "task {key} has no map and reads {}; draw one of these instead",
                 counted(inputs.len(), "other task")
             ))),
         },

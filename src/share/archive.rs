@@ -134,14 +134,14 @@ pub struct ArchivePaths {
     pub files: BTreeMap<PathBuf, String>,
 }
 
-/// Error for a file that the manifest would not find in the archive.
+/// Error for a path in a manifest that would lead to no file of the archive.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "cannot add `{}` to an archive: {why}; use a path relative to the folder of the manifest, such as \
      `surfaces/scan.x3p` or `../surfaces/scan.x3p`",
     path.display()
 )]
-pub struct Unplaceable {
+pub struct UnportablePath {
     /// Path of the file in the manifest.
     pub path: PathBuf,
     /// Reason why the path does not work.
@@ -156,7 +156,7 @@ impl ArchivePaths {
     pub fn new<'a>(
         manifest: &Path,
         files: impl IntoIterator<Item = &'a PathBuf>,
-    ) -> Result<ArchivePaths, Unplaceable> {
+    ) -> Result<ArchivePaths, UnportablePath> {
         let ways = files.into_iter().map(|path| Ok((path, RelativePath::parse(path)?)));
         let ways: Vec<(&PathBuf, RelativePath)> = ways.collect::<Result<_, _>>()?;
         let above = folders_of(manifest);
@@ -165,7 +165,7 @@ impl ArchivePaths {
         if let Some((path, way)) = highest
             && way.up > above.len()
         {
-            return Err(unplaceable(path, "it leaves the root of the file system"));
+            return Err(unportable(path, "it leaves the root of the file system"));
         }
         let kept = &above[above.len() - height..];
         let joined = |up: usize, rest: &[String]| {
@@ -193,7 +193,7 @@ struct RelativePath {
 }
 
 impl RelativePath {
-    fn parse(path: &Path) -> Result<RelativePath, Unplaceable> {
+    fn parse(path: &Path) -> Result<RelativePath, UnportablePath> {
         let (mut up, mut down) = (0, Vec::new());
         for part in path.components() {
             match part {
@@ -201,10 +201,10 @@ impl RelativePath {
                 Component::ParentDir if down.is_empty() => up += 1,
                 Component::Normal(part) => down.push(part.to_string_lossy().into_owned()),
                 Component::ParentDir => {
-                    return Err(unplaceable(path, "it contains `..` after a folder"));
+                    return Err(unportable(path, "it contains `..` after a folder"));
                 }
                 Component::RootDir | Component::Prefix(_) => {
-                    return Err(unplaceable(path, "its path is absolute"));
+                    return Err(unportable(path, "its path is absolute"));
                 }
             }
         }
@@ -212,8 +212,8 @@ impl RelativePath {
     }
 }
 
-fn unplaceable(path: &Path, why: &'static str) -> Unplaceable {
-    Unplaceable { path: path.to_owned(), why }
+fn unportable(path: &Path, why: &'static str) -> UnportablePath {
+    UnportablePath { path: path.to_owned(), why }
 }
 
 /// Returns the names of the folders above a file, starting at the root.

@@ -52,7 +52,7 @@ impl Contents {
     /// Collects the files and verifies all tables.
     ///
     /// # Errors
-    /// If a table is damaged or out of date, or if a file cannot be placed in the archive.
+    /// If a table is damaged or out of date, or if a file cannot be added to the archive.
     pub fn collect(
         reading: &StudyResults,
         manifest: &Path,

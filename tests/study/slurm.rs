@@ -90,7 +90,7 @@ fn an_array_is_submitted_and_a_job_after_it_however_it_ends() {
     let last = "--parsable --dependency=afterany:11 FOLDER/data/cluster/small/finish.sh 0";
     assert_eq!(lines[1], last);
     let printed = slurm.plain(&output.stdout);
-    assert!(printed.contains("job 11 computes, job 12 finishes"), "{printed}");
+    assert!(printed.contains("job 11 computes the tasks, job 12 completes the study"), "{printed}");
     let element = fs::read_to_string(slurm.bench.data().join("cluster/small/element.sh")).unwrap();
     // `MaxArraySize` is the largest index plus one.
     assert!(element.contains("$SLURM_ARRAY_TASK_ID/3\""), "{element}");
