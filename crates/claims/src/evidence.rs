@@ -348,7 +348,7 @@ fn ensemble(
 /// Collects one value per surface, by spectrum. Rows without a value are skipped.
 fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -> Vec<PerSurface> {
     let mut known: BTreeMap<_, (Spectrum, BTreeMap<Member, f64>)> = BTreeMap::new();
-    let Ok(members) = Members::of(table) else {
+    let Ok(members) = Members::new(table) else {
         return Vec::new();
     };
     for row in 0..table.rows() {

@@ -103,11 +103,11 @@ impl Setting {
         let mut rows: Vec<usize> = (0..table.rows()).collect();
         for name in without {
             if let Some(column) = batch.column_by_name(name) {
-                rows.retain(|&row| is_without(name, Value::of(column, row).as_ref()));
+                rows.retain(|&row| is_without(name, Value::from_array(column, row).as_ref()));
             }
         }
         for (column, value) in asked {
-            rows.retain(|&row| Value::of(column, row).as_ref() == Some(value));
+            rows.retain(|&row| Value::from_array(column, row).as_ref() == Some(value));
         }
         table.pick(&rows)
     }

@@ -87,7 +87,9 @@ impl Figure {
                 let x = MARGIN + column as f64 * (panel_width + GAP);
                 let y = MARGIN + row as f64 * (panel_height + GAP);
                 match panel {
-                    Panel::Chart(chart) => place(&mut scene, chart.draw(self.panel, WORDS), [x, y]),
+                    Panel::Chart(chart) => {
+                        add_shifted(&mut scene, chart.draw(self.panel, WORDS), [x, y])
+                    }
                     Panel::Map(map) => {
                         map.draw(self.panel, &frame, [x, y], &mut scene, &mut pictures);
                     }
@@ -130,7 +132,7 @@ pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> 
     [width, frame.height(width)]
 }
 
-fn place(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
+fn add_shifted(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
     scene.add(shift(x, y));
     scene.elements.extend(drawn.elements);
     scene.add(Primitive::GroupEnd);
@@ -218,9 +220,9 @@ impl Legend {
         let mut top = top;
         for block in &self.blocks {
             let rows = block.rows();
-            for (place, entry) in block.entries.iter().enumerate() {
-                let x = left + block.column * (place / rows) as f64;
-                let y = top + self.row() * (0.5 + (place % rows) as f64);
+            for (index, entry) in block.entries.iter().enumerate() {
+                let x = left + block.column * (index / rows) as f64;
+                let y = top + self.row() * (0.5 + (index % rows) as f64);
                 self.draw_entry(scene, entry, x, y);
             }
             top += self.row() * rows as f64;

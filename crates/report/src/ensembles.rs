@@ -208,7 +208,7 @@ impl EnsembleCurves<'_> {
     /// Returns the loads that all surfaces have, with the row of each surface.
     fn complete(&self) -> impl Iterator<Item = (Load, Vec<usize>)> {
         let loads = self.rows.loads.iter().enumerate();
-        loads.filter_map(|(place, &load)| Some((load, self.rows.complete(place)?)))
+        loads.filter_map(|(index, &load)| Some((load, self.rows.complete(index)?)))
     }
 }
 

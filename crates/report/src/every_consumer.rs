@@ -41,13 +41,13 @@ fn value(column: &Column, which: usize) -> Value {
 /// swept coordinate.
 fn cells(swept: &Column, which: usize, surface: usize, load: usize) -> Vec<(Column, Value)> {
     let of = |column: &Column| {
-        let place = match column.name {
+        let which_value = match column.name {
             name if name == swept.name => which,
             "realization" => surface,
             "load" | "pressure" => load,
             _ => 0,
         };
-        (*column, value(column, place))
+        (*column, value(column, which_value))
     };
     coordinates().iter().map(of).collect()
 }
@@ -58,9 +58,9 @@ fn swept(column: &Column) -> Table {
     let rows = [0, 1].map(|which| states.map(|(surface, load)| (which, surface, load)));
     let rows = rows.concat();
     let tables = rows.iter().enumerate().map(|(row, &(which, surface, load))| {
-        let place = Table::row(&cells(column, which, surface, load));
+        let coordinates = Table::row(&cells(column, which, surface, load));
         let area = 0.1 * (load + 1) as f64 + 0.01 * row as f64;
-        place.with(vec![
+        coordinates.with(vec![
             (AREA_FRACTION, reals([area])),
             (AREA_CORRECTED, reals([area])),
             (SWITCHES, integers([10])),

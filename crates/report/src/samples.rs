@@ -113,12 +113,12 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
         }
     }
     let shown = first.len().min(MOST);
-    let spread = |place: usize| match shown {
+    let spread = |index: usize| match shown {
         0 | 1 => 0,
-        _ => place * (first.len() - 1) / (shown - 1),
+        _ => index * (first.len() - 1) / (shown - 1),
     };
-    let samples = (0..shown).map(|place| {
-        let (task, params) = first[spread(place)];
+    let samples = (0..shown).map(|index| {
+        let (task, params) = first[spread(index)];
         let table = archive.light(plan.tasks[task].key)?;
         Ok(Sample { task, params, point: ensembles::point(&table, 0) })
     });

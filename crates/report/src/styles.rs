@@ -58,9 +58,9 @@ impl Styles {
             _ => 2,
         };
         varying.sort_by_key(|(name, _)| rank(name));
-        let place = |wanted: &str| varying.iter().position(|(name, _)| name == wanted);
-        let marker = place(K_UPPER.name);
-        let colour = place(K_LOWER.name);
+        let index_of = |wanted: &str| varying.iter().position(|(name, _)| name == wanted);
+        let marker = index_of(K_UPPER.name);
+        let colour = index_of(K_LOWER.name);
         let other = |taken: Option<usize>| (0..varying.len()).find(|&at| Some(at) != taken);
         let colour = colour.or_else(|| other(marker));
         let marker = marker.filter(|_| marker != colour).or_else(|| other(colour));
@@ -103,12 +103,12 @@ impl Styles {
     }
 
     pub fn colour(&self, point: &Point) -> Colour {
-        Colour::Series(self.place(self.colour, point))
+        Colour::Series(self.index(self.colour, point))
     }
 
     /// Returns the style of separate markers for a point.
     pub fn markers(&self, point: &Point) -> Style {
-        Style::marker(self.colour(point), style::marker(self.place(self.marker, point)))
+        Style::marker(self.colour(point), style::marker(self.index(self.marker, point)))
     }
 
     /// Returns the style of the thin line that joins the markers of a point.
@@ -119,11 +119,11 @@ impl Styles {
     /// Returns the style of a line for a point, with a dash pattern instead of its marker.
     pub fn line(&self, point: &Point) -> Style {
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
-        let dash = DASHES[self.place(self.marker, point) % DASHES.len()];
+        let dash = DASHES[self.index(self.marker, point) % DASHES.len()];
         Style::line(self.colour(point), dash, 1.5)
     }
 
-    fn place(&self, coordinate: Option<usize>, point: &Point) -> usize {
+    fn index(&self, coordinate: Option<usize>, point: &Point) -> usize {
         let Some((name, values)) = coordinate.map(|at| &self.varying[at]) else {
             return 0;
         };

@@ -48,8 +48,8 @@ pub fn from_table(
     for rows in runs(coordinates.values()) {
         let mut point = ensembles::point(table, rows.start);
         point.remove(x.name);
-        let place = found.iter().position(|(known, _)| *known == point);
-        let place = place.unwrap_or_else(|| {
+        let index = found.iter().position(|(known, _)| *known == point);
+        let index = index.unwrap_or_else(|| {
             found.push((point, BTreeMap::new()));
             found.len() - 1
         });
@@ -57,7 +57,7 @@ pub fn from_table(
             let weight = weights.map_or(1.0, |weights| weights.value(row) as f64);
             // The bits of positive numbers have their order.
             let bits = coordinates.value(row).to_bits();
-            let sum = found[place].1.entry(bits).or_insert((0.0, 0, weight));
+            let sum = found[index].1.entry(bits).or_insert((0.0, 0, weight));
             sum.0 += values.value(row);
             sum.1 += 1;
         }
@@ -94,8 +94,8 @@ impl SurfaceCurve {
 
 /// Joins points to weighted means that are evenly spaced on a logarithmic axis.
 pub fn thinned(points: &[CurvePoint]) -> Vec<(f64, f64)> {
-    let place = |point: &CurvePoint| (POINTS_TO_A_DECADE * point.x.log10()).floor() as i64;
-    let joined = points.chunk_by(|one, other| place(one) == place(other));
+    let bin = |point: &CurvePoint| (POINTS_TO_A_DECADE * point.x.log10()).floor() as i64;
+    let joined = points.chunk_by(|one, other| bin(one) == bin(other));
     let mean = |points: &[CurvePoint]| {
         let sum = |of: fn(&CurvePoint) -> f64| -> f64 {
             points.iter().map(|point| point.weight * of(point)).sum()

@@ -161,7 +161,7 @@ fn curve(ensemble: &Ensemble, value: &impl Fn(usize) -> Option<f64>) -> (Vec<f64
 }
 
 fn thresholds(table: &Table) -> Result<Vec<SealingAreas>, TableError> {
-    let measured = Measured::of(table)?;
+    let measured = Measured::new(table)?;
     let of_spectrum = |(spectrum, all): (Spectrum, Vec<Ensemble>)| {
         let ensemble = all.first()?;
         let members = 0..ensemble.members.len();

@@ -122,14 +122,14 @@ impl Spacing {
     }
 
     /// Returns the number for the drawing crate, which does not have octaves.
-    pub(super) fn place(self, value: f64, lift: f64) -> f64 {
+    pub(super) fn drawn_number(self, value: f64, lift: f64) -> f64 {
         match self {
             Spacing::Octaves => value.log2(),
             Spacing::Linear | Spacing::Logarithmic => value * lift,
         }
     }
 
-    /// Returns the format of the numbers that [`Spacing::place`] returns.
+    /// Returns the format of the numbers that [`Spacing::drawn_number`] returns.
     pub(super) fn ticks(self, lift: f64) -> TickFormat {
         match self {
             Spacing::Linear => TickFormat::Custom(Arc::new(plain)),

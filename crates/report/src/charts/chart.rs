@@ -187,11 +187,11 @@ impl Chart {
         let mut path = String::new();
         let seen = self.placed(series).filter(|point| frame.holds(point));
         for (point, bar) in seen.filter_map(|point| Some((point, point.bar?))) {
-            let place = |end: f64| {
+            let pixel = |end: f64| {
                 let (x, y) = frame.placed(point.x, end.clamp(frame.y[0], frame.y[1]));
                 [layout.map_x(x), layout.map_y(y)]
             };
-            let ([x, low], [_, high]) = (place(bar[0]), place(bar[1]));
+            let ([x, low], [_, high]) = (pixel(bar[0]), pixel(bar[1]));
             path += &format!("M{x:.1} {low:.1}V{high:.1}");
         }
         (!path.is_empty()).then(|| {
@@ -241,7 +241,7 @@ impl Frame {
 
     fn placed(&self, x: f64, y: f64) -> (f64, f64) {
         let [along_x, along_y] = self.spacing;
-        (along_x.place(x, self.lift[0]), along_y.place(y, self.lift[1]))
+        (along_x.drawn_number(x, self.lift[0]), along_y.drawn_number(y, self.lift[1]))
     }
 }
 

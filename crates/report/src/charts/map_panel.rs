@@ -108,8 +108,8 @@ impl MapPanel {
         let top = y + height - side * frame.tallest - frame.foot();
         let line = f64::from(WORDS) * 1.4;
         for (from_last, text) in wrapped(&self.title, width).iter().rev().enumerate() {
-            let place = [x + width / 2.0, top - 5.0 - from_last as f64 * line];
-            scene.add(words(text.clone(), place, TextAnchor::Middle));
+            let position = [x + width / 2.0, top - 5.0 - from_last as f64 * line];
+            scene.add(words(text.clone(), position, TextAnchor::Middle));
         }
         scene.add(box_of([left, top], map));
         picture(&self.raster, [left, top], map, pictures);
@@ -138,8 +138,8 @@ impl ScaleBar {
             stroke_width: 3.0,
             stroke_dasharray: None,
         });
-        let place = [right + SPACE, middle + 4.5];
-        scene.add(words(self.label.clone(), place, TextAnchor::Start));
+        let position = [right + SPACE, middle + 4.5];
+        scene.add(words(self.label.clone(), position, TextAnchor::Start));
     }
 }
 
@@ -152,9 +152,9 @@ impl ColourBar {
         scene.add(words(self.lowest.clone(), [from, below], TextAnchor::Start));
         scene.add(words(self.highest.clone(), [to, below], TextAnchor::End));
         let size = [(right - left).max(1.0), HEIGHT];
-        let place = [left, middle - HEIGHT / 2.0];
-        scene.add(box_of(place, size));
-        picture(&self.colours, place, size, pictures);
+        let position = [left, middle - HEIGHT / 2.0];
+        scene.add(box_of(position, size));
+        picture(&self.colours, position, size, pictures);
     }
 }
 

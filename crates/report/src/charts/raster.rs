@@ -153,12 +153,12 @@ impl Raster {
         if [width, height] == self.size() {
             return self;
         }
-        let places = (0..height).flat_map(|row| (0..width).map(move |column| (row, column)));
+        let cells = (0..height).flat_map(|row| (0..width).map(move |column| (row, column)));
         let nearest = |(row, column): (usize, usize)| {
             let row = row * self.height / height;
             self.pixels[row * self.width + column * self.width / width]
         };
-        Raster { width, height, pixels: places.map(nearest).collect() }
+        Raster { width, height, pixels: cells.map(nearest).collect() }
     }
 
     /// Reduces the picture to at most `most` pixels per side, by means over squares of pixels.
@@ -197,7 +197,7 @@ impl Raster {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
         encoder.set_compression(png::Compression::High);
-        let place = |pixel: &Pixel| {
+        let palette_index = |pixel: &Pixel| {
             palette.binary_search(pixel).expect(
                 "the palette contains all \
                                                                          colours",
@@ -206,7 +206,7 @@ impl Raster {
         let pixels = if palette.len() <= PALETTE {
             encoder.set_color(png::ColorType::Indexed);
             encoder.set_palette(palette.as_flattened().to_vec());
-            self.pixels.iter().map(place).collect()
+            self.pixels.iter().map(palette_index).collect()
         } else {
             encoder.set_color(png::ColorType::Rgb);
             self.pixels.as_flattened().to_vec()

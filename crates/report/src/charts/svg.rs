@@ -36,12 +36,12 @@ fn with_own_numbers(svg: &str, name: &str) -> String {
     for part in parts {
         let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
         let (number, rest) = part.split_at(end);
-        let place = known.iter().position(|&seen| seen == number);
-        let place = place.unwrap_or_else(|| {
+        let index = known.iter().position(|&seen| seen == number);
+        let index = index.unwrap_or_else(|| {
             known.push(number);
             known.len() - 1
         });
-        let _ = write!(text, "{name}-clip-{place}{rest}");
+        let _ = write!(text, "{name}-clip-{index}{rest}");
     }
     text
 }

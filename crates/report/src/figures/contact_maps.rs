@@ -79,10 +79,10 @@ fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
         Some(_) => samples.iter().position(has_largest).unwrap_or(0),
         None => samples.len().saturating_sub(1),
     };
-    let mut place = 0;
+    let mut count = 0;
     samples.retain(|_| {
-        place += 1;
-        place == 1 || place == last + 1
+        count += 1;
+        count == 1 || count == last + 1
     });
     samples
 }
@@ -202,8 +202,8 @@ impl Pressed {
     /// Returns a slider with maps at loads spread over all loads.
     fn slider(&self, label: String) -> LoadSlider {
         let states: Vec<(&u64, &State)> = self.states.iter().collect();
-        let step = |place: usize| {
-            let (load, State { map, mean_gap }) = states[place];
+        let step = |index: usize| {
+            let (load, State { map, mean_gap }) = states[index];
             let area = ContactArea::from_map(map).fraction();
             let picture = Raster::from_contact(map).at_most(PIXELS);
             let unit = self.unit.as_deref();

@@ -261,12 +261,13 @@ fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
     }
     chart.x = chart.x.within(least / 3.2, 1.3 * most);
     for spectrum in spectra {
-        let point = |mean: &Mean| DataPoint { x: spectrum.abscissa, y: mean.mean, bar: mean.bar() };
-        let place = &spectrum.ensemble.point;
+        let secant =
+            |mean: &Mean| DataPoint { x: spectrum.abscissa, y: mean.mean, bar: mean.bar() };
+        let point = &spectrum.ensemble.point;
         let series = Series {
-            points: spectrum.means.iter().map(point).collect(),
-            style: data.styles.markers(place),
-            label: data.styles.label(place),
+            points: spectrum.means.iter().map(secant).collect(),
+            style: data.styles.markers(point),
+            label: data.styles.label(point),
         };
         chart.series.push(series);
     }

@@ -188,14 +188,14 @@ fn distributions(
             let Some(x) = point.remove(bin.name).and_then(|x| x.parse().ok()) else {
                 continue;
             };
-            let place = found.iter().position(|known| known.point == point);
-            let place = place.unwrap_or_else(|| {
+            let index = found.iter().position(|known| known.point == point);
+            let index = index.unwrap_or_else(|| {
                 found.push(Distribution { point, surfaces: ensemble.surfaces, loads: Vec::new() });
                 found.len() - 1
             });
             for mean in ensemble.mean(density.name)? {
                 let (y, bar) = (mean.mean, mean.bar());
-                found[place].add(mean.load, DataPoint { x, y, bar });
+                found[index].add(mean.load, DataPoint { x, y, bar });
             }
         }
     }
@@ -217,7 +217,7 @@ fn shown_loads(distributions: &[Distribution]) -> Vec<f64> {
     loads.dedup_by(|next, kept| decimal::is_same(*next, *kept));
     match loads.len() {
         0..=LOADS => loads,
-        count => [0, count / 2, count - 1].map(|place| loads[place]).into(),
+        count => [0, count / 2, count - 1].map(|index| loads[index]).into(),
     }
 }
 
@@ -264,10 +264,10 @@ fn select_markers(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     let step = (along(to) - along(from)) / MARKERS as f64;
     let mut next = f64::NEG_INFINITY;
     let apart = points.iter().filter(|point| {
-        let place = along(point.x);
-        let is_apart = place >= next;
+        let position = along(point.x);
+        let is_apart = position >= next;
         if is_apart {
-            next = place + step;
+            next = position + step;
         }
         is_apart
     });

@@ -267,9 +267,9 @@ impl Densities {
     fn series(&self) -> Vec<Series> {
         let mut series: Vec<Series> = Vec::new();
         let singles = self.single.iter().filter(|_| self.surfaces > 1);
-        for (place, single) in singles.enumerate() {
-            let style = Style::line(Colour::Series([0, 2, 4][place % 3]), Dash::Solid, 0.8);
-            let label = format!("surface {}", place + 1);
+        for (index, single) in singles.enumerate() {
+            let style = Style::line(Colour::Series([0, 2, 4][index % 3]), Dash::Solid, 0.8);
+            let label = format!("surface {}", index + 1);
             series.push(thinned(single, style).named(label));
         }
         let bound = |sign: f64| {

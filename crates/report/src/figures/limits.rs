@@ -78,10 +78,10 @@ fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
         chart.series.push(line.named(label));
     }
     for coefficient in coefficients {
-        let place =
+        let point =
             DataPoint { x: coefficient.load, y: coefficient.value, bar: coefficient.interval };
         chart.series.push(Series {
-            points: vec![place],
+            points: vec![point],
             style: styles.markers(&coefficient.point),
             label: Some(styles.name(&coefficient.point, "the surfaces")),
         });
@@ -284,14 +284,14 @@ fn chart(of: &str, limits: &[Limit], forms: &[&str]) -> Chart {
     let has = |forms: &&str| own.iter().any(|limit| limit.forms == **forms);
     let shown = forms.iter().enumerate().filter(|(_, forms)| has(forms));
     let shown: Vec<(usize, &&str)> = shown.collect();
-    for (beside, (place, forms)) in shown.iter().enumerate() {
+    for (beside, (index, forms)) in shown.iter().enumerate() {
         let of_forms = own.iter().filter(|limit| limit.forms == ***forms);
         // Shift markers sideways, so bars do not overlap.
         let aside = 1.04_f64.powf(beside as f64 - (shown.len() - 1) as f64 / 2.0);
         let points = of_forms.map(|limit| DataPoint { x: aside * limit.point.x, ..limit.point });
         chart.series.push(Series {
             points: points.collect(),
-            style: Style::marker(Colour::Series(*place), style::marker(*place)),
+            style: Style::marker(Colour::Series(*index), style::marker(*index)),
             label: (!forms.is_empty()).then(|| (**forms).to_owned()),
         });
     }

@@ -64,8 +64,8 @@ fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, Repo
         let mean = rings.iter().map(|ring| (f64::from(ring.wavenumber), ring.mean_power / unit));
         let mut shown = 0;
         let drawn = rings.iter().filter(|ring| {
-            let place = (f64::from(ring.wavenumber).ln() * POINTS / 6.0).floor() as i64 + 1;
-            std::mem::replace(&mut shown, place) != place
+            let bin = (f64::from(ring.wavenumber).ln() * POINTS / 6.0).floor() as i64 + 1;
+            std::mem::replace(&mut shown, bin) != bin
         });
         let drawn = drawn.map(|ring| (f64::from(ring.wavenumber), ring.power / unit));
         let markers = data.styles.markers(&sample.point);

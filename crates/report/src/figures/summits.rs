@@ -182,9 +182,9 @@ impl Family {
         for (&k_upper, surfaces) in curve {
             let values: Vec<f64> = surfaces.values.values().copied().collect();
             let (mean, half) = mean_and_half_bar(&values, bars);
-            let place = DataPoint { x: k_upper as f64, y: mean, bar: ends(mean, half) };
+            let point = DataPoint { x: k_upper as f64, y: mean, bar: ends(mean, half) };
             series.push(Series {
-                points: vec![place],
+                points: vec![point],
                 style: styles.markers(&surfaces.point),
                 label: styles.label(&surfaces.point),
             });
