@@ -121,11 +121,10 @@ impl Stage for Params {
         };
         let named = groups.over.iter().chain(groups.group_by.iter().flatten());
         let named: Vec<&str> = named.map(String::as_str).chain([STOP.name, STATUS.name]).collect();
-        match groups.models.is_empty() {
-            true => table
-                .keep(|name, role| named.contains(&name) || role.is_some_and(Role::is_coordinate)),
-            false => table,
+        if !groups.models.is_empty() {
+            return table;
         }
+        table.keep(|name, role| named.contains(&name) || role.is_some_and(Role::is_coordinate))
     }
 
     fn query(&self) -> Option<&str> {

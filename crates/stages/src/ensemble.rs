@@ -92,7 +92,7 @@ impl ParameterPoint {
         let parameters = table.in_role(Role::Parameter);
         let columns = parameters.names().into_iter().zip(parameters.batch().columns());
         let known = columns.filter_map(|(name, column)| {
-            Some((Cow::from(name.to_owned()), Value::of(column, row)?))
+            Some((Cow::from(name.to_owned()), Value::from_array(column, row)?))
         });
         ParameterPoint(known.collect())
     }
@@ -163,12 +163,12 @@ pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
     let given = load_column(table);
     let reduced = (given != LOAD.name).then(|| table.reals(LOAD.name));
     let loads = Loads { given: table.reals(given)?, reduced: reduced.transpose()? };
-    let members = Members::of(table)?;
+    let members = Members::new(table)?;
     let parameters = table.in_role(Role::Parameter);
     let groups = grouped(&parameters).into_iter();
     Ok(groups
         .map(|rows| {
-            Ensemble::of(ParameterPoint::from_row(&parameters, rows[0]), &rows, &members, &loads)
+            Ensemble::new(ParameterPoint::from_row(&parameters, rows[0]), &rows, &members, &loads)
         })
         .collect())
 }
@@ -196,7 +196,7 @@ impl Loads<'_> {
 }
 
 impl Ensemble {
-    fn of(point: ParameterPoint, rows: &[usize], members: &Members, loads: &Loads) -> Ensemble {
+    fn new(point: ParameterPoint, rows: &[usize], members: &Members, loads: &Loads) -> Ensemble {
         let known = rows.iter().filter(|&&row| loads.given.is_valid(row));
         let distinct = distinct(known.clone().map(|&row| loads.given.value(row)).collect());
         let mut of_member: BTreeMap<Member, Vec<Option<usize>>> = BTreeMap::new();
@@ -318,7 +318,7 @@ impl<'a> Members<'a> {
     ///
     /// # Errors
     /// Returns an error if seeds or realizations are not integers.
-    pub fn of(table: &'a Table) -> Result<Members<'a>, TableError> {
+    pub fn new(table: &'a Table) -> Result<Members<'a>, TableError> {
         let column = |name: &str| table.has(name).then(|| table.integers(name)).transpose();
         Ok(Members { seeds: column(SEED.name)?, realizations: column(REALIZATION.name)? })
     }
@@ -360,7 +360,7 @@ const REGION: [&str; 6] = [
 /// # Errors
 /// Returns an error if seeds, realizations or names of surfaces have another type.
 pub fn sampling_units(table: &Table) -> Result<Vec<i64>, TableError> {
-    let members = Members::of(table)?;
+    let members = Members::new(table)?;
     let regions = numbered(&table.only(&REGION));
     let contents = table.has(CONTENT.name).then(|| table.texts(CONTENT.name));
     let contents = contents.transpose()?;

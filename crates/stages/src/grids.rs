@@ -17,9 +17,10 @@ pub fn coordinates(nodes: [usize; 2], size: [f64; 2]) -> Vec<(Column, Value)> {
     let is_square = nodes[0] == nodes[1] && size[0] == size[1];
     let [nodes_x, nodes_y] = nodes.map(|nodes| Value::Integer(nodes as i64));
     let [side_x, side_y] = size.map(Value::Real);
-    match is_square {
-        true => vec![(NODES, nodes_x), (SIDE, side_x)],
-        false => vec![(NODES_X, nodes_x), (NODES_Y, nodes_y), (SIDE_X, side_x), (SIDE_Y, side_y)],
+    if is_square {
+        vec![(NODES, nodes_x), (SIDE, side_x)]
+    } else {
+        vec![(NODES_X, nodes_x), (NODES_Y, nodes_y), (SIDE_X, side_x), (SIDE_Y, side_y)]
     }
 }
 

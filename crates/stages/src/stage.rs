@@ -270,10 +270,7 @@ impl Work {
         match self {
             Work::Generate(surfaces) => {
                 let tasks = surfaces.iter().map(|surfaces| {
-                    let spectra = match surfaces.params.origin.reads_stage() {
-                        true => inputs,
-                        false => 1,
-                    };
+                    let spectra = if surfaces.params.origin.reads_stage() { inputs } else { 1 };
                     spectra.saturating_mul(surfaces.at_most() as usize)
                 });
                 tasks.fold(0, usize::saturating_add)
@@ -340,18 +337,18 @@ pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<Str
         most = values()?.fold(most, f64::max);
         Ok(())
     })?;
-    Ok((least <= most).then(|| match least == most {
-        true => format!("{label} {}", number(least)),
-        false => format!("{label} {} … {}", number(least), number(most)),
+    Ok((least <= most).then(|| {
+        if least == most {
+            format!("{label} {}", number(least))
+        } else {
+            format!("{label} {} … {}", number(least), number(most))
+        }
     }))
 }
 
 /// Formats a number with four decimals, or in scientific notation if it is smaller than 10⁻³.
 fn number(value: f64) -> String {
-    match value != 0.0 && value.abs() < 1e-3 {
-        true => format!("{value:.4e}"),
-        false => format!("{value:.4}"),
-    }
+    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.4e}") } else { format!("{value:.4}") }
 }
 
 /// Returns the distinct texts of a column, in order of appearance.

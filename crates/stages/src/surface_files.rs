@@ -21,7 +21,7 @@ pub struct ContentHash([u8; 32]);
 
 impl ContentHash {
     /// Computes the hash of these bytes.
-    pub fn of(bytes: &[u8]) -> Self {
+    pub fn new(bytes: &[u8]) -> Self {
         Self(*blake3::hash(bytes).as_bytes())
     }
 
@@ -129,7 +129,7 @@ impl SurfaceFiles {
     /// equal content, the first path is kept.
     pub fn add(&mut self, path: &Path) -> Result<(ContentHash, Vec<u8>), SurfaceFileError> {
         let bytes = self.load(path)?;
-        let content = ContentHash::of(&bytes);
+        let content = ContentHash::new(&bytes);
         self.paths.entry(content).or_insert_with(|| path.to_owned());
         self.read.insert(path.to_owned());
         Ok((content, bytes))
@@ -142,7 +142,7 @@ impl SurfaceFiles {
     pub fn read(&self, content: &ContentHash) -> Result<Vec<u8>, SurfaceFileError> {
         let path = self.path_of(content).ok_or(SurfaceFileError::Unknown { content: *content })?;
         let bytes = self.load(path)?;
-        if ContentHash::of(&bytes) != *content {
+        if ContentHash::new(&bytes) != *content {
             let path = path.to_owned();
             return Err(SurfaceFileError::Changed { path });
         }
@@ -208,7 +208,7 @@ mod tests {
         assert!(matches!(files.read(&content), Err(SurfaceFileError::Changed { .. })));
         std::fs::remove_file(&file).unwrap();
         assert!(matches!(files.read(&content), Err(SurfaceFileError::Read { .. })));
-        let other = ContentHash::of(b"three");
+        let other = ContentHash::new(b"three");
         assert!(matches!(files.read(&other), Err(SurfaceFileError::Unknown { .. })));
     }
 
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_hash_is_written_in_hexadecimal() {
-        let content = ContentHash::of(b"");
+        let content = ContentHash::new(b"");
         let json = serde_json::to_string(&content).unwrap();
         // The published BLAKE3 hash of the empty input.
         assert!(json.starts_with("\"af1349b9f5f9a1a6a0404dea36dcc949"), "{json}");

@@ -247,7 +247,7 @@ impl Value {
     }
 
     /// Reads the value of a row; `None` if it is null or has a type that coordinates cannot have.
-    pub fn of(array: &dyn Array, row: usize) -> Option<Value> {
+    pub fn from_array(array: &dyn Array, row: usize) -> Option<Value> {
         if array.is_null(row) {
             return None;
         }

@@ -44,7 +44,7 @@ impl Table {
     pub fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
         let (fields, arrays): (Vec<_>, Vec<_>) =
             columns.into_iter().map(|(column, array)| (column.field(), array)).unzip();
-        Table::of(rows, Schema::new(fields), arrays)
+        Table::from_arrays(rows, Schema::new(fields), arrays)
     }
 
     /// Creates a table with one row.
@@ -63,7 +63,7 @@ impl Table {
     ///
     /// # Panics
     /// Panics under the conditions of [`Table::new`].
-    pub fn of(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
+    pub fn from_arrays(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
         let options = RecordBatchOptions::new().with_row_count(Some(rows));
         let batch = RecordBatch::try_new_with_options(Arc::new(schema), arrays, &options)
             .expect("columns have the type and length that their stage declares");
@@ -124,7 +124,7 @@ impl Table {
     fn with_fields(&self, change: impl Fn(Field) -> Field) -> Table {
         let fields = self.0.schema_ref().fields().iter();
         let fields: Vec<Field> = fields.map(|field| change(field.as_ref().clone())).collect();
-        Table::of(self.rows(), Schema::new(fields), self.0.columns().to_vec())
+        Table::from_arrays(self.rows(), Schema::new(fields), self.0.columns().to_vec())
     }
 
     /// Returns the size of the rows in bytes, including memory that they share with other tables.
@@ -264,7 +264,7 @@ impl Table {
                 take(array, &indices, None).expect("the indices lie within the table")
             });
         let schema = self.0.schema_ref().as_ref().clone();
-        Table::of(rows.len(), schema, arrays.collect())
+        Table::from_arrays(rows.len(), schema, arrays.collect())
     }
 
     /// Returns the columns at these indices, in this order.
@@ -298,7 +298,7 @@ impl Table {
             fields.push(column.field());
             arrays.push(array);
         }
-        Table::of(self.rows(), Schema::new(fields), arrays)
+        Table::from_arrays(self.rows(), Schema::new(fields), arrays)
     }
 
     /// Returns the table with other values in one of its columns.
@@ -308,7 +308,7 @@ impl Table {
         let arrays = arrays.map(
             |(field, array)| if field.name() == name { values.clone() } else { array.clone() },
         );
-        Table::of(self.rows(), schema.as_ref().clone(), arrays.collect())
+        Table::from_arrays(self.rows(), schema.as_ref().clone(), arrays.collect())
     }
 
     /// Returns the table with the columns of another table of equal length at its right.
@@ -316,7 +316,7 @@ impl Table {
         let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
         let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();
         let arrays = [self.0.columns(), other.0.columns()].concat();
-        Table::of(self.rows(), Schema::new(fields), arrays)
+        Table::from_arrays(self.rows(), Schema::new(fields), arrays)
     }
 }
 
@@ -422,7 +422,7 @@ impl Stacking {
         });
         let arrays = arrays.collect::<Result<Vec<_>, _>>()?;
         let rows = tables.iter().map(|(_, table)| table.rows()).sum();
-        Ok(Table::of(rows, Schema::new(self.fields.clone()), arrays))
+        Ok(Table::from_arrays(rows, Schema::new(self.fields.clone()), arrays))
     }
 }
 

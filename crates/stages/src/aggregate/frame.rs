@@ -34,14 +34,16 @@ fn series(name: &str, array: &dyn Array) -> Series {
     let name = PlSmallStr::from_str(name);
     let is_whole = array.null_count() == 0;
     if let Some(values) = array.as_primitive_opt::<Float64Type>() {
-        match is_whole {
-            true => Series::new(name, &values.values()[..]),
-            false => Series::new(name, values.iter().collect::<Vec<_>>()),
+        if is_whole {
+            Series::new(name, &values.values()[..])
+        } else {
+            Series::new(name, values.iter().collect::<Vec<_>>())
         }
     } else if let Some(values) = array.as_primitive_opt::<Int64Type>() {
-        match is_whole {
-            true => Series::new(name, &values.values()[..]),
-            false => Series::new(name, values.iter().collect::<Vec<_>>()),
+        if is_whole {
+            Series::new(name, &values.values()[..])
+        } else {
+            Series::new(name, values.iter().collect::<Vec<_>>())
         }
     } else if let Some(values) = array.as_boolean_opt() {
         Series::new(name, values.iter().collect::<Vec<_>>())
@@ -153,7 +155,7 @@ pub fn counts_of(table: &dyn AnonymousScan, names: &[&str]) -> Option<BTreeMap<V
     let mut counts = BTreeMap::new();
     for row in 0..read.rows() {
         let columns = read.batch().columns().iter();
-        let key = columns.map(|column| Value::of(column.as_ref(), row));
+        let key = columns.map(|column| Value::from_array(column.as_ref(), row));
         if let Some(key) = key.collect::<Option<Vec<Value>>>() {
             *counts.entry(key).or_default() += 1;
         }

@@ -34,7 +34,7 @@ const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, EN
 /// Returns an error if a column is missing or holds no numbers, or if a column that should define
 /// groups differs within a group.
 pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
-    let names = GroupNames::of(table, groups);
+    let names = GroupNames::new(table, groups);
     let table = &ensemble::each_once(table)?;
     let mut frame = frame::from_table(table)?;
     for name in names.shown.iter().chain(&groups.over) {
@@ -79,9 +79,10 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
 fn is_complete(names: &GroupNames) -> Result<Expr, StageError> {
     let count = || col(COUNT.name);
     let curve = names.keys_of_a_curve();
-    let fullest = match curve.is_empty() {
-        true => count().max(),
-        false => count().max().over(curve).map_err(polars_error)?,
+    let fullest = if curve.is_empty() {
+        count().max()
+    } else {
+        count().max().over(curve).map_err(polars_error)?
     };
     Ok(count().eq(fullest))
 }
@@ -152,9 +153,12 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
 /// within each curve.
 fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageError> {
     let curve = names.keys_of_a_curve();
-    let before = |values: Expr| match curve.is_empty() {
-        true => Ok(values.shift(lit(1))),
-        false => values.shift(lit(1)).over(curve.clone()).map_err(polars_error),
+    let before = |values: Expr| {
+        if curve.is_empty() {
+            Ok(values.shift(lit(1)))
+        } else {
+            values.shift(lit(1)).over(curve.clone()).map_err(polars_error)
+        }
     };
     let load = || col(LOAD_OF_GROUP);
     let load_before = before(load())?.fill_null(lit(0.0));
@@ -163,10 +167,8 @@ fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageE
     for name in &groups.over {
         let mean = || col(mean_of(name));
         let starts_at_zero = FROM_ZERO.iter().any(|column| column.name == name);
-        let mean_before = match starts_at_zero {
-            true => before(mean())?.fill_null(lit(0.0)),
-            false => before(mean())?,
-        };
+        let mean_before =
+            if starts_at_zero { before(mean())?.fill_null(lit(0.0)) } else { before(mean())? };
         for &statistic in &groups.statistics {
             let expression = match statistic {
                 Statistic::Slope => (mean() - mean_before.clone()) / (load() - load_before.clone()),
@@ -232,7 +234,7 @@ struct GroupNames {
 impl GroupNames {
     /// Resolves the columns of `group_by`. The default is every coordinate except those that
     /// distinguish surfaces.
-    fn of(table: &Table, groups: &Groups) -> GroupNames {
+    fn new(table: &Table, groups: &Groups) -> GroupNames {
         let given = || table.coordinates().not_in_role(Role::Surface);
         let default = || given().names().into_iter().map(str::to_owned).collect();
         let shown: Vec<String> = groups.group_by.clone().unwrap_or_else(default);
@@ -390,7 +392,7 @@ fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -
     };
     let fields: Vec<Field> = columns.iter().map(|(name, array)| field(name, array)).collect();
     let arrays = columns.into_iter().map(|(_, array)| array).collect();
-    Table::of(rows, Schema::new(fields), arrays)
+    Table::from_arrays(rows, Schema::new(fields), arrays)
 }
 
 fn inherited(source: &Field, name: &str) -> Metadata {

@@ -70,7 +70,7 @@ pub fn ask(
     };
     let fields: Vec<Field> = columns.iter().map(field).collect();
     let arrays = columns.into_iter().map(|(_, array)| array).collect();
-    Ok(Table::of(answer.height(), Schema::new(fields), arrays))
+    Ok(Table::from_arrays(answer.height(), Schema::new(fields), arrays))
 }
 
 /// Returns the tables that a query reads, without the tables that it defines by `with`.

@@ -264,7 +264,7 @@ fn surfaces_of(name: &str) -> String {
 
 /// Returns the slope of the least-squares line, `REGR_SLOPE` of standard SQL.
 pub fn slope(values: &Expr) -> Expr {
-    let Line { loads, values } = Line::of(values);
+    let Line { loads, values } = Line::new(values);
     let from_mean = loads.clone() - loads.clone().mean();
     let joint = (from_mean.clone() * (values.clone() - values.mean())).sum();
     // If all loads are equal, rounding of their mean would leave some scatter.
@@ -275,7 +275,7 @@ pub fn slope(values: &Expr) -> Expr {
 
 /// Returns the value of the least-squares line at zero load, `REGR_INTERCEPT` of standard SQL.
 pub fn intercept(values: &Expr) -> Expr {
-    let Line { loads, values: known } = Line::of(values);
+    let Line { loads, values: known } = Line::new(values);
     known.mean() - slope(values) * loads.mean()
 }
 
@@ -287,7 +287,7 @@ struct Line {
 }
 
 impl Line {
-    fn of(values: &Expr) -> Line {
+    fn new(values: &Expr) -> Line {
         let is_known = values.clone().is_not_null();
         Line {
             loads: col(LOAD.name).filter(is_known),

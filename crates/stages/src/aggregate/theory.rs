@@ -161,7 +161,8 @@ fn hide_means(reduced: &Table, groups: &Groups) -> Table {
 
 fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
     let field = APPROACH.field().with_name(name);
-    let one = Table::of(table.rows(), arrow::datatypes::Schema::new(vec![field]), vec![values]);
+    let one =
+        Table::from_arrays(table.rows(), arrow::datatypes::Schema::new(vec![field]), vec![values]);
     table.beside(&one)
 }
 

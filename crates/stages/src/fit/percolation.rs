@@ -20,7 +20,7 @@ use asperity_tables::table::{Table, TableError};
 /// # Errors
 /// Returns an error if the input lacks the columns of measured contacts.
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
-    let measured = Measured::of(table)?;
+    let measured = Measured::new(table)?;
     let points = ensembles(table)?;
     let fit = |ensemble: &Ensemble| Row {
         unconverged: measured.unconverged(ensemble),
@@ -57,7 +57,7 @@ impl<'a> Measured<'a> {
     ///
     /// # Errors
     /// Returns an error if the table lacks the columns of measured contacts.
-    pub fn of(table: &'a Table) -> Result<Self, TableError> {
+    pub fn new(table: &'a Table) -> Result<Self, TableError> {
         Ok(Self {
             meshes: Meshes::of(table)?,
             loads: table.reals(LOAD.name)?,
@@ -81,7 +81,7 @@ impl<'a> Measured<'a> {
             (Err(error), Ok(_)) | (Ok(_), Err(error)) => Some(error),
             (Err(_), Err(_)) => both.as_ref().err(),
         };
-        let failure = failure.map(status::of);
+        let failure = failure.map(status::from_error);
         let is_isotropic = is_isotropic(ensemble);
         let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
         if thresholds.iter().all(Option::is_none) {

@@ -65,7 +65,7 @@ impl Row {
 
     /// Creates the row of a failed fit.
     pub fn failed(error: &FitError) -> Row {
-        Row { failure: Some(status::of(error)), ..Row::default() }
+        Row { failure: Some(status::from_error(error)), ..Row::default() }
     }
 
     /// Returns the row, or a failure if too many data were left out.

@@ -50,7 +50,7 @@ fn rings(table: &Table, rows: &[usize]) -> Result<(Vec<RingOfSurfaces>, usize), 
     let column = |name: &str| table.reals(name);
     let (wavenumbers, freedoms) = (column(WAVENUMBER.name)?, column(DEGREES_OF_FREEDOM.name)?);
     let densities = column(SPECTRAL_DENSITY.name)?;
-    let members = Members::of(table)?;
+    let members = Members::new(table)?;
     let mut surfaces: BTreeMap<Member, BTreeMap<u64, usize>> = BTreeMap::new();
     for &row in rows {
         let own = surfaces.entry(members.of_row(row)).or_default();

@@ -116,7 +116,7 @@ pub const CODES: &[Code] = &[
 ];
 
 /// Returns the code of an error.
-pub fn of(error: &FitError) -> Code {
+pub fn from_error(error: &FitError) -> Code {
     match error {
         FitError::Shape { .. }
         | FitError::Loads { .. }

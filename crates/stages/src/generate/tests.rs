@@ -22,7 +22,7 @@ fn a_surface_is_known_from_its_recipe() {
         realization: 7,
     };
     let measured = MeasuredSurface {
-        content: ContentHash::of(b"heights"),
+        content: ContentHash::new(b"heights"),
         unit: "µm".to_owned(),
         height_scale: 1e-3,
         edges: Edges::Taper { taper_fraction: 0.1 },
@@ -66,7 +66,7 @@ fn a_surface_is_known_from_its_recipe() {
 
 #[test]
 fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
-    let content = ContentHash::of(b"heights");
+    let content = ContentHash::new(b"heights");
     let params = Params {
         heights: Heights::Keep,
         side: Some(PerAxis([2.0, 1.0])),
@@ -129,7 +129,7 @@ fn a_grain_is_written_where_there_is_one() {
 #[test]
 fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
     for source in [
-        Source::File { content: ContentHash::of(b"spectrum"), unit: "µm".to_owned() },
+        Source::File { content: ContentHash::new(b"spectrum"), unit: "µm".to_owned() },
         Source::Stage { spectrum_of: None },
     ] {
         for rms_slope in [None, Some(0.1)] {

@@ -74,7 +74,7 @@ pub fn measure(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
             let grid = grids.grid(row)?;
             let map = ContactMap::from_bytes(grid.nodes(), maps.value(row));
             let map = map.map_err(StageError::Map)?.with_boundary(boundary);
-            Ok(Contact::of(grid, &map))
+            Ok(Contact::new(grid, &map))
         })
         .collect::<Result<Vec<_>, StageError>>()?;
 
@@ -171,7 +171,7 @@ struct Contact {
 }
 
 impl Contact {
-    fn of(grid: Grid, map: &ContactMap) -> Contact {
+    fn new(grid: Grid, map: &ContactMap) -> Contact {
         Contact {
             grid,
             area: ContactArea::from_map(map),

@@ -150,10 +150,7 @@ impl Flows {
             let loads = self.found.iter().enumerate();
             optional_reals(loads.map(|(load, flows)| {
                 let flow = flows[axis].ok()?;
-                Some(match flow.conductivity > 0.0 {
-                    true => flow.conductivity * unit(load),
-                    false => 0.0,
-                })
+                Some(if flow.conductivity > 0.0 { flow.conductivity * unit(load) } else { 0.0 })
             }))
         };
         let factor = |load: usize| mean_gaps[load].powi(-3);
@@ -181,9 +178,10 @@ impl Flows {
     pub fn restore(&mut self, loads: usize, from: &mut &[u8]) -> io::Result<()> {
         let mut read = || -> io::Result<Result<Flow, Unconverged>> {
             let (conductivity, residual) = (read_real(from)?, read_real(from)?);
-            Ok(match conductivity >= 0.0 {
-                true => Ok(Flow { conductivity, residual }),
-                false => Err(Unconverged { residual }),
+            Ok(if conductivity >= 0.0 {
+                Ok(Flow { conductivity, residual })
+            } else {
+                Err(Unconverged { residual })
             })
         };
         for _ in 0..loads {

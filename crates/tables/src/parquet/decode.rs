@@ -344,7 +344,7 @@ mod tests {
 
     fn rows_of_every_kind() -> Table {
         let arrays = ColumnKind::ALL.map(|kind| arrow::array::new_null_array(&kind.data_type(), 2));
-        Table::of(2, schema(), arrays.to_vec())
+        Table::from_arrays(2, schema(), arrays.to_vec())
     }
 
     #[test]

@@ -180,7 +180,7 @@ fn quality(params: &Params, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
     };
     let status = lines.iter().map(|line| match &line.outcome {
         Ok(_) => FITTED.word,
-        Err(error) => status::of(error).word,
+        Err(error) => status::from_error(error).word,
     });
     vec![
         (SURFACES, whole(&|line| line.surfaces)),

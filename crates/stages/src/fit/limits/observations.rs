@@ -293,7 +293,7 @@ impl<'a> Reader<'a> {
 
     fn without_loads(&self) -> Result<Vec<Found>, TableError> {
         let parameters = self.table.in_role(Role::Parameter);
-        let members = Members::of(self.table)?;
+        let members = Members::new(self.table)?;
         let found = grouped(&parameters).into_iter().map(|rows| {
             let mut own: BTreeMap<Member, usize> = BTreeMap::new();
             for &row in &rows {
