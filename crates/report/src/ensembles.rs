@@ -340,7 +340,8 @@ mod tests {
         let [growth] = found.unwrap()[..] else { panic!("one step") };
         // Mean areas 0.2 and 0.4 under 0.1 and 0.2: half the load each.
         assert!((growth.x - 0.3).abs() < 1e-15 && growth.y.abs() < 1e-15);
-        // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1; half their distance.
+        // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1. The half bar is
+        // half their distance.
         let each: [f64; 2] = [2.0 / 0.3 - 10.0, 4.0 - 1.0 / 0.3];
         let [low, high] = growth.bar.unwrap();
         assert!((high - low - (each[1] - each[0]).abs()).abs() < 1e-13);

@@ -172,8 +172,8 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Counted contact area near full contact, from {}. Points are means up to the first surface \
          in full contact, bars are {}; grey lines are error functions of a scaled load. Right: \
-         ratio of the open area to that in Persson's theory, where the bar is below a third of the \
-         open area. Below: F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to 2 y² in Persson's \
+         ratio of the open area to that in Persson's theory, where half the bar is below a third \
+         of the open area. Below: F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to 2 y² in Persson's \
          theory.{}",
         sample(&data.sample()),
         data.bars,
@@ -185,7 +185,7 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
     ))
 }
 
-/// Returns true if the bar is shorter than a third of the open area.
+/// Returns true if half the bar is shorter than a third of the open area.
 fn is_known(mean: &&Mean) -> bool {
     let open = 1.0 - mean.mean;
     open > 0.0 && mean.half_bar.is_none_or(|half| half < open / 3.0)
