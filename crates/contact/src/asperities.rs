@@ -2,8 +2,8 @@
 //!
 //! Summit i has the height zᵢ and two principal curvatures. Under the approach dᵢ it carries the
 //! force of the elliptic Hertz contact, Fᵢ = Cᵢ dᵢ^(3/2), on an ellipse of area Bᵢ dᵢ. The approach
-//! is the height of the summit above the reference plane, less the displacement of the body by the
-//! other forces:
+//! is the height of the summit above the reference plane, minus the displacement uᵢ of the body by
+//! the other forces:
 //!
 //! ```text
 //! dᵢ = zᵢ − z_ref − uᵢ,     uᵢ = Σⱼ Gᵢⱼ Fⱼ,     Σᵢ Fᵢ = p₀ A₀
@@ -32,8 +32,8 @@ use summits::Summit;
 ///
 /// In the mean field, the mean pressure displaces all asperities by u = w p₀ L/E* (Ciavarella,
 /// Delfine & Demelio, J. Mech. Phys. Solids 54, 2569 (2006), to first order). Here w L/E* is the
-/// mean displacement of a square of side L under unit pressure. Explicit forces are summed over the
-/// periodic cell.
+/// mean displacement of a square of side L under unit pressure. The explicit interaction includes
+/// the periodic images of all forces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -68,10 +68,11 @@ const MEAN_OF_A_SQUARE: f64 = 0.946_402_008_818_677;
 /// Result of pressing the asperities under a load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AsperityOutcome {
-    /// Results that all solvers have.
+    /// Results in the form of the boundary-element solver.
     ///
     /// Contact nodes are the nodes inside the ellipses. The mean gap is the distance of the mean
-    /// planes. The residual is the largest change of a displacement in another iteration.
+    /// planes. The residual is the largest change of a displacement in one more iteration, in units
+    /// of h′ × grid step.
     pub outcome: Outcome,
     /// Number of summits in contact.
     pub contacts: usize,
@@ -94,12 +95,12 @@ pub struct Asperities {
     mean_height: f64,
     summits: Vec<Summit>,
     body: Option<Body>,
-    /// Previous loads and their displacements, the last first.
+    /// Last two loads and the displacements under them, most recent first.
     known: Vec<(f64, Vec<f64>)>,
     pressure: Vec<f64>,
 }
 
-/// Error of a surface without summits.
+/// Error for a surface without summits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the surface has no node above its eight neighbours, so there is no asperity to press")]
 pub struct NoSummits;
@@ -134,7 +135,7 @@ impl Asperities {
         self.summits.len()
     }
 
-    /// Solves for the forces under a load y = p₀/(E* h′), and sets the pressure.
+    /// Solves for the forces under a load y = p₀/(E* h′), and updates [`Asperities::pressure`].
     pub fn press(&mut self, load: f64, settings: &Settings) -> AsperityOutcome {
         let found = self.equilibrium(load, settings);
         let area = nominal_area(self.grid);
@@ -171,7 +172,7 @@ impl Asperities {
         }
     }
 
-    /// Returns the Hertz pressures under the last load at the nodes, in units of E* h′.
+    /// Returns the Hertz pressure at each node under the last load, in units of E* h′.
     pub fn pressure(&self) -> &[f64] {
         &self.pressure
     }

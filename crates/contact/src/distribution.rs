@@ -64,12 +64,12 @@ impl EqualBins {
         counts
     }
 
-    /// Returns the bin of a value; corrects the quotient if rounding gives a neighbouring bin.
-    // Inlined because `counts` is generic, is compiled in the calling crate and calls this for
-    // every node.
+    /// Returns the index of the bin that contains `value`.
+    // Inlined because the generic `counts`, compiled in the calling crate, calls it for every node.
     #[inline]
     fn bin(&self, value: f64, per_value: f64) -> u32 {
         let last = self.count - 1;
+        // Rounding of the product can give a neighbouring bin.
         let bin = ((value * per_value) as u32).min(last);
         if value < self.edge(bin) {
             bin - 1

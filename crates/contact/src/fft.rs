@@ -338,8 +338,8 @@ impl<T: Real> Transform<T> {
     }
 
     /// Passes the rows of a map as rows of the whole mesh.
-    fn padded_rows<P: Rows<T>>(&self, rows: &mut P, see: impl FnOnce(&mut Padded<P>)) {
-        in_corner(self.map, rows, see);
+    fn padded_rows<P: Rows<T>>(&self, rows: &mut P, visit: impl FnOnce(&mut Padded<P>)) {
+        in_corner(self.map, rows, visit);
     }
 
     fn method<'a>(&'a self, scratch: &'a mut Scratch<T>) -> Method<'a, T> {

@@ -10,25 +10,26 @@
 //!
 //! # Discretisation
 //!
-//! A link joins neighbouring nodes by half a cell of each gap in series, so its conductance is the
-//! harmonic mean of both g³. It is exact for gaps that are constant in each cell and of second
-//! order for smooth gaps. It is zero if one of the nodes is in contact. A fluid therefore flows
-//! through chains of 4 nearest neighbours, as in the percolation of contact maps.
+//! A link joins two neighbouring nodes. It consists of half a cell of each gap in series, so its
+//! conductance is the harmonic mean of both g³. The conductance is exact for gaps that are constant
+//! in each cell, and of second order for smooth gaps. It is zero if one of the nodes is in contact.
+//! A fluid therefore flows through chains of 4 nearest neighbours, as in the percolation of contact
+//! maps.
 //!
 //! # Solution and bounds
 //!
-//! The pressures are solved for by conjugate gradients with the preconditioner of `multigrid`, on
-//! one thread and in a fixed order. Module `channels` has the conductances and finds the channels
-//! that percolate, and `graph` has the matrix.
+//! Conjugate gradients with the preconditioner of module `multigrid` solve for the pressures, on
+//! one thread and in a fixed order. Module `channels` computes the conductances and finds the
+//! channels that percolate. Module `graph` contains the matrix.
 //!
 //! Near percolation, conductances span many decades, and the norm of the residual does not bound
 //! the error of the flow. The solution is therefore enclosed by two bounds. Pressures are periodic
 //! except for a step of one at a seam of the cell, so that the flow is the conductance of the map.
 //!
 //! - Upper bound (Dirichlet's principle): the dissipation Σ k (Δp)² of any pressures.
-//! - Lower bound (Thomson's principle): J²/Σ f²/k of any flux f that conserves mass, where J is its
-//!   flow through the seam. The flux is that of the pressures; the residual of each node is led to
-//!   the root of a spanning tree.
+//! - Lower bound (Thomson's principle): J²/(Σ f²/k) of any flux f that conserves mass, where J is
+//!   its flow through the seam. The flux f = k Δp of the pressures does not exactly conserve mass.
+//!   The residual of each node therefore flows along a spanning tree to its root.
 
 use thiserror::Error;
 
@@ -39,24 +40,24 @@ mod graph;
 mod multigrid;
 
 use channels::{Channels, Links};
-use graph::{Pair, Search, add};
+use graph::{ConjugateDirection, Pair, add};
 use multigrid::Multigrid;
 
-/// Relative distance of the bounds at which the iteration stops.
+/// Relative distance between the two bounds of the flow at which the iteration stops.
 pub const TOLERANCE: f64 = 1e-8;
 
-/// Relative distance of the bounds above which a flow is not converged.
+/// Relative distance between the two bounds above which a flow counts as not converged.
 ///
 /// Near percolation, rounding errors keep the bounds farther apart than [`TOLERANCE`].
 pub const UNCONVERGED_ABOVE: f64 = 1e-6;
 
-/// Largest number of iterations of a flow; about sixteen are usual.
+/// Maximum number of iterations of a flow; about sixteen are usual.
 pub const ITERATION_LIMIT: u32 = 60;
 
-/// Memory of [`flow_through`] per node, in bytes, without the gap.
+/// Memory of [`flow_through`] per node, in bytes, without the map of gaps.
 pub const BYTES_PER_NODE: f64 = 270.0;
 
-/// Effective conductivity of a film along one axis.
+/// Effective conductivity of a fluid film along one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flow {
     /// Effective conductivity K, in the cube of the unit of the gap.
@@ -64,18 +65,19 @@ pub struct Flow {
     /// K is 12 μ × flow per unit width, divided by the pressure gradient. It is exactly zero if no
     /// channel percolates along the axis.
     pub conductivity: f64,
-    /// Bound of the relative error: K is too large by at most this fraction, and never too small.
+    /// Upper bound of the relative error: K is never too small, and too large by at most this
+    /// fraction.
     pub residual: f64,
 }
 
-/// Error of a flow whose bounds remain too far apart.
+/// Error for a flow whose lower and upper bound remain too far apart.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "the flow did not converge in {ITERATION_LIMIT} iterations: its bounds differ by {residual:.1e}, \
      more than {UNCONVERGED_ABOVE:.0e}"
 )]
 pub struct Unconverged {
-    /// Distance of the bounds divided by the upper bound.
+    /// Distance between the bounds divided by the upper bound.
     pub residual: f64,
 }
 
@@ -84,7 +86,7 @@ pub struct Unconverged {
 /// A gap that is not positive blocks the flow.
 ///
 /// # Errors
-/// Fails for an axis if the relative distance of its bounds exceeds [`UNCONVERGED_ABOVE`].
+/// Fails for an axis if the relative distance between its bounds exceeds [`UNCONVERGED_ABOVE`].
 ///
 /// # Panics
 /// Panics if the number of gaps is not the number of nodes.
@@ -93,7 +95,8 @@ pub struct Unconverged {
 /// use asperity_contact::flow::flow_through;
 /// use asperity_contact::grid::Grid;
 ///
-/// // Channels along x of unit depth, on three of four rows: K is the mean of g³ along, 0 across.
+/// // Channels of unit depth along x cover three of four nodes along y: K is the mean of g³ along
+/// // the channels and zero across.
 /// let grid = Grid::square(16, 1.0)?;
 /// let gap: Vec<f64> = (0..grid.count()).map(|node| f64::from(node % 4 != 0)).collect();
 /// let [along_x, along_y] = flow_through(grid, &gap);
@@ -136,7 +139,7 @@ pub fn flow_through_interruptible(
     }))
 }
 
-/// Number of iterations between recomputations of the residual, which remove rounding errors.
+/// Number of iterations after which the residual is recomputed to remove rounding errors.
 const REFRESH_INTERVAL: u32 = 8;
 
 /// Bounds of the conductance of the map along an axis, for a pressure drop of one per period.
@@ -149,7 +152,7 @@ struct Conductance {
 }
 
 impl Conductance {
-    /// Returns the distance of the bounds divided by the upper bound.
+    /// Returns the distance between the bounds divided by the upper bound.
     pub fn residual(&self) -> f64 {
         if self.upper > 0.0 { ((self.upper - self.lower) / self.upper).max(0.0) } else { 0.0 }
     }
@@ -165,14 +168,14 @@ fn conductances(
     let film = Film { links, channels };
     let mut pressures = vec![[0.0; 2]; channels.count];
     let mut net_inflow = pressures.clone();
-    let mut search = Search::new(channels.count);
+    let mut conjugate = ConjugateDirection::new(channels.count);
     let mut dissipation = film.dissipation(&pressures, &mut net_inflow);
     let mut bounds = dissipation.map(|upper| Conductance { upper, lower: 0.0 });
     for iteration in 1..=ITERATION_LIMIT {
         multigrid.precondition(&net_inflow, is_interrupted)?;
-        let step = search.step(multigrid.graph(), multigrid.potentials(), &net_inflow);
-        add(&mut pressures, step.length, &search.direction);
-        add(&mut net_inflow, step.length.map(|length| -length), &search.image);
+        let step = conjugate.step(multigrid.graph(), multigrid.potentials(), &net_inflow);
+        add(&mut pressures, step.length, &conjugate.direction);
+        add(&mut net_inflow, step.length.map(|length| -length), &conjugate.image);
         dissipation = [0, 1].map(|axis| dissipation[axis] - step.gain[axis]);
         let is_slow = |dissipation: Pair| {
             let mut axes = [0, 1].into_iter();
@@ -193,20 +196,20 @@ fn conductances(
     Some(bounds)
 }
 
-/// The film in all channels that percolate.
+/// Fluid film in all channels that percolate.
 struct Film<'a> {
     links: &'a Links,
     channels: &'a Channels,
 }
 
-/// A link and the pressure drop along it.
+/// Link between two nodes, and the pressure drop along it.
 struct LinkState {
     conductance: f64,
     from: usize,
     to: usize,
-    /// Pressure drops of the flows along x and y.
+    /// Pressure drops from `from` to `to` for the flows along x and y.
     drop: Pair,
-    /// Axis of the seam that the link crosses.
+    /// Axis of the seam that the link crosses, if there is one with a pressure step.
     seam: Option<usize>,
 }
 
@@ -223,8 +226,7 @@ impl Film<'_> {
         })
     }
 
-    /// Returns the dissipation of the pressures, and writes the net inflow of each node to
-    /// `net_inflow`.
+    /// Returns the dissipation Σ k (Δp)², and writes the net inflow of each node to `net_inflow`.
     fn dissipation(&self, pressures: &[Pair], net_inflow: &mut [Pair]) -> Pair {
         net_inflow.fill([0.0; 2]);
         let mut dissipation = [0.0; 2];
@@ -239,7 +241,7 @@ impl Film<'_> {
         dissipation
     }
 
-    /// Returns the bounds of the conductances by the principles of Dirichlet and Thomson.
+    /// Returns the bounds of both conductances by the principles of Dirichlet and Thomson.
     fn bounds(&self, pressures: &[Pair], net_inflow: &[Pair], upper: Pair) -> [Conductance; 2] {
         let mut flow = [0.0; 2];
         for link in self.link_states(pressures) {

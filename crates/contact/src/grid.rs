@@ -64,7 +64,7 @@ pub struct Grid {
     cell: Cell,
 }
 
-/// Error of a grid or a cell that cannot exist.
+/// Reason why a grid or a cell cannot be created.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum GridError {
@@ -112,14 +112,14 @@ impl Cell {
         self.size[0] * self.size[1]
     }
 
-    /// Returns the wavevector with the given numbers of waves along x and y, in units of 2π/L.
+    /// Converts numbers of waves along x and y to a wavevector in units of 2π/L.
     #[inline]
     pub fn wavevector(&self, waves: [f64; 2]) -> [f64; 2] {
         let [aspect_x, aspect_y] = self.aspect();
         [waves[0] * aspect_x, waves[1] * aspect_y]
     }
 
-    /// Returns the length of the wavevector with the given numbers of waves, in units of 2π/L.
+    /// Converts numbers of waves along x and y to the length of the wavevector, in units of 2π/L.
     #[inline]
     pub fn wavenumber(&self, waves: [f64; 2]) -> f64 {
         let [k_x, k_y] = self.wavevector(waves);
@@ -128,7 +128,7 @@ impl Cell {
 
     /// Returns the ratios L/L_x and L/L_y.
     ///
-    /// Both are exactly one on a square, where wavenumbers are therefore whole numbers.
+    /// Both are exactly one on a square, so that its wavevectors have integer components.
     #[inline]
     pub fn aspect(&self) -> [f64; 2] {
         self.size.map(|side| self.longer_side() / side)
@@ -189,14 +189,14 @@ impl Grid {
         [size_x / self.nodes[0] as f64, size_y / self.nodes[1] as f64]
     }
 
-    /// Returns the number L/min(Δx, Δy) of the smaller steps along the longer side.
+    /// Returns L/min(Δx, Δy): the number of steps along the longer side at the smaller spacing.
     pub fn smaller_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;
         along_x.max(self.nodes[1] as f64 * aspect_y)
     }
 
-    /// Returns the number L/max(Δx, Δy) of the larger steps along the longer side.
+    /// Returns L/max(Δx, Δy): the number of steps along the longer side at the larger spacing.
     pub fn larger_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;
@@ -215,9 +215,9 @@ impl Grid {
     }
 }
 
-/// Returns |k| of entry `index` of a discrete Fourier transform of `nodes` numbers.
+/// Returns the wavenumber |k| of entry `index` of a discrete Fourier transform of length `nodes`.
 ///
-/// On a mesh, k and k − N are the same wave.
+/// On N nodes, k and k − N are the same wave.
 pub(crate) fn magnitude(index: usize, nodes: usize) -> usize {
     index.min(nodes - index)
 }

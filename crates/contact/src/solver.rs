@@ -1,4 +1,4 @@
-//! Solver for the contact of a rigid rough surface with an elastic half-space, load after load.
+//! Solves the contact of a rigid rough surface with an elastic half-space for a series of loads.
 //!
 //! At every node of a mesh the pressure p and the gap g satisfy p ≥ 0, g ≥ 0 and p g = 0, with g =
 //! u − h − δ: displacement u of the elastic body, height h of the rough surface, and the rigid
@@ -14,18 +14,29 @@
 //!
 //! The modules in the order of the computation:
 //!
-//! - `press` solves one load;
-//! - `start` provides the initial guess, or `nested` with the help of coarser meshes;
-//! - `search` holds the state of an iteration, and `conjugate_gradients` iterates, as in Polonsky &
-//!   Keer (*Wear* 231, 1999, 206), with the preconditioners `extension` and `two_level`;
-//! - `evaluation` evaluates the result in double precision;
-//! - `load` keeps pressures within their bounds and their mean at the load.
+//! - `press` solves the contact under one load;
+//! - `start` provides the initial guess, or `nested` if the contact is first solved on coarser
+//!   meshes;
+//! - `inner_solver` holds the state of the iterations, and `conjugate_gradients` iterates, as in
+//!   Polonsky & Keer (*Wear* 231, 1999, 206), with the preconditioners `extension` and `two_level`;
+//! - `evaluation` computes gap and residual in double precision;
+//! - `load` keeps pressures within their bounds and their mean equal to the load.
 //!
-//! Iterations run in single precision, on increments of the pressure. The result is evaluated in
-//! double precision, and the next iterations start from the residual found there (iterative
-//! refinement). Finally `press` decides which nodes at the edge of contact belong to it and
-//! evaluates the pressures once more, so that the reported residual is that of the returned
+//! The inner solver iterates in single precision, on increments of the pressure. The result is
+//! evaluated in double precision, and the inner solver starts again from the residual found there
+//! (iterative refinement). Finally `press` decides which nodes at the edge of contact belong to it
+//! and evaluates the pressures once more, so that the reported residual is that of the returned
 //! pressures.
+//!
+//! Terms that all modules use:
+//!
+//! - A node is *free* if its pressure may change in the present iteration: it has pressure or
+//!   penetrates.
+//! - A *step* is the change of the pressures in one iteration, and its *step length* is the factor
+//!   of the search direction.
+//! - The *offset* is the mean gap in contact, from which gaps are measured; it adjusts δ.
+//! - The *reference* is a number that is subtracted from all gaps before they are rounded to single
+//!   precision.
 
 use super::elasticity;
 use super::elasticity::ElasticOperator;
@@ -40,6 +51,7 @@ mod extension;
 mod flags;
 mod half_space;
 mod heights;
+mod inner_solver;
 mod lanes;
 mod line_search;
 mod load;
@@ -48,7 +60,6 @@ mod nested;
 mod passes;
 mod press;
 mod prolongation;
-mod search;
 mod start;
 mod state;
 mod two_level;
@@ -56,25 +67,25 @@ mod two_level;
 pub use half_space::{HalfSpace, Hardness, HardnessError};
 
 use heights::{CentredHeights, range};
+use inner_solver::InnerSolver;
 use nearing::Expected;
 use nested::Coarser;
 use passes::ReferencePressure;
-use search::Search;
 
-/// Returns the bytes per node that a [`Solver`] needs for this tolerance.
+/// Returns the memory that a [`Solver`] needs for this tolerance, in bytes per node.
 ///
-/// 59 bytes were measured at the peak of runs on 2048² and 4096² nodes.
+/// Runs on 2048² and 4096² nodes had a peak of 59 bytes per node.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
     if ReferencePressure::is_map(tolerance) { 63.375 } else { 59.375 }
 }
 
 /// One rough surface and its contact under the last load.
 ///
-/// A solver holds about 59 bytes a node: heights and pressure in double precision; heights, the
-/// pressure of the search, the previous pressure, gap and previous gap, and the last step of each
-/// node in single precision; a half spectrum that both precisions share, and three kernels of a
-/// quarter of the mesh. Coarser meshes, of a third of the nodes together, add heights, results and
-/// two kernels in single precision. Tolerances below 1e-5 take 4 bytes more.
+/// A solver needs about 59 bytes per node. It holds heights and pressure in double precision. In
+/// single precision it holds heights, pressure increments, last steps, the present gap, and the
+/// pressure and gap under the previous load. Both precisions share one half spectrum; three kernels
+/// have a quarter of the mesh each. The coarser meshes have a third of the nodes in total and hold
+/// heights, results and two kernels in single precision. Tolerances below 1e-5 take 4 more bytes.
 ///
 /// ```
 /// use asperity_contact::elasticity::PeriodicHalfSpace;
@@ -108,16 +119,17 @@ pub struct Solver {
     highest: f64,
     full_contact: Option<FullContact>,
     hardness: Option<Hardness>,
-    /// Smallest load under which the material yielded so far.
+    /// Smallest load so far under which the material yielded.
     yields_from: f64,
 
-    /// Pressure under the last load. Before the first load it is that of full contact with zero
-    /// mean, if known.
+    /// Pressure under the last load. Before the first load it is the pressure of full contact with
+    /// zero mean, if known.
     pressure: Vec<f64>,
     earlier_pressure: Vec<f32>,
     earlier_load: f64,
 
-    /// Nodes in contact under the last load and under the load before.
+    /// Number of nodes in contact under the last load; the next field is that under the load
+    /// before.
     contact_nodes: f64,
     earlier_contact_nodes: f64,
 
@@ -126,29 +138,29 @@ pub struct Solver {
     /// Mean gap in contact, less the reference.
     offset: f64,
     earlier_offset: f64,
-    /// Nodes that are free at the start of the next search.
+    /// Nodes that may be free in the first iteration of the next load.
     expected: Expected,
 
     double: Transform<f64>,
     double_scratch: Scratch<f64>,
     displacement: Kernel<f64>,
 
-    /// Search for the last load; it holds the gap.
-    search: Search,
+    /// Single-precision solver on this mesh; it holds the gap under the last load.
+    inner: InnerSolver,
     /// Coarser meshes, created by the first load that needs them.
     coarser: Option<Box<Coarser>>,
 }
 
-/// Pressure of zero mean that flattens the surface.
+/// Extremes of the pressure of zero mean that flattens the surface.
 #[derive(Debug, Clone, Copy)]
 struct FullContact {
-    /// Smallest load that brings every node into contact: minus the lowest pressure.
+    /// Minus the lowest pressure: the smallest load that brings every node into contact.
     load: f64,
     peak: f64,
 }
 
 impl Solver {
-    /// Prepares a surface with one height for each node of the body's grid.
+    /// Prepares the solver of a surface with one height for each node of the body's grid.
     ///
     /// Heights are positive towards the body, in units of rms slope × the longer side of the cell.
     /// Their mean does not matter.
@@ -156,12 +168,12 @@ impl Solver {
         Self::with_hardness(body, None, heights)
     }
 
-    /// Prepares a surface on a material that yields at the hardness, if there is one.
+    /// Prepares the solver of a surface on a material that yields at `hardness`, if given.
     ///
-    /// Loads whose elastic pressure stays below the hardness are solved as by [`Solver::new`], to
-    /// the same bytes. If the first load was expected to exceed the hardness, it takes more pairs
-    /// of transforms. In ascending order, all loads from the first that exceeds the hardness are
-    /// solved with both bounds.
+    /// Loads whose elastic pressures stay below the hardness give the same bytes as
+    /// [`Solver::new`]. A first load that was wrongly expected to exceed the hardness takes more
+    /// transform pairs. In ascending order, the first load that exceeds the hardness and all later
+    /// ones are solved with both bounds.
     pub fn with_hardness(
         body: impl ElasticOperator + 'static,
         hardness: Option<Hardness>,
@@ -170,7 +182,7 @@ impl Solver {
         Self::with_threads(Threads::one(), Box::new(body), hardness, heights)
     }
 
-    /// Prepares a surface with several threads, which later [share the work](Solver::set_threads).
+    /// Prepares the solver with several threads, which later [share the work](Solver::set_threads).
     pub fn with_threads(
         threads: Threads,
         body: Box<dyn ElasticOperator>,
@@ -191,7 +203,7 @@ impl Solver {
             let load = -lowest;
             FullContact { load, peak }
         });
-        let search = Search::new(&threads, &*body, single_heights);
+        let inner = InnerSolver::new(&threads, &*body, single_heights);
         Self {
             lowest,
             highest,
@@ -212,30 +224,30 @@ impl Solver {
             double,
             double_scratch,
             displacement: elasticity::displacement_on(&threads, &*body),
-            search,
+            inner,
             coarser: None,
             body,
         }
     }
 
-    /// Sets the threads that share the work. Any number of threads gives the same pressures, to the
-    /// bit.
+    /// Sets the threads that share the work. The pressures do not depend on their number, not even
+    /// in the last bit.
     pub fn set_threads(&mut self, threads: Threads) {
         self.double_scratch.set_threads(threads.clone());
         if let Some(coarser) = &mut self.coarser {
             coarser.set_threads(&threads);
         }
-        self.search.set_threads(threads);
+        self.inner.set_threads(threads);
     }
 
     /// Returns the threads that share the work.
     pub fn threads(&self) -> &Threads {
-        &self.search.threads
+        &self.inner.threads
     }
 
     /// Returns the smallest load that brings every node into contact, in units of E* × rms slope.
     ///
-    /// It is `None` if no formula gives this load, or if the material yields before.
+    /// Returns `None` if no formula gives this load, or if the material yields under a smaller one.
     pub fn full_contact_load(&self) -> Option<f64> {
         let full = self.full_contact?;
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
@@ -245,8 +257,8 @@ impl Solver {
     /// Returns the displacement of each node under unit pressure on all nodes, in units of the
     /// longer side over E*.
     ///
-    /// It is `None` on a body that a uniform pressure does not displace. By reciprocity, the mean
-    /// of p times this displacement is the mean displacement under any pressure p.
+    /// Returns `None` if a uniform pressure does not displace the body. By reciprocity, the mean of
+    /// p times this displacement is the mean displacement under any pressure p.
     pub fn displacement_under_unit_pressure(&mut self) -> Option<Vec<f64>> {
         if self.body.has_zero_mean_displacement() {
             return None;
@@ -279,14 +291,14 @@ pub const DEFAULT_PAIR_LIMIT: u32 = 2000;
 /// Stopping criteria of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Largest [`Outcome::residual`] of a solution, with or without a hardness.
+    /// Largest accepted [`Outcome::residual`], with or without a hardness.
     ///
-    /// The residual is also limited to a tenth of the displacement of one node under the mean
-    /// pressure in contact. This limit is below the default only if that pressure is below 5e-4 E*
-    /// × rms slope.
+    /// The residual must also be at most a tenth of the displacement of one node under the mean
+    /// pressure in contact. This second criterion is stricter than the default tolerance only if
+    /// that pressure is below 5e-4 E* × rms slope.
     pub tolerance: f64,
-    /// Maximum number of transform pairs, forward and inverse, for one load. It is checked once per
-    /// iteration, so a few more may be used.
+    /// Maximum number of transform pairs (one forward and one inverse transform) for one load. It
+    /// is checked once per iteration, so a few more may be used.
     pub pair_limit: u32,
 }
 
@@ -303,7 +315,7 @@ pub enum Stop {
     Converged,
     /// Every node is in contact, and the pressure follows from a formula.
     FullContact,
-    /// The limit of transform pairs was reached; the pressure is the best found.
+    /// The pair limit was reached; the pressure is the best found.
     PairLimit,
     /// The caller stopped the solver; the pressure is the best found.
     Interrupted,
@@ -314,30 +326,31 @@ pub enum Stop {
 pub struct Outcome {
     /// Reason why the solver stopped.
     pub stop: Stop,
-    /// Transform pairs used, in both precisions; those on coarser meshes count in proportion to
-    /// their nodes.
+    /// Number of transform pairs used, in both precisions; pairs on coarser meshes count in
+    /// proportion to their nodes.
     pub pairs: u32,
     /// Largest violation of the contact conditions by the returned pressures, in units of rms slope
     /// × the smaller mesh step.
     ///
     /// It is evaluated in double precision: |g| in elastic contact, the penetration −g outside
-    /// contact, and g at saturated nodes, where yielding allows negative gaps. Gaps are measured
-    /// from their mean in elastic contact. The bounds of the pressure hold exactly.
+    /// contact, and a positive g at saturated nodes, where yielding allows negative gaps only. Gaps
+    /// are measured from their mean in elastic contact. The bounds of the pressure hold exactly.
     pub residual: f64,
     /// Number of nodes with pressure.
     pub contact_nodes: usize,
-    /// Number of nodes at the hardness; these are contact nodes too.
+    /// Number of nodes with pressure equal to the hardness; they are contact nodes too.
     pub saturated_nodes: usize,
-    /// Mean gap over the map, in units of rms slope × longer side. Yielded nodes have zero gap.
+    /// Mean gap over the map, in units of rms slope × longer side. Nodes that have yielded count as
+    /// zero gap.
     pub mean_gap: f64,
-    /// Mean over the map of the yielded depth −g ≥ 0 of saturated nodes: the yielded volume per
-    /// area.
+    /// Mean over the map of the yielded depth: −g at saturated nodes, zero elsewhere.
     ///
-    /// In units of rms slope × longer side; zero without a hardness.
+    /// It is the yielded volume per area, in units of rms slope × longer side; zero without a
+    /// hardness.
     pub yielded_depth: f64,
     /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × longer side.
     ///
-    /// It does not contain the energy dissipated by yielding, hardness ×
+    /// It excludes the energy dissipated by yielding, which is hardness ×
     /// [`Outcome::yielded_depth`].
     pub energy: f64,
     /// Largest pressure, in units of E* × rms slope; equal to the hardness if any node is
@@ -347,9 +360,9 @@ pub struct Outcome {
 
 /// Receives the progress of a load once per iteration, and can stop it.
 ///
-/// A closure `Fn() -> bool` is a `Watch` that only tells whether to stop.
+/// A closure `Fn() -> bool` implements `Watch`: it returns whether to stop.
 pub trait Watch {
-    /// Returns whether to stop; the outcome then has the best pressure so far.
+    /// Returns whether to stop; the outcome then contains the best pressure so far.
     fn is_interrupted(&self) -> bool;
 
     /// Reports the number of transform pairs used for the load so far.

@@ -1,16 +1,17 @@
 //! Adaptive sampling, which adds surfaces to a study until its means are precise or its claims are
 //! decided.
 //!
-//! The number of surfaces follows from tables alone. It does not depend on the machines, on the
-//! order of tasks or on interruptions.
+//! Only tables decide the number of surfaces. It does not depend on the machines, on the order of
+//! tasks or on interruptions.
 //!
-//! A stage starts with the `at_least` surfaces of the manifest. Its condition is evaluated when all
-//! tables that it depends on exist. If it fails, the stage gets more surfaces, as many as the
-//! scatter so far requires, but at most twice as many as now. All parameter points of a stage have
-//! the same number of surfaces, because different spectra are compared on the same draws.
+//! A stage starts with `at_least` surfaces, a key of the manifest. Its condition is evaluated when
+//! all tables that the condition depends on exist. If the condition does not hold, the stage gets
+//! as many surfaces as the scatter so far requires, but at most twice the present number. All
+//! parameter points of a stage have the same number of surfaces, so that spectra are compared on
+//! the same random draws.
 //!
-//! Claims involve several stages. They are evaluated only when all conditions on means are settled,
-//! and then for all stages that wait for claims together.
+//! Claims depend on several stages. They are evaluated only after all conditions on means have been
+//! settled, and then for all stages with such conditions together.
 
 mod conditions;
 
@@ -30,7 +31,7 @@ pub use conditions::{
 pub struct SampledStudy {
     pub study: Study,
     pub plan: Plan,
-    /// Stages whose number of surfaces is not fixed by the manifest.
+    /// Stages whose number of surfaces depends on a condition.
     pub stages: Vec<AdaptiveStage>,
 }
 
@@ -40,18 +41,18 @@ pub struct AdaptiveStage {
     pub name: String,
     /// Number of surfaces at each parameter point.
     pub surfaces: u32,
-    /// Bounds on the number of surfaces, and the condition that ends the growth.
+    /// Bounds on the number of surfaces, and the condition that must hold.
     pub growth: Arc<Growth>,
-    /// State of that condition at the present number of surfaces.
+    /// State of the condition at the present number of surfaces.
     pub condition: Condition,
     position: usize,
 }
 
 impl SampledStudy {
-    /// Adds surfaces to a study until its tables require no more, or until tables are missing.
+    /// Adds surfaces to a study until all conditions are settled or tables are missing.
     ///
     /// # Errors
-    /// Returns an error if a table cannot be read or lacks the column of a condition.
+    /// Returns an error if a table cannot be read or lacks the column that a condition uses.
     pub fn from_tables(
         mut study: Study,
         tables: &impl TaskTables,
@@ -71,8 +72,7 @@ impl SampledStudy {
     }
 
     /// Returns the tasks whose tables are needed to evaluate open conditions, in ascending order.
-    ///
-    /// The list is empty when all numbers of surfaces are settled.
+    /// The list is empty when all conditions have been evaluated.
     pub fn deciding_tasks(&self) -> Vec<usize> {
         let tasks = self.stages.iter().filter_map(|stage| match &stage.condition {
             Condition::Open { tasks, .. } => Some(tasks.as_slice()),
@@ -84,7 +84,8 @@ impl SampledStudy {
         tasks
     }
 
-    /// Removes and returns the damaged tables that prevent conditions from being evaluated.
+    /// Takes the list of damaged tables, with their tasks, that keep conditions from being
+    /// evaluated.
     pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
         let damaged = self.stages.iter_mut().filter_map(|stage| match &mut stage.condition {
             Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),
@@ -104,9 +105,8 @@ impl AdaptiveStage {
         }
     }
 
-    /// Returns the claims that are not decided yet.
-    ///
-    /// The result is `None` while tables are missing, and for conditions on a mean.
+    /// Returns the names of the claims that are not decided yet. Returns `None` while tables are
+    /// missing, and if the condition is about a mean.
     pub fn undecided(&self) -> Option<Vec<&'static str>> {
         match &self.condition {
             Condition::Holds(Finding::Claims(found)) | Condition::Fails(Finding::Claims(found)) => {
@@ -116,7 +116,8 @@ impl AdaptiveStage {
         }
     }
 
-    /// Returns the stage's index and the number of surfaces that it needs, if it needs more.
+    /// Returns the index of the stage and its next number of surfaces, or `None` if the stage needs
+    /// no more surfaces or tables are missing.
     fn next_size(&self) -> Option<(usize, u32)> {
         let Condition::Fails(finding) = &self.condition else {
             return None;
@@ -136,7 +137,7 @@ impl AdaptiveStage {
         Some((self.position, wanted))
     }
 
-    /// Returns whether the stage neither waits for tables nor needs more surfaces.
+    /// Returns whether the condition has been evaluated and the stage needs no more surfaces.
     fn is_settled(&self) -> bool {
         self.condition.is_known() && self.next_size().is_none()
     }
@@ -173,10 +174,10 @@ impl fmt::Display for AdaptiveStage {
     }
 }
 
-/// Maximum number of claims without a quantity that are listed by name.
+/// Maximum number of claims that are listed by name if the study lacks a quantity that they use.
 const MAX_LISTED: usize = 3;
 
-/// Short text about the state of claims.
+/// Summary of the decided and undecided claims in one line.
 struct ClaimSummary<'a>(&'a Finding);
 
 impl fmt::Display for ClaimSummary<'_> {
@@ -239,7 +240,8 @@ fn evaluate_stages(
             position,
         });
     }
-    // Claims judged while another stage still grows would depend on the order of tasks.
+    // If claims were evaluated while another stage grows, the result would depend on the order of
+    // tasks.
     let is_of_claims = |stage: &AdaptiveStage| matches!(stage.growth.until, Until::Claims(_));
     let means = stages.iter().filter(|stage| !is_of_claims(stage));
     if !means.into_iter().all(AdaptiveStage::is_settled) {

@@ -1,12 +1,12 @@
 //! Computation of a study in parts, on the machines of a cluster.
 //!
-//! A [`Shard`](shard::Shard) is a part of a study's surfaces. It follows from the keys of the
-//! surfaces alone, so that machines need not coordinate. The process that computes a shard writes
-//! the tables of its tasks and one [receipt](mod@receipts), and no other files.
+//! A [`Shard`](shard::Shard) is a part of a study's surfaces. Only the key of a surface decides
+//! which shard it belongs to, so machines need not coordinate. The process that computes a shard
+//! writes the tables of its tasks and one [receipt](mod@receipts), and no other files.
 //!
-//! Any scheduler that can number its jobs will do. For Slurm there are [batch scripts](submission),
-//! a choice of the number of array elements from the [expected cost](sizing), and wrappers of its
-//! [commands](slurm).
+//! Any scheduler that numbers the jobs of an array can be used. For Slurm, the submodules provide
+//! [batch scripts](submission), the [number of array elements](sizing) from their expected cost,
+//! and wrappers of its [commands](slurm).
 
 pub mod receipts;
 pub mod settings;
@@ -21,12 +21,12 @@ use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::{StoreError, listing};
 use receipts::Receipt;
 
-/// Returns the folders of studies in the `cluster/` folder of a data folder.
+/// Returns the folders of all studies in the `cluster/` folder of the data folder `root`.
 fn studies(root: &Path) -> Result<Vec<PathBuf>, StoreError> {
     listing::folders(&root.join("cluster"))
 }
 
-/// Lists the files that this program and its jobs have written to the cluster folders.
+/// Lists the files that this program and its jobs have written to the `cluster/` folder.
 pub fn files(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = Vec::new();
     for folder in studies(root)? {

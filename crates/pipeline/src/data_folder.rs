@@ -16,12 +16,12 @@ use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{Store, StoreError, listing};
 
-/// Folder in which a program keeps the results of its studies. It need not exist.
+/// Path of the folder that contains all results. It need not exist.
 ///
 /// - `store/`: tables of tasks
 /// - `results/STUDY/`: tables of stages
-/// - `plans/`: what each study was when it last ran
-/// - `cluster/STUDY/`: scripts and receipts of a study that is split among machines
+/// - `plans/`: a [`Record`] of each study at its last run
+/// - `cluster/STUDY/`: batch scripts and receipts of a study that is computed on a cluster
 ///
 /// ```
 /// use std::path::Path;
@@ -48,7 +48,7 @@ impl DataFolder {
         self.0.join("store")
     }
 
-    /// Returns the folder that has a subfolder with tables of stages for each study.
+    /// Returns the folder `results/`, which has a subfolder for each study.
     pub fn results(&self) -> PathBuf {
         self.0.join("results")
     }
@@ -63,7 +63,7 @@ impl DataFolder {
         results::path(&self.results(), study, stage)
     }
 
-    /// Returns the folder with the records of what studies were when they last ran.
+    /// Returns the folder with the records of studies at their last runs.
     pub fn records(&self) -> PathBuf {
         self.0.join("plans")
     }
@@ -78,17 +78,17 @@ impl DataFolder {
         self.cluster_of(study).join("receipts")
     }
 
-    /// Opens the store for reading. Fails if its lock cannot be acquired, because the store may
-    /// then be pruned at the same time.
+    /// Opens the store for reading. Fails if the lock of the store cannot be acquired, because
+    /// another process could then delete tables at the same time.
     pub fn open_read_only(&self) -> Result<Store, StoreError> {
         Store::open_read_only(&self.store())
     }
 }
 
-/// Lists the files that none of these studies needs.
+/// Lists the files that none of the studies `plans` needs.
 ///
-/// Files that a process may be writing now are not listed. Without any study, no table is listed:
-/// an empty list of studies is more likely a mistake than a request to delete everything.
+/// Files that a process may be writing now are not listed. If `plans` is empty, no table is listed,
+/// because an empty list is more likely a mistake than a request to delete everything.
 pub fn unneeded(
     plans: &[Plan],
     data: &DataFolder,
@@ -113,30 +113,32 @@ pub fn unneeded(
     Ok(found)
 }
 
-/// Returns the receipts of array elements that may be running on other machines, where locks do not
-/// show them.
+/// Returns the receipts of processes that may be running. File locks may not show processes on
+/// other machines.
 pub fn running_receipts(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = cluster::receipts(data.path())?;
     receipts.retain(Receipt::may_be_running);
     Ok(receipts)
 }
 
-/// Deletes files, and folders that become empty. The caller holds the exclusive lock of the store.
+/// Deletes files, and the folders that become empty. `_alone` proves that the caller holds the
+/// exclusive lock of the store.
 pub fn delete(files: &[StoredFile], _alone: &Lock) -> Result<(), StoreError> {
     for StoredFile { path, .. } in files {
         remove(path)?;
         if let Some(folder) = path.parent() {
-            // This fails if the folder is not empty.
+            // A folder that is not empty cannot be removed.
             let _ = fs::remove_dir(folder);
         }
     }
     Ok(())
 }
 
-/// Deletes unfinished files of processes that have ended.
+/// Deletes the unfinished files of processes that have ended.
 ///
-/// Some file systems lock on one machine only, so that processes of other machines may be running.
-/// Their files are kept, and so are the folders, in which they may be about to write.
+/// On some file systems a lock excludes only processes of the same machine. Unfinished files of
+/// processes that may be running on other machines are therefore kept. Folders are kept too,
+/// because such a process may be about to write into them.
 pub fn delete_unfinished(data: &DataFolder, moment: &HostState) -> Result<(), StoreError> {
     let mut left = listing::unfinished(&data.store())?;
     left.extend(results::files(&data.results())?);
@@ -167,7 +169,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns a moment at which no process of this machine is running.
+    /// Returns the state of a machine on which no process is running.
     fn moment() -> HostState {
         HostState { machine: "node07".to_owned(), now: SystemTime::now(), started: |_| None }
     }

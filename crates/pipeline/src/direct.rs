@@ -1,8 +1,8 @@
-//! Surfaces and contacts without a study, for use in memory.
+//! Surfaces and contacts in memory, without a study.
 //!
-//! The results have the same bytes as those of `generate` and `solve` stages. The input is the keys
-//! of such a stage, with the same checks as in a manifest. [`draw`] generates one surface, and a
-//! [`Pressing`] presses one surface, load after load. Nothing is stored.
+//! The input consists of the keys of a `generate` or `solve` stage, which are checked as in a
+//! manifest. The results are the same as those of such a stage, bit for bit. [`draw`] generates one
+//! surface, and [`Pressing`] solves its contact, load after load. Nothing is written to disk.
 //!
 //! ```
 //! use asperity_pipeline::direct::{Map, Pressing, draw};
@@ -41,30 +41,29 @@ use asperity_stages::{Recipe, StageError, grids, solve};
 use asperity_tables::column::Value;
 use asperity_tables::table::{Table, TableError};
 
-/// A surface could not be generated or pressed.
+/// Error of generating a surface or solving its contact.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectError {
     #[error(transparent)]
     Keys(#[from] KeyErrors),
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// A map that is not periodic would be pressed as if it were.
+    /// The map is not periodic, but the boundary condition is.
     #[error(
-        "the map is not periodic, but the boundary is: press it with `boundary = \"free\"`, \
-         without anything beyond its edges, or declare it periodic if its opposite edges match"
+        "the map is not periodic, but the boundary is: press it with `boundary = \"free\"` as an \
+         isolated patch, or declare it periodic if its opposite edges match"
     )]
     NotPeriodic,
     #[error(transparent)]
     Stage(#[from] StageError),
 }
 
-/// A generated surface with the row that a `generate` stage stores for it.
+/// A generated surface with its row in the table of a `generate` stage.
 #[derive(Debug, Clone)]
 pub struct Drawn {
     /// Heights, in the unit of the sides.
     pub surface: Surface,
-    /// Rms slope √⟨|∇h|²⟩ as the stage defines it. For a random surface it is the slope to which
-    /// the surface was scaled.
+    /// Rms slope √⟨|∇h|²⟩. For a random surface, it is the slope to which the surface was scaled.
     pub rms_slope: f64,
     /// True if the surface is periodic. Maps from files may not be.
     pub is_periodic: bool,
@@ -74,11 +73,12 @@ pub struct Drawn {
 
 /// Generates the surface that the keys of a `generate` stage describe, for one realization.
 ///
-/// The heights equal those that such a stage stores, bit for bit. Paths are relative to the working
-/// directory.
+/// The heights equal those that such a stage stores, bit for bit. Paths of files are relative to
+/// the working directory.
 ///
 /// # Errors
-/// Returns an error if a key is invalid, several surfaces are described, or a file cannot be read.
+/// Returns an error if a key is invalid, if the keys describe several surfaces, or if a file cannot
+/// be read.
 pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
     let params = surface(keys)?.params.realization(realization);
     let surface = params.draw(&SurfaceFiles::new(Path::new("")), &Threads::one())?;
@@ -91,24 +91,24 @@ fn of_table(error: TableError) -> DirectError {
     StageError::from(error).into()
 }
 
-/// Heights to be pressed, with their slope and periodicity.
+/// Heights of a surface whose contact is to be solved, with slope and periodicity.
 #[derive(Debug, Clone)]
 pub struct Map {
     /// Heights, with peaks pointing towards the elastic body.
     pub surface: Surface,
-    /// Rms slope that reduces the loads, if it is known better than from these nodes. For a random
-    /// surface it is the slope of its modes.
+    /// Rms slope h′ in the reduced load p₀/(E* h′), if it is known more exactly than the heights
+    /// give it. For a random surface, it is the slope of the Fourier modes.
     pub rms_slope: Option<f64>,
-    /// True if the map is periodic. The slope of a periodic map comes from its Fourier modes, that
-    /// of another map from differences between nodes.
+    /// True if the map is periodic. If `rms_slope` is `None`, the slope is computed from Fourier
+    /// modes for a periodic map, and from differences between nodes for any other map.
     pub is_periodic: bool,
 }
 
-/// One surface under a block of loads.
+/// Contact of one surface under a sequence of increasing loads.
 ///
 /// Pressures are in the unit of the effective modulus, lengths in the unit of the sides. The
 /// contact map of every finished load is kept in memory, one bit per node. The pressures are kept
-/// too, except after [`Pressing::without_fields`].
+/// too, unless [`Pressing::without_fields`] was called.
 pub struct Pressing {
     block: Block,
     row: Table,
@@ -122,17 +122,17 @@ impl Pressing {
     /// Prepares a surface for the loads that the keys of a `solve` stage describe.
     ///
     /// # Errors
-    /// Returns an error if a key is invalid, if a map that is not periodic meets a periodic
-    /// boundary, or if the material cannot bear the heaviest load.
+    /// Returns an error if a key is invalid, if the map is not periodic but the boundary is, or if
+    /// the hardness of the material is too low for the largest load.
     pub fn new(map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         Self::new_on(NonZeroUsize::MIN, map, keys)
     }
 
-    /// Does the same as [`Pressing::new`] on several cores, with the same results, bit for bit.
-    /// Each call starts its threads and ends them.
+    /// Prepares a surface as [`Pressing::new`] does, but computes on several cores. The results are
+    /// the same, bit for bit. Each method call starts its threads and ends them.
     ///
     /// # Errors
-    /// The same as of [`Pressing::new`].
+    /// Returns the same errors as [`Pressing::new`].
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let params = block(keys)?;
         if params.boundary == Boundary::Periodic && !map.is_periodic {
@@ -154,16 +154,16 @@ impl Pressing {
         })
     }
 
-    /// Keeps the contact maps of the loads but no pressures.
+    /// Disables keeping the pressures of finished loads; their contact maps are still kept.
     pub fn without_fields(self) -> Pressing {
         Pressing { keeps_fields: false, ..self }
     }
 
-    /// Presses the surface by the next load. Returns `None` if no load is left, or if every node
-    /// touched under the last load, so that heavier loads would add nothing.
+    /// Solves the contact under the next load. Returns `None` after the last load, or if the
+    /// previous load has led to full contact.
     ///
     /// # Errors
-    /// Returns an error if the call was interrupted. It can be repeated.
+    /// Returns an error if `interrupted` returned true. The call can then be repeated.
     pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Option<Outcome>, StageError> {
         let outcome = self.on_threads(|block| block.press(&interrupted))?;
         if outcome.is_some() && self.keeps_fields {
@@ -183,22 +183,22 @@ impl Pressing {
         self.block.grid()
     }
 
-    /// Returns a row for each finished load, like the table of a `solve` stage but without the
+    /// Returns a table with a row for each finished load: the table of a `solve` stage without the
     /// coordinates of the surface.
     pub fn table(&mut self) -> Table {
         self.block.table(&self.row)
     }
 
-    /// Returns for each node whether it is in contact under the load with this index, row-major.
-    /// Returns `None` if the load is not finished.
+    /// Returns the contact map under the load with index `load`, row-major: true for nodes in
+    /// contact. Returns `None` if the load is not finished.
     pub fn contact(&self, load: usize) -> Option<Vec<bool>> {
         let bytes = self.block.contact(load)?;
         let is_set = |node: usize| bytes[node / 8] >> (node % 8) & 1 == 1;
         Some((0..self.grid().count()).map(is_set).collect())
     }
 
-    /// Returns the pressure under the load with this index, row-major. Returns `None` if the load
-    /// is not finished or its pressures were not kept.
+    /// Returns the pressures under the load with index `load`, row-major. Returns `None` if the
+    /// load is not finished or its pressures were not kept.
     pub fn pressure(&self, load: usize) -> Option<Vec<f64>> {
         let unit = self.block.scales().pressure();
         let mut pressure = self.reduced_pressure(load)?;
@@ -206,28 +206,28 @@ impl Pressing {
         Some(pressure)
     }
 
-    /// Returns the displacement of the elastic body under a load, positive into the body,
-    /// row-major.
+    /// Returns the displacements of the elastic body under the load with index `load`, positive
+    /// into the body, row-major. Their mean is zero if the boundary is periodic.
     ///
-    /// Its mean is zero if the boundary is periodic. Returns `None` as [`Pressing::pressure`] does.
+    /// Returns `None` if the load is not finished or its pressures were not kept.
     pub fn displacement(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
         let displacement = self.on_threads(|block| block.solver().displacement_under(&pressure));
         Some(self.in_length(displacement))
     }
 
-    /// Returns the gap under a load, row-major, as defined by
+    /// Returns the gaps under the load with index `load`, row-major, as defined by
     /// [`Solver::gap_under`](asperity_contact::solver::Solver::gap_under).
     ///
-    /// Returns `None` as [`Pressing::pressure`] does.
+    /// Returns `None` if the load is not finished or its pressures were not kept.
     pub fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
         let gap = self.on_threads(|block| block.solver().gap_under(&pressure));
         Some(self.in_length(gap))
     }
 
-    /// Runs work on all cores. No thread remains between two calls, so that the process may be
-    /// forked there.
+    /// Runs `work` on all cores. The threads end before the method returns, so that the process can
+    /// be forked between calls.
     fn on_threads<T>(&mut self, work: impl FnOnce(&mut Block) -> T) -> T {
         let nodes = self.grid().count();
         self.block.set_threads(Threads::for_mesh(self.cores, nodes));
@@ -236,7 +236,7 @@ impl Pressing {
         done
     }
 
-    /// Returns the pressure under a load in units of E* × rms slope, row-major.
+    /// Returns the pressures under a load in units of E* × rms slope, row-major.
     fn reduced_pressure(&self, load: usize) -> Option<Vec<f64>> {
         let mut kept = self.pressures.get(load)?.iter();
         let contact = self.contact(load)?.into_iter();
@@ -262,7 +262,7 @@ fn rms_slope(map: &Map) -> f64 {
     moments.rms_slope()
 }
 
-/// Problems with the keys of a stage, each with a suggestion.
+/// Problems with the keys of a stage, each with what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .0.join("\n"))]
 pub struct KeyErrors(Vec<String>);
@@ -292,7 +292,7 @@ fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     let study =
         study([("surface", stage("generate", &placeholder_surface())), ("contact", contact)])?;
     match study.stages[1].work.recipes() {
-        // The direct solver would return rows of another method than the keys ask for.
+        // `Pressing` solves for pressures of nodes and knows no asperity models.
         [Recipe::Solve(block)] if block.asperities.is_some() => {
             Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]))
         }
@@ -304,8 +304,8 @@ fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     }
 }
 
-/// Returns keys of a surface whose slope is not known beforehand, so that no check of loads depends
-/// on it.
+/// Returns the keys of an arbitrary surface. Its rms slope is unknown before it is generated, so
+/// that checks of the loads do not depend on it.
 fn placeholder_surface() -> Keys {
     let keys =
         [("method", toml::Value::from("wave")), ("nodes", 16.into()), ("amplitude", 1.0.into())];
@@ -376,7 +376,7 @@ mod tests {
 
     #[test]
     fn a_wave_is_flattened_by_its_closed_form() {
-        // Westergaard's wave: p* = π E* Δ/λ, under which displacement and height are one.
+        // Westergaard: under p* = π E* Δ/λ the contact is full, so displacement equals height.
         let pressure = 2.0 * std::f64::consts::PI * 0.01 / 2.0 * 3.0;
         let keys =
             format!("effective_modulus = 3.0\nload_unit = \"absolute\"\nloads = [{pressure}]");

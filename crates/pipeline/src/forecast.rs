@@ -1,7 +1,8 @@
 //! Forecasts of the time that tasks take on this machine and, in [`memory`], of their memory.
 //!
-//! Except on small meshes, nearly all time goes into pairs of transforms. The forecast is the
-//! expected number of pairs times the measured time of one pair. The rest is estimated roughly.
+//! Except on small meshes, pairs of Fourier transforms take nearly all of the time. Their time is
+//! the expected number of pairs times the measured time of one pair. All other work is estimated
+//! roughly.
 
 pub mod memory;
 
@@ -14,24 +15,24 @@ use asperity_stages::{Effort, Extent};
 use asperity_tables::column::{Column, ColumnKind, reals, texts};
 use asperity_tables::table::{Table, TableError};
 
-/// Cost model that predicts the seconds of one core that tasks take.
+/// Cost model that estimates the core-seconds of tasks.
 #[derive(Debug, Default)]
 pub struct CostModel {
     seconds_per_pair: RefCell<BTreeMap<[usize; 2], f64>>,
 }
 
 impl CostModel {
-    /// Creates a model from the measured seconds of one core for a pair of transforms, by mesh.
+    /// Creates a model from the measured core-seconds of a pair of transforms, by mesh.
     pub fn measured(seconds_per_pair: BTreeMap<[usize; 2], f64>) -> CostModel {
         CostModel { seconds_per_pair: RefCell::new(seconds_per_pair) }
     }
 
-    /// Returns the seconds of one core that a task takes.
+    /// Estimates the core-seconds of a task.
     pub fn seconds(&self, task: &Task) -> f64 {
         self.seconds_on(task, task.nodes)
     }
 
-    /// Returns the seconds of one core that such a task takes on another mesh.
+    /// Estimates the core-seconds that a task would take on a mesh of `nodes`.
     pub fn seconds_on(&self, task: &Task, nodes: [usize; 2]) -> f64 {
         let effort = effort(task, nodes);
         let in_pairs = match effort.pairs {
@@ -41,21 +42,21 @@ impl CostModel {
         effort.seconds + in_pairs
     }
 
-    /// Returns the seconds of one core that several tasks of a plan take together.
+    /// Estimates the core-seconds of several tasks of a plan in total.
     pub fn seconds_of(&self, plan: &Plan, tasks: &[usize]) -> f64 {
         let seconds = tasks.iter().map(|&task| self.seconds(&plan.tasks[task]));
         // Not `sum`, which returns −0.0 for an empty iterator.
         seconds.fold(0.0, |sum, seconds| sum + seconds)
     }
 
-    /// Returns the seconds for a pair of transforms, measured once for each mesh.
+    /// Returns the core-seconds of a pair of transforms, which are measured once for each mesh.
     fn seconds_per_pair(&self, nodes: [usize; 2]) -> f64 {
         let mut known = self.seconds_per_pair.borrow_mut();
         *known.entry(nodes).or_insert_with(|| cost::seconds_per_pair(nodes))
     }
 }
 
-/// Returns the number of pairs of transforms that a task is expected to take.
+/// Returns the expected number of pairs of transforms of a task.
 pub fn expected_pairs(task: &Task) -> f64 {
     effort(task, task.nodes).pairs
 }
@@ -65,7 +66,7 @@ fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 
-/// Number of tasks in one table. A row takes kilobytes while its table is built.
+/// Number of tasks in each table of [`worklist`]. While a table is built, a row takes kilobytes.
 const CHUNK: usize = 1024;
 
 const STAGE: Column = Column::result("stage", ColumnKind::Text, "", "stage of the task");
@@ -75,13 +76,14 @@ const CORE_SECONDS: Column = Column::result(
     "core_seconds",
     ColumnKind::Real,
     "s",
-    "time of one core that the task is expected to take",
+    "expected core-seconds of the task",
 );
 
-/// Lists the tasks of a study, so that users can distribute them among machines themselves.
+/// Lists the tasks of a study in tables, so that users can distribute the tasks among machines.
 ///
 /// Each task is one row with its coordinates. Inputs come before the tasks that read them. A task
-/// of several stages is listed under the first. `missing` is in ascending order.
+/// that belongs to several stages is listed under the first one. The indices in `missing` must be
+/// in ascending order.
 pub fn worklist(
     plan: &Plan,
     missing: &[usize],
@@ -130,7 +132,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns the pairs of transforms and the other seconds that the last task of a study takes.
+    /// Returns the expected pairs of transforms and the other seconds of the last task of a study.
     fn last(realizations: u32, stages: &str) -> (f64, f64) {
         let manifest = format!(
             "

@@ -1,21 +1,21 @@
-//! Pipeline from a manifest to tables, which checks, plans and runs a study and reads its results.
+//! Pipeline from a manifest to tables: checks, plans and runs a study and reads its results.
 //!
-//! Data flows one way: [`manifest`] → [`study`] → [`plan`] → [`runner`] → [`results`]. This crate
-//! contains no claims about physics and draws no figures. The session passes in the rule that
-//! decides claims.
+//! Data flows in one direction: [`manifest`] → [`study`] → [`plan`] → [`runner`] → [`results`].
+//! This crate contains no claims about physics and draws no figures. The session passes in the rule
+//! that decides claims.
 //!
 //! | module | what it does |
 //! |---|---|
-//! | [`manifest`] | reads a manifest into the keys of its stages; JSON schema; template |
-//! | [`study`] | checks that involve several stages; warnings |
-//! | [`plan`] | tasks and their keys; reasons why a task would run |
+//! | [`manifest`] | reads the keys of each stage; contains the JSON schema and the template |
+//! | [`study`] | checks conditions on several stages, and warns |
+//! | [`plan`] | lists the tasks with their keys, and explains why a task would run |
 //! | [`forecast`] | predicts how long tasks take and how much memory they need |
 //! | [`runner`] | computes the tasks that the store lacks |
 //! | [`adaptive_sampling`] | adds surfaces until a mean is precise enough or claims are decided |
 //! | [`results`] | publishes one table per stage, reads the rows, and lists failures |
-//! | [`data_folder`] | layout of the data folder; finds files that no study needs |
+//! | [`data_folder`] | defines the layout of the data folder, and finds files that no study needs |
 //! | [`cluster`] | splits a study among machines and Slurm jobs |
-//! | [`direct`] | generates and presses single surfaces from the keys of a manifest |
+//! | [`direct`] | generates single surfaces and solves their contact, without a study |
 
 pub mod adaptive_sampling;
 pub mod cluster;

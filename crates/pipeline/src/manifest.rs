@@ -1,8 +1,8 @@
-//! Reader of manifests as written, before their values are checked.
+//! Reader of manifests.
 //!
-//! The whole manifest is read before any value is checked. The table of each stage is expanded into
-//! the points of its grid, values keep their positions in the text, and one unreadable value does
-//! not hide other problems. [`crate::study`] checks the values.
+//! The reader expands the table of each stage into its parameter points. It keeps the position of
+//! each value in the text, and it continues after an unreadable value so that all problems are
+//! found. [`crate::study`] then checks the values.
 
 mod schema;
 
@@ -34,7 +34,7 @@ pub struct StudyTable {
 
 table!(StudyTable, swept: [], lists: []);
 
-/// Maximum number of stages of a study, far above that of a manifest written by hand.
+/// Maximum number of stages of a study.
 const MAX_STAGES: usize = 200;
 
 /// A manifest as written, with values that are not checked yet.
@@ -50,9 +50,9 @@ pub struct Manifest {
 pub struct StageTable {
     pub name: Written<String>,
     pub kind: Option<Kind>,
-    /// The stages that it reads, or `None` if they cannot be read.
+    /// Names of the stages that this stage reads, or `None` if `from` is missing or invalid.
     pub from: Option<Vec<Written<String>>>,
-    /// Other keys at each point of the grid; `None` if the kind, which decides the valid keys, is
+    /// All other keys, at each parameter point; `None` if the kind, which decides the valid keys, is
     /// unknown.
     pub points: Option<Points>,
 }
@@ -60,7 +60,7 @@ pub struct StageTable {
 type Entry<'i> = (Spanned<DeString<'i>>, Spanned<DeValue<'i>>);
 
 impl Manifest {
-    /// Reads the text of a manifest. Returns `None` if it is not valid TOML.
+    /// Parses the text of a manifest. Returns `None` if it is not valid TOML.
     pub fn parse(text: &str, problems: &mut Problems) -> Option<Manifest> {
         let (document, errors) = DeTable::parse_recoverable(text);
         if !errors.is_empty() {
@@ -108,7 +108,7 @@ fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTabl
     Some(reader::read(table, span, &wanted, problems))
 }
 
-/// Reads the stages in the order of the file; a parsed table has another order.
+/// Reads the stages in the order of the file, because a parsed table has another order.
 fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
     let mut entries: Vec<_> = match table_of(entry, problems) {
         Some(table) => table.into_iter().collect(),
@@ -146,7 +146,8 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
 }
 
 impl StageTable {
-    /// Creates a stage of which only the name is known, so that stages that read it find it.
+    /// Creates a stage of which only the name is known, so that stages that read it are not
+    /// reported too.
     fn unreadable(name: Written<String>) -> Self {
         Self { name, kind: None, from: None, points: None }
     }
@@ -235,10 +236,11 @@ fn unknown_table((key, value): &Entry) -> Problem {
     problem.help("a manifest has one table `[study]` and a table `[stage.NAME]` for each stage")
 }
 
-/// Maximum number of syntax errors that are examined. Each of them costs a search through the text.
+/// Maximum number of syntax errors that are examined, because each requires a search through the
+/// text.
 const MAX_ERRORS: usize = 200;
 
-/// Reports syntax errors, except those that only follow from others.
+/// Reports syntax errors, except those that are consequences of other errors.
 pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
     let mut last_line = None;
     let mut repeated_table: Option<usize> = None;
@@ -246,7 +248,7 @@ pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
         let mut span = error.span().unwrap_or(text.len()..text.len());
         span.start = span.start.min(text.len());
         let line = line_start(text, span.start);
-        // Later errors on a line mostly follow from its first error.
+        // Later errors on a line are mostly consequences of the first one.
         if last_line.replace(line) == Some(line) {
             continue;
         }
@@ -254,7 +256,7 @@ pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
             problems.push(syntax_error(text, error, span));
             continue;
         }
-        // If a table is repeated, its keys are repeated too.
+        // If a table is repeated, its repeated keys are not reported.
         let is_within = |table: usize| !text[table..span.start].contains("\n[");
         if repeated_table.is_some_and(is_within) {
             continue;
@@ -320,13 +322,14 @@ fn duplicate(text: &str, line: usize, span: Span) -> Problem {
     problem
 }
 
-/// Name of the schema file, which the first line of the manifest expects beside it.
+/// Name of the schema file. The first line of the template refers to this file in the folder of the
+/// manifest.
 pub const SCHEMA: &str = "asperity.schema.json";
 
-/// Placeholder of the study's name in the template.
+/// Placeholder for the name of the study in the template.
 const NAME: &str = "STUDY";
 
-/// Returns a commented manifest to start from, for a study of this name. The name must be valid.
+/// Returns a template manifest with comments for a study of the given name, which must be valid.
 pub fn template(name: &str) -> String {
     include_str!("manifest/template.toml").replace(NAME, name)
 }

@@ -1,8 +1,8 @@
-//! Plans of the tasks of a study, made without reading any file.
+//! The plan of a study: the list of its tasks, made without reading any file.
 //!
-//! A task computes one table, such as one surface or one block of loads. Its key names the table
-//! and holds everything that decides its content. More surfaces, another block or another cutoff
-//! add tasks and leave the keys of the others unchanged.
+//! A task computes one table, such as one surface or one block of loads. The key of the task
+//! identifies the table and depends on everything that decides its content. More surfaces, another
+//! block or another cutoff add tasks and leave the keys of the other tasks unchanged.
 
 pub mod reasons;
 
@@ -18,7 +18,7 @@ use asperity_tables::table::{Table, TableError};
 
 pub use asperity_stages::Kind;
 
-/// The tasks of a study, inputs before the tasks that read them.
+/// All tasks of a study, ordered such that each task comes after its inputs.
 ///
 /// ```
 /// use std::path::Path;
@@ -49,7 +49,7 @@ pub use asperity_stages::Kind;
 #[derive(Debug)]
 pub struct Plan {
     pub study: String,
-    /// All tasks, each once even if several stages have it.
+    /// All tasks. A task that belongs to several stages is listed once.
     pub tasks: Vec<Task>,
     /// Stages, each after the stages that it reads.
     pub stages: Vec<PlannedStage>,
@@ -57,17 +57,17 @@ pub struct Plan {
 
 #[derive(Debug)]
 pub struct Task {
-    /// Key of its table in the store.
+    /// Key of the task's table in the store.
     pub key: TaskKey,
     /// Stage parameters that decide the table.
     pub recipe: Recipe,
-    /// Tasks whose tables it reads, in order.
+    /// Indices of the tasks whose tables this task reads, in order.
     pub inputs: Vec<usize>,
-    /// Key of the recipe's identity, from which the keys of later tasks are made.
+    /// Key made from the recipe's identity. The keys of tasks that read this task depend on it.
     identity: TaskKey,
-    /// Nodes along x and y of the surface.
+    /// Numbers of grid points of the surface along x and y.
     pub nodes: [usize; 2],
-    /// Number of rows per surface in its table, or in the tables that it pools.
+    /// Number of rows per surface in the task's table, or in the tables that the task pools.
     pub rows: usize,
 }
 
@@ -76,12 +76,13 @@ pub struct Task {
 pub struct PlannedStage {
     pub name: String,
     pub kind: Kind,
-    /// Tasks, in the order of the rows of the stage's table.
+    /// Indices of the tasks, in the order of the rows of the stage's table.
     pub tasks: Vec<usize>,
 }
 
 impl PlannedStage {
-    /// Returns the tasks whose entry in `selected` is true.
+    /// Returns the tasks of this stage that are selected. `selected` has an entry for each task of
+    /// the plan.
     pub fn tasks_where(&self, selected: &[bool]) -> Vec<usize> {
         let tasks = self.tasks.iter().zip(selected);
         let tasks = tasks.filter(|(_, selected)| **selected);
@@ -90,7 +91,7 @@ impl PlannedStage {
 }
 
 impl Plan {
-    /// Lists the tasks of a study.
+    /// Creates the plan of a study.
     pub fn new(study: &Study) -> Plan {
         let mut builder = Builder::default();
         for stage in &study.stages {
@@ -104,7 +105,7 @@ impl Plan {
         Plan { study: study.name.clone(), tasks: builder.tasks, stages: builder.stages }
     }
 
-    /// Returns how a task's table is made: stage, version, parameters and inputs.
+    /// Returns the provenance of a task's table: stage, version, parameters and inputs.
     pub fn provenance(&self, task: usize) -> Provenance {
         let Task { recipe, inputs, .. } = &self.tasks[task];
         let inputs = || inputs.iter().map(|&input| &self.tasks[input]);
@@ -121,19 +122,19 @@ impl Plan {
         self.tasks.iter().map(|task| task.key).collect()
     }
 
-    /// Returns the keys of a stage's tasks, in their order.
+    /// Returns the keys of a stage's tasks, in the order of the tasks.
     pub fn keys_of(&self, stage: &PlannedStage) -> Vec<TaskKey> {
         let keys = stage.tasks.iter().map(|&task| self.tasks[task].key);
         keys.collect()
     }
 
-    /// Returns whether this is the named study and it has the named table.
+    /// Returns whether this is the plan of the study `study` and has a stage named `table`.
     pub fn has_table(&self, study: &str, table: &str) -> bool {
         let mut names = self.stages.iter().map(|stage| stage.name.as_str());
         self.study == study && (table == names::FAILURES || names.any(|name| name == table))
     }
 
-    /// Returns the task with a key.
+    /// Returns the index of the task with the given key.
     pub fn task_of(&self, key: TaskKey) -> Option<usize> {
         self.tasks.iter().position(|task| task.key == key)
     }
@@ -143,7 +144,7 @@ impl Plan {
         self.stages.iter().find(|stage| stage.tasks.contains(&task))
     }
 
-    /// Returns for every task the name of the first stage that contains it.
+    /// Returns, for each task, the name of the first stage that contains it.
     pub fn stage_names(&self) -> Vec<&str> {
         let mut names = vec![""; self.tasks.len()];
         for stage in self.stages.iter().rev() {
@@ -154,17 +155,18 @@ impl Plan {
         names
     }
 
-    /// Returns the coordinates of a task as one row. A task about several surfaces has the
-    /// coordinates that they share.
+    /// Returns the coordinates of a task as a table with one row. For a task that reads several
+    /// surfaces, these are the coordinates that the surfaces share.
     ///
     /// # Errors
-    /// Returns an error if coordinates of one name differ in type, which is a bug of a stage.
+    /// Returns an error if two coordinates of the same name differ in type, which is a bug of a
+    /// stage.
     pub fn coordinates(&self, task: usize) -> Result<Table, TableError> {
-        /// Rows stacked at a time. A row takes kilobytes while it is a table.
+        /// Number of rows stacked at a time. As a table, a single row takes kilobytes.
         const CHUNK: usize = 1024;
         let Task { recipe, inputs, .. } = &self.tasks[task];
         let own = Table::row(&recipe.coordinates());
-        // A generated surface has only its own coordinates, even if its spectrum was measured.
+        // A generated surface inherits no coordinates from the measured spectrum that it may read.
         if inputs.is_empty() || recipe.kind() == Kind::Generate {
             return Ok(own);
         }
@@ -176,7 +178,7 @@ impl Plan {
         Ok(Table::stack(&above)?.common().beside(&own))
     }
 
-    /// Returns for every task the tasks that read its table.
+    /// Returns, for each task, the indices of the tasks that read its table.
     pub fn dependents(&self) -> Vec<Vec<usize>> {
         let mut dependents = vec![Vec::new(); self.tasks.len()];
         for (task, reads) in self.tasks.iter().enumerate() {
@@ -202,7 +204,7 @@ impl Builder {
         match &stage.work {
             Work::Generate(surfaces) => {
                 let surfaces = surfaces.iter().flat_map(|surfaces| {
-                    // Surfaces with a measured spectrum are drawn for each spectrum that is read.
+                    // With measured spectra, every surface is drawn once for each spectrum.
                     let read: Vec<Vec<usize>> = if surfaces.params.origin.reads_stage() {
                         inputs.iter().map(|&input| vec![input]).collect()
                     } else {
@@ -231,7 +233,7 @@ impl Builder {
         }
     }
 
-    /// Adds the tasks of a recipe, and returns them.
+    /// Adds the tasks of a recipe and returns their indices.
     fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
         let groups = match recipe.reach() {
             Reach::Single => inputs.iter().map(|&input| vec![input]).collect(),
@@ -272,9 +274,9 @@ impl Builder {
         task
     }
 
-    /// Groups tasks that differ only by surface and block of loads, in the order in which the
-    /// groups first appear. Of tasks that differ only in the columns that they keep, the first is
-    /// used.
+    /// Groups tasks by parameter point: the tasks of a group differ only in surface and block of
+    /// loads. Groups are in the order of their first tasks. Of several tasks that differ only in
+    /// the columns that they keep, only the first is included.
     fn by_point(&self, tasks: &[usize]) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         let mut known = BTreeMap::new();
@@ -292,7 +294,7 @@ impl Builder {
         groups
     }
 
-    /// Returns the parameter point of a task.
+    /// Returns the parameter point of a task, including the parameters of its inputs.
     fn point(&self, task: usize) -> ParameterPoint {
         let task = &self.tasks[task];
         let upstream = task.inputs.first().map(|&input| self.point(input));
@@ -300,7 +302,7 @@ impl Builder {
     }
 }
 
-/// Hashes of a recipe's parameters: all of them, and only those that later stages depend on.
+/// Hashes of a recipe: `whole` of all parameters, `identity` of those that later stages depend on.
 #[derive(Clone, Copy)]
 struct Digests {
     whole: Digest,
@@ -319,14 +321,13 @@ impl Digests {
 }
 
 impl Plan {
-    /// Returns for every task the surface on which all its inputs depend, by the identity of the
-    /// task that draws the surface. The identity does not depend on whether the heights are kept.
+    /// Returns, for each task, the only surface that it depends on, as the identity of the task
+    /// that draws the surface. The identity does not depend on whether the heights are kept.
     ///
-    /// The result is `None` for tasks about several surfaces. It is also `None` for fits and
+    /// The result is `None` for tasks that read several surfaces. It is also `None` for fits and
     /// aggregates, which may read more surfaces in an extended study.
     pub fn surfaces(&self) -> Vec<Option<TaskKey>> {
         let mut surfaces: Vec<Option<TaskKey>> = Vec::with_capacity(self.tasks.len());
-        // Inputs come before the tasks that read them.
         for task in &self.tasks {
             let surface = match task.recipe.kind() {
                 Kind::Generate => Some(task.identity),

@@ -1,9 +1,8 @@
-//! Tidy tables of results, one per stage, made from the tables of its tasks, for polars, pandas or
-//! DuckDB.
+//! Published tables of results, one per stage, to be read with polars, pandas or DuckDB.
 //!
-//! Large columns such as maps stay in the store, where the `task` column finds them. Each run
-//! rewrites a table only if its tasks have changed. [`StudyResults`] reads the results of a study
-//! and writes nothing.
+//! The table of a stage combines the tables of its tasks. Large columns such as maps stay in the
+//! store; the column `task` has the key under which the store has them. A run rewrites a table only
+//! if its tasks have changed. [`StudyResults`] reads the results of a study and writes nothing.
 
 pub mod exceeded_hardness;
 pub mod failures;
@@ -32,8 +31,8 @@ use asperity_tables::table::{Table, TableError};
 
 pub use publishing::{PublishedTable, publish};
 
-/// Version of the published tables. Increase it when their metadata change in form, so that
-/// existing tables are rewritten.
+/// Version of the format of published tables. Increase it when the format of their metadata
+/// changes, so that existing tables are rewritten.
 const FORMAT: u32 = 3;
 
 /// Name of the folder with a study's figures, beside its tables.
@@ -48,8 +47,8 @@ const PATH: Column = Column::result(
     "file of the measured surface, as the manifest names it",
 );
 
-/// A study with its existing results, for reading only. Unfinished studies, and studies whose store
-/// is lost, can be read as far as tables exist.
+/// A study with its existing results, for reading only. If the study is unfinished or its store is
+/// lost, the rows of all existing tables can be read.
 #[derive(Debug)]
 pub struct StudyResults {
     pub study: Study,
@@ -65,18 +64,18 @@ pub struct StageRows<T = Table> {
     pub stage: String,
     /// Path of the stage's table, which need not exist.
     pub path: PathBuf,
-    /// Tasks whose rows these are, in the order of the plan.
+    /// Tasks to which the rows belong, in the order of the plan.
     pub tasks: Vec<usize>,
     /// Rows of the tasks, or `None` if no task is finished.
     pub table: Option<T>,
-    /// Digest of everything that decides the rows.
+    /// Digest that changes whenever the rows can change.
     pub digest: String,
     /// True if the published table has exactly these rows.
     pub is_published: bool,
 }
 
-/// Reads a manifest as [`Study::read`] does. Missing surface files are assumed unchanged since the
-/// results were published.
+/// Reads a manifest as [`Study::read`] does. If a surface file is missing, it is assumed to have
+/// the same content as when the results were published.
 pub fn read_study(
     manifest: &Path,
     claims: ClaimNames,
@@ -111,7 +110,7 @@ impl StudyResults {
         stages.map(|stage| self.rows(stage)).collect()
     }
 
-    /// Reads a stage's rows into memory; see [`StudyResults::open`].
+    /// Reads the rows of one stage into memory; see [`StudyResults::open`].
     pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
         let rows = self.open(stage)?;
         let table = rows.table.map(|source| source.table()).transpose()?;
@@ -127,11 +126,11 @@ impl StudyResults {
 
     /// Opens the rows of one stage.
     ///
-    /// They come from the published table, without reading it yet, if it has exactly the finished
-    /// tasks, or all tasks. Otherwise they are read task by task.
+    /// If the published table has exactly the finished tasks, or all tasks, it is opened without
+    /// reading the rows. Otherwise the rows are read task by task.
     ///
     /// # Errors
-    /// Returns an error if a damaged table has no substitute.
+    /// Returns an error if a table is damaged and its rows are found nowhere else.
     pub fn open(&self, stage: &PlannedStage) -> Result<StageRows<TableSource>, ResultsError> {
         let StudyResults { plan, reader, .. } = self;
         let sources = &self.study.sources;
@@ -168,7 +167,7 @@ impl StudyResults {
             }
         }
         match published {
-            // The damaged table may have been the only one.
+            // The damaged published table may have been the only copy of the rows.
             Err(error @ StoreError::Damaged { .. }) if parts.is_empty() => Err(error.into()),
             _ => {
                 let context = RowContext { plan, stage, sources, description };
@@ -180,28 +179,28 @@ impl StudyResults {
     }
 }
 
-/// The results of a study could not be read or written.
+/// Error of reading or writing the results of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// The store or the folder of results could not be read or written.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// Tables of finished tasks are damaged or missing.
-    #[error("{}; run `asperity run` to recompute damaged tables", damaged(tables))]
+    #[error("{}; run `asperity run` to recompute them", damaged(tables))]
     Damaged {
-        /// Tasks, and what is wrong with their tables.
+        /// Tasks, with the error of reading each table.
         tables: Vec<(usize, StoreError)>,
     },
     /// The tables of two tasks contradict each other.
     #[error("cannot combine the tables of stage `{stage}`")]
     Table { stage: String, source: TableError },
     /// The columns of a stage cannot be derived from those of its inputs.
-    #[error("cannot describe the columns of stage `{stage}`")]
+    #[error("cannot derive the columns of stage `{stage}` from its inputs")]
     Columns { stage: String, source: StageError },
 }
 
-/// Returns the table of a stage without rows. Units and meanings of its columns, which stored
-/// tables do not hold, are attached to tables that are published or read.
+/// Returns the table of a stage without rows. Its columns have the units and meanings that are
+/// added to published tables, because the tables of the store lack them.
 fn described<'a>(
     tables: &'a EmptyTables,
     study: &Study,
@@ -212,7 +211,7 @@ fn described<'a>(
         .map_err(|source| ResultsError::Columns { stage: stage.to_owned(), source })
 }
 
-/// Adds, without rows, the columns that published tables have beyond those of the tasks.
+/// Adds the columns that only published tables have to a table without rows.
 pub fn with_own_columns(table: Table) -> Table {
     let own: &[Column] = if table.has(CONTENT.name) { &[PATH, TASK] } else { &[TASK] };
     table.beside(&Table::empty(own))
@@ -231,11 +230,12 @@ fn damaged(tables: &[(usize, StoreError)]) -> String {
     match tables {
         [] => "no table is damaged".to_owned(),
         [(_, only)] => only.to_string(),
-        [(_, first), others @ ..] => format!("{first}, and {} more", others.len()),
+        [(_, first), _] => format!("{first} (and 1 more damaged table)"),
+        [(_, first), others @ ..] => format!("{first} (and {} more damaged tables)", others.len()),
     }
 }
 
-/// Lists the files that this program has written to the folder of results.
+/// Lists the files that this program has written to the results folders of all studies.
 pub fn files(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = Vec::new();
     for study in listing::folders(folder)? {
@@ -244,7 +244,7 @@ pub fn files(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     Ok(files)
 }
 
-/// Lists the tables of stages that the study no longer has.
+/// Lists the published tables of stages that the study no longer has.
 pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let is_orphan = |what: &FileKind| match what {
         FileKind::Stage { study, stage } => !plan.has_table(study, stage),
@@ -255,8 +255,8 @@ pub fn orphans(plan: &Plan, folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     Ok(files.into_iter().map(|file| file.path).collect())
 }
 
-/// Lists the files that this program has written to the folder of one study's results. Of the
-/// figures, only unfinished files are listed.
+/// Lists the files that this program has written to the results folder of one study. Figures are
+/// not listed, except unfinished ones.
 fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let mut files = listing::known(&folder.join(FIGURES), |_| None)?;
@@ -271,8 +271,8 @@ fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     Ok(files)
 }
 
-/// Returns the digest of what decides a published table: its tasks, the paths of its surface files
-/// and the wording of its columns.
+/// Returns the digest of a published table, made from the keys of its tasks, the paths of its
+/// surface files and the descriptions of its columns.
 fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles, description: &Table) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
     Digest::from_params(&(FORMAT, keys, sources.paths(), description.descriptions())).to_string()

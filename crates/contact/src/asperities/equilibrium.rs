@@ -1,10 +1,11 @@
 //! Equilibrium of the forces of asperities under a load, with elastic interaction.
 //!
-//! For given displacements u, the reference plane z_ref balances the load. It is the root of a
-//! convex decreasing function, to which Newton's method converges from above the load without
-//! overshoot. The forces displace the body: u = G F(u). Plain iteration diverges if the contacts
-//! are stiffer than the body. The fixed point is therefore found by Anderson mixing (type II;
-//! Walker & Ni, SIAM J. Numer. Anal. 49, 1715 (2011)).
+//! For given displacements u, the sum of the forces is a convex decreasing function of the height
+//! z_ref of the reference plane. Newton's method finds the plane at which the sum equals the load;
+//! from a start with a larger sum, it converges without overshoot. The forces displace the body:
+//! u = G F(u). Plain iteration diverges if the contacts are stiffer than the body. The fixed point
+//! is therefore found by Anderson mixing (type II; Walker & Ni, SIAM J. Numer. Anal. 49, 1715
+//! (2011)).
 //!
 //! A force displaces the surface of a half-space by F/(π E* r) (Boussinesq; Johnson 1985, section
 //! 3.2). The displacement of the periodic body, relative to its mean over the cell, is an Ewald sum
@@ -16,8 +17,8 @@
 //!
 //! The first sum is over the nodes around the force, the second over the waves that the grid
 //! resolves. With the chosen α, omitted waves, and nodes more than 19 steps away, contribute less
-//! than 1e-13. Hertz contact includes the displacement at the force itself. The term 1/r is
-//! therefore omitted at r = 0, where only the periodic images of the force remain.
+//! than 1e-13. Hertz's solution already includes the displacement of a contact by its own force.
+//! The term 1/r is therefore omitted at r = 0, where only the periodic images of the force remain.
 
 use std::f64::consts::PI;
 
@@ -29,19 +30,19 @@ use crate::fft::{Kernel, Scratch, Transform};
 use crate::grid::Grid;
 use crate::solver::{Settings, Stop};
 
-/// Largest number of differences in the Anderson mixing.
+/// Maximum number of earlier iterates that Anderson mixing uses.
 const DEPTH: usize = 6;
 
 /// Number of iterations within which the residual must decrease by 10 %.
 ///
-/// Otherwise the mixing restarts with half the damping factor. Without this, contacts that
+/// Otherwise the mixing restarts with half the damping factor. Without the restart, contacts that
 /// alternately open and close would prevent convergence.
 const PATIENCE: u32 = 25;
 
-/// Largest number of Newton steps for the reference plane; about twelve are usual.
+/// Maximum number of Newton steps for the reference plane; about twelve are usual.
 const MAX_STEPS: usize = 100;
 
-/// Relative tolerance of the sum of the forces.
+/// Tolerance of the sum of the forces, relative to the load.
 const BALANCE: f64 = 1e-14;
 
 /// Equilibrium of the asperities under a load.
@@ -52,9 +53,9 @@ pub struct Equilibrium {
     pub overlaps: Vec<f64>,
     /// Elastic energy Σ (2/5) F d + ½ Σ F u.
     pub energy: f64,
-    /// Largest change of a displacement in another iteration, in units of h′ × grid step.
+    /// Largest change of a displacement in one more iteration, in units of h′ × grid step.
     pub residual: f64,
-    /// Number of pairs of transforms.
+    /// Number of pairs of a forward and an inverse Fourier transform.
     pub pairs: u32,
     /// Reason why the iteration stopped.
     pub stop: Stop,
@@ -87,7 +88,8 @@ impl Asperities {
             let answer = body.displace(nodes, &balance.forces);
             pairs += 1;
             let changes: Vec<f64> = answer.iter().zip(&displacements).map(|(a, u)| a - u).collect();
-            // Displacements of summits far below the plane do not matter.
+            // Summits far below the plane carry no force, so that errors of their displacements do
+            // not matter.
             let relevant = changes.iter().zip(&balance.overlaps);
             let relevant = relevant.filter(|(change, overlap)| **overlap > -2.0 * change.abs());
             let largest = relevant.map(|(change, _)| change.abs()).fold(0.0, f64::max);
@@ -127,7 +129,7 @@ fn equilibrium(
     }
 }
 
-/// Extrapolates the displacements linearly in the load from the last two loads.
+/// Extrapolates the displacements linearly in the load, from those under the last two loads.
 fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
     match known {
         [] => vec![0.0; count],
@@ -144,7 +146,8 @@ fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
 fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
     let levels = summits.iter().zip(displacements).map(|(summit, u)| summit.height - u);
     let levels: Vec<f64> = levels.collect();
-    // The highest plane at which one summit alone carries the load; the sum is at least the load.
+    // The start is the highest plane at which a single summit carries the whole load. All forces
+    // together are at least the load there.
     let alone = summits.iter().zip(&levels);
     let alone = alone.map(|(summit, level)| {
         let overlap = libm::cbrt(total / summit.stiffness);
@@ -162,7 +165,7 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
             }
         }
         let step = (sum - total) / slope;
-        // Steps are positive up to rounding errors.
+        // Only rounding errors can make a step negative.
         if step.is_nan() || step <= 0.0 || sum - total <= BALANCE * total {
             break;
         }
@@ -176,14 +179,14 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
     Balance { reference, forces: forces.collect(), overlaps }
 }
 
-/// Anderson mixing of the last iterates.
+/// State of the Anderson mixing of iterates u, with the changes G F(u) − u.
 struct Mixing {
-    /// Factor of the change in the next iterate.
+    /// Factor by which each change is multiplied.
     damping: f64,
-    /// Smallest residual, and the number of iterations since.
+    /// Smallest residual, and the number of iterations since it was reached.
     least: (f64, u32),
     last: Option<(Vec<f64>, Vec<f64>)>,
-    /// Differences of consecutive iterates and of their changes, the last first.
+    /// Differences between successive iterates, and between their changes, most recent first.
     differences: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -194,7 +197,7 @@ impl Default for Mixing {
 }
 
 impl Mixing {
-    /// Records the residual of the last iterate; restarts the mixing if it stagnates.
+    /// Records the residual of the last iterate, and restarts the mixing if the residual stagnates.
     fn monitor(&mut self, residual: f64) {
         let (least, age) = self.least;
         if residual < 0.9 * least {
@@ -209,7 +212,7 @@ impl Mixing {
         }
     }
 
-    /// Returns the next iterate from the last one and its change in the plain iteration.
+    /// Returns the next iterate; `change` is the step of the plain iteration from `iterate`.
     fn next(&mut self, iterate: Vec<f64>, change: Vec<f64>) -> Vec<f64> {
         if let Some((iterate_before, change_before)) = &self.last {
             let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
@@ -232,7 +235,7 @@ impl Mixing {
         next
     }
 
-    /// Returns the least-squares weights of the earlier changes that approximate the last one.
+    /// Returns the weights of the stored differences whose weighted sum is closest to `change`.
     fn weights(&self, change: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
         let dot = |one: &[f64], other: &[f64]| -> f64 {
@@ -242,7 +245,7 @@ impl Mixing {
         let mut gram = DMatrix::from_fn(count, count, |i, j| dot(answered(i), answered(j)));
         let right = DVector::from_fn(count, |i, _| dot(answered(i), change));
         for i in 0..count {
-            // Regularises the matrix if differences are linearly dependent.
+            // The factor regularises the matrix if differences are linearly dependent.
             gram[(i, i)] *= 1.0 + 1e-12;
         }
         match gram.cholesky() {
@@ -252,7 +255,7 @@ impl Mixing {
     }
 }
 
-/// Argument at which erfc is 2e-14.
+/// Argument beyond which erfc is neglected; there it is below 2e-14.
 const NEGLIGIBLE: f64 = 5.4;
 
 /// Periodic elastic half-space under point forces at nodes.
@@ -270,7 +273,7 @@ impl Body {
         let [step_x, step_y] = super::steps(grid);
         let transform = Transform::new(nodes);
         let mut scratch = transform.scratch();
-        // The larger step resolves the fewest waves.
+        // The grid resolves the fewest waves along the axis of the larger step.
         let alpha = PI / step_x.max(step_y) / (2.0 * NEGLIGIBLE);
         let near = near(grid, alpha);
         let columns = transform.spectrum_columns();
@@ -296,7 +299,7 @@ impl Body {
         }
     }
 
-    /// Returns the displacements of nodes by the forces at the other nodes and by periodic images.
+    /// Returns the displacement of each node by the forces at other nodes and by periodic images.
     pub fn displace(
         &mut self,
         nodes: impl Iterator<Item = usize> + Clone,
@@ -339,7 +342,7 @@ mod tests {
     use super::*;
     use crate::grid::samples::{rectangle, square};
 
-    /// Computes the Ewald sum directly, with another α.
+    /// Returns G at a position by direct summation of the Ewald sum, with another α.
     fn ewald(size: [f64; 2], position: [f64; 2]) -> f64 {
         let alpha = 1.7 / size[0].min(size[1]);
         let area = size[0] * size[1];
@@ -383,7 +386,8 @@ mod tests {
 
     #[test]
     fn images_of_a_force_in_a_square_cell_raise_it_by_madelungs_constant() {
-        // Square lattice in a neutralizing background: −3.900264920… divided by the side.
+        // The potential of a square lattice of unit charges in a neutralising background is
+        // −3.900264920… divided by the side.
         let own = Body::new(square(32, 1.0)).displace([5].into_iter(), &[1.0])[0];
         assert!((own + 3.900_264_920_001_956 / PI).abs() < 1e-11, "{own}");
     }

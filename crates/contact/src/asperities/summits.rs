@@ -1,22 +1,22 @@
 //! Summits of a surface, and their contact ellipses.
 //!
 //! A summit is a node above its eight neighbours. Its position, height and principal curvatures are
-//! those of the osculating paraboloid. Derivatives are central differences of fourth order, exact
-//! on a paraboloid. For a wave of n nodes, the curvature is too small by the fraction (2π/n)⁴/90:
-//! 0.4 % for eight nodes and 7 % for four.
+//! those of the osculating paraboloid. Derivatives are central differences of fourth order, which
+//! are exact on a paraboloid. For a wave of n nodes, the curvature is too small by the fraction
+//! (2π/n)⁴/90: 0.4 % for eight nodes and 7 % for four.
 
 use std::f64::consts::PI;
 
 use crate::grid::Grid;
 use crate::theory::models::hertz::Ellipse;
 
-/// Lower limit of the ratio of the principal curvatures.
+/// Minimum ratio of the smaller to the larger principal curvature.
 ///
-/// On a coarse grid, the paraboloid of a summit can be a saddle. The limit replaces its smaller
-/// curvature.
+/// On a coarse grid, the paraboloid of a summit can be a saddle. Its smaller curvature is then
+/// replaced by this fraction of the larger one.
 const LEAST_RATIO: f64 = 0.01;
 
-/// A summit in the units of [`Asperities`](super::Asperities).
+/// Position and contact parameters of a summit, in the units of [`Asperities`](super::Asperities).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summit {
     pub node: usize,
@@ -45,10 +45,10 @@ struct Map<'a> {
     heights: &'a [f64],
 }
 
-/// Stencil of the first derivative, times 12.
+/// Offsets and weights of the stencil of the first derivative, multiplied by 12.
 const FIRST: [(isize, f64); 4] = [(-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)];
 
-/// Stencil of the second derivative, times 12.
+/// Offsets and weights of the stencil of the second derivative, multiplied by 12.
 const SECOND: [(isize, f64); 5] = [(-2, -1.0), (-1, 16.0), (0, -30.0), (1, 16.0), (2, -1.0)];
 
 impl Map<'_> {
@@ -133,13 +133,13 @@ impl Curvatures {
         Curvatures {
             mean: 0.5 * larger * (1.0 + ratio),
             ratio,
-            // The direction of the larger curvature is half the angle of (half, twist).
+            // Half the angle of the vector (half, twist) is the direction of the larger curvature.
             angle: 0.5 * libm::atan2(twist, half) + 0.5 * PI,
         }
     }
 }
 
-/// Number of golden-section steps, with 0.618²⁴ = 1e-5.
+/// Number of golden-section steps, which locate the maximum to 0.618²⁴ = 1e-5.
 const SECTIONS: usize = 24;
 
 /// Contact ellipse of a summit.
@@ -149,10 +149,10 @@ pub struct Contact {
     pub position: [f64; 2],
     /// Major and minor semi-axes, in units of L.
     pub axes: [f64; 2],
-    /// Cosine and sine of the angle of the major axis.
+    /// Cosine and sine of the angle between the major axis and the x axis.
     pub direction: [f64; 2],
     pub area: f64,
-    /// Pressure in the centre, 3/2 of the mean.
+    /// Pressure in the centre, which is 3/2 of the mean pressure.
     pub peak_pressure: f64,
 }
 
@@ -176,7 +176,7 @@ pub fn contacts(summits: &[Summit], overlaps: &[f64]) -> Vec<Contact> {
 }
 
 impl Contact {
-    /// Returns xx, xy and yy of the matrix whose eigenvalues are the squares of the semi-axes.
+    /// Returns the elements xx, xy and yy of the matrix with the squared semi-axes as eigenvalues.
     fn squares(&self) -> [f64; 3] {
         let [cosine, sine] = self.direction;
         let [major, minor] = self.axes.map(|axis| axis * axis);
@@ -187,9 +187,9 @@ impl Contact {
         ]
     }
 
-    /// Returns `true` if two ellipses overlap; `offset` is from the centre of this to the other.
+    /// Returns `true` if two ellipses overlap; `offset` is the centre of `other` minus this centre.
     ///
-    /// They overlap if the contact function of Perram & Wertheim (1985) is at most one.
+    /// Ellipses overlap if the contact function of Perram & Wertheim (1985) is at most one.
     fn overlaps(&self, other: &Contact, offset: [f64; 2]) -> bool {
         let distance = offset[0].hypot(offset[1]);
         if distance > self.axes[0] + other.axes[0] {
@@ -242,7 +242,7 @@ pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     let mut overlaps = vec![false; contacts.len()];
     for (one, contact) in contacts.iter().enumerate() {
         for other in boxes.around(contact.position) {
-            // Visits each pair once; skips pairs of contacts that are both known to overlap.
+            // Each pair is visited once. Pairs of contacts that both overlap another are skipped.
             if other <= one || (overlaps[one] && overlaps[other]) {
                 continue;
             }
@@ -259,14 +259,14 @@ pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     overlaps
 }
 
-/// Cell list of the contacts; overlapping contacts are in the same or in neighbouring boxes.
+/// Grid of boxes with the contacts in each; only contacts in neighbouring boxes can overlap.
 struct Boxes {
     size: [f64; 2],
     counts: [usize; 2],
     members: Vec<Vec<usize>>,
 }
 
-/// Largest number of boxes along a side; with more, visiting boxes dominates the time.
+/// Maximum number of boxes along a side; with more boxes, visiting them would dominate the time.
 const MAX_BOXES: f64 = 256.0;
 
 impl Boxes {
@@ -303,10 +303,10 @@ impl Boxes {
     }
 }
 
-/// Writes the Hertz pressure p √(1 − s²) of each ellipse at the nodes; overlapping pressures add
-/// up.
+/// Writes the Hertz pressures of all contacts to the nodes, added up where ellipses overlap.
 ///
-/// A contact smaller than a step of the grid may contain no node.
+/// The pressure is p √(1 − s²), with the peak p and s from 0 at the centre to 1 on the edge of the
+/// ellipse. A contact smaller than a step of the grid may contain no node.
 pub fn draw(grid: Grid, contacts: &[Contact], pressure: &mut [f64]) {
     pressure.fill(0.0);
     let [nodes_x, nodes_y] = grid.nodes();
@@ -342,7 +342,7 @@ mod tests {
     use super::*;
     use crate::grid::samples::square;
 
-    /// Returns −(a x² + b y²)/2, rotated by an angle about its top.
+    /// Samples the paraboloid −(a x² + b y²)/2, rotated by `angle` about its top.
     fn paraboloid(grid: Grid, [a, b]: [f64; 2], angle: f64, top: [f64; 2]) -> Vec<f64> {
         let (sine, cosine) = angle.sin_cos();
         let height = |node: usize| {
@@ -407,7 +407,7 @@ mod tests {
         let circle = |x| contact([x, 0.5], [0.1, 0.1], 0.3);
         assert!(both_overlap(circle(0.2), circle(0.399)));
         assert!(!both_overlap(circle(0.2), circle(0.401)));
-        // Across the boundary of the cell.
+        // These two overlap across the boundary of the cell.
         assert!(both_overlap(circle(0.05), circle(0.86)));
     }
 
@@ -416,7 +416,7 @@ mod tests {
         let ellipse = |x, angle| contact([x, 0.5], [0.2, 0.05], angle);
         assert!(both_overlap(ellipse(0.3, 0.0), ellipse(0.69, 0.0)));
         assert!(!both_overlap(ellipse(0.3, 0.0), ellipse(0.71, 0.0)));
-        // Both minor axes, then one major and one minor axis.
+        // The ellipses meet with both minor axes, then with one major and one minor axis.
         let across = 0.5 * PI;
         assert!(both_overlap(ellipse(0.3, across), ellipse(0.399, across)));
         assert!(!both_overlap(ellipse(0.3, across), ellipse(0.401, across)));

@@ -162,10 +162,10 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
 pub fn in_corner<T: Real, P: Rows<T>>(
     nodes: [usize; 2],
     rows: &mut P,
-    see: impl FnOnce(&mut Padded<P>),
+    visit: impl FnOnce(&mut Padded<P>),
 ) {
     let mut padded = Padded { nodes, rows: rows.split_off(Row::new(0, nodes[1])) };
-    see(&mut padded);
+    visit(&mut padded);
     rows.append(padded.rows);
 }
 

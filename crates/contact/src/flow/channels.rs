@@ -7,20 +7,20 @@
 use super::graph::Graph;
 use crate::grid::Grid;
 
-/// Marker of a node without a number.
+/// Marker that replaces the index of a node that has none.
 pub const NONE: u32 = u32::MAX;
 
-/// Nodes of all channels that percolate along an axis, numbered in the order of the mesh.
+/// Nodes of all channels that percolate along an axis, numbered in the order of the grid.
 pub struct Channels {
     /// `true` if a channel percolates along x, and along y.
     pub percolates: [bool; 2],
     /// Number of nodes in these channels.
     pub count: usize,
-    /// Number of each node of the mesh, or [`NONE`].
+    /// For each node of the grid, its number in these channels, or [`NONE`].
     numbers: Vec<u32>,
-    /// Links of all nodes except roots to their parents, leaves first.
+    /// Link from each node except the roots to its parent, leaves first.
     pub parent_links: Vec<ParentLink>,
-    /// Roots, with the conductance of their best link.
+    /// Root of each channel, with the largest conductance of its links.
     roots: Vec<(u32, f64)>,
 }
 
@@ -30,7 +30,7 @@ pub struct ParentLink {
     pub node: u32,
     pub parent: u32,
     pub conductance: f64,
-    /// Signed number of crossings of the seam of each axis, from node to parent.
+    /// Signed number of times that the link from node to parent crosses the seam of each axis.
     pub crossings: [i8; 2],
 }
 
@@ -86,7 +86,7 @@ impl Channels {
 
     /// Returns the graph of the channels.
     ///
-    /// Each root is linked to the ground with the conductance of its best link.
+    /// Each root is linked to the ground with the largest conductance of its links.
     pub fn graph(&self, links: &Links) -> Graph {
         let links = || {
             let links = self.links(links);
@@ -99,14 +99,14 @@ impl Channels {
 /// Number of directions of the links of a node: +x, +y, −x, −y.
 const DIRECTIONS: usize = 4;
 
-/// Position of the two bits of the mark that hold the direction of the parent.
+/// Position of the two bits of a mark that hold the direction of the parent.
 const PARENT: u32 = 4;
 
 const HAS_PARENT: u8 = 1 << 6;
 
 /// Maximum spanning forest of the links.
 struct Forest {
-    /// Directions of the links of the forest at each node, and the direction of the parent.
+    /// For each node, bits of the directions of its forest links, and the direction of its parent.
     marks: Vec<u8>,
     /// Nodes in breadth-first order, roots first.
     order: Vec<u32>,
@@ -114,7 +114,7 @@ struct Forest {
     components: Vec<u32>,
     /// Periodic image of each node relative to its root, in cells along x and y.
     periods: Vec<[i32; 2]>,
-    /// Root of each tree, at its best link, and the conductance of that link.
+    /// Root of each tree, which is an end of its best link, and the conductance of that link.
     roots: Vec<(u32, f64)>,
 }
 
@@ -166,7 +166,7 @@ impl Forest {
         }
     }
 
-    /// Returns the link of a node to its parent, with indices of the mesh.
+    /// Returns the link of a node to its parent; nodes are indices of the grid.
     fn parent_link(&self, links: &Links, node: usize) -> Option<ParentLink> {
         let marks = self.marks[node];
         (marks & HAS_PARENT != 0).then(|| {
@@ -181,7 +181,7 @@ impl Forest {
         })
     }
 
-    /// Returns for each tree whether its nodes, with all links, percolate along x and y.
+    /// Returns, for each tree, whether its nodes percolate along x and y through all their links.
     fn percolation(&self, links: &Links) -> Vec<[bool; 2]> {
         let mut percolation = vec![[false; 2]; self.roots.len()];
         for link in links.iter() {
@@ -198,8 +198,8 @@ impl Forest {
 
 /// Returns all links in descending order of conductance, each packed into 64 bits.
 fn ranked(links: &Links) -> Vec<u64> {
-    // The upper half holds the inverted bits of the conductance in single precision, the lower half
-    // the node and the axis.
+    // The upper half holds the inverted bits of the conductance in single precision. The lower half
+    // holds the node and the axis.
     let ranked = links.iter().map(|link| {
         let rank = u64::from(!(link.conductance as f32).to_bits());
         rank << 32 | (2 * link.from + link.axis) as u64
@@ -214,7 +214,7 @@ fn by_rank(links: &Links, rank: u64) -> Link {
     links.leaving(index / 2, index % 2)
 }
 
-/// Returns the links of the maximum spanning forest, as marks of the nodes that they join.
+/// Returns the links of the maximum spanning forest, as bits of their directions at both ends.
 fn best_links(links: &Links, ranked: &[u64]) -> Vec<u8> {
     let nodes = links.count();
     let mut parents: Vec<u32> = (0..nodes as u32).collect();
@@ -246,7 +246,7 @@ fn link(links: &Links, node: usize, direction: usize) -> Link {
     }
 }
 
-/// Returns the neighbour of a node in a direction, and the signed crossings of the seams.
+/// Returns the neighbour of a node in a direction, and the signed crossings of the two seams.
 fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
     let link = link(links, node, direction);
     let mut crossings = [0; 2];
@@ -261,9 +261,11 @@ fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
 /// Conductances of the links from each node to the next along x and along y.
 pub struct Links {
     nodes: [usize; 2],
-    /// Conductances by axis and by the first node of the link.
+    /// Conductances of the links along x and along y, indexed by the first node of the link.
     conductances: [Vec<f64>; 2],
-    /// Index along each axis whose links cross the seam, where the pressure has its step.
+    /// For each axis, the index of the nodes whose links to the next node cross the seam.
+    ///
+    /// The pressure has its step at the seam.
     seams: [usize; 2],
 }
 
@@ -297,7 +299,7 @@ impl Links {
         links
     }
 
-    /// Returns the number of nodes of the mesh.
+    /// Returns the number of nodes of the grid.
     pub fn count(&self) -> usize {
         self.nodes[0] * self.nodes[1]
     }
@@ -362,7 +364,7 @@ impl Links {
         [node / self.nodes[1], node % self.nodes[1]]
     }
 
-    /// Returns the section across an axis with the least sum of conductances.
+    /// Returns the index of the section across an axis with the smallest sum of conductances.
     ///
     /// The seam could be at any section. At this one, rounding errors are smallest if the pressure
     /// drops over a single constriction.
@@ -377,7 +379,7 @@ impl Links {
     }
 }
 
-/// Returns the harmonic mean, twice the conductance of both in series.
+/// Returns the harmonic mean, which is twice the conductance of both in series.
 fn harmonic_mean(one: f64, other: f64) -> f64 {
     if one > 0.0 && other > 0.0 { 2.0 / (1.0 / one + 1.0 / other) } else { 0.0 }
 }

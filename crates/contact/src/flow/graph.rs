@@ -1,25 +1,25 @@
-//! Graph of resistors, and its matrix from potentials to currents.
+//! Graph of resistors, and the matrix that maps its potentials to currents.
 //!
 //! One node of each channel is linked to the ground (potential zero), so that the matrix is
-//! regular. No current flows to the ground if the given currents sum to zero. Potentials and
-//! currents are pairs for the flows along x and y, because access to the matrix dominates the time.
+//! regular. No current flows to the ground if the given currents sum to zero. Access to the matrix
+//! dominates the time, so the flows along x and y are solved together, as pairs of values.
 //!
-//! [`Factors`] solves a small graph directly. [`Search`] holds the conjugate direction for a large
+//! [`Factors`] solves a small graph directly. [`ConjugateDirection`] holds the conjugate direction for a large
 //! graph.
 
 /// Values for the flow along x and for the flow along y.
 pub type Pair = [f64; 2];
 
-/// Nodes and the conductances between them, stored by the lower index of the ends of each link.
+/// Nodes and the links between them, each stored with its end of lower index.
 pub struct Graph {
-    /// Start of the links of each node, followed by the number of links.
+    /// Index of the first link of each node, followed by the number of links.
     starts: Vec<u32>,
-    /// Higher index of the ends of each link.
+    /// End of higher index of each link.
     others: Vec<u32>,
     conductances: Vec<f64>,
-    /// Nodes that are linked to the ground, with the conductances.
+    /// Nodes that are linked to the ground, each with its conductance to the ground.
     grounds: Vec<(u32, f64)>,
-    /// Inverse of the sum of the conductances of each node; zero for a node without links.
+    /// Inverse of the sum of the conductances at each node; zero for a node without links.
     inverse_diagonal: Vec<f64>,
 }
 
@@ -76,13 +76,13 @@ impl Graph {
         others.zip(self.conductances[start..end].iter().copied())
     }
 
-    /// Iterates over the sums of the conductances of the nodes.
+    /// Iterates over the diagonal of the matrix: the sum of the conductances at each node.
     pub fn diagonal(&self) -> impl Iterator<Item = f64> {
         let inverse = self.inverse_diagonal.iter();
         inverse.map(|&inverse| if inverse > 0.0 { 1.0 / inverse } else { 0.0 })
     }
 
-    /// Returns the nodes that are linked to the ground, with the conductances.
+    /// Returns the nodes that are linked to the ground, each with its conductance to the ground.
     pub fn grounds(&self) -> &[(u32, f64)] {
         &self.grounds
     }
@@ -158,7 +158,8 @@ impl Graph {
         }
     }
 
-    /// Returns a current plus the inflow to a node from the potentials of nodes of higher index.
+    /// Returns `current` plus the current that flows into `node` from its neighbours of higher
+    /// index.
     fn with_inflow(&self, node: usize, current: Pair, potentials: &[Pair]) -> Pair {
         self.above(node).fold(current, |sum, (other, conductance)| {
             [0, 1].map(|axis| sum[axis] + conductance * potentials[other][axis])
@@ -186,7 +187,7 @@ impl Factors {
             rows[high * count + low] -= conductance;
         }
         for row in 0..count {
-            // This row still holds the matrix; the rows above are factorised.
+            // The rows above are factorised; this row still holds the matrix.
             for column in 0..row {
                 let (above, own) = rows.split_at_mut(row * count);
                 let other = &above[column * count..column * count + column];
@@ -231,7 +232,7 @@ impl Factors {
 }
 
 /// Conjugate direction of the last step, and its image under the matrix.
-pub struct Search {
+pub struct ConjugateDirection {
     pub direction: Vec<Pair>,
     pub image: Vec<Pair>,
     /// Scalar product of direction and image; zero before the first step.
@@ -245,9 +246,9 @@ pub struct Step {
     pub gain: Pair,
 }
 
-impl Search {
-    pub fn new(count: usize) -> Search {
-        Search {
+impl ConjugateDirection {
+    pub fn new(count: usize) -> ConjugateDirection {
+        ConjugateDirection {
             direction: vec![[0.0; 2]; count],
             image: vec![[0.0; 2]; count],
             curvature: [0.0; 2],
@@ -259,7 +260,7 @@ impl Search {
         self.curvature = [0.0; 2];
     }
 
-    /// Makes a correction conjugate to the last direction, and returns the optimal step.
+    /// Makes a correction conjugate to the last direction, and returns the optimal step along it.
     ///
     /// The preconditioner may change from step to step (flexible conjugate gradients).
     pub fn step(&mut self, graph: &Graph, correction: &[Pair], residual: &[Pair]) -> Step {
@@ -288,7 +289,7 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
     if denominator > 0.0 { numerator / denominator } else { 0.0 }
 }
 
-/// Returns the scalar products, summed in order.
+/// Returns the scalar products for the flows along x and y, summed in order.
 fn dot(one: &[Pair], other: &[Pair]) -> Pair {
     let pairs = one.iter().zip(other);
     pairs.fold([0.0; 2], |sum, (one, other)| [0, 1].map(|axis| sum[axis] + one[axis] * other[axis]))

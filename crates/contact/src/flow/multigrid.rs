@@ -3,9 +3,9 @@
 //! On each level, the cycle is a forward Gauss–Seidel sweep, the correction by the coarser level,
 //! and a backward sweep. The coarser level is solved by preconditioned conjugate gradients until a
 //! step gains little, mostly in three steps: the K-cycle of Notay & Vassilevski (*Numer. Linear
-//! Algebra Appl.* 15, 2008, 473). The gain is measured by the dissipation. Near percolation, the
-//! currents of a weakly linked part of the map are small but determine the flow. The coarsest level
-//! is solved directly.
+//! Algebra Appl.* 15, 2008, 473). The gain of a step is the decrease of the squared error in the
+//! norm of the matrix (the dissipation), because near percolation small currents in weakly linked
+//! parts of the map determine the flow. The coarsest level is solved directly.
 //!
 //! Nodes of the coarser graph are aggregates of strongly linked nodes. Each node joins the
 //! neighbour without aggregate to which it has the best link. If another of its links is much
@@ -14,25 +14,27 @@
 //! about four nodes per aggregate.
 
 use super::channels::NONE;
-use super::graph::{Factors, Graph, Pair, Search, add};
+use super::graph::{ConjugateDirection, Factors, Graph, Pair, add};
 
-/// Steps on a coarser level end if the last gain is at most this fraction of the total gain.
+/// Minimum gain of a step, as a fraction of the total gain, for another step to follow.
 const LEAST_GAIN: f64 = 0.1;
 
-/// Largest number of steps on a graph of more than [`SMALL`] nodes.
+/// Maximum number of conjugate-gradient steps on a graph of more than [`SMALL`] nodes.
 ///
-/// It limits the cost of all coarser levels to a few times that of the finest.
+/// It limits the cost of all coarser levels to a few times the cost of the finest.
 const MAX_STEPS: usize = 6;
 
-/// Largest number of steps on smaller graphs, whose conductances differ most.
+/// Maximum number of conjugate-gradient steps on a graph of at most [`SMALL`] nodes.
+///
+/// These coarse graphs have the most varied conductances.
 const MAX_STEPS_SMALL: usize = 40;
 
 const SMALL: usize = 1 << 13;
 
-/// Largest number of nodes of a graph that is solved directly.
+/// Maximum number of nodes of a graph that is solved directly.
 const DIRECT: usize = 600;
 
-/// Hierarchy of graphs, of which the coarsest is solved directly.
+/// Hierarchy of graphs from fine to coarse; the coarsest is solved directly.
 pub struct Multigrid {
     levels: Vec<Level>,
 }
@@ -47,7 +49,7 @@ struct Level {
     /// Potentials after the last cycle.
     potentials: Vec<Pair>,
     work: Vec<Pair>,
-    search: Search,
+    conjugate: ConjugateDirection,
     solution: Vec<Pair>,
 }
 
@@ -92,7 +94,7 @@ impl Level {
             currents: vec![[0.0; 2]; count],
             potentials: vec![[0.0; 2]; count],
             work: vec![[0.0; 2]; count],
-            search: Search::new(count),
+            conjugate: ConjugateDirection::new(count),
             solution: vec![[0.0; 2]; count],
             aggregates,
             factors,
@@ -145,7 +147,7 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
         return Some(());
     }
     levels[0].solution.fill([0.0; 2]);
-    levels[0].search.restart();
+    levels[0].conjugate.restart();
     let mut gained = [0.0; 2];
     for _ in 0..levels[0].max_steps() {
         if is_interrupted() {
@@ -153,22 +155,22 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
         }
         cycle(levels, is_interrupted)?;
         let level = &mut levels[0];
-        let search = &mut level.search;
-        let step = search.step(&level.graph, &level.potentials, &level.currents);
-        add(&mut level.solution, step.length, &search.direction);
+        let conjugate = &mut level.conjugate;
+        let step = conjugate.step(&level.graph, &level.potentials, &level.currents);
+        add(&mut level.solution, step.length, &conjugate.direction);
         gained = [0, 1].map(|axis| gained[axis] + step.gain[axis]);
         if [0, 1].iter().all(|&axis| step.gain[axis] <= LEAST_GAIN * gained[axis]) {
             break;
         }
-        add(&mut level.currents, step.length.map(|length| -length), &search.image);
+        add(&mut level.currents, step.length.map(|length| -length), &conjugate.image);
     }
     Some(())
 }
 
-/// Least ratio of a strong link to the best link of a node.
+/// Minimum conductance of a strong link, as a fraction of the best link of its node.
 const STRONG: f64 = 0.1;
 
-/// A graph of aggregates, with the aggregate of each node; [`NONE`] for nodes without links.
+/// Graph of aggregates, and the aggregate of each node; [`NONE`] for nodes without links.
 pub struct Coarser {
     pub graph: Graph,
     pub aggregates: Vec<u32>,
@@ -261,7 +263,9 @@ fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
     (aggregates, count as usize)
 }
 
-/// Returns the graph of aggregates, whose links are those of their nodes in parallel.
+/// Returns the graph of the aggregates.
+///
+/// The conductance between two aggregates is the sum of the conductances between their nodes.
 fn merged(graph: &Graph, aggregates: &[u32], count: usize) -> Graph {
     let between = || {
         graph.links().filter_map(|(one, other, conductance)| {

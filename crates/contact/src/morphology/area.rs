@@ -7,9 +7,9 @@ use crate::grid::{Boundary, Grid};
 
 /// Numbers of contact nodes, switches and edge nodes of a contact map.
 ///
-/// A switch is a change between contact and gap from a node to its neighbour. On a periodic map,
-/// all nodes have neighbours on all sides. On an isolated map, nodes at an edge have no neighbour
-/// beyond it, and this does not make them edge nodes of the contact.
+/// A *switch* is a cell edge between two neighbouring nodes of which only one is in contact. On a
+/// periodic map, all nodes have neighbours on all sides. On an isolated map, nodes at the boundary
+/// have no neighbour beyond it, and this does not make them edge nodes of the contact.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -32,9 +32,9 @@ pub struct ContactArea {
     pub nodes: [usize; 2],
     /// Number of nodes in contact.
     pub contact_nodes: usize,
-    /// Number of switches from (i, j) to (i, j + 1).
+    /// Number of switches between nodes (i, j) and (i, j + 1).
     pub switches_along_rows: usize,
-    /// Number of switches from (i, j) to (i + 1, j).
+    /// Number of switches between nodes (i, j) and (i + 1, j).
     pub switches_along_columns: usize,
     /// Number of contact nodes with a neighbour among the 4 nearest that is not in contact.
     pub edge_nodes_4: usize,
@@ -45,7 +45,7 @@ pub struct ContactArea {
 }
 
 impl ContactArea {
-    /// Counts the nodes and switches of a map.
+    /// Counts the contact nodes, the edge nodes and the switches of a map.
     pub fn from_map(map: &ContactMap) -> Self {
         let nodes = map.nodes();
         let mut area = Self {
@@ -58,7 +58,7 @@ impl ContactArea {
             interior_nodes: 0,
         };
         let (count, last) = (nodes[0], nodes[0] - 1);
-        // On an isolated map, the first and the last row are their own neighbours: no switches.
+        // On an isolated map, a boundary row counts as its own neighbour, which adds no switches.
         let (before, after): (usize, &dyn Fn(usize) -> usize) = match map.boundary() {
             Boundary::Periodic => (last, &|i| i % count),
             Boundary::Free => (0, &|i| i.min(last)),
@@ -73,7 +73,7 @@ impl ContactArea {
         area
     }
 
-    /// Returns the numbers that corrections of the area need.
+    /// Returns the numbers of nodes and switches from which the area is corrected for the mesh.
     pub fn counted(&self) -> CountedArea {
         CountedArea {
             nodes: self.nodes[0] * self.nodes[1],
@@ -92,18 +92,18 @@ impl ContactArea {
         self.switches_along_rows + self.switches_along_columns
     }
 
-    /// Returns the Manhattan perimeter S_d: the length of the edges between contact and gap cells.
+    /// Returns the Manhattan perimeter S_d, the total length of all switches.
     ///
-    /// A switch along a row crosses an edge of length Δx, a switch along a column one of length Δy.
+    /// A switch between neighbours in a row has length Δx, one between neighbours in a column Δy.
     pub fn manhattan_perimeter(&self, grid: Grid) -> f64 {
         let [step_x, step_y] = grid.spacing();
-        // Exact on square cells, where this is an integer.
+        // On square cells this sum is an integer, so that the perimeter is exact.
         let steps_x = self.switches_along_rows as f64
             + self.switches_along_columns as f64 * (step_y / step_x);
         steps_x * grid.cell().size()[0] / self.nodes[0] as f64
     }
 
-    /// Returns the perimeter π/4 S_d of a contact whose edge directions are isotropic.
+    /// Returns the perimeter π/4 S_d, which is valid if the directions of edges are isotropic.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
     }
@@ -124,13 +124,13 @@ impl ContactArea {
     }
 }
 
-/// Bits of a row of a map, with 64 nodes per word.
+/// One row of a map as bits, with 64 nodes per word.
 struct Row {
-    /// Bit j is set for contact at j.
+    /// Bit j is set if node j is in contact.
     bits: Vec<u64>,
-    /// Bit j is set for contact at j + 1.
+    /// Bit j is set if node j + 1 is in contact.
     next: Vec<u64>,
-    /// Bit j is set for contact at j − 1, j and j + 1.
+    /// Bit j is set if nodes j − 1, j and j + 1 are in contact.
     solid: Vec<u64>,
 }
 
@@ -147,8 +147,8 @@ impl Row {
         map.copy_row(i, &mut self.bits);
         let last = (nodes - 1) % 64;
         let ends = [self.bits[0] & 1, self.bits[self.bits.len() - 1] >> last & 1];
-        // The first and the last node are neighbours in a periodic row; otherwise each is its own
-        // neighbour.
+        // In a periodic row, the first and the last node are neighbours. In an isolated row, each
+        // counts as its own neighbour.
         let [mut previous, following_last] = match map.boundary() {
             Boundary::Periodic => [ends[1], ends[0]],
             Boundary::Free => ends,
@@ -176,9 +176,9 @@ pub const PI_OVER_EIGHT: f64 = PI / 8.0;
 /// Coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161.
 pub const YASTREBOV_2017: f64 = (PI - 1.0 + LN_2) / 24.0;
 
-/// Returns S_d Δx/(L_x L_y) for square cells: the number of switches per node.
+/// Returns S_d Δx/(L_x L_y) for square cells, which is the number of switches per node.
 ///
-/// A correction of the area is this fraction multiplied by a coefficient.
+/// The correction of the area is this fraction multiplied by a coefficient.
 pub fn edge_fraction(switches: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     switches as f64 / (nodes_x as f64 * nodes_y as f64)
 }
@@ -208,7 +208,7 @@ pub struct CountedArea {
     pub nodes: usize,
     /// Number of nodes in contact.
     pub contact_nodes: usize,
-    /// Number of switches along all rows and columns.
+    /// Number of switches (cell edges between contact and gap) along all rows and columns.
     pub switches: usize,
 }
 
@@ -218,15 +218,16 @@ impl CountedArea {
         self.contact_nodes as f64 / self.nodes as f64
     }
 
-    /// Returns the corrected fraction of the area; it can be negative for contacts of few nodes.
+    /// Returns the corrected contact fraction, which can be negative for contacts of few nodes.
     pub fn corrected(&self, coefficient: f64) -> f64 {
         self.fraction() - self.absolute_error(coefficient)
     }
 
-    /// Returns the lower and the upper bound of the fraction: without and with the edge nodes.
+    /// Returns a lower and an upper bound of the contact fraction.
     ///
-    /// The area of the edge nodes is π/4 S_d Δx. The lower bound is at least zero. If it is
-    /// positive, the fraction corrected with π/8 is the mean of both bounds.
+    /// The upper bound counts all contact nodes. The lower bound omits the edge nodes, whose area
+    /// is π/4 S_d Δx; it is at least zero. If it is positive, the mean of both bounds is the
+    /// fraction corrected with π/8.
     pub fn bounds(&self) -> [f64; 2] {
         let edge = self.absolute_error(PI / 4.0);
         [(self.fraction() - edge).max(0.0), self.fraction()]
@@ -254,7 +255,7 @@ mod tests {
         ContactArea::from_map(&square(nodes, contact))
     }
 
-    /// Counts node by node, from the definitions.
+    /// Counts node by node, by the definitions of the fields.
     fn count_slowly(map: &ContactMap) -> ContactArea {
         let [rows, row_nodes] = map.nodes();
         // Indices are shifted by one so that they are not negative.
@@ -355,11 +356,12 @@ mod tests {
         assert!(
             (area.euclidean_perimeter(grids::square(64, 1.0)) / circumference - 1.0).abs() < 1e-14
         );
-        // The correction of 2015, relative to the area, is one step divided by the radius. The
-        // number of nodes in the disc is accurate to a few of 1320.
+        // With π/8, the correction relative to the area of a disc is Δx/radius. The disc has 1320
+        // nodes, up to a few.
         let error = area.counted().relative_error(PI_OVER_EIGHT).unwrap();
         assert!((error * radius - 1.0).abs() < 0.01);
-        // Edge nodes by 4 neighbours miss diagonal steps: √2/2 per switch.
+        // Per unit length, an edge in direction θ has |cos θ| + |sin θ| switches, but only
+        // max(|cos θ|, |sin θ|) edge nodes: on average √2/2 per switch.
         let share = area.edge_nodes_4 as f64 / area.switches() as f64;
         assert!((share - 0.5_f64.sqrt()).abs() < 0.03);
     }
@@ -385,18 +387,17 @@ mod tests {
         let area = count(10, |i, j| (i, j) == (0, 9));
         assert_eq!((area.contact_nodes, area.switches()), (1, 4));
         assert_eq!(area.edge_nodes_4, 1);
-        // Without the limit at zero, the lower bound would be 1 − π nodes.
+        // If it could be negative, the lower bound would be 1 − π nodes.
         assert_eq!(area.counted().bounds(), [0.0, 0.01]);
         assert!(area.counted().corrected(PI_OVER_EIGHT) < 0.0);
         assert!(area.counted().corrected(YASTREBOV_2017) > 0.0);
     }
 
-    /// Semi-axes of the ellipses below.
-    const AXES: [f64; 2] = [0.3, 0.16];
+    const SEMI_AXES: [f64; 2] = [0.3, 0.16];
 
-    /// Returns means over ellipses in all directions on a cell of 240 × `nodes_y` nodes.
+    /// Returns means over ellipses in all directions, on a grid of 240 × `nodes_y` nodes.
     ///
-    /// These are π/4 S_d, the counted area, and the number of switches times the area of a node.
+    /// The entries are π/4 S_d, the counted area, and the number of switches × area of a cell.
     fn mean_over_ellipses(nodes_y: usize) -> [f64; 3] {
         const DIRECTIONS: u32 = 48;
         let nodes = [240, nodes_y];
@@ -406,13 +407,13 @@ mod tests {
         let mut sums = [0.0; 3];
         for direction in 0..DIRECTIONS {
             let (sine, cosine) = (PI * f64::from(direction) / f64::from(DIRECTIONS)).sin_cos();
-            // Quasi-random centres within a node.
+            // The centres are quasi-random within one cell of the grid.
             let shift = |golden: f64| (golden * f64::from(direction + 1)).fract();
             let centre = [0.5 + step_x * shift(0.618_034), 0.5 + step_y * shift(0.414_214)];
             let contact = map(nodes, |i, j| {
                 let [x, y] = [i as f64 * step_x - centre[0], j as f64 * step_y - centre[1]];
                 let [along, across] = [cosine * x + sine * y, cosine * y - sine * x];
-                (along / AXES[0]).hypot(across / AXES[1]) < 1.0
+                (along / SEMI_AXES[0]).hypot(across / SEMI_AXES[1]) < 1.0
             });
             let area = ContactArea::from_map(&contact);
             let found =
@@ -427,12 +428,13 @@ mod tests {
     #[test]
     fn on_cells_of_any_shape_perimeters_are_those_of_cauchy_and_crofton() {
         // Ramanujan 1914: the relative error is at most 3e-5, and 1e-7 at this eccentricity.
-        let [a, b] = AXES;
+        let [a, b] = SEMI_AXES;
         let h = ((a - b) / (a + b)).powi(2);
         let circumference = PI * (a + b) * (1.0 + 3.0 * h / (10.0 + (4.0 - 3.0 * h).sqrt()));
         for nodes_y in [240, 120, 60] {
             let [perimeter, _, _] = mean_over_ellipses(nodes_y);
-            // The numbers of rows and columns are integers: an error of 0.4 of 60, over 48 means.
+            // The numbers of rows and columns are integers, which causes errors of 0.4 in 60 that
+            // are averaged over 48 directions.
             let error = perimeter / circumference - 1.0;
             assert!(error.abs() < 1e-3, "{nodes_y}: {error}");
         }
@@ -442,8 +444,8 @@ mod tests {
     fn counting_nodes_inside_a_curve_has_no_bias_on_cells_of_any_aspect_ratio() {
         for nodes_y in [240, 120, 60] {
             let [_, area, switches] = mean_over_ellipses(nodes_y);
-            let excess = (area - PI * AXES[0] * AXES[1]) / switches;
-            // A fortieth of the smallest coefficient.
+            let excess = (area - PI * SEMI_AXES[0] * SEMI_AXES[1]) / switches;
+            // The tolerance is a fortieth of the smallest correction coefficient.
             assert!(excess.abs() < 0.003, "{nodes_y}: {excess}");
         }
     }

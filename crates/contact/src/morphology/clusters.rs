@@ -56,8 +56,9 @@ impl Clusters {
         Self::of_rows(map, |_| ())
     }
 
-    /// Finds the clusters of nodes not in contact; a fluid leaks along the axes that one
-    /// percolates.
+    /// Finds the clusters of nodes that are not in contact.
+    ///
+    /// A fluid can leak along an axis if one of these clusters percolates along it.
     pub fn of_gap(map: &ContactMap) -> Self {
         Self::of_rows(map, |row| {
             row.iter_mut().for_each(|word| *word = !*word);
@@ -70,10 +71,10 @@ impl Clusters {
     }
 }
 
-/// Runs of a map in the order of the rows, with their connections.
+/// Runs of a map, row by row, joined into clusters.
 struct JoinedRuns {
     runs: Vec<Run>,
-    /// End of the range of runs of each row.
+    /// For each row, one past the index of its last run.
     row_ends: Vec<usize>,
     forest: Forest,
 }
@@ -122,7 +123,7 @@ impl JoinedRuns {
     }
 }
 
-/// Adjacent nodes `start..end` of one row that belong to a cluster.
+/// Longest range `start..end` of adjacent nodes of one row that belong to the same cluster.
 struct Run {
     start: u32,
     end: u32,
@@ -189,10 +190,11 @@ fn join_rows(
 /// Union-find over runs that stores the periodic image of the cell in which each run lies.
 struct Forest {
     parent: Vec<u32>,
-    /// Offset of the image of the run from that of its parent, in cells along x and y; zero for a
-    /// root.
+    /// Periodic image of each run relative to the image of its parent, in cells along x and y.
+    ///
+    /// The offset of a root is zero.
     shift: Vec<[i32; 2]>,
-    /// Number of nodes of the cluster; only valid for a root.
+    /// Number of nodes of the cluster of each root; other entries are not valid.
     size: Vec<usize>,
     around: [bool; 2],
 }
@@ -207,12 +209,12 @@ impl Forest {
         }
     }
 
-    /// Returns the root of the cluster of a run, and the offset of the run from it in cells.
+    /// Returns the root run of a cluster, and the offset of `run` from the root in periodic cells.
     fn root(&mut self, mut run: usize) -> (usize, [i32; 2]) {
         let mut total = [0; 2];
         while self.parent[run] as usize != run {
             let parent = self.parent[run] as usize;
-            // Path halving; a root is its own parent with zero offset.
+            // Path halving also works at a root, which is its own parent with zero offset.
             self.shift[run] = add(self.shift[run], self.shift[parent]);
             self.parent[run] = self.parent[parent];
             total = add(total, self.shift[run]);
@@ -221,7 +223,7 @@ impl Forest {
         (run, total)
     }
 
-    /// Returns `true` if a cluster has a run in both sets.
+    /// Returns `true` if one cluster has a run in both sets.
     fn connects(
         &mut self,
         first: impl Iterator<Item = usize>,

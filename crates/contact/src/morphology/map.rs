@@ -31,7 +31,7 @@ pub struct ContactMap {
     words: Vec<u64>,
 }
 
-/// Error of bytes that are not a contact map.
+/// Reason why bytes cannot be decoded to a contact map.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum MapError {
@@ -71,7 +71,7 @@ impl ContactMap {
         Self { nodes, boundary: Boundary::Periodic, words }
     }
 
-    /// Decodes the ⌈N_x N_y/8⌉ bytes of [`ContactMap::to_bytes`].
+    /// Decodes a map from the ⌈N_x N_y/8⌉ bytes that [`ContactMap::to_bytes`] returns.
     ///
     /// # Errors
     /// Fails if the number of bytes does not match, if a side has no node or 2³² nodes or more, or
@@ -99,8 +99,8 @@ impl ContactMap {
 
     /// Sets the boundary condition of the map.
     ///
-    /// With [`Boundary::Free`], nodes at an edge have no neighbour beyond it, and the edge of the
-    /// map is not an edge of the contact.
+    /// With [`Boundary::Free`], nodes at the boundary of the map have no neighbour beyond it, and
+    /// the boundary is not an edge of the contact.
     pub fn with_boundary(self, boundary: Boundary) -> Self {
         Self { boundary, ..self }
     }
@@ -143,7 +143,7 @@ impl ContactMap {
         self.nodes[1].div_ceil(WORD)
     }
 
-    /// Copies row `i` into `row`, node j at bit j; bits past the last node are zero.
+    /// Copies row `i` into `row`, with node j at bit j; bits past the last node are zero.
     pub(super) fn copy_row(&self, i: usize, row: &mut [u64]) {
         let first = i * self.nodes[1];
         let shift = first % WORD;
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn threads_do_not_change_a_map() {
-        // Enough nodes for several threads, and an end within a word.
+        // The map has enough nodes for several threads, and its last node is inside a word.
         let nodes = [601, 1001];
         let pressures: Vec<f64> = (0..601 * 1001).map(|node| f64::from(node).sin()).collect();
         let three = Threads::new(3.try_into().unwrap());

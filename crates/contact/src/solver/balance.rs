@@ -1,23 +1,25 @@
 //! Balance of the mean pressure while pressures are clipped at both bounds.
 //!
-//! If the material yields, pressures cannot be scaled back to their mean after a move, because
-//! saturated ones would leave their bound. Instead, a direction is shifted before the move by a
-//! constant that makes up for all that will be clipped, estimated from free nodes in a sample of
-//! rows. Similarly, the residual is measured from an offset for which it would add as much pressure
-//! to some nodes as it removes from others. This matters if few or no nodes are elastic: their mean
-//! gap then says nothing, and nodes jump between both bounds. [`Nodes`] finds the shift of
-//! pressures within bounds that changes their sum by a given amount.
+//! If the material yields, pressures cannot be scaled back to their mean after a step, because
+//! saturated pressures would leave their bound. Instead, a constant is added to the direction
+//! before the step. It compensates all clipping that is to be expected, estimated from the free
+//! nodes in a sample of rows. Similarly, the offset of the residual is chosen such that a step
+//! along the negative residual would change the pressures within their bounds but not their sum.
+//! This matters if few or no nodes are elastic: their mean gap then says nothing, and nodes jump
+//! between both bounds. [`Nodes`] computes the constant shift of bounded pressures that changes
+//! their sum by a given amount.
 
 use super::evaluation::Convergence;
+use super::inner_solver::InnerSolver;
 use super::lanes::Wide;
 use super::passes::{GapSums, MIN_SAMPLE_NODES, PeekGap};
-use super::search::Search;
 use super::{Hardness, Solver};
 
-/// Remaining reduction of the residual below which all free nodes are used to balance moves.
+/// Ratio of the residual to reach to the present residual above which all free nodes are used to
+/// balance steps.
 const BALANCED_REDUCTION: f64 = 1e-3;
 
-/// Sums of a search under a hardness.
+/// Sum of pressures and mean gap of free nodes while the hardness bounds the pressures.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {
     pub sum: f64,
@@ -30,35 +32,35 @@ impl Balance {
     }
 }
 
-impl Search {
-    /// Returns whether a sample of rows is too small to balance a move, given the remaining
-    /// reduction of the residual.
+impl InnerSolver {
+    /// Returns whether all rows must be used to balance a step, given the ratio of the residual to
+    /// reach to the present one.
     ///
-    /// Near the end, elastic pressures are scaled to restore the missing load. A few strips of
-    /// nodes bear it, and their gaps open by more than the tolerance.
+    /// In the last iterations, elastic pressures are scaled to restore the missing load. If only a
+    /// few strips of nodes are elastic, scaling opens their gaps by more than the tolerance.
     pub(super) fn must_balance(&self, reduction: f64) -> bool {
         self.bound.is_some() && reduction > BALANCED_REDUCTION
     }
 
-    /// Returns the mean to subtract from a direction, so that clipped pressures gain the missing
-    /// load.
+    /// Returns the mean to subtract from a direction, so that the pressures gain the missing load
+    /// in spite of clipping.
     ///
     /// The estimate uses the free nodes collected from `rows` rows.
     pub(super) fn balanced_mean(
         &mut self,
-        [step, share]: [f64; 2],
+        [step_length, beta]: [f64; 2],
         missing_load: f64,
         rows: usize,
     ) -> Option<f64> {
         let hardness = self.bound?;
-        self.candidates.follow(step as f32, share as f32, &self.last_moves);
+        self.candidates.follow(step_length as f32, beta as f32, &self.candidate_steps);
         let part = rows as f64 / self.nodes[0] as f64;
         let shift = self.candidates.shift(part * missing_load, hardness.pressure() as f32)?;
-        Some(-shift / step)
+        Some(-shift / step_length)
     }
 
-    /// Returns the offset after a move for which the sum of bounded pressures would not change if
-    /// nodes did not interact.
+    /// Returns the offset after `part` of a step for which the sum of bounded pressures would not
+    /// change if nodes did not interact.
     ///
     /// It is estimated from a sample of rows, or from all rows if the sample is too small. Close to
     /// a solution it is the mean gap of elastic nodes.
@@ -95,25 +97,25 @@ impl Solver {
     /// Returns the offset for which the sum of bounded pressures would not change if nodes did not
     /// interact.
     ///
-    /// The mean gap of elastic nodes, from which errors are measured, may be that of one or two
-    /// nodes.
+    /// The mean gap of elastic nodes, from which errors are measured, may be the gap of only one or
+    /// two nodes.
     pub(super) fn balanced_offset(&mut self, hardness: Hardness, convergence: Convergence) -> f64 {
-        self.search.candidates.clear();
-        self.gather(self.search.sample.pairs(), hardness, convergence);
-        if (self.search.candidates.len() as f64) < MIN_SAMPLE_NODES {
-            self.gather(self.search.sample.other_pairs(), hardness, convergence);
+        self.inner.candidates.clear();
+        self.gather(self.inner.sample.pairs(), hardness, convergence);
+        if (self.inner.candidates.len() as f64) < MIN_SAMPLE_NODES {
+            self.gather(self.inner.sample.other_pairs(), hardness, convergence);
         }
-        let shift = self.search.candidates.shift(0.0, hardness.pressure() as f32);
-        convergence.offset + shift.unwrap_or(0.0) / self.search.nodal_stiffness
+        let shift = self.inner.candidates.shift(0.0, hardness.pressure() as f32);
+        convergence.offset + shift.unwrap_or(0.0) / self.inner.nodal_stiffness
     }
 
-    /// Collects nodes of pairs of rows whose pressure may change.
+    /// Collects the nodes of these pairs of rows whose pressure may change.
     fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, convergence: Convergence) {
         let Convergence { offset, error } = convergence;
         for pair in pairs {
-            let first = 2 * pair * self.search.nodes[1];
-            let last = self.pressure.len().min(first + 2 * self.search.nodes[1]);
-            for (p, gap) in self.pressure[first..last].iter().zip(&self.search.gap[first..last]) {
+            let first = 2 * pair * self.inner.nodes[1];
+            let last = self.pressure.len().min(first + 2 * self.inner.nodes[1]);
+            for (p, gap) in self.pressure[first..last].iter().zip(&self.inner.gap[first..last]) {
                 let above = f64::from(*gap) - offset;
                 let may_change = match *p {
                     0.0 => above < error,
@@ -121,23 +123,22 @@ impl Solver {
                     _ => true,
                 };
                 if may_change {
-                    let change = -self.search.nodal_stiffness * above;
-                    self.search.candidates.push(*p as f32, change as f32);
+                    let change = -self.inner.nodal_stiffness * above;
+                    self.inner.candidates.push(*p as f32, change as f32);
                 }
             }
         }
     }
 }
 
-/// Accuracy of shifts and sums relative to the largest change, and limits by single precision and
-/// by the number of steps.
+/// Relative accuracy of the shift of pressures, as a fraction of the largest change.
 const PRECISION: f64 = 1e-6;
 
 const ROUNDING: f64 = 1e-7;
 
 const STEPS: usize = 40;
 
-/// Nodes whose pressures may change.
+/// Pressures of nodes that may change, and the changes.
 #[derive(Default)]
 pub struct Nodes {
     pressure: Vec<f32>,
@@ -155,10 +156,11 @@ impl Nodes {
         self.pressure.len()
     }
 
-    /// Adds `share` times `others` to the changes and multiplies them by `step`.
-    pub fn follow(&mut self, step: f32, share: f32, others: &[f32]) {
-        for (change, other) in self.change.iter_mut().zip(others) {
-            *change = step * (*change + share * other);
+    /// Replaces each change z by τ (z + β s), with the step length τ and the last step s of the
+    /// node.
+    pub fn follow(&mut self, step_length: f32, beta: f32, last_steps: &[f32]) {
+        for (change, last) in self.change.iter_mut().zip(last_steps) {
+            *change = step_length * (*change + beta * last);
         }
     }
 
@@ -167,7 +169,8 @@ impl Nodes {
         self.change.append(&mut later.change);
     }
 
-    /// Appends the first `first` nodes. Copying a fixed size uses one register.
+    /// Appends the first `first` of `N` nodes. Copying all `N` is faster, because their number is
+    /// fixed.
     #[inline(always)]
     pub fn extend<const N: usize>(
         &mut self,
@@ -188,10 +191,11 @@ impl Nodes {
         self.change.push(change);
     }
 
-    /// Returns the shift of all changes with which the bounded pressures gain `missing_load` in
-    /// sum.
+    /// Returns the number to add to all changes so that the sum of bounded pressures grows by
+    /// `missing_load`.
     ///
-    /// If several shifts do, any of them. `None` without nodes, or if the sum is out of reach.
+    /// If several shifts satisfy this, returns any of them. Returns `None` if there are no nodes or
+    /// if the bounds do not allow the sum.
     pub fn shift(&self, missing_load: f64, ceiling: f32) -> Option<f64> {
         let count = self.len() as f64;
         let before: f64 = self.total(|pressure, _| pressure.clamp(0.0, ceiling));
@@ -210,8 +214,8 @@ impl Nodes {
         for _ in 0..STEPS {
             let by = shift as f32;
             let after = |pressure: f32, change: f32| pressure + (change + by);
-            // Pressures that are not clipped count to their last digit, even if they are much
-            // larger than the changes.
+            // Changes that are not clipped are added to their last digit, even if pressures are
+            // much larger.
             let gained = self.total(|p, change| {
                 let beyond = p - p.clamp(0.0, ceiling);
                 (change + by).clamp(-p, ceiling - p) + beyond
@@ -237,7 +241,8 @@ impl Nodes {
         f64::from(self.change.iter().fold(0.0, larger))
     }
 
-    /// Returns the shifts with which all nodes are at the lower or at the upper bound.
+    /// Returns the shifts that bring all nodes to the lower bound, and all nodes to the upper
+    /// bound.
     fn range(&self, ceiling: f32) -> (f64, f64) {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         for (pressure, change) in self.pressure.iter().zip(&self.change) {
@@ -290,14 +295,14 @@ mod tests {
 
     #[test]
     fn nodes_at_their_bounds_leave_it_to_the_others() {
-        // The first falls to zero and loses one; the last would exceed the ceiling.
+        // The first node falls to zero and loses one; the last would exceed the ceiling.
         let all = nodes(&[(1.0, -3.0), (2.0, 0.0), (3.0, 0.0), (4.0, 7.0)]);
         assert!((all.shift(0.0, 4.0).unwrap() - 0.5).abs() < 1e-6);
     }
 
     #[test]
     fn nodes_that_jump_from_bound_to_bound_are_chosen_by_how_much_they_want_to() {
-        // Two of three nodes that want to rise may, because two fall.
+        // Two of the three nodes with positive changes may rise, because two nodes fall.
         let all = nodes(&[(0.0, 900.0), (0.0, 800.0), (0.0, 700.0), (1.0, -800.0), (1.0, -900.0)]);
         let shift = all.shift(0.0, 1.0).unwrap();
         assert!((-800.0..=-699.0).contains(&shift), "{shift}");

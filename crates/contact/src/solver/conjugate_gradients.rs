@@ -1,85 +1,90 @@
 //! Preconditioned conjugate gradients on the free nodes, in single precision.
 //!
 //! The elastic energy is quadratic in the pressure p and its gradient is the gap. The pressure must
-//! stay positive and keep its mean. One iteration takes two pairs of transforms:
+//! not become negative and must keep its mean. One iteration takes two pairs of transforms:
 //!
 //! 1. *Correct.* Free nodes have pressure or penetrate. Their gap above the offset is the residual
-//!    r. The preconditioner turns r into z, the decrease of pressure that would close the gap
-//!    ([`Search::correct`]). The direction t is −z made conjugate to the last move.
-//! 2. *Move.* The pressure follows t by a predicted step length τ, is clipped at zero and scaled
-//!    back to its mean. The displacement under this move updates the gap.
+//!    r. The preconditioner turns r into the correction z, the decrease of pressure that would
+//!    close the gap ([`InnerSolver::correct`]). The search direction t is −z made conjugate to the
+//!    last step.
+//! 2. *Step.* The pressure changes by a predicted step length τ along t, is clipped at zero and
+//!    scaled back to its mean. The displacement under this step updates the gap.
 //!
-//! An exact line search would need the displacement of the direction before clipping, a third pair,
-//! because nearly every move clips. But the best step length is known after the move at no cost. It
-//! improves the prediction for the same iteration of the next load. The missing part of the move is
-//! made up by the next direction, which contains the last move.
+//! An exact line search would need the displacement under the direction before clipping. This would
+//! be a third pair, because nearly every step clips some pressures. But the best step length
+//! follows from the gap after the step at no cost. It improves the predicted length for the same
+//! iteration of the next load. If the step was too short, the next direction, which contains the
+//! last step, makes up for the missing part.
 //!
-//! On large meshes memory bandwidth is the limit. The mesh is therefore visited only at the ends of
-//! transforms, and once between a correction and a move. Three things make this possible:
+//! On large meshes memory bandwidth limits the speed. The mesh is therefore visited only at the
+//! ends of transforms, and once between correction and step. Three things make this possible:
 //!
-//! - Sums of the same pass and the transform yield the line search and the offset of the gap, which
-//!   here is the mean gap weighted by pressure (`line_search`).
-//! - Scaling and partial undoing of a move are left to the next pass (`PendingUpdate`).
+//! - Sums that the passes at both ends of a transform add up yield the line search and the offset,
+//!   which here is the mean gap weighted by pressure (`line_search`).
+//! - The next pass scales the pressures and undoes a part of the step if necessary
+//!   (`PendingUpdate`).
 //! - The mean correction is estimated from a sample of rows, before all corrections are computed.
 //!
 //! If the material yields, pressures are also clipped at the hardness. Free nodes are then elastic
-//! nodes, nodes that penetrate without pressure, and saturated nodes with an open gap. The residual
-//! to be reduced is that of elastic nodes. `balance` describes how moves keep the mean. The first
-//! iterations use a cheaper preconditioner of two levels (`two_level`).
+//! nodes, nodes that penetrate without pressure, and saturated nodes with an open gap. The
+//! convergence criterion is the residual of elastic nodes. `balance` describes how steps keep the
+//! mean. The first iterations use a cheaper preconditioner of two levels (`two_level`).
 //!
-//! The preconditioner is Eᵀ K E: `extension` continues the residual of free nodes over all nodes
-//! (E), the stiffness |q|/2 of the half-space turns it into pressures (K), and the transpose
-//! returns the pressures of other nodes to free nodes (Eᵀ).
+//! The preconditioner is Eᵀ K E: E extends the residual of free nodes to all nodes (`extension`),
+//! the stiffness K = |q|/2 of the half-space turns it into pressures, and Eᵀ returns the pressures
+//! of other nodes to free nodes.
 
 use std::mem::take;
 
 use super::balance::Balance;
 use super::evaluation::{Convergence, Evaluation};
 use super::flags::{FREE, PRESSED};
+use super::inner_solver::InnerSolver;
 use super::lanes::{InOrder, Wide};
-use super::line_search::{History, LastMove, LineSearch};
+use super::line_search::{History, LastStep, LineSearch};
 use super::passes::{
-    Ceiling, Direction, Extend, GapUpdate, GatherCandidates, Means, Peek, PendingUpdate, Sums,
-    TakeOthers, UpdateGap, UpdatePressure,
+    Ceiling, CollectFixed, Direction, Extend, GapUpdate, GatherCandidates, Means, Peek,
+    PendingUpdate, Sums, UpdateGap, UpdatePressure,
 };
-use super::search::Search;
 use super::start::Start;
 use super::{Solver, two_level};
 use crate::fft::Band;
 
-/// Reduction of the largest residual for which single precision is trusted, well above its rounding
-/// of 1e-7. An evaluation in double precision and a new start take as long as two iterations.
+/// Ratio of the smallest residual for which single precision is trusted to the largest residual;
+/// well above its rounding of 1e-7. An evaluation in double precision and a new start take as long
+/// as two iterations.
 const SINGLE_REDUCTION: f64 = 1e-5;
 
-/// Expected reduction of the residual by one iteration once the contact is found. If it suffices to
-/// reach the goal, the move is evaluated in double precision directly.
+/// Expected factor by which one iteration reduces the residual once the contact is found. If it
+/// suffices to reach the goal, the step is evaluated in double precision directly.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
-/// Expected reduction on the strips of elastic nodes of a material that yields.
+/// The same factor if the material yields, where only strips of nodes are elastic.
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 /// Result of a series of iterations.
 pub enum End {
-    /// Iterations ended at a residual that is low enough or needs a new start, with this update
-    /// pending. Gaps in contact are about `offset`.
+    /// Iterations ended because the residual is low enough or because they must start again, with
+    /// this update pending. Gaps in contact are about `offset`.
     Residual { pending: PendingUpdate, offset: f64, is_reached: bool },
-    /// Iterations ended with a move from the gap offset `offset` that should reach the goal; its
-    /// gap is not known yet.
-    Move { line: LineSearch, balance: Option<Balance>, offset: f64 },
+    /// Iterations ended with a step that should reach the goal. The gap after the step is not
+    /// computed yet; gaps in contact were about `offset` before it.
+    Step { line: LineSearch, balance: Option<Balance>, offset: f64 },
 }
 
 /// Goal of a series of iterations.
 #[derive(Clone, Copy)]
 pub struct Goal {
-    /// Residual to reach, in mesh steps.
+    /// Residual to reach, in mesh steps at unit rms slope.
     pub residual: f64,
-    /// True if the result and the last move are evaluated in double precision.
+    /// True if the result is evaluated in double precision, so that the last step need not be
+    /// followed in single precision.
     pub is_evaluated: bool,
 }
 
 impl Solver {
-    /// Iterates at least once, until the tolerance is met or single precision is exhausted, and
-    /// evaluates the result.
+    /// Iterates at least once until the tolerance is met or rounding in single precision prevents
+    /// progress, and evaluates the result.
     pub(super) fn refine(
         &mut self,
         history: &mut History,
@@ -88,20 +93,21 @@ impl Solver {
         stop: &dyn Fn(u32) -> bool,
     ) -> Evaluation {
         let goal = Goal { residual: tolerance, is_evaluated: true };
-        match self.search.iterate(history, start, goal, stop) {
-            End::Residual { pending, offset, .. } => self.evaluate_search(pending, offset),
-            End::Move { line, balance, offset } => match (self.search.bound, &balance) {
+        match self.inner.iterate(history, start, goal, stop) {
+            End::Residual { pending, offset, .. } => self.evaluate_inner(pending, offset),
+            End::Step { line, balance, offset } => match (self.inner.bound, &balance) {
                 (Some(hardness), Some(balance)) => {
-                    self.evaluate_yielding_move(history, &line, hardness, balance, offset)
+                    self.evaluate_yielding_step(history, &line, hardness, balance, offset)
                 }
-                _ => self.evaluate_move(history, &line, offset),
+                _ => self.evaluate_step(history, &line, offset),
             },
         }
     }
 }
 
-impl Search {
-    /// Iterates at least once, until the goal is met or single precision is exhausted.
+impl InnerSolver {
+    /// Iterates at least once until the goal is met or rounding in single precision prevents
+    /// progress.
     pub(super) fn iterate(
         &mut self,
         history: &mut History,
@@ -134,12 +140,13 @@ impl Search {
                 && expected_reduction * self.residual(convergence.error) <= goal;
             let by_blocks = !is_last && history.iteration < two_level_iterations;
             self.correct(by_blocks);
-            let steps = self.steps(history.is_nested);
-            let step = history.damping * history.caution * steps.of(history.iteration);
+            let step_lengths = self.step_lengths(history.is_nested);
+            let step_length =
+                history.damping * history.caution * step_lengths.of(history.iteration);
             let missing_load = balance.map_or(0.0, |balance| total - balance.sum);
             let reduction = goal / self.residual(convergence.error);
             let sees_all_rows = history.sees_all_rows || self.must_balance(reduction);
-            let direction = self.direction(last.as_ref(), step, missing_load, sees_all_rows);
+            let direction = self.direction(last.as_ref(), step_length, missing_load, sees_all_rows);
             let sums = self.update_pressure(direction, is_last);
             let line = match &balance {
                 None => {
@@ -161,7 +168,7 @@ impl Search {
                 };
             }
             if is_last {
-                return End::Move { line, balance, offset: convergence.offset };
+                return End::Step { line, balance, offset: convergence.offset };
             }
             let before = convergence;
             let (next, free_offset, made) = self.follow(history, &line, convergence);
@@ -171,7 +178,7 @@ impl Search {
                 balance.sum += made.pending.part * moved;
                 balance.free_offset = free_offset;
             }
-            // A move may be smaller than the rounding of pressures.
+            // A step may be smaller than the rounding of pressures.
             let stuck = made.pending.part == 0.0 || convergence == before;
             let is_reached = self.residual(convergence.error) <= goal;
             if is_reached || stuck || stop(self.pairs) {
@@ -192,14 +199,14 @@ impl Search {
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
-    /// Updates the gap after a move. Also returns the mean gap of free nodes if the material
-    /// yields.
+    /// Computes the gap after a step. Returns the convergence, the mean gap of free nodes if the
+    /// material yields, and the step.
     fn follow(
         &mut self,
         history: &mut History,
         line: &LineSearch,
         convergence: Convergence,
-    ) -> (Convergence, f64, LastMove) {
+    ) -> (Convergence, f64, LastStep) {
         let offset = convergence.offset;
         let own_work = self.transform.multiply(&self.displacement, &mut self.scratch);
         self.pairs += 1;
@@ -217,7 +224,7 @@ impl Search {
                 self.update_gap::<true>(pending, next_offset)
             }
         };
-        let made = LastMove {
+        let made = LastStep {
             pending,
             curvature: part * part * curvature,
             missed: if part < 1.0 { 0.0 } else { (best - 1.0).min(1.0) },
@@ -226,14 +233,17 @@ impl Search {
         (convergence, free_offset, made)
     }
 
-    /// Adapts the step lengths to a move whose best part was `best`. Returns the part to keep.
+    /// Adapts the step lengths to a step whose energy is lowest at the fraction `best` of it.
+    /// Returns the fraction of the step to keep.
     pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
-        let part = history.learn(self.steps_mut(history.is_nested), best);
+        let part = history.learn(self.step_lengths_mut(history.is_nested), best);
         self.extension.continues = history.continues();
         part
     }
 
-    /// Updates the gap after the pressures, and computes the residual.
+    /// Adds the displacement under a step to the gap, and computes the next residual.
+    ///
+    /// Returns the convergence and the mean gap of free nodes.
     pub(super) fn update_gap<const YIELDS: bool>(
         &mut self,
         pending: PendingUpdate,
@@ -241,10 +251,10 @@ impl Search {
     ) -> (Convergence, f64) {
         let response = GapUpdate {
             offset: offset as f32,
-            on_move: (pending.part * pending.scale) as f32,
+            on_step: (pending.part * pending.scale) as f32,
             on_pressure: (pending.part * (pending.scale - 1.0)) as f32,
             reference: (self.reference + self.height_reference) as f32,
-            // A move undone in part leaves pressure on every free node.
+            // A step that is undone in part leaves pressure on every free node.
             pressed: if pending.part < 1.0 { FREE } else { PRESSED },
         };
         let mut pass = Wide(UpdateGap::<YIELDS> {
@@ -268,27 +278,28 @@ impl Search {
     }
 }
 
-/// Largest share β of the last move in a direction. With more, the share would grow from iteration
-/// to iteration, which a predicted step length does not allow.
-const LARGEST_SHARE: f64 = 2.0;
+/// Largest factor β of the last step in a direction. A larger β would let this contribution grow
+/// from iteration to iteration, which a predicted step length does not allow.
+const MAX_BETA: f64 = 2.0;
 
-impl Search {
+impl InnerSolver {
     /// Estimates mean corrections from a sample of rows, or from all rows if the sample has too few
     /// free nodes.
     ///
-    /// If the material yields, free nodes are collected as well. Also returns the number of rows
-    /// visited.
-    fn peek(&mut self, of_move: f64, sees_all_rows: bool) -> (Means, usize) {
+    /// If the material yields, the pass also collects the free nodes. Returns the means and the
+    /// number of rows from which free nodes were collected.
+    fn peek(&mut self, of_step: f64, sees_all_rows: bool) -> (Means, usize) {
         // Reuse the allocations.
-        let (mut nodes, mut last_moves) = (take(&mut self.candidates), take(&mut self.last_moves));
+        let (mut nodes, mut candidate_steps) =
+            (take(&mut self.candidates), take(&mut self.candidate_steps));
         nodes.clear();
-        last_moves.clear();
+        candidate_steps.clear();
         let candidates = self.bound.map(|_| GatherCandidates {
             reference_pressure: &self.reference_pressure,
             pressure_increment: &self.pressure_increment,
-            of_move: of_move as f32,
+            of_step: of_step as f32,
             nodes,
-            last_moves,
+            candidate_steps,
             rows: 0,
         });
         let extension = &self.extension;
@@ -310,35 +321,36 @@ impl Search {
             return (means, 0);
         };
         let rows = candidates.rows;
-        (self.candidates, self.last_moves) = (candidates.nodes, candidates.last_moves);
+        (self.candidates, self.candidate_steps) = (candidates.nodes, candidates.candidate_steps);
         (means, rows)
     }
 
-    /// Computes a direction conjugate to the last move. If the material yields, the direction also
+    /// Computes a direction conjugate to the last step. If the material yields, the direction also
     /// restores the missing load.
     pub(super) fn direction(
         &mut self,
-        last: Option<&LastMove>,
-        step: f64,
+        last: Option<&LastStep>,
+        step_length: f64,
         missing_load: f64,
         sees_all_rows: bool,
     ) -> Direction {
-        let of_move = last.map_or(0.0, |last| last.pending.part - 1.0);
-        let (means, rows) = self.peek(of_move, sees_all_rows);
+        let of_step = last.map_or(0.0, |last| last.pending.part - 1.0);
+        let (means, rows) = self.peek(of_step, sees_all_rows);
         let Some(last) = last else {
-            let mean = self.balanced_mean([step, 0.0], missing_load, rows);
-            return Direction::first(step, mean.unwrap_or(-means.correction));
+            let mean = self.balanced_mean([step_length, 0.0], missing_load, rows);
+            return Direction::first(step_length, mean.unwrap_or(-means.correction));
         };
         // Gaps are measured from the offset, which has changed as well.
         let along = means.correction_on_image - last.offset_change * means.sampled_correction;
-        let share = self.free_nodes * along / last.curvature + last.missed / step;
-        let share = share.clamp(0.0, LARGEST_SHARE);
+        let beta = self.free_nodes * along / last.curvature + last.missed / step_length;
+        let beta = beta.clamp(0.0, MAX_BETA);
         let PendingUpdate { scale, part } = last.pending;
         let cells = self.cells() as f64;
         let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
-        let mean = share * part * (means.last_move + scaling) - means.correction;
-        let mean = self.balanced_mean([step, share * part], missing_load, rows).unwrap_or(mean);
-        Direction::next(last.pending, share, step, mean)
+        let mean = beta * part * (means.last_step + scaling) - means.correction;
+        let mean =
+            self.balanced_mean([step_length, beta * part], missing_load, rows).unwrap_or(mean);
+        Direction::next(last.pending, beta, step_length, mean)
     }
 
     pub(super) fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
@@ -358,7 +370,7 @@ impl Search {
             ceiling: Ceiling::at(self.ceiling()),
             reference_pressure: &self.reference_pressure,
             pressure_increment: Band::new(&mut self.pressure_increment),
-            given: self.extension.given_rows(),
+            given: self.extension.transpose_output(),
             active: &self.active,
             last_step: Band::new(&mut self.last_step),
             gap: &self.gap,
@@ -385,11 +397,11 @@ impl Search {
         }
         self.begin_correction();
         self.pairs += 1;
-        let mut pass = Wide(TakeOthers {
+        let mut pass = Wide(CollectFixed {
             map: self.nodes,
             last_step: &self.last_step,
             active: &self.active,
-            taken: self.extension.taken_rows(),
+            taken: self.extension.transpose_input(),
         });
         let (single, scratch) = (&self.transform, &mut self.scratch);
         self.stiffness.finish_and_store(&mut pass, single, scratch);
@@ -404,7 +416,7 @@ impl Search {
             gap: &self.gap,
             last_step: &self.last_step,
             active: &self.active,
-            continued: self.extension.continued_rows(),
+            continued: self.extension.extended_rows(),
         });
         let (single, scratch) = (&self.transform, &mut self.scratch);
         self.stiffness.begin(&mut pass, single, scratch);

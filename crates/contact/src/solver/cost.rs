@@ -1,4 +1,4 @@
-//! Expected cost of a series of loads.
+//! Expected cost of solving a series of loads.
 
 use std::time::{Duration, Instant};
 
@@ -9,11 +9,11 @@ use crate::elasticity::PeriodicHalfSpace;
 use crate::fft::Transform;
 use crate::grid::{Boundary, Cell, Grid};
 
-/// Cost of a whole iteration over that of its transforms: 2.4 at 512² and 2.3 at 1024².
+/// Ratio of the time of an iteration to the time of its transforms: 2.4 at 512² and 2.3 at 1024².
 const OVERHEAD: f64 = 2.3;
 
-/// Pairs of a load that is solved on coarser meshes first: 12 to 15 for any load on 512² to 4096²
-/// nodes.
+/// Transform pairs for a load that is solved on coarser meshes first: 12 to 15 for any load on 512²
+/// to 4096² nodes.
 const NESTED: f64 = 13.0;
 
 const NESTED_PER_DECADE: f64 = 3.0;
@@ -21,28 +21,28 @@ const NESTED_PER_DECADE: f64 = 3.0;
 /// Time for repeated measurements of one pair.
 const MEASURING_TIME: Duration = Duration::from_millis(20);
 
-/// Relative increase of the pairs for each tenth of the tolerance, down to 1e-10.
+/// Relative increase of the number of pairs for each factor of ten in the tolerance, down to 1e-10.
 const PER_DECADE: f64 = 0.18;
 
-/// Time of a pair for a free boundary, over that of a periodic one. Every second pair is on a mesh
-/// of twice the nodes along both axes, most of which are known to be zero, and the others are on
-/// one of 1.25 times the nodes.
+/// Ratio of the time of a pair with a free boundary to that with a periodic one. Every second pair
+/// is on a mesh of twice the nodes along both axes, most of which are zero. The others are on a
+/// mesh of 1.25 times the nodes along both axes.
 const FREE: f64 = 2.3;
 
-/// Seconds per node for the kernels of a free half-space.
+/// Time to compute the kernels of a free half-space, in seconds per node.
 const FREE_KERNEL: f64 = 2e-7;
 
-/// Time of the pairs of a material that yields, over that of an elastic one. Counts of pairs under
-/// hardnesses of 0.3 and 1 E* × rms slope are 1.1 to 1.3 times as many on 128² nodes, for any
-/// tolerance, and 1 to 1.3 on 1024². Because many iterations take one pair instead of two, each
-/// pair takes 1.3 times as long.
+/// Ratio of the solution time of a material that yields to that of an elastic one. Under hardnesses
+/// of 0.3 and 1 E* × rms slope the number of pairs is 1.1 to 1.3 times as large on 128² nodes, for
+/// any tolerance, and 1 to 1.3 times on 1024². Because many iterations take one pair instead of
+/// two, each pair takes 1.3 times as long.
 const YIELDING: f64 = 1.45;
 
-/// Longest side of a mesh that is measured; a larger one takes seconds and gigabytes, so a part of
-/// it is measured.
+/// Longest side of a mesh whose speed is measured. A larger mesh would take seconds and gigabytes,
+/// so a part of it is measured.
 const LARGEST_MEASURED: usize = 2048;
 
-/// Returns the core seconds that preparing a body takes; they are negligible for a periodic body.
+/// Returns the time to prepare a body, in core-seconds; it is negligible for a periodic body.
 pub fn preparation_seconds(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     match body.boundary {
         Boundary::Periodic => 0.0,
@@ -62,20 +62,20 @@ pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolera
     }
 }
 
-/// Tolerance for which the pairs were counted.
+/// Tolerance at which the numbers of pairs were measured.
 const COUNTED_AT: f64 = 6e-5;
 
-/// Returns the decades from that tolerance down to this one.
+/// Returns log₁₀([`COUNTED_AT`] / `tolerance`).
 fn decades(tolerance: f64) -> f64 {
     (COUNTED_AT / tolerance).log10()
 }
 
 /// Returns the expected number of pairs for an elastic, periodic body.
 ///
-/// A rough fit to counts on self-affine surfaces, with an error of a tenth for means over several
-/// surfaces. Loads near full contact are the easiest; larger steps between loads make worse
-/// guesses; on small meshes the first load has no guess; and each doubling of the mesh adds a
-/// tenth. Loads far apart take the same number of pairs at any load.
+/// The formula is a rough fit to counts on self-affine surfaces, with an error of a tenth for means
+/// over several surfaces. Loads near full contact take the fewest pairs. Larger steps between loads
+/// make worse initial guesses, and each doubling of the mesh adds a tenth. On small meshes the
+/// first load has no guess. Loads far apart take the same number of pairs at any load.
 fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let cell = Cell::square(1.0).expect("a side of one");
     let nested = Grid::new(nodes, cell).is_ok_and(is_nested);
@@ -96,7 +96,9 @@ fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     pairs.sum()
 }
 
-/// Measures the core seconds of a pair on this machine, by a few transforms, overhead included.
+/// Measures the time of a transform pair on this machine with a few transforms.
+///
+/// The result is in core-seconds and includes the overhead of the iteration.
 pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
     let longer = nodes.into_iter().max().filter(|longer| *longer > LARGEST_MEASURED);
     if let Some(longer) = longer {
@@ -141,13 +143,13 @@ mod tests {
 
     #[test]
     fn the_campaign_costs_what_was_counted() {
-        // Means over three spectra.
+        // Mean counts of pairs over three spectra.
         let counts = [(32, 560.0), (128, 760.0), (256, 824.0), (512, 892.0), (1024, 995.0)];
         for (nodes, counted) in counts {
             let ratio = elastic_pairs([nodes; 2], &campaign(), 6e-5) / counted;
             assert!((0.85..1.15).contains(&ratio), "{nodes}: {ratio}");
         }
-        // Mean of three series of loads at 1e-10.
+        // Mean count of three series of loads at 1e-10.
         let ratio = elastic_pairs([1024; 2], &campaign(), 1e-10) / 2100.0;
         assert!((0.85..1.15).contains(&ratio), "{ratio}");
     }
@@ -182,7 +184,7 @@ mod tests {
         let ratio = 1.7_f64 / 0.06;
         let heavy = (1..=10).map(|i| 0.06 * ratio.powf(0.1 * f64::from(i)));
         let heavy: Vec<f64> = heavy.collect();
-        // Means over ten surfaces, cutoff at a quarter of the mesh.
+        // Mean counts of pairs over ten surfaces with a cutoff at a quarter of the mesh.
         for (nodes, loads, counted) in [
             (32, &light, 87.0),
             (128, &light, 116.0),
@@ -201,7 +203,7 @@ mod tests {
         let three = [0.006, 0.012, 0.018];
         let ratio = 1.7_f64 / 0.004;
         let eight: Vec<f64> = (0..8).map(|i| 0.004 * ratio.powf(f64::from(i) / 7.0)).collect();
-        // Means over three spectra and several surfaces.
+        // Mean counts of pairs over three spectra and several surfaces.
         for (nodes, loads, tolerance, counted) in [
             (512, &eight[..], 5e-5, 101.0),
             (1024, &eight, 5e-5, 111.0),

@@ -1,13 +1,13 @@
-//! Evaluation of a search in double precision: contact, offset and error of the gap.
+//! Evaluation of pressures in double precision: gap, contact, offset and error.
 
 use pulp::Simd;
 
 use super::balance::Balance;
 use super::flags::{PRESSED, SATURATED, has};
 use super::lanes::{Accumulate, InOrder, Lanes, Wide, over_rows, sum_by, total, weight};
-use super::line_search::{History, LastMove, LineSearch};
+use super::line_search::{History, LastStep, LineSearch};
 use super::passes::{
-    GapOutput, MoveOutput, MoveScaling, PendingUpdate, PressureInput, Promote, PromotedInput,
+    GapOutput, PendingUpdate, PressureInput, Promote, PromotedInput, StepOutput, StepScaling,
     TakeBack,
 };
 use super::{Hardness, Settings, Solver};
@@ -17,33 +17,33 @@ use crate::fft::Band;
 pub struct Evaluation {
     pub convergence: Convergence,
     pub contact_nodes: f64,
-    /// Mean gap over the map, where contact counts as zero.
+    /// Mean gap over the map; nodes in contact count as zero.
     pub mean_gap: f64,
     /// Mean over the map of the negative gaps of saturated nodes, as a positive depth.
     pub yielded_depth: f64,
-    /// Half the mean of pressure × displacement.
+    /// Elastic energy per area: half the mean of pressure × displacement.
     pub energy: f64,
 }
 
 impl Solver {
-    /// Computes the gap under the present pressure: one pair.
+    /// Computes the gap under the present pressure; takes one pair.
     pub(super) fn evaluate(&mut self) -> Evaluation {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
-            hardness: self.search.ceiling(),
-            last_step: Band::new(&mut self.search.last_step),
-            keeps_moves: false,
+            hardness: self.inner.ceiling(),
+            last_step: Band::new(&mut self.inner.last_step),
+            keeps_steps: false,
         });
-        self.double_scratch.take_over(&mut self.search.scratch);
+        self.double_scratch.take_over(&mut self.inner.scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
         self.finish_gap()
     }
 
-    /// Evaluates a guess, and evaluates it twice if it is no solution but its error is hidden by
-    /// rounding.
+    /// Evaluates an initial guess. If rounding hides its error, corrects the reference and
+    /// evaluates again.
     ///
-    /// The rounding is that of gaps far from their reference. A search could not improve such a
-    /// guess.
+    /// Rounding is large if the gaps differ much from their reference. The inner solver could not
+    /// improve such a guess.
     pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
         let evaluation = self.evaluate();
         let Convergence { offset, error } = evaluation.convergence;
@@ -51,18 +51,18 @@ impl Solver {
         if is_seen || self.is_solved(settings, &evaluation) {
             return evaluation;
         }
-        self.search.reference += offset;
+        self.inner.reference += offset;
         self.evaluate()
     }
 
-    /// Evaluates the pressure to which a search led.
+    /// Evaluates the pressures of the inner solver after the pending update.
     ///
-    /// Gaps are then counted from `offset`, close to the offset to be found, so that gaps in
-    /// contact keep all their digits.
-    pub(super) fn evaluate_search(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
-        if let Some(hardness) = self.search.bound {
+    /// From then on, gaps are relative to `offset`, which is close to the new offset, so that gaps
+    /// in contact keep all their digits.
+    pub(super) fn evaluate_inner(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
+        if let Some(hardness) = self.inner.bound {
             self.promote_yielding(hardness, pending);
-            self.search.reference += offset;
+            self.inner.reference += offset;
             return self.evaluate();
         }
         if pending.part == 1.0 {
@@ -71,28 +71,28 @@ impl Solver {
         }
         let mut promote = Promote {
             factor: pending.of_pressure(),
-            reference_pressure: &self.search.reference_pressure,
-            pressure_increment: &self.search.pressure_increment,
+            reference_pressure: &self.inner.reference_pressure,
+            pressure_increment: &self.inner.pressure_increment,
         };
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut promote);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut promote);
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
     fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
         self.take_back(part);
         self.impose_load();
-        self.search.reference += offset;
+        self.inner.reference += offset;
         self.evaluate()
     }
 
     pub(super) fn take_back(&mut self, part: f64) {
         let mut pass =
-            TakeBack { part, hardness: self.search.ceiling(), last_step: &self.search.last_step };
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
+            TakeBack { part, hardness: self.inner.ceiling(), last_step: &self.inner.last_step };
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
     }
 
-    /// Evaluates a move, and once more if only a part of it is kept.
-    pub(super) fn evaluate_move(
+    /// Evaluates a step, and evaluates again if only a part of it is kept.
+    pub(super) fn evaluate_step(
         &mut self,
         history: &mut History,
         line: &LineSearch,
@@ -100,12 +100,13 @@ impl Solver {
     ) -> Evaluation {
         let offset_change = line.expected_offset();
         self.begin_promoted(line.scale, offset_change);
-        let (evaluation, curvature) = self.finish_move::<false>(line.scale, offset_change);
-        self.keep_move(history, line.best(curvature), curvature, evaluation, offset_change - offset)
+        let (evaluation, curvature) = self.finish_step::<false>(line.scale, offset_change);
+        self.keep_step(history, line.best(curvature), curvature, evaluation, offset_change - offset)
     }
 
-    /// Evaluates a move in a material that yields; `balance` belongs to the pressures before it.
-    pub(super) fn evaluate_yielding_move(
+    /// Evaluates a step in a material that yields; `balance` belongs to the pressures before the
+    /// step.
+    pub(super) fn evaluate_yielding_step(
         &mut self,
         history: &mut History,
         line: &LineSearch,
@@ -114,42 +115,43 @@ impl Solver {
         offset: f64,
     ) -> Evaluation {
         let scale = self.promote_yielding(hardness, PendingUpdate::NONE);
-        self.search.reference += offset;
-        self.begin_with_moves_kept(hardness);
-        let (evaluation, curvature) = self.finish_move::<true>(scale, offset);
+        self.inner.reference += offset;
+        self.begin_keeping_steps(hardness);
+        let (evaluation, curvature) = self.finish_step::<true>(scale, offset);
         let best = line.then_scaled(scale, balance.free_offset).best(curvature);
-        self.keep_move(history, best, curvature, evaluation, 0.0)
+        self.keep_step(history, best, curvature, evaluation, 0.0)
     }
 
-    /// Computes the gap after a move with scaled pressures, and the curvature along it.
-    fn finish_move<const YIELDS: bool>(
+    /// Computes the gap after a step with scaled pressures, and the curvature of the energy along
+    /// the step.
+    fn finish_step<const YIELDS: bool>(
         &mut self,
         scale: f64,
         reference_change: f64,
     ) -> (Evaluation, f64) {
         let work = self.double.multiply(&self.displacement, &mut self.double_scratch);
-        let mut pass = Wide(MoveOutput::<YIELDS> {
+        let mut pass = Wide(StepOutput::<YIELDS> {
             heights: &self.heights,
-            reference: self.search.reference,
-            scaling: MoveScaling { scale: scale as f32, reference_change: reference_change as f32 },
+            reference: self.inner.reference,
+            scaling: StepScaling { scale: scale as f32, reference_change: reference_change as f32 },
             sums_gaps: !self.body.has_zero_mean_displacement(),
             statistics: InOrder::new(),
             curvature: InOrder::new(),
-            reference_pressure: &self.search.reference_pressure,
-            pressure_increment: &self.search.pressure_increment,
-            gap: Band::new(&mut self.search.gap),
-            last_step: Band::new(&mut self.search.last_step),
-            sample: self.search.sample.band(),
-            found: vec![0.0; self.search.nodes[1]],
+            reference_pressure: &self.inner.reference_pressure,
+            pressure_increment: &self.inner.pressure_increment,
+            gap: Band::new(&mut self.inner.gap),
+            last_step: Band::new(&mut self.inner.last_step),
+            sample: self.inner.sample.band(),
+            found: vec![0.0; self.inner.nodes[1]],
         });
         self.double.finish(&mut pass, &mut self.double_scratch);
         let (statistics, curvature) = (pass.0.statistics.total(), pass.0.curvature.total());
         (self.evaluation(&statistics, work), curvature)
     }
 
-    /// Adapts step lengths to an evaluated move with the best part `best`, and keeps it or that
-    /// part.
-    fn keep_move(
+    /// Adapts the step lengths to an evaluated step with the best fraction `best`. Keeps the step
+    /// or this fraction of it.
+    fn keep_step(
         &mut self,
         history: &mut History,
         best: f64,
@@ -157,11 +159,11 @@ impl Solver {
         evaluation: Evaluation,
         offset_change: f64,
     ) -> Evaluation {
-        let part = self.search.learn(history, best);
+        let part = self.inner.learn(history, best);
         if part < 1.0 {
             return self.evaluate_without(1.0 - part, evaluation.convergence.offset);
         }
-        history.last = (best > 0.0).then_some(LastMove {
+        history.last = (best > 0.0).then_some(LastStep {
             pending: PendingUpdate::NONE,
             curvature,
             missed: (best - 1.0).min(1.0),
@@ -171,19 +173,19 @@ impl Solver {
     }
 
     fn begin_promoted(&mut self, scale: f64, offset: f64) {
-        self.search.reference += offset;
+        self.inner.reference += offset;
         let mut pass = Wide(PromotedInput {
             scale,
-            reference_pressure: &self.search.reference_pressure,
-            pressure_increment: &self.search.pressure_increment,
+            reference_pressure: &self.inner.reference_pressure,
+            pressure_increment: &self.inner.pressure_increment,
             pressure: Band::new(&mut self.pressure),
         });
-        self.double_scratch.take_over(&mut self.search.scratch);
+        self.double_scratch.take_over(&mut self.inner.scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
     fn finish_gap(&mut self) -> Evaluation {
-        match self.search.bound {
+        match self.inner.bound {
             None => self.finish_gap_as::<false>(),
             Some(_) => self.finish_gap_as::<true>(),
         }
@@ -193,9 +195,9 @@ impl Solver {
         let work = self.double.multiply(&self.displacement, &mut self.double_scratch);
         let mut pass = Wide(GapOutput::<YIELDS> {
             heights: &self.heights,
-            reference: self.search.reference,
-            gap: Band::new(&mut self.search.gap),
-            last_step: &self.search.last_step,
+            reference: self.inner.reference,
+            gap: Band::new(&mut self.inner.gap),
+            last_step: &self.inner.last_step,
             sums_gaps: !self.body.has_zero_mean_displacement(),
             statistics: InOrder::new(),
         });
@@ -206,7 +208,7 @@ impl Solver {
 
     fn evaluation(&mut self, statistics: &GapStatistics, work: f64) -> Evaluation {
         let convergence = statistics.convergence();
-        self.search.pairs += 1;
+        self.inner.pairs += 1;
         self.offset = convergence.offset;
         let cells = self.pressure.len() as f64;
         let yielded_depth = match statistics.saturated_nodes() {
@@ -216,9 +218,9 @@ impl Solver {
         let mean_gap = match statistics.gap_sum {
             Some(sum) => sum / cells - convergence.offset,
             // Displacements and heights have zero mean.
-            None => -(self.search.reference + convergence.offset),
+            None => -(self.inner.reference + convergence.offset),
         };
-        // Yielded material has no gap. If all nodes touch, only rounding remains.
+        // Yielded nodes count as zero gap. If all nodes are in contact, only rounding remains.
         let mean_gap = match yielded_depth {
             0.0 => mean_gap,
             depth => (mean_gap + depth).max(0.0),
@@ -236,15 +238,15 @@ impl Solver {
 /// Offset and largest error of the gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// Mean gap in contact, or, if the material yields, the offset that the rigid surface should
-    /// have.
+    /// Offset of the gap: the mean gap in elastic contact, or an estimate of it if few or no nodes
+    /// are elastic.
     pub offset: f64,
-    /// Largest |gap − offset| that violates the contact conditions: gaps in contact, and
-    /// penetration of nodes that have not yielded.
+    /// Largest violation of the contact conditions by the gap above the offset: |gap − offset| in
+    /// elastic contact, penetration outside contact, and positive gaps at saturated nodes.
     pub error: f64,
 }
 
-/// The lowest gap of nodes that are not saturated, and the highest gap in contact.
+/// Lowest gap of nodes that are not saturated, and highest gap in contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Extremes {
     pub highest_in_contact: f32,
@@ -254,7 +256,8 @@ pub struct Extremes {
 impl Extremes {
     pub const NONE: Self = Self { highest_in_contact: -f32::MAX, lowest: f32::MAX };
 
-    /// Returns the offset of least contradiction if all contact is saturated.
+    /// Returns the offset that violates the contact conditions least if all contact nodes are
+    /// saturated.
     pub fn middle(self) -> f64 {
         let highest = f64::from(self.highest_in_contact);
         if self.lowest == Self::NONE.lowest {
@@ -284,16 +287,16 @@ impl Extremes {
     }
 }
 
-/// Sums and extremes of the gap, collected row by row.
+/// Counts of nodes, and sums and extremes of the gap.
 #[derive(Debug, Clone, Copy)]
 pub struct GapStatistics {
     pub contact_nodes: f64,
     pub elastic_nodes: f64,
-    /// Σ gap over elastic nodes, added by the caller in double precision.
+    /// Σ gap over elastic nodes, in double precision.
     pub elastic_sum: f64,
-    /// Σ gap over saturated nodes, added in the same way.
+    /// Σ gap over saturated nodes, in double precision.
     pub saturated_sum: f64,
-    /// Σ gap over the map, if displacements have a mean.
+    /// Σ gap over the map; `None` if displacements have zero mean.
     pub gap_sum: Option<f64>,
     extremes: Extremes,
 }
@@ -326,7 +329,7 @@ impl GapStatistics {
         Self { gap_sum: sums_gaps.then_some(0.0), ..Self::ZERO }
     }
 
-    /// Adds the sums of a row of gaps in double precision; the flags are in `last_step`.
+    /// Adds a row of gaps to the sums; the flags are in `last_step`.
     #[inline(always)]
     pub fn add_gaps<const YIELDS: bool>(&mut self, gap: &[f64], last_step: &[f32]) {
         self.elastic_sum += sum_by(gap, last_step, |gap, last_step| {
@@ -343,7 +346,7 @@ impl GapStatistics {
         }
     }
 
-    /// Adds counts and extremes of a row of gaps; the flags are in `last_step`.
+    /// Adds a row of gaps to counts and extremes; the flags are in `last_step`.
     #[inline(always)]
     pub fn add<S: Simd, const R: usize, const YIELDS: bool>(
         &mut self,

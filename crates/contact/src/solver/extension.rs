@@ -1,25 +1,28 @@
 //! Extension E of the residual of free nodes over all nodes, and its transpose.
 //!
-//! Let r be the gap of free nodes above the offset. The pressure on free nodes that closes it is
-//! the stiffness K times r extended by the displacement that this pressure causes elsewhere. Of all
-//! extensions E r this one has the least energy ⟨E r, K E r⟩ = ⟨r, S r⟩, where S is the stiffness
-//! of the free nodes alone. So Eᵀ K E is symmetric and not less than S for any linear E, and close
-//! to S if E r is about as smooth as displacements are.
+//! Let r be the gap of free nodes above the offset. The pressure on free nodes that closes this gap
+//! displaces other nodes, too. If r is extended to all nodes by these displacements, this pressure
+//! is the stiffness K times the extended r. Of all extensions E r this one has the least energy ⟨E
+//! r, K E r⟩ = ⟨r, S r⟩, where S is the stiffness of the free nodes alone. Therefore, for any
+//! linear E, the preconditioner Eᵀ K E is symmetric and Eᵀ K E − S is positive semidefinite. It is
+//! close to S if E r is about as smooth as displacements are.
 //!
-//! Extension by zeros has a jump at each edge of contact. The eigenvalues of S⁻¹ Eᵀ K E then reach
-//! from 1 to 5 or 20, growing as the logarithm of wavelength over spot size, because corrections of
-//! long waves are far too large. With the present E they reach 1.2 or 1.4 on all meshes, for all
-//! spectra, and from light loads to nearly full contact.
+//! Extension by zeros has a jump at each edge of contact. The eigenvalues of S⁻¹ Eᵀ K E then extend
+//! from 1 to 5 or even 20 and grow with the logarithm of the ratio of wavelength to contact size,
+//! because corrections of long waves are far too large. With the present E the largest eigenvalue
+//! is 1.2 to 1.4 on all meshes, for all spectra, and from light loads to nearly full contact.
 //!
-//! E is a pyramid of means. Each block of 4 × 4 nodes, each block of 2 × 2 such blocks, and so on,
-//! gets a weighted mean: of its free nodes, and of the linearly interpolated value of the larger
-//! blocks around it, which counts as [`WEIGHT`] of the block's nodes. The value around the largest
-//! block is zero. So the extension decays with the distance from contact over which contact is
-//! sparse. Without decay the residual of an isolated node would spread to its nearest neighbours,
-//! however far.
+//! E is a pyramid of means. The smallest blocks have 4 × 4 nodes, and each larger block has 2 × 2
+//! blocks of the next smaller size. Each block gets a weighted mean of the residual at its free
+//! nodes and of the *outer value*, which is interpolated linearly from the values of larger blocks
+//! and counts as [`WEIGHT`] of the block's nodes. The outer value of the largest block is zero. The
+//! extension therefore decays with the distance from contact, more slowly where contact is sparse.
+//! Without decay, the residual of an isolated node would spread to its nearest neighbours at any
+//! distance.
 //!
-//! Passes over the mesh process one row of blocks at a time (`rows`): they add up its rows of
-//! nodes, and then the nodes along the row. The pyramid has a sixteenth of the nodes (`levels`).
+//! Passes over the mesh process one row of blocks at a time (`rows`): they first add up the rows of
+//! nodes of the blocks, and then the nodes along the row. The smallest blocks are a sixteenth of
+//! the nodes (`levels`).
 
 use super::lanes::over_rows;
 use crate::threads::Threads;
@@ -27,35 +30,37 @@ use crate::threads::Threads;
 mod levels;
 mod rows;
 
-pub use rows::{ContinuedRows, GivenRows, ResidualRows, TakenRows};
+pub use rows::{ExtendedRows, ResidualRows, TransposeInput, TransposeOutput};
 
-use levels::{AddWhole, Divide, GatherAround, JoinRows, MixAround, SumQuarters};
+use levels::{AddParent, Divide, JoinRows, MeansWithOuter, SumQuarters, TransposeInterpolation};
 
-/// Nodes along a side of the smallest blocks; with 2, there are hardly fewer iterations.
+/// Number of nodes along a side of the smallest blocks. A side of 2 hardly reduces the iterations.
 const SIDE: usize = 4;
 
-/// Weight of the value around a block, over the nodes of the block. The largest eigenvalues from
-/// 0.006 to 1 E* × rms slope are 1.2 to 1.4; with half or double the weight 1.2 to 2.
+/// Weight of the outer value, as a fraction of the nodes of the block. The largest eigenvalues for
+/// loads from 0.006 to 1 E* × rms slope are 1.2 to 1.4; with half or double the weight they are 1.2
+/// to 2.
 const WEIGHT: f32 = 0.25;
 
-/// Pyramid of means on a mesh that is taken as periodic; the extension need not be exact.
+/// Pyramid of means. It treats the mesh as periodic, which suffices for a preconditioner.
 pub struct Extension {
     levels: Vec<Level>,
-    /// Values that rows of the smallest blocks collected for the rows before and after them.
+    /// Values that each row of smallest blocks has collected for the previous row of blocks, and
+    /// for the next one.
     for_neighbours: [Vec<f32>; 2],
     map: [usize; 2],
-    /// Nodes of the mesh, of which the map is a corner.
+    /// Numbers of nodes of the mesh; the map is a corner of the mesh.
     nodes: [usize; 2],
-    /// If false, the extension is zero: corrections reach less far, for a search that went astray.
+    /// False to extend by zeros, which makes corrections local, after steps that were far too long.
     pub continues: bool,
 }
 
 struct Level {
     blocks: [usize; 2],
-    /// Weight of the value around each block, in nodes.
+    /// Weight of the outer value of each block, as a number of nodes.
     around: f32,
     free: Vec<f32>,
-    /// Sums over free nodes, or values derived from them.
+    /// Sums of the residual over free nodes, or the means computed from them.
     values: Vec<f32>,
 }
 
@@ -89,7 +94,7 @@ impl Extension {
         }
     }
 
-    /// Computes the extension from the sums of the residual.
+    /// Computes the extension from the sums of the residual in the smallest blocks.
     pub fn extend(&mut self, threads: &Threads) {
         if !self.continues {
             return self.levels[0].values.fill(0.0);
@@ -105,12 +110,14 @@ impl Extension {
         self.divide_top();
         for finer in (0..self.levels.len() - 1).rev() {
             let [fine, coarse] = self.pair(finer);
-            let mut pass = MixAround::new(&fine.free, fine.around, coarse.blocks, &coarse.values);
+            let mut pass =
+                MeansWithOuter::new(&fine.free, fine.around, coarse.blocks, &coarse.values);
             over_rows(threads, &mut fine.values, fine.blocks[1], &mut pass);
         }
     }
 
-    /// Computes the transpose of [`Extension::extend`] from the collected values.
+    /// Applies the transpose of [`Extension::extend`] to the values collected by
+    /// [`TransposeInput`].
     pub fn collect(&mut self, threads: &Threads) {
         let smallest = &mut self.levels[0];
         let mut pass = JoinRows::new(smallest.blocks, &self.for_neighbours);
@@ -118,7 +125,7 @@ impl Extension {
         self.hand_down(threads);
     }
 
-    /// Distributes the values of the smallest blocks to blocks with free nodes.
+    /// Applies the transpose of the pyramid to the values of the smallest blocks.
     fn hand_down(&mut self, threads: &Threads) {
         if !self.continues {
             return self.levels[0].values.fill(0.0);
@@ -127,31 +134,32 @@ impl Extension {
             let [fine, coarse] = self.pair(finer);
             let mut pass = Divide::new(&fine.free, fine.around);
             over_rows(threads, &mut fine.values, fine.blocks[1], &mut pass);
-            let mut pass = GatherAround::new(fine.blocks, fine.around, coarse.blocks, &fine.values);
+            let mut pass =
+                TransposeInterpolation::new(fine.blocks, fine.around, coarse.blocks, &fine.values);
             over_rows(threads, &mut coarse.values, coarse.blocks[1], &mut pass);
         }
         self.divide_top();
         for finer in (0..self.levels.len() - 1).rev() {
             let [fine, coarse] = self.pair(finer);
-            let mut pass = AddWhole::new(coarse.blocks, &coarse.values);
+            let mut pass = AddParent::new(coarse.blocks, &coarse.values);
             over_rows(threads, &mut fine.values, fine.blocks[1], &mut pass);
         }
     }
 
-    /// Clears values beyond the map, where no residual was added.
+    /// Clears the values beyond the map, where no residual was added.
     fn clear_beyond_map(&mut self) {
         let smallest = &mut self.levels[0];
         let asked = self.map[0].div_ceil(SIDE) * smallest.blocks[1];
         smallest.values[asked..].fill(0.0);
     }
 
-    /// Completes the largest block, around which the value is zero.
+    /// Computes the mean of the largest block, whose outer value is zero.
     fn divide_top(&mut self) {
         let top = self.levels.last_mut().expect("one block at least");
         top.values[0] /= top.free[0] + top.around;
     }
 
-    /// Returns a level and the next one, of larger blocks.
+    /// Returns a level and the next level, which has larger blocks.
     fn pair(&mut self, finer: usize) -> [&mut Level; 2] {
         self.levels.get_disjoint_mut([finer, finer + 1]).expect("there is a larger block")
     }

@@ -1,13 +1,14 @@
-//! Flags of nodes in the lowest bits of their last move, and groups of active nodes.
+//! Flags of nodes, stored in the lowest bits of their last steps, and groups of active nodes.
 //!
-//! Each node keeps its last move from iteration to iteration. The move only steers the search, so
-//! its two or three lowest bits can hold flags. A separate map of flags would have to be read and
-//! written in every pass.
+//! The last step of each node is kept from iteration to iteration. It only guides the iterations,
+//! so its two or three lowest bits can hold flags. A separate map of flags would have to be read
+//! and written in every pass.
 //!
 //! [`ActiveGroups`] are the groups of sixteen neighbours in a row ([`Lanes`]) that take part in the
-//! search; the remainder of a row is always visited. Contact consists of patches: on most of a
-//! lightly loaded mesh no node is free and no pressure changes. Skipping these groups saves most of
-//! the memory traffic of a pass over a large mesh.
+//! iterations. The nodes at the end of a row that do not fill a group are always visited. Contact
+//! consists of patches: under a light load, most of the mesh has no free node and no pressure
+//! changes there. Skipping these groups saves most of the memory traffic of a pass over a large
+//! mesh.
 
 use pulp::Simd;
 
@@ -20,8 +21,8 @@ pub const FREE: u32 = 1;
 /// Flag of nodes that have pressure.
 pub const PRESSED: u32 = 2;
 
-/// Flag of nodes with the pressure at which the material yields; these are pressed too. Without a
-/// hardness the bit belongs to the number.
+/// Flag of nodes with pressure equal to the hardness; these nodes also have the flag [`PRESSED`].
+/// Without a hardness the bit belongs to the number.
 pub const SATURATED: u32 = 4;
 
 const MARKS: u32 = FREE | PRESSED;
@@ -37,7 +38,7 @@ pub fn mark<S: Simd, const R: usize>(
     last_step.with(MARKS, [(FREE, free), (PRESSED, pressed)])
 }
 
-/// Sets the flags if the material yields.
+/// Sets the three flags of a material that yields.
 #[inline(always)]
 pub fn mark_yielding<S: Simd, const R: usize>(
     last_step: Lanes<S, R>,
@@ -54,7 +55,7 @@ pub fn has(last_step: f32, mark: u32) -> bool {
     last_step.to_bits() & mark != 0
 }
 
-/// Sets the flags that follow from the pressure, and keeps the flag of free nodes.
+/// Sets the flags [`PRESSED`] and [`SATURATED`] by the pressure, and keeps the flag [`FREE`].
 #[inline(always)]
 pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     let pressed = PRESSED * u32::from(pressure > 0.0);
@@ -62,19 +63,20 @@ pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     f32::from_bits((last_step.to_bits() & !(PRESSED | SATURATED)) | pressed | saturated)
 }
 
-/// Groups of the remainder of a row, node by node.
+/// Marks of single nodes at the end of a row, all true.
 pub const ALL: [bool; LANES] = [true; LANES];
 
-/// Groups with a free node, and groups with a free node or a pressure.
+/// Marks which groups of [`LANES`] nodes are active (a node is free or has pressure) and which
+/// contain a free node.
 ///
-/// In groups that are not active, pressures and last moves are zero. In active groups without a
-/// free node all pressures are at a bound.
+/// Inactive groups have zero pressures and zero last steps. In active groups without a free node,
+/// every pressure is zero or the hardness.
 pub struct ActiveGroups {
     row_groups: usize,
     active: Vec<bool>,
     free: Vec<bool>,
-    /// True if all groups are active, as in a search to a small tolerance, where the reference
-    /// pressure is not zero outside contact.
+    /// True if all groups are active. This is so for small tolerances, where the reference pressure
+    /// is not zero outside contact.
     always: bool,
 }
 
@@ -89,7 +91,8 @@ impl ActiveGroups {
         }
     }
 
-    /// Prepares a search in which all groups are active, or only those found to be.
+    /// Prepares iterations in which all groups are active if `always`, and otherwise those found to
+    /// be.
     pub fn prepare(&mut self, always: bool) {
         self.always = always;
     }
@@ -114,7 +117,7 @@ impl ActiveGroups {
     }
 }
 
-/// Consecutive rows of groups, mutable.
+/// Mutable access to the groups of consecutive rows.
 pub struct ActiveBand<'a> {
     row_groups: usize,
     active: Band<'a, bool>,
@@ -188,7 +191,7 @@ mod tests {
         let mut counts = [0; 2];
         for row in (0..96).map(|index| Row::new(index, 153)) {
             let groups = row.of(solver.pressure()).as_chunks::<LANES>().0;
-            for (active, pressures) in solver.search.active.row(row).iter().zip(groups) {
+            for (active, pressures) in solver.inner.active.row(row).iter().zip(groups) {
                 counts[usize::from(*active)] += 1;
                 assert!(*active || pressures.iter().all(|p| *p == 0.0));
             }
@@ -204,7 +207,7 @@ mod tests {
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
         let settings = Settings { tolerance: 1e-8, ..Settings::default() };
         solver.press(0.01, &settings, &|| false);
-        assert!(solver.search.active.active.iter().all(|active| *active));
-        assert!(solver.search.active.free.iter().any(|free| !free));
+        assert!(solver.inner.active.active.iter().all(|active| *active));
+        assert!(solver.inner.active.free.iter().any(|free| !free));
     }
 }

@@ -1,12 +1,12 @@
 //! Half-spaces with a boundary condition ([`HalfSpace`]) and a hardness ([`Hardness`]), and the
 //! convolution from displacements to pressures ([`Stiffness`]).
 //!
-//! Periodic pressures and displacements are convolved on the mesh of the map. For an isolated patch
-//! the mesh of pressures has four times the nodes, so that periodic images do not interact. The
-//! mesh of displacements needs only a margin in which they decay. Without the margin, corrections
-//! near the edges would be too large by a factor of up to 2.3 (the largest eigenvalue of S⁻¹ Eᵀ K
-//! E, see `extension`). With 1.25 times the nodes along both axes the factor is 1.44, and with 1.5
-//! or 2 times 1.37, as for periodic maps.
+//! For periodic bodies, pressures and displacements are convolved on the mesh of the map. For an
+//! isolated patch, pressures are convolved on a mesh of four times the nodes, so that periodic
+//! images do not interact. Displacements need only a margin around the map, in which they decay.
+//! Without the margin, corrections near the edges would be too large by a factor of up to 2.3,
+//! which is the largest eigenvalue of S⁻¹ Eᵀ K E (see `extension`). With 1.25 times the nodes along
+//! both axes the factor is 1.44, and with 1.5 or 2 times 1.37, as for periodic maps.
 
 use thiserror::Error;
 
@@ -17,7 +17,7 @@ use crate::fft::{Band, Kernel, Row, Rows, Scratch, Transform, in_corner};
 use crate::grid::{Boundary, Grid};
 use crate::threads::Threads;
 
-/// Half-space that a surface is pressed into.
+/// Elastic half-space with a boundary condition and, if it yields, a hardness.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -52,12 +52,12 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Prepares a surface, as [`Solver::new`] does.
+    /// Prepares the solver of a surface, as [`Solver::with_hardness`] does.
     pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
         self.solver_with_threads(Threads::one(), grid, heights)
     }
 
-    /// Prepares a surface with several threads, which later [share the work](Solver::set_threads).
+    /// Prepares the solver with several threads, which later [share the work](Solver::set_threads).
     pub fn solver_with_threads(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
         let body: Box<dyn ElasticOperator> = match self.boundary {
             Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),
@@ -66,7 +66,7 @@ impl HalfSpace {
         Solver::with_threads(threads, body, self.hardness, heights)
     }
 
-    /// Returns the bytes per node that such a solver needs for this tolerance, preparation
+    /// Returns the memory that the solver needs for this tolerance, in bytes per node, preparation
     /// included.
     pub fn bytes_per_node(&self, tolerance: f64) -> f64 {
         let around = match self.boundary {
@@ -78,13 +78,13 @@ impl HalfSpace {
     }
 }
 
-/// Additional bytes per node of a free half-space, which has no coarser meshes: a mesh with twice
-/// the nodes along both axes for the factors of its kernels, and these kernels. 100 bytes a node in
-/// all were measured at the peak of runs on 2048², 4096² and 8192² nodes.
+/// Additional bytes per node of a free half-space: a mesh with twice the nodes along both axes for
+/// the factors of its kernels, and these kernels. There are no coarser meshes. Runs on 2048², 4096²
+/// and 8192² nodes had a peak of 100 bytes per node in total.
 const FREE_BYTES: f64 = 44.0;
 
-/// Additional bytes per node for lists of nodes that may change, measured at the peak of a run on
-/// 2048² nodes where many nodes change together.
+/// Additional bytes per node for lists of nodes whose pressure may change, measured at the peak of
+/// a run on 2048² nodes in which many nodes change in the same iteration.
 const YIELDING_BYTES: f64 = 10.0;
 
 /// Upper bound of the pressure, in units of E* × rms slope: positive and finite.
@@ -151,11 +151,12 @@ impl Hardness {
     }
 }
 
-/// Convolution of displacements with the stiffness.
+/// Convolution of displacements with the stiffness, which gives pressures.
 ///
-/// It shares the transform of pressures, `single`, if both have the nodes of the map.
+/// It uses the transform `single` that convolves pressures if both convolutions are on the mesh of
+/// the map.
 pub struct Stiffness {
-    /// Nodes of the map, which is a corner of the mesh or all of it.
+    /// Numbers of nodes of the map, which is a corner of the mesh or the whole mesh.
     map: [usize; 2],
     kernel: Kernel<f32>,
     apart: Option<SeparateTransform>,
@@ -165,8 +166,8 @@ pub struct Stiffness {
 struct SeparateTransform {
     transform: Transform<f32>,
     scratch: Scratch<f32>,
-    /// Moves of pressures, on the way to the mesh of pressures.
-    moves: Vec<f32>,
+    /// Steps of the pressures, copied from this mesh to the mesh of pressures.
+    steps: Vec<f32>,
 }
 
 impl Stiffness {
@@ -178,7 +179,7 @@ impl Stiffness {
             SeparateTransform {
                 scratch: transform.scratch_on(threads.clone()),
                 transform,
-                moves: vec![0.0; map[0] * map[1]],
+                steps: vec![0.0; map[0] * map[1]],
             }
         };
         Self { map, kernel: elasticity::stiffness_on(threads, body), apart: is_apart.then(apart) }
@@ -190,7 +191,7 @@ impl Stiffness {
         }
     }
 
-    /// Begins the convolution of the displacements that `rows` writes, on all rows of the mesh.
+    /// Begins the convolution of the displacements that `rows` writes into all rows of the mesh.
     pub fn begin(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -201,7 +202,7 @@ impl Stiffness {
         transform.begin(rows, scratch);
     }
 
-    /// Ends the convolution, stores all rows of pressures and lets `rows` read them.
+    /// Ends the convolution and stores all rows of pressures after `rows` has read them.
     pub fn finish_and_store(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -213,7 +214,7 @@ impl Stiffness {
         transform.finish_and_store(rows, scratch);
     }
 
-    /// Reads these pairs of stored rows of the map.
+    /// Passes the given pairs of stored rows of the map to `rows`.
     pub fn peek_stored(
         &mut self,
         pairs: &[usize],
@@ -225,7 +226,7 @@ impl Stiffness {
         in_corner(self.map, rows, |rows| transform.peek_stored(pairs, rows, scratch));
     }
 
-    /// Reads the stored rows of the map.
+    /// Passes all stored rows of the map to `rows`.
     pub fn read_stored(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -236,8 +237,8 @@ impl Stiffness {
         in_corner(self.map, rows, |rows| transform.read_stored(rows, scratch));
     }
 
-    /// Reads the stored rows of the map, and begins the convolution of the pressures that replace
-    /// them.
+    /// Passes the stored rows of the map to `rows`, and begins the convolution of the pressures
+    /// that `rows` writes in their place.
     pub fn begin_from_stored(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -247,19 +248,19 @@ impl Stiffness {
         let Some(apart) = &mut self.apart else {
             return single.begin_from_stored(rows, scratch);
         };
-        let mut keeping = KeepMoves {
+        let mut keeping = CopyRows {
             rows: rows.split_off(Row::new(0, self.map[1])),
-            moves: Band::new(&mut apart.moves),
+            steps: Band::new(&mut apart.steps),
         };
         in_corner(self.map, &mut keeping, |rows| {
             apart.transform.read_stored(rows, &mut apart.scratch);
         });
         rows.append(keeping.rows);
-        single.begin_with(&apart.moves, scratch);
+        single.begin_with(&apart.steps, scratch);
     }
 }
 
-/// Returns the separate transform, or else the shared one.
+/// Returns the separate transform if there is one, otherwise the shared one.
 fn transform_of_mesh<'a>(
     apart: &'a mut Option<SeparateTransform>,
     single: &'a Transform<f32>,
@@ -271,20 +272,20 @@ fn transform_of_mesh<'a>(
     }
 }
 
-/// Keeps a copy of the rows that a pass writes.
-struct KeepMoves<'a, P> {
+/// Runs a pass and copies the rows that it writes.
+struct CopyRows<'a, P> {
     rows: P,
-    moves: Band<'a, f32>,
+    steps: Band<'a, f32>,
 }
 
-impl<P: Rows<f32>> Rows<f32> for KeepMoves<'_, P> {
+impl<P: Rows<f32>> Rows<f32> for CopyRows<'_, P> {
     fn row(&mut self, row: Row, values: &mut [f32]) {
         self.rows.row(row, values);
-        self.moves.row(row).copy_from_slice(values);
+        self.steps.row(row).copy_from_slice(values);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self { rows: self.rows.split_off(row), moves: self.moves.split_off(row) }
+        Self { rows: self.rows.split_off(row), steps: self.steps.split_off(row) }
     }
 
     fn append(&mut self, later: Self) {

@@ -1,4 +1,4 @@
-//! Heights of zero mean in both precisions, and what is computed from heights alone.
+//! Heights of zero mean in both precisions, their range and their histograms.
 
 use pulp::Simd;
 
@@ -64,7 +64,7 @@ impl Pass<f64> for Centre<'_> {
             *height -= self.mean;
             *single = *height as f32;
         }
-        self.seen.see(own);
+        self.seen.visit(own);
     }
 
     fn split_off(&mut self, row: Row) -> Self {
@@ -76,7 +76,7 @@ impl Pass<f64> for Centre<'_> {
     }
 }
 
-/// Returns the lowest and the highest number of a map.
+/// Returns the lowest and the highest value of a map.
 pub fn range(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
     let mut seen = RangeSoFar::NONE;
     over_rows(threads, map, row_nodes, &mut seen);
@@ -94,7 +94,7 @@ impl RangeSoFar {
         Self { lowest: [f64::INFINITY; LANES], highest: [f64::NEG_INFINITY; LANES] };
 
     #[inline(always)]
-    pub fn see(&mut self, row: &[f64]) {
+    pub fn visit(&mut self, row: &[f64]) {
         for chunk in row.chunks(LANES) {
             let seen = self.lowest.iter_mut().zip(&mut self.highest);
             for ((lowest, highest), number) in seen.zip(chunk) {
@@ -124,7 +124,7 @@ impl RangeSoFar {
 impl Pass<f64> for RangeSoFar {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, numbers: &mut [f64]) {
-        self.see(numbers);
+        self.visit(numbers);
     }
 
     fn split_off(&mut self, _: Row) -> Self {
@@ -138,7 +138,8 @@ impl Pass<f64> for RangeSoFar {
 
 const BINS: usize = 1024;
 
-/// Histogram of the heights between two levels, from the higher level down; a pass over pressures.
+/// Histogram of the heights between two levels. Its bins begin at the higher level. It runs as a
+/// pass over pressures.
 pub struct CountHeights<'a> {
     heights: &'a [f64],
     low: f64,
@@ -146,10 +147,10 @@ pub struct CountHeights<'a> {
     counts: [u32; BINS],
 }
 
-/// Bin of a histogram that contains the level of a given number of nodes.
+/// Bin of a histogram that contains the level above which a given number of nodes lie.
 #[derive(Debug, Clone, Copy)]
 pub struct LevelBin {
-    /// Number of nodes above the higher level.
+    /// Number of nodes above the upper end of the bin.
     pub above: f64,
     pub low: f64,
     pub high: f64,
@@ -160,8 +161,8 @@ impl<'a> CountHeights<'a> {
         Self { heights, low, high, counts: [0; BINS] }
     }
 
-    /// Returns the bin in which the count of the highest nodes reaches `nodes`; `above` nodes lie
-    /// above the histogram.
+    /// Returns the bin in which the number of higher nodes reaches `nodes`; `above` nodes lie above
+    /// the histogram.
     pub fn highest(&self, mut above: f64, nodes: f64) -> LevelBin {
         let bin = self.counts.iter().position(|count| {
             above += f64::from(*count);
@@ -197,7 +198,7 @@ impl Pass<f64> for CountHeights<'_> {
         Self { counts: [0; BINS], ..*self }
     }
 
-    /// Counts are whole numbers, whose sum does not depend on the order.
+    /// Counts are whole numbers, so their sum does not depend on the order.
     fn append(&mut self, later: Self) {
         for (count, later) in self.counts.iter_mut().zip(later.counts) {
             *count += later;
@@ -227,8 +228,8 @@ impl Pass<f64> for PressAbove<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Sets the previous gap and pressure to those of a surface that is touched at its highest node
-/// only; a pass over gaps.
+/// Sets the previous gap and pressure to those of a surface that is touched only at its highest
+/// node. It runs as a pass over gaps.
 pub struct Untouched<'a> {
     pub highest: f64,
     pub heights: &'a [f64],
@@ -251,7 +252,7 @@ impl Pass<f32> for Untouched<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Sets heights in single precision, relative to a level.
+/// Computes heights in single precision, relative to a level.
 pub struct CountedFrom<'a> {
     pub level: f64,
     pub heights: &'a [f64],
@@ -280,7 +281,7 @@ mod tests {
 
     #[test]
     fn heights_are_centred_and_their_range_is_found_on_any_threads() {
-        // Rows of whole groups and a remainder, with enough nodes for several threads.
+        // Rows of whole groups and some further nodes, with enough nodes for several threads.
         let (rows, row_nodes) = (600, 1000);
         let bump = |node: usize| 3.0 + (node as f64).sin();
         let given: Vec<f64> = (0..rows * row_nodes).map(bump).collect();

@@ -1,13 +1,12 @@
 //! Arithmetic on rows, sixteen numbers at a time, in one or several registers.
 //!
-//! Sums are added up in the same order on all processors: registers of one instruction set are
-//! parts of [`Lanes`], which always has sixteen numbers. Functions on registers are
-//! `#[inline(always)]` and contain no closures, because only then are they compiled with the
-//! instructions of their [`Pass`].
+//! Sums have the same order on all processors: [`Lanes`] always holds sixteen numbers, in one or
+//! several registers. Functions on registers are `#[inline(always)]` and contain no closures,
+//! because only then are they compiled with the instructions of their [`Pass`].
 //!
 //! A sum of doubles depends on the order of its terms, so sums over the mesh are added up in the
-//! order of its rows ([`InOrder`]). Threads keep the sums of their rows, and these are added when
-//! all are known, as if one thread had visited all rows.
+//! order of its rows ([`InOrder`]). Each thread keeps a list with the sum of each of its rows. At
+//! the end these are added, as if one thread had visited all rows.
 
 use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Range, Sub};
 
@@ -17,10 +16,10 @@ use crate::fft::{Band, ROW_BATCH, Real, Row, Rows};
 use crate::instructions::Instructions;
 use crate::threads::Threads;
 
-/// Numbers in [`Lanes`], and partial sums of a row.
+/// Number of values in [`Lanes`], and number of partial sums of a row.
 pub const LANES: usize = 16;
 
-/// A pass over the rows of a map, in which `R` registers hold sixteen numbers.
+/// Pass over the rows of a map, in which `R` registers hold sixteen numbers.
 pub trait Pass<T>: Sized + Send {
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [T]);
 
@@ -29,7 +28,7 @@ pub trait Pass<T>: Sized + Send {
     fn append(&mut self, later: Self);
 }
 
-/// Runs a pass with the instructions in use.
+/// Adapter that runs a pass with the vector instructions in use.
 pub struct Wide<P>(pub P);
 
 impl<T, P: Pass<T>> Rows<T> for Wide<P> {
@@ -66,7 +65,7 @@ impl<P: Pass<T>, T, S: Simd, const R: usize> NullaryFnOnce for Run<'_, P, T, S, 
     }
 }
 
-/// Runs a pass over the rows of a map with `nodes` nodes in a row.
+/// Runs a pass over the rows of a map with `nodes` nodes per row, on several threads.
 pub fn over_rows<T: Send, P: Pass<T>>(
     threads: &Threads,
     map: &mut [T],
@@ -98,14 +97,14 @@ pub fn over_rows<T: Send, P: Pass<T>>(
     }
 }
 
-/// Splits a row into groups of sixteen numbers and single remaining ones.
+/// Splits a row into groups of sixteen numbers and the remaining single numbers.
 #[inline(always)]
 pub fn split<S: Simd, const R: usize>(row: &[f32]) -> (&[[S::f32s; R]], &[[f32; 1]]) {
     let (whole, rest) = row.split_at(row.len() / LANES * LANES);
     (S::as_simd_f32s(whole).0.as_chunks().0, rest.as_chunks().0)
 }
 
-/// Splits a mutable row in the same way.
+/// Splits a mutable row as [`split`] does.
 #[inline(always)]
 pub fn split_mut<S: Simd, const R: usize>(
     row: &mut [f32],
@@ -114,14 +113,14 @@ pub fn split_mut<S: Simd, const R: usize>(
     (S::as_mut_simd_f32s(whole).0.as_chunks_mut().0, rest.as_chunks_mut().0)
 }
 
-/// Instructions for the remainder of a row.
+/// Instructions for the single numbers at the end of a row.
 pub const REST: Scalar = Scalar;
 
-/// Sixteen numbers, or one of the remainder of a row.
+/// Sixteen numbers, or a single number at the end of a row.
 #[derive(Clone, Copy)]
 pub struct Lanes<S: Simd, const R: usize>(S, [S::f32s; R]);
 
-/// A mask of true or false for each lane.
+/// Mask with true or false for each lane.
 #[derive(Clone, Copy)]
 pub struct Mask<S: Simd, const R: usize>(S, [S::m32s; R]);
 
@@ -198,7 +197,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         set
     }
 
-    /// Replaces the bits of `mask` by those `bits` whose mask is true.
+    /// Clears the bits of `mask`, and sets each of `bits` in the lanes in which its mask is true.
     #[inline(always)]
     pub fn with<const B: usize>(mut self, mask: u32, bits: [(u32, Mask<S, R>); B]) -> Self {
         let simd = self.0;
@@ -214,7 +213,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         self
     }
 
-    /// Returns the sum by halves: of numbers eight apart, then four, two and one.
+    /// Returns the sum. Adds numbers eight lanes apart, then four, two and one.
     #[inline(always)]
     pub fn total(mut self) -> f64 {
         let mut registers = R;
@@ -260,7 +259,7 @@ impl<S: Simd, const R: usize> Mask<S, R> {
         self.choose(yes, Lanes::all(self.0, 0.0))
     }
 
-    /// Returns whether the mask is true anywhere.
+    /// Returns whether the mask is true in any lane.
     #[inline(always)]
     pub fn any(self) -> bool {
         let mut any = self.1[0];
@@ -275,7 +274,7 @@ impl<S: Simd, const R: usize> Mask<S, R> {
         self.0.reduce_max_f32s(ones) > 0.0
     }
 
-    /// Returns the mask without the lanes of `other`.
+    /// Clears the lanes that are true in `other`.
     #[inline(always)]
     pub fn unless(mut self, other: Self) -> Self {
         for i in 0..R {
@@ -338,19 +337,19 @@ pub fn less<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
-/// Returns Σ a, in the precision of its terms.
+/// Returns Σ a, added up in the precision of its terms.
 #[inline(always)]
 pub fn total<T: Real>(a: &[T]) -> f64 {
     sum_by(a, a, |a, _| a)
 }
 
-/// Returns Σ term(a, b), in the precision of the term.
+/// Returns Σ term(a, b), added up in the precision of the terms.
 #[inline(always)]
 pub fn sum_by<A: Copy, B: Copy, T: Real>(a: &[A], b: &[B], term: impl Fn(A, B) -> T) -> f64 {
     sum_over_groups(std::iter::repeat(&true), a, b, term)
 }
 
-/// Returns Σ term(a, b) without groups of sixteen neighbours whose terms are zero.
+/// Returns Σ term(a, b) over the groups of sixteen neighbours that are true in `groups`.
 #[inline(always)]
 pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
     groups: impl IntoIterator<Item = &'a bool>,
@@ -375,7 +374,7 @@ pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
     partial.into_iter().map(Into::into).sum()
 }
 
-/// A result that is accumulated over the mesh.
+/// Result that is accumulated over the rows of the mesh.
 pub trait Accumulate: Copy {
     const ZERO: Self;
 

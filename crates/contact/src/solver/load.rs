@@ -1,7 +1,7 @@
-//! Pressures within their bounds and with the mean that the load requires, and counts of nodes.
+//! Enforcement of the bounds and the mean of the pressures, and counts of nodes.
 //!
-//! In a material that yields, few nodes are in elastic contact, in strips around saturated ones.
-//! They are collected in a list, because their pressures may have to be scaled several times.
+//! If the material yields, few nodes are in elastic contact, in strips around saturated ones. They
+//! are collected in a list, because their pressures may have to be scaled several times.
 
 use std::ops::RangeInclusive;
 
@@ -18,10 +18,10 @@ use crate::fft::{Band, Row};
 impl Solver {
     /// Brings the pressures to the mean of the load, within their bounds.
     pub(super) fn impose_load(&mut self) {
-        match self.search.bound {
+        match self.inner.bound {
             None => {
                 let mut pass = Scale(self.scale_to_load());
-                let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
+                let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
                 over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
             }
             Some(hardness) => {
@@ -33,12 +33,12 @@ impl Solver {
     /// Counts the nodes in contact and finds the largest pressure.
     pub(super) fn summarise(&mut self) -> PressureSummary {
         let mut pass = Count {
-            hardness: self.search.ceiling(),
+            hardness: self.inner.ceiling(),
             contact_nodes: 0.0,
             saturated_nodes: 0.0,
             peak: [0.0; LANES],
         };
-        let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
         over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
         PressureSummary {
             contact_nodes: pass.contact_nodes as usize,
@@ -47,20 +47,20 @@ impl Solver {
         }
     }
 
-    /// Returns the factor that brings unbounded pressures to the mean of the load.
+    /// Returns the factor of all pressures that brings their mean to the load.
     fn scale_to_load(&mut self) -> f64 {
         let mut sum = self.sum_of_pressures();
         if sum <= 0.0 {
-            // A search clears pressures that are too small for single precision.
-            self.guess_from_heights(self.search.load);
+            // The inner solver clears pressures that are too small for single precision.
+            self.guess_from_heights(self.inner.load);
             sum += self.sum_of_pressures();
         }
-        self.search.load * self.pressure.len() as f64 / sum
+        self.inner.load * self.pressure.len() as f64 / sum
     }
 
     fn sum_of_pressures(&mut self) -> f64 {
         let mut sum = Total(InOrder::new());
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut sum);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut sum);
         sum.0.total()
     }
 }
@@ -131,7 +131,7 @@ impl Pass<f64> for Count {
         Self { contact_nodes: 0.0, saturated_nodes: 0.0, peak: [0.0; LANES], ..*self }
     }
 
-    /// Counts are whole numbers, whose sum does not depend on the order.
+    /// Counts are whole numbers, so their sum does not depend on the order.
     fn append(&mut self, later: Self) {
         self.contact_nodes += later.contact_nodes;
         self.saturated_nodes += later.saturated_nodes;
@@ -141,48 +141,49 @@ impl Pass<f64> for Count {
     }
 }
 
-/// Range of factors for elastic pressures after a search. If saturated nodes would need even
-/// smaller ones, all pressures are scaled instead.
+/// Accepted factors of elastic pressures when the load is restored. If saturated nodes require a
+/// smaller factor, all pressures are scaled instead.
 const SCALES: RangeInclusive<f64> = 0.5..=2.0;
 
-/// Rounding of the remaining load if saturated nodes bear all of it, relative to the load.
+/// Rounding error of the load on elastic nodes if saturated nodes bear all of it, relative to the
+/// load.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Maximum rounds of scaling, after which no further node saturates or hardly any elastic pressure
-/// remains.
+/// Maximum number of times that elastic pressures are scaled. After that, no further node saturates
+/// or hardly any elastic pressure remains.
 const ROUNDS: usize = 50;
 
 impl Solver {
-    /// Turns a solution without hardness into a guess with it for the same load, and evaluates the
-    /// guess.
+    /// Turns a solution without hardness into an initial guess with hardness for the same load, and
+    /// evaluates the guess.
     ///
-    /// All pressures rise by the amount that corresponds to lowering the surface, until those
-    /// within their bounds bear the load. So saturation spreads to where the gap is smallest.
+    /// All pressures rise by the amount that corresponds to lowering the rough surface, until the
+    /// pressures within their bounds bear the load. In this way saturation spreads to the nodes
+    /// with the smallest gap.
     pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
-        self.search.bound = Some(hardness);
-        for (p, gap) in self.pressure.iter_mut().zip(&self.search.gap) {
-            *p -= (f64::from(*gap) - self.offset) / self.search.nodal_compliance;
+        self.inner.bound = Some(hardness);
+        for (p, gap) in self.pressure.iter_mut().zip(&self.inner.gap) {
+            *p -= (f64::from(*gap) - self.offset) / self.inner.nodal_compliance;
         }
-        let [lowest, highest] =
-            range(&self.search.threads, &mut self.pressure, self.search.nodes[1]);
-        self.raise_to(self.search.load, (-highest, hardness.pressure() - lowest));
+        let [lowest, highest] = range(&self.inner.threads, &mut self.pressure, self.inner.nodes[1]);
+        self.raise_to(self.inner.load, (-highest, hardness.pressure() - lowest));
         self.impose_load();
         self.evaluate()
     }
 
-    /// Takes the pressure of a search, within its bounds and with the mean of the load, after
-    /// undoing the pending part of a move.
+    /// Converts the pressures of the inner solver to double precision, within their bounds and with
+    /// the mean of the load, after the pending update of a step.
     ///
     /// Returns the factor by which elastic pressures were scaled.
     pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
         let mut promote = PromoteYielding {
             hardness: hardness.pressure(),
-            reference_pressure: &self.search.reference_pressure,
-            pressure_increment: &self.search.pressure_increment,
-            last_step: &self.search.last_step,
+            reference_pressure: &self.inner.reference_pressure,
+            pressure_increment: &self.inner.pressure_increment,
+            last_step: &self.inner.last_step,
             tally: Tally::below(hardness.pressure()),
         };
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut promote);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut promote);
         let mut tally = promote.tally;
         if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
@@ -195,45 +196,45 @@ impl Solver {
         self.share_out(hardness)
     }
 
-    /// Shifts the bounded pressures of free nodes until their sum is right.
+    /// Adds a constant to the bounded pressures of free nodes so that the mean is the load.
     ///
     /// Elastic nodes may be too few to make up for the difference.
     fn shift_free_nodes(&mut self, hardness: Hardness) {
         let hardness = hardness.pressure();
         let sum: f64 = self.pressure.iter().sum();
-        let missing_load = self.search.load * self.pressure.len() as f64 - sum;
-        self.search.candidates.clear();
-        for (p, last_step) in self.pressure.iter().zip(&self.search.last_step) {
+        let missing_load = self.inner.load * self.pressure.len() as f64 - sum;
+        self.inner.candidates.clear();
+        for (p, last_step) in self.pressure.iter().zip(&self.inner.last_step) {
             if has(*last_step, FREE) {
-                self.search.candidates.push(*p as f32, 0.0);
+                self.inner.candidates.push(*p as f32, 0.0);
             }
         }
-        let Some(shift) = self.search.candidates.shift(missing_load, hardness as f32) else {
+        let Some(shift) = self.inner.candidates.shift(missing_load, hardness as f32) else {
             return;
         };
-        for (p, last_step) in self.pressure.iter_mut().zip(&self.search.last_step) {
+        for (p, last_step) in self.pressure.iter_mut().zip(&self.inner.last_step) {
             if has(*last_step, FREE) {
                 *p = (*p + shift).clamp(0.0, hardness);
             }
         }
     }
 
-    /// Begins an evaluation of the present pressure, without clearing the last moves.
-    pub(super) fn begin_with_moves_kept(&mut self, hardness: Hardness) {
+    /// Begins an evaluation of the present pressure, and keeps the last steps.
+    pub(super) fn begin_keeping_steps(&mut self, hardness: Hardness) {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
             hardness: hardness.pressure(),
-            last_step: Band::new(&mut self.search.last_step),
-            keeps_moves: true,
+            last_step: Band::new(&mut self.inner.last_step),
+            keeps_steps: true,
         });
-        self.double_scratch.take_over(&mut self.search.scratch);
+        self.double_scratch.take_over(&mut self.inner.scratch);
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
-    /// Scales elastic pressures to bear the load that saturated nodes leave, and returns the
+    /// Scales elastic pressures so that they bear the load that saturated nodes leave. Returns the
     /// factor.
     ///
-    /// Pressures that exceed the hardness in the process become saturated.
+    /// Nodes whose pressure reaches the hardness become saturated.
     pub(super) fn share_out(&mut self, hardness: Hardness) -> f64 {
         let tally = self.tally(hardness);
         self.share_out_after(tally)
@@ -264,39 +265,39 @@ impl Solver {
         1.0
     }
 
-    /// Collects elastic nodes, and limits pressures to the hardness.
+    /// Collects elastic nodes, and reduces pressures above the hardness to it.
     fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut tally);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut tally);
         tally
     }
 
     /// Returns the factor by which elastic pressures are to be scaled.
     fn scale_after(&self, tally: &Tally) -> f64 {
-        let total = self.search.load * self.pressure.len() as f64;
+        let total = self.inner.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
-        let elastic = tally.elastic_sum(&self.pressure, self.search.nodes[1]);
+        let elastic = tally.elastic_sum(&self.pressure, self.inner.nodes[1]);
         if rest.abs() <= ROUNDING * total {
             return if elastic == 0.0 { 1.0 } else { 0.0 };
         }
         rest / elastic
     }
 
-    /// Restores the load if there are too many saturated nodes or almost no others: by scaling all
-    /// pressures, or from the heights.
+    /// Restores the load if there are too many saturated nodes or almost no others, by scaling all
+    /// pressures or from a guess by heights.
     fn share_out_anew(&mut self) {
-        let total = self.search.load * self.pressure.len() as f64;
+        let total = self.inner.load * self.pressure.len() as f64;
         let sum: f64 = self.pressure.iter().sum();
         if sum >= total {
             self.pressure.iter_mut().for_each(|p| *p *= total / sum);
         } else {
-            self.guess_from_heights(self.search.load);
+            self.guess_from_heights(self.inner.load);
         }
     }
 }
 
-/// Takes pressures from the search, and collects elastic nodes. Saturated pressures are set to the
-/// hardness, which single precision may not represent.
+/// Pass that converts the pressures of the inner solver to double precision, and collects elastic
+/// nodes. Saturated pressures are set to the hardness, which single precision may not represent.
 pub struct PromoteYielding<'a> {
     pub hardness: f64,
     pub reference_pressure: &'a ReferencePressure,
@@ -325,8 +326,8 @@ impl Pass<f64> for PromoteYielding<'_> {
     }
 }
 
-/// List of nodes in elastic contact, and number of saturated nodes. As a pass it also limits
-/// pressures to the hardness.
+/// List of nodes in elastic contact, and number of saturated nodes. As a pass it also reduces
+/// pressures above the hardness to it.
 pub struct Tally {
     pub hardness: f64,
     pub saturated_nodes: f64,
@@ -353,7 +354,8 @@ impl Tally {
         self.gather(first, rest);
     }
 
-    /// Collects elastic nodes among at most one group of neighbours, from index `first`.
+    /// Appends the indices of elastic nodes (0 < p < hardness) among up to [`LANES`] adjacent
+    /// nodes; `first` is the index of the first of them.
     #[inline(always)]
     fn gather(&mut self, first: u32, pressures: &[f64]) {
         let mut elastic = [0; LANES];
@@ -377,7 +379,7 @@ impl Tally {
         self.elastic.append(&mut later.elastic);
     }
 
-    /// Returns Σ of elastic pressures, with sixteen partial sums in each row.
+    /// Returns the sum of elastic pressures, with sixteen partial sums in each row.
     pub fn elastic_sum(&self, pressure: &[f64], row_nodes: usize) -> f64 {
         let mut sum = 0.0;
         for nodes in self
@@ -436,7 +438,7 @@ mod tests {
 
     #[test]
     fn elastic_nodes_are_scaled_until_they_saturate() {
-        // Rows of a whole group and four nodes of the next.
+        // Rows of one whole group and four further nodes.
         let nodes = 20;
         let mut pressure: Vec<f64> = [0.0, 0.25, 1.5, 0.5].repeat(10);
         let mut tally = Tally::below(1.0);

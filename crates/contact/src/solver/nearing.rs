@@ -1,12 +1,13 @@
 //! Prediction of the nodes that come into contact under the next load.
 //!
-//! On a straight line through two solutions gaps close too soon. Towards an edge of contact they
-//! fall with the power 3/2 of the distance, so nodes that the next load leaves open seem to
-//! penetrate: half of the mesh under a load twice the last one. A search needs an iteration to
-//! release half of the wrong nodes. But the number of nodes in contact can be predicted to a per
-//! cent, because contact grows in proportion to the load over a few steps. The first nodes to touch
-//! are those whose gap fell to the smallest part of its previous value. So only these are free when
-//! a search begins. If they are too few, the gap shows it after the first move.
+//! Extrapolation along a straight line through two solutions closes gaps too soon. Towards an edge
+//! of contact, gaps fall with the power 3/2 of the distance, so nodes that the next load leaves
+//! open seem to penetrate: half of the mesh under a load twice the last one. An iteration releases
+//! only half of these wrong nodes. But the number of nodes in contact can be predicted to one per
+//! cent, because contact grows in proportion to the load over a few loads. The first nodes to touch
+//! are those whose gap fell to the smallest fraction of its previous value. Therefore only these
+//! are free in the first iteration. If they are too few, others penetrate after the first step and
+//! become free then.
 
 use pulp::Simd;
 
@@ -14,14 +15,15 @@ use super::Solver;
 use super::lanes::{InOrder, LANES, Lanes, Mask, Pass, REST, over_rows, split, split_mut, sum_by};
 use crate::fft::Row;
 
-/// Nodes that are free at the start, over the expected growth of contact.
+/// Ratio of the nodes that become free at the start to the expected growth of contact.
 const EXCESS: f64 = 1.1;
 
 impl Solver {
-    /// Predicts the nodes in contact at distance `reach` beyond the last load, in units of the last
-    /// step between loads.
+    /// Predicts the nodes in contact under the next load. `reach` is the ratio of the next
+    /// increment of the load to the last one.
     ///
-    /// Returns `None` if they would be no fewer than the nodes that seem to penetrate.
+    /// Returns `None` if the contact does not grow, or if no fewer nodes are predicted than seem to
+    /// penetrate.
     pub(super) fn nearing(&mut self, reach: f64) -> Option<Nearing> {
         let grown = self.contact_nodes - self.earlier_contact_nodes;
         if !(reach > 0.0 && grown > 0.0) {
@@ -32,15 +34,16 @@ impl Solver {
             offset: self.offset as f32,
             earlier_offset: self.earlier_offset as f32,
         };
-        let mut pass = CountNearing::new(penetrate, &self.search.gap, &self.earlier_gap);
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
+        let mut pass = CountNearing::new(penetrate, &self.inner.gap, &self.earlier_gap);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
         pass.first(EXCESS * reach * grown)
     }
 }
 
 const BINS: usize = 256;
 
-/// Nodes whose gap is less than a part of their gap under the previous load.
+/// Criterion for nodes close to contact: the gap is less than a fraction of the gap under the
+/// previous load.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearing {
     pub part: f32,
@@ -61,9 +64,10 @@ impl Nearing {
     }
 }
 
-/// Histogram of nodes without pressure by the ratio of their gaps; a pass over pressures.
+/// Histogram of nodes without pressure, by the ratio of their gaps under the last two loads. It
+/// runs as a pass over pressures.
 pub struct CountNearing<'a> {
-    /// Largest ratio in the histogram.
+    /// Criterion with the largest ratio in the histogram.
     nearing: Nearing,
     gap: &'a [f32],
     earlier_gap: &'a [f32],
@@ -75,8 +79,8 @@ impl<'a> CountNearing<'a> {
         Self { nearing, gap, earlier_gap, counts: [0; BINS] }
     }
 
-    /// Returns the ratio below which there are `nodes` nodes, rounded up to a bin, if there are
-    /// enough.
+    /// Returns the criterion that selects `nodes` nodes, rounded up to a bin, or `None` if there
+    /// are fewer.
     pub fn first(&self, nodes: f64) -> Option<Nearing> {
         let mut counted = 0.0;
         let bin = self.counts.iter().position(|count| {
@@ -123,7 +127,7 @@ impl Pass<f64> for CountNearing<'_> {
         Self { counts: [0; BINS], ..*self }
     }
 
-    /// Counts are whole numbers, whose sum does not depend on the order.
+    /// Counts are whole numbers, so their sum does not depend on the order.
     fn append(&mut self, later: Self) {
         for (count, later) in self.counts.iter_mut().zip(later.counts) {
             *count += later;
@@ -131,7 +135,7 @@ impl Pass<f64> for CountNearing<'_> {
     }
 }
 
-/// Adds up gaps where there is pressure; a pass over pressures.
+/// Adds up the gaps of nodes with pressure. It runs as a pass over pressures.
 pub struct SumInContact<'a> {
     pub gap: &'a [f32],
     pub sum: InOrder<f64>,
@@ -154,17 +158,17 @@ impl Pass<f64> for SumInContact<'_> {
     }
 }
 
-/// Nodes that may be free at the start of a search. Other nodes are treated as open.
+/// Nodes that may be free in the first iteration. Other nodes are treated as open.
 #[derive(Clone, Copy, Default)]
 pub enum Expected {
     #[default]
     All,
-    /// Nodes close to contact, by extrapolation from the last load.
+    /// Nodes that are close to contact after the last load.
     Near(Nearing),
     AsHighAs(f32),
 }
 
-/// A row of gaps, with a lower limit at nodes that must not be free.
+/// Row of gaps, each at least the lower limit of its node. The limits keep nodes from being free.
 #[derive(Clone)]
 pub struct LimitedGap(Vec<f32>);
 
@@ -173,7 +177,8 @@ impl LimitedGap {
         Self(vec![0.0; row_nodes])
     }
 
-    /// Limits nodes that are not near to `level`, given their gaps under the last two loads.
+    /// Sets the lower limit of nodes that are not close to contact to `level`, given their gaps
+    /// under the last two loads.
     #[inline(always)]
     pub fn hold_far<S: Simd, const R: usize>(
         &mut self,
@@ -190,7 +195,7 @@ impl LimitedGap {
         hold_far(REST, level, nearing, last_held, last_gap, last_earlier);
     }
 
-    /// Limits nodes lower than `lowest` to `level`.
+    /// Sets the lower limit of nodes with heights below `lowest` to `level`.
     #[inline(always)]
     pub fn hold_low<S: Simd, const R: usize>(
         &mut self,
@@ -205,7 +210,7 @@ impl LimitedGap {
         hold_low(REST, level, lowest, last_held, last_heights);
     }
 
-    /// Returns the gaps, raised to the limits.
+    /// Returns the gaps, each at least the lower limit of its node.
     #[inline(always)]
     pub fn of<S: Simd, const R: usize>(&mut self, simd: S, gap: &[f32]) -> &[f32] {
         let (held, last_held) = split_mut::<S, R>(&mut self.0);
@@ -274,9 +279,9 @@ mod tests {
         solver.pressure().iter().map(|p| *p > 0.0).collect()
     }
 
-    /// Returns which nodes outside the contact have a gap below a part of the previous one.
+    /// Marks nodes without pressure whose gap is below a fraction of the previous gap.
     fn near(solver: &Solver, nearing: Nearing) -> Vec<bool> {
-        let nodes = solver.search.gap.iter().zip(&solver.earlier_gap);
+        let nodes = solver.inner.gap.iter().zip(&solver.earlier_gap);
         let nodes = nodes.zip(solver.pressure());
         nodes
             .map(|((gap, earlier), p)| {

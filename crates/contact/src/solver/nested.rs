@@ -1,24 +1,24 @@
-//! Nested iteration, the initial guess from coarser meshes, for loads far from earlier ones.
+//! Nested iteration: an initial guess from coarser meshes, for loads far from earlier ones.
 //!
-//! The contact is first solved on a mesh of every second node along both axes, and this one from a
-//! mesh of every fourth, down to a mesh of negligible cost (Brandt, *Math. Comput.* 31, 1977, 333).
-//! Pressure p and gap g of a mesh are combined in one map, s p − g, positive where there is
-//! pressure and negative where there is a gap. This map is interpolated, and its positive part is
-//! the pressure with which the next finer search starts (`prolongation`). The first residual is
-//! then a few tenths of a mesh step, for any load and mesh. By extrapolation between loads far
-//! apart it would be one to a hundred steps.
+//! The contact is first solved on a mesh of every second node along both axes, whose initial guess
+//! comes from a mesh of every fourth node, and so on down to a mesh of negligible cost (Brandt,
+//! *Math. Comput.* 31, 1977, 333). Pressure p and gap g of a mesh are combined in one map, s p − g,
+//! which is positive in contact and negative where the gap is open. This map is interpolated to the
+//! next finer mesh, where its positive part is the initial pressure (`prolongation`). The first
+//! residual is then a few tenths of a mesh step, for any load and mesh. By extrapolation between
+//! loads far apart it would be one to a hundred steps.
 //!
-//! All meshes except the smallest search in single precision only, to a hundredth of their own mesh
-//! step. Until then the maps of the finer mesh are not needed, so coarser meshes borrow their
-//! memory.
+//! On the coarser meshes except the smallest, the contact is solved in single precision only, to a
+//! residual of a hundredth of their own mesh step. Meanwhile the maps of the finer mesh are not
+//! needed, so coarser meshes borrow their memory.
 
 use std::iter::successors;
 
 use super::conjugate_gradients::{End, Goal};
-use super::line_search::{History, Steps};
+use super::inner_solver::InnerSolver;
+use super::line_search::{History, StepLengths};
 use super::passes::PendingUpdate;
 use super::prolongation::{CoarseContact, RATIO};
-use super::search::Search;
 use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 use crate::elasticity::ElasticOperator;
@@ -31,24 +31,25 @@ const MIN_NODES: usize = 128;
 /// Minimum number of meshes, including the finest: on 256² nodes nested iteration takes longer.
 const MIN_MESHES: usize = 3;
 
-/// Residual on coarser meshes, in steps of that mesh. Half or twice of it takes as many pairs.
+/// Residual to reach on coarser meshes, in steps of that mesh. Half or twice this value takes as
+/// many pairs.
 const TOLERANCE: f64 = 1e-2;
 
-/// Maximum number of transform pairs on a coarser mesh: three times what most take.
+/// Maximum number of transform pairs on a coarser mesh: three times the usual number.
 const PAIR_LIMIT: u32 = 60;
 
 pub struct Coarser {
-    /// Intermediate meshes, the finest first.
+    /// Intermediate meshes from the finest to the coarsest.
     levels: Vec<Level>,
     coarsest: Coarsest,
 }
 
 struct Level {
-    search: Search,
+    inner: InnerSolver,
     found: CoarseContact,
 }
 
-/// The smallest mesh, which solves each load as a first one.
+/// Smallest mesh, on which each load is solved as a first load.
 struct Coarsest {
     elastic: Solver,
     /// Solver with pressures below the hardness.
@@ -56,7 +57,7 @@ struct Coarsest {
     found: CoarseContact,
 }
 
-/// Load, bound and observer, the same for all meshes.
+/// Load, bound of the pressures and observer, which are the same for all meshes.
 #[derive(Clone, Copy)]
 struct LoadCase<'a> {
     load: f64,
@@ -67,8 +68,8 @@ struct LoadCase<'a> {
 impl Coarser {
     /// Prepares the coarser meshes of a surface.
     ///
-    /// Returns `None` if there are too few meshes of every second node, or if the body has no
-    /// coarser version.
+    /// Returns `None` if the mesh is too small or cannot be halved often enough, or if the body has
+    /// no coarser version.
     pub fn new(
         threads: &Threads,
         body: &dyn ElasticOperator,
@@ -109,7 +110,7 @@ impl Coarser {
 
     pub fn set_threads(&mut self, threads: &Threads) {
         for level in &mut self.levels {
-            level.search.set_threads(threads.clone());
+            level.inner.set_threads(threads.clone());
         }
         self.coarsest.elastic.set_threads(threads.clone());
         if let Some(yielding) = &mut self.coarsest.yielding {
@@ -117,12 +118,14 @@ impl Coarser {
         }
     }
 
-    /// Solves a load on all coarser meshes, with pressures below the bound if there is one.
+    /// Solves a load on all coarser meshes from the smallest up, with pressures below the bound if
+    /// there is one.
     ///
-    /// The body must have the hardness `bound`. The maps of the finer search are overwritten.
+    /// A bound requires that [`Coarser::new`] was given a hardness. The maps of the finer mesh are
+    /// overwritten.
     pub fn find(
         &mut self,
-        finer: &mut Search,
+        finer: &mut InnerSolver,
         load: f64,
         bound: Option<Hardness>,
         watch: &dyn Watch,
@@ -145,7 +148,7 @@ pub fn is_nested(grid: Grid) -> bool {
     !coarser_grids(grid).is_empty()
 }
 
-/// Returns the grid of every second node, if it is large enough.
+/// Returns the grid of every second node along both axes, if it is large enough.
 fn coarsened(grid: &Grid) -> Option<Grid> {
     let coarser = grid.coarsened()?;
     let is_large = coarser.nodes().into_iter().all(|nodes| nodes >= MIN_NODES);
@@ -158,21 +161,21 @@ fn every_so_many(stride: usize, heights: &[f64], row_nodes: usize) -> impl Itera
     rows.flat_map(move |row| row.iter().step_by(stride).copied())
 }
 
-/// Solves the contact on the first of these levels, with the help of the others.
+/// Solves the contact on the first of these levels, after all coarser ones.
 fn find<'a>(
     levels: &'a mut [Level],
     coarsest: &'a mut Coarsest,
-    finer: &mut Search,
+    finer: &mut InnerSolver,
     case: LoadCase,
 ) -> &'a CoarseContact {
     let compliance = finer.compliance();
     let Some((level, coarser)) = levels.split_first_mut() else {
         return coarsest.find(compliance, case);
     };
-    level.search.borrow_from(finer);
-    let found = find(coarser, coarsest, &mut level.search, case);
+    level.inner.borrow_from(finer);
+    let found = find(coarser, coarsest, &mut level.inner, case);
     level.find_from(found, compliance, case);
-    finer.borrow_from(&mut level.search);
+    finer.borrow_from(&mut level.inner);
     &level.found
 }
 
@@ -183,23 +186,23 @@ impl Level {
         heights: impl Iterator<Item = f64>,
     ) -> Self {
         let heights = heights.map(|height| height as f32).collect();
-        let mut search = Search::new(threads, body, heights);
-        search.drop_maps();
-        Self { search, found: CoarseContact::empty(body) }
+        let mut inner = InnerSolver::new(threads, body, heights);
+        inner.drop_maps();
+        Self { inner, found: CoarseContact::empty(body) }
     }
 
     /// Solves the contact, starting from the solution on the next coarser mesh.
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, case: LoadCase) {
-        let Self { search, found } = self;
-        search.prepare(case);
-        match search.begin_from(coarse) {
+        let Self { inner, found } = self;
+        inner.prepare(case);
+        match inner.begin_from(coarse) {
             None => found.clear(),
             Some(start) => {
-                let (pending, offset) = search.find_coarse(start, case.watch);
-                found.take_search(search, pending, offset, compliance);
+                let (pending, offset) = inner.find_coarse(start, case.watch);
+                found.take_iterate(inner, pending, offset, compliance);
             }
         }
-        found.pairs = f64::from(search.pairs) + coarse.pairs / RATIO;
+        found.pairs = f64::from(inner.pairs) + coarse.pairs / RATIO;
     }
 }
 
@@ -217,19 +220,19 @@ impl Coarsest {
     }
 }
 
-impl Search {
+impl InnerSolver {
     fn prepare(&mut self, case: LoadCase) {
         self.load = case.load;
         self.bound = case.bound;
-        // The bits of a load may depend on earlier loads only through the saved state of the
+        // The result of a load may depend on earlier loads only through the saved state of the
         // solver.
-        self.nested_steps = Steps::default();
+        self.nested_step_lengths = StepLengths::default();
         self.extension.continues = true;
         self.pairs = 0;
     }
 
-    /// Iterates until a finer mesh can start. Returns the pending update and the offset of gaps in
-    /// contact.
+    /// Iterates until the residual suffices for a finer mesh. Returns the pending update and the
+    /// offset of gaps in contact.
     fn find_coarse(&mut self, mut start: Start, watch: &dyn Watch) -> (PendingUpdate, f64) {
         let goal = Goal { residual: TOLERANCE, is_evaluated: false };
         let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
@@ -238,7 +241,7 @@ impl Search {
             let End::Residual { pending, offset, is_reached } =
                 self.iterate(&mut history, start, goal, &stop)
             else {
-                unreachable!("no move is to be evaluated");
+                unreachable!("no step is left to evaluate");
             };
             if is_reached || stop(self.pairs) {
                 return (pending, offset);
@@ -247,7 +250,7 @@ impl Search {
         }
     }
 
-    /// Frees the maps that are borrowed while the mesh is used.
+    /// Frees the maps that are borrowed from a finer mesh during a solve.
     fn drop_maps(&mut self) {
         for map in self.lent_maps() {
             *map = Vec::new();
@@ -271,39 +274,39 @@ impl Search {
 /// this saves time from ratios of 1.2 to 1.4 on, on 512² from 1.4 to 1.6.
 const FAR: f64 = 1.3;
 
-/// A search starts in single precision if the tolerance is more than this many times the rounding
-/// error of the highest displacement. With 3.1 or less, rounding kept the residual above the
-/// tolerance on 4096² and 8192² nodes, and a further search was needed. Starting in double
-/// precision takes a tenth more time.
+/// Smallest ratio of the tolerance to the rounding error of the highest displacement for which the
+/// first iterations are in single precision. With ratios up to 3.1, rounding kept the residual
+/// above the tolerance on 4096² and 8192² nodes, and the iterations had to start again. Starting in
+/// double precision takes a tenth more time.
 const DIGITS: f64 = 3.5;
 
-/// Returns whether a load is far from the last one, or the first.
+/// Returns whether a load is far from the last one or is the first.
 pub fn is_far(last: Option<f64>, load: f64) -> bool {
     last.is_none_or(|last| load > FAR * last || last > FAR * load)
 }
 
 impl Solver {
     /// Solves a load with coarser meshes if it is far from the last one and the mesh is large
-    /// enough.
+    /// enough. Otherwise returns `None`.
     pub(super) fn press_far(
         &mut self,
         load: f64,
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Option<Outcome> {
-        let last = Some(self.search.load).filter(|last| *last > 0.0);
+        let last = Some(self.inner.load).filter(|last| *last > 0.0);
         if !is_far(last, load) || self.is_light(load) {
             return None;
         }
-        let (threads, body) = (&self.search.threads, &*self.body);
+        let (threads, body) = (&self.inner.threads, &*self.body);
         let coarser = self.coarser.take();
         let coarser = coarser
             .or_else(|| Coarser::new(threads, body, self.hardness, &self.heights).map(Box::new));
         let mut coarser = coarser?;
         self.count_heights_from(0.0);
         self.save_previous();
-        self.search.load = load;
-        self.search.scratch.take_over(&mut self.double_scratch);
+        self.inner.load = load;
+        self.inner.scratch.take_over(&mut self.double_scratch);
         let outcome = self.press_from(&mut coarser, settings, watch);
         self.coarser = Some(coarser);
         if outcome.is_none() {
@@ -312,32 +315,32 @@ impl Solver {
         outcome
     }
 
-    /// Solves a load with coarser meshes, first without the hardness, because loads that do not
-    /// exceed it must not depend on it.
+    /// Solves a load with coarser meshes. The hardness is used only if the elastic pressures exceed
+    /// it, because other loads must not depend on it.
     fn press_from(
         &mut self,
         coarser: &mut Coarser,
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Option<Outcome> {
-        let load = self.search.load;
+        let load = self.inner.load;
         if let Some(hardness) = self.hardness.filter(|_| load >= self.yields_from) {
-            let found = coarser.find(&mut self.search, load, Some(hardness), watch);
+            let found = coarser.find(&mut self.inner, load, Some(hardness), watch);
             return self.solve_from(found, Some(hardness), settings, watch);
         }
-        let mut found = coarser.find(&mut self.search, load, None, watch);
+        let mut found = coarser.find(&mut self.inner, load, None, watch);
         let passed = |hardness: &Hardness| found.peak_pressure > hardness.pressure();
         if let Some(hardness) = self.hardness.filter(passed) {
-            self.search.pairs += found.finer_pairs();
-            let steps = self.search.nested_steps.clone();
-            found = coarser.find(&mut self.search, load, Some(hardness), watch);
+            self.inner.pairs += found.finer_pairs();
+            let step_lengths = self.inner.nested_step_lengths.clone();
+            found = coarser.find(&mut self.inner, load, Some(hardness), watch);
             let outcome = self.solve_from(found, Some(hardness), settings, watch)?;
             if outcome.saturated_nodes > 0 || outcome.stop != Stop::Converged {
                 self.yields_from = load;
                 return Some(outcome);
             }
-            self.search.nested_steps = steps;
-            found = coarser.find(&mut self.search, load, None, watch);
+            self.inner.nested_step_lengths = step_lengths;
+            found = coarser.find(&mut self.inner, load, None, watch);
         }
         let outcome = self.solve_from(found, None, settings, watch)?;
         Some(self.yield_if_passed(outcome, settings, watch))
@@ -351,16 +354,16 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Option<Outcome> {
-        self.search.bound = bound;
-        self.search.extension.continues = true;
-        self.search.pairs += found.finer_pairs();
+        self.inner.bound = bound;
+        self.inner.extension.continues = true;
+        self.inner.pairs += found.finer_pairs();
         let mut history = History::nested();
-        // The mean displacement is zero; that of a node in contact is its height above the
-        // reference.
+        // The mean displacement is zero. The displacement of a node in contact is its height plus
+        // the reference.
         let displacement = self.highest + found.reference;
-        let digit = self.search.residual(f64::from(f32::EPSILON) * displacement);
+        let digit = self.inner.residual(f64::from(f32::EPSILON) * displacement);
         let evaluation = if settings.tolerance > DIGITS * digit {
-            let start = self.search.begin_from(found)?;
+            let start = self.inner.begin_from(found)?;
             self.approach(&mut history, start, settings, watch)
         } else {
             self.evaluate_prolonged(found, settings)?

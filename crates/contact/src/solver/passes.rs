@@ -8,13 +8,13 @@ mod update_gap;
 mod update_pressure;
 
 pub use begin::{
-    BeginPressed, Extrapolation, InitialResidual, LastMoveDone, PressureLessGap, ReferencePressure,
-    SavePressure, StartPressure,
+    AppliedUpdate, BeginPressed, Extrapolation, InitialResidual, PressureLessGap,
+    ReferencePressure, SavePressure, StartPressure,
 };
 pub use evaluate::{
-    GapOutput, MoveOutput, MoveScaling, PressureInput, Promote, PromotedInput, TakeBack, promote,
+    GapOutput, PressureInput, Promote, PromotedInput, StepOutput, StepScaling, TakeBack, promote,
 };
-pub use extend::{Extend, Nodal, TakeOthers};
+pub use extend::{CollectFixed, Extend, Nodal};
 pub use peek::{GatherCandidates, MIN_SAMPLE_NODES, Means, Peek, PeekGap, Sample};
 pub use update_gap::{GapSums, GapUpdate, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};

@@ -2,9 +2,9 @@
 //!
 //! A solution within the tolerance leaves two kinds of nodes undecided. Some bear a small pressure
 //! although their gap is positive: they were in contact before, and their pressure has not yet
-//! faded to zero. Others bear no pressure although they penetrate by less than the tolerance. Both
-//! are moved to the side on which a tighter solution has them. The result is evaluated again, so
-//! that the residual is that of the returned pressures.
+//! fallen to zero. Others bear no pressure although they penetrate by less than the tolerance. Each
+//! is put into contact or out of it, as a solution with a smaller residual would have it. The
+//! result is evaluated again, so that the residual is that of the returned pressures.
 
 use pulp::Simd;
 
@@ -18,22 +18,22 @@ use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 use crate::fft::Row;
 
-/// Largest residual over the displacement of one node under the mean pressure in contact. With a
-/// larger one, the contact would depend on the guess.
-const SHARE_OF_DISPLACEMENT: f64 = 0.1;
+/// Largest residual, as a fraction of the displacement of one node under the mean pressure in
+/// contact. With a larger residual, the contact would depend on the guess.
+const MAX_FRACTION_OF_DISPLACEMENT: f64 = 0.1;
 
-/// Largest rounding error of the residual, over the tolerance.
-const ROUNDED_PART: f64 = 0.01;
+/// Largest rounding error of the residual, as a fraction of the tolerance.
+const MAX_ROUNDING: f64 = 0.01;
 
-/// Number of times that undecided nodes are decided. A later solution within the tolerance is
-/// accepted as it is.
+/// Maximum number of times that undecided nodes are decided. After that, a solution within the
+/// tolerance is accepted as it is.
 const DECISIONS: u32 = 2;
 
 impl Solver {
     /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
     ///
     /// The load must be below the hardness, if there is one ([`Hardness::check_load`]). Loads may
-    /// come in any order; ascending loads are fastest. Some node always bears pressure, even under
+    /// come in any order; ascending loads are fastest. At least one node bears pressure, even under
     /// the lightest load and after an interruption. `watch` is called in every iteration and can
     /// stop the solver; `&|| false` never stops it.
     pub fn press(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
@@ -41,13 +41,13 @@ impl Solver {
         if let Some(hardness) = self.hardness {
             hardness.check_load(load).expect("the load is below the hardness");
         }
-        self.search.pairs = 0;
+        self.inner.pairs = 0;
         self.expected = Expected::All;
-        self.search.extension.continues = true;
-        self.search.reference_pressure.prepare(settings.tolerance);
-        self.search.active.prepare(ReferencePressure::is_map(settings.tolerance));
+        self.inner.extension.continues = true;
+        self.inner.reference_pressure.prepare(settings.tolerance);
+        self.inner.active.prepare(ReferencePressure::is_map(settings.tolerance));
         if self.reaches_full_contact(load) {
-            self.search.bound = None;
+            self.inner.bound = None;
             self.set_full_contact(load);
             let evaluation = self.evaluate();
             let summary = self.summarise();
@@ -62,7 +62,7 @@ impl Solver {
         if let Some(outcome) = self.press_if_yielding(load, settings, watch) {
             return outcome;
         }
-        self.search.bound = self.hardness.filter(|_| load >= self.yields_from);
+        self.inner.bound = self.hardness.filter(|_| load >= self.yields_from);
         let outcome = self.solve_within_bound(load, settings, watch);
         self.yield_if_passed(outcome, settings, watch)
     }
@@ -76,30 +76,30 @@ impl Solver {
     ) -> Outcome {
         match self.hardness {
             Some(hardness) if outcome.peak_pressure > hardness.pressure() => {
-                self.yields_from = self.yields_from.min(self.search.load);
+                self.yields_from = self.yields_from.min(self.inner.load);
                 let evaluation = self.guess_yielding(hardness);
-                self.search.extension.continues = true;
+                self.inner.extension.continues = true;
                 self.solve(History::default(), evaluation, settings, watch)
             }
             _ => outcome,
         }
     }
 
-    /// Solves a first load with the hardness if it is expected to yield.
+    /// Solves the first load with the hardness as bound if the material is expected to yield.
     ///
-    /// Returns `None` if yielding was not expected or did not occur.
+    /// Returns `None` if no yielding was expected or none occurred.
     fn press_if_yielding(
         &mut self,
         load: f64,
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Option<Outcome> {
-        let is_first = self.search.load == 0.0;
+        let is_first = self.inner.load == 0.0;
         let hardness = self.hardness.filter(|_| is_first)?;
         if !self.is_expected_to_pass(hardness, load) {
             return None;
         }
-        self.search.bound = Some(hardness);
+        self.inner.bound = Some(hardness);
         let outcome = self.solve_within_bound(load, settings, watch);
         if outcome.saturated_nodes == 0 && outcome.stop == Stop::Converged {
             self.reset();
@@ -109,7 +109,8 @@ impl Solver {
         Some(outcome)
     }
 
-    /// Solves from the initial guess, with pressures below the bound if there is one.
+    /// Solves for the pressures under `load`, starting from the initial guess. If there is a bound,
+    /// the pressures stay below it.
     fn solve_within_bound(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
         let mut history = History::default();
         let evaluation = match self.guess(load) {
@@ -119,15 +120,15 @@ impl Solver {
         self.solve(history, evaluation, settings, watch)
     }
 
-    /// Returns whether the load presses all nodes into contact without yielding.
+    /// Returns whether the load brings all nodes into contact without yielding.
     pub fn reaches_full_contact(&self, load: f64) -> bool {
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         self.full_contact.is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
     }
 
-    /// Iterates until the evaluation is a solution and its undecided nodes are decided.
+    /// Iterates until the residual is within the tolerance and undecided nodes are decided.
     ///
-    /// No pressure changes after the last evaluation.
+    /// The returned outcome belongs to the final pressures: none changes after the last evaluation.
     pub(super) fn solve(
         &mut self,
         mut history: History,
@@ -139,7 +140,7 @@ impl Solver {
         loop {
             if self.is_solved(settings, &evaluation) {
                 if self.is_rounded(settings, &evaluation) {
-                    self.search.reference += evaluation.convergence.offset;
+                    self.inner.reference += evaluation.convergence.offset;
                     evaluation = self.evaluate();
                     continue;
                 }
@@ -151,7 +152,7 @@ impl Solver {
                 }
                 return self.outcome(Stop::Converged, evaluation, summary);
             }
-            let stop = if self.search.pairs >= settings.pair_limit {
+            let stop = if self.inner.pairs >= settings.pair_limit {
                 Stop::PairLimit
             } else if watch.is_interrupted() {
                 Stop::Interrupted
@@ -165,7 +166,7 @@ impl Solver {
         }
     }
 
-    /// Iterates until the tolerance is met, or as far as single precision allows.
+    /// Iterates in single precision until the tolerance is met or rounding prevents progress.
     pub(super) fn approach(
         &mut self,
         history: &mut History,
@@ -173,7 +174,7 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Evaluation {
-        let tolerance = self.tolerance(settings, self.search.free_nodes);
+        let tolerance = self.tolerance(settings, self.inner.free_nodes);
         let stop = |pairs| {
             watch.spent(pairs);
             pairs >= settings.pair_limit || watch.is_interrupted()
@@ -183,38 +184,38 @@ impl Solver {
 
     pub(super) fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
         let tolerance = self.tolerance(settings, evaluation.contact_nodes);
-        self.search.residual(evaluation.convergence.error) <= tolerance
+        self.inner.residual(evaluation.convergence.error) <= tolerance
     }
 
     /// Returns whether rounding makes the residual uncertain by more than a small part of the
     /// tolerance.
     ///
-    /// Gaps are stored in single precision and may be far from their reference.
+    /// Gaps are stored in single precision and may differ much from the reference.
     fn is_rounded(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
         let Evaluation { convergence, contact_nodes, .. } = evaluation;
         let rounding = f64::from(f32::EPSILON) * convergence.offset.abs();
         let tolerance = self.tolerance(settings, *contact_nodes);
-        self.search.residual(rounding) > ROUNDED_PART * tolerance
+        self.inner.residual(rounding) > MAX_ROUNDING * tolerance
     }
 
-    /// Returns the residual to reach: the tolerance of the settings, or less if the contact nodes
-    /// would otherwise be undetermined.
+    /// Returns the residual to reach: the tolerance of the settings, or a smaller residual that
+    /// determines the contact.
     ///
-    /// It is not below the rounding error of heights.
+    /// This smaller residual is at least the rounding error of the heights.
     fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
-        let mean_pressure = self.search.load * self.pressure.len() as f64 / contact_nodes;
-        let share = SHARE_OF_DISPLACEMENT * self.search.nodal_compliance * mean_pressure;
+        let mean_pressure = self.inner.load * self.pressure.len() as f64 / contact_nodes;
+        let bound = MAX_FRACTION_OF_DISPLACEMENT * self.inner.nodal_compliance * mean_pressure;
         let rounding = f64::EPSILON * self.highest;
-        settings.tolerance.min(self.search.residual(share.max(rounding)))
+        settings.tolerance.min(self.inner.residual(bound.max(rounding)))
     }
 
     fn outcome(&mut self, stop: Stop, evaluation: Evaluation, summary: PressureSummary) -> Outcome {
         self.contact_nodes = summary.contact_nodes as f64;
         Outcome {
             stop,
-            pairs: self.search.pairs,
-            // If all contact is saturated, the error may be negative.
-            residual: self.search.residual(evaluation.convergence.error.max(0.0)),
+            pairs: self.inner.pairs,
+            // If all contact nodes are saturated, the error may be negative.
+            residual: self.inner.residual(evaluation.convergence.error.max(0.0)),
             contact_nodes: summary.contact_nodes,
             saturated_nodes: summary.saturated_nodes,
             mean_gap: evaluation.mean_gap,
@@ -225,48 +226,48 @@ impl Solver {
     }
 }
 
-/// A node loses its pressure if this pressure would close less than this part of the node's gap.
-/// With 0.675, as many nodes are released too early as too late in series of loads on 256² to 1024²
-/// nodes.
+/// Smallest ratio of the displacement of a node under its own pressure to its gap for which the
+/// node keeps this pressure. With 0.675, as many nodes are released too early as too late in series
+/// of loads on 256² to 1024² nodes.
 const UNDECIDED: f64 = 0.675;
 
-/// Largest part of the load on elastic nodes that decisions may change. If saturated nodes bear
-/// nearly all of the load, the tolerance is worth more pressure than all elastic nodes have, and
-/// says nothing about single nodes.
+/// Largest fraction of the load on elastic nodes that decisions may change. If saturated nodes bear
+/// nearly all of the load, pressures below the tolerance may add up to more than elastic nodes
+/// bear. The tolerance then says nothing about single nodes.
 const LARGEST_CHANGE: f64 = 0.1;
 
 impl Solver {
-    /// Moves undecided nodes into contact or out of it, and restores the mean pressure.
+    /// Puts undecided nodes into contact or out of it, and restores the mean pressure.
     ///
-    /// `offset` is the mean gap in elastic contact. Returns whether any pressure changed, so that
-    /// the solution has to be evaluated again.
+    /// `offset` is the mean gap in elastic contact. Returns whether any pressure changed, in which
+    /// case the solution must be evaluated again.
     ///
     /// A node is released if its pressure is too small to close its gap. The node with the lowest
-    /// gap stays in contact. A node without pressure that penetrates gets the pressure that closes
-    /// its own gap: of 31 such nodes under twenty loads of two surfaces, 27 are in contact in a
+    /// gap stays in contact. A node that penetrates without pressure gets the pressure that closes
+    /// its own gap. Of 31 such nodes under twenty loads of two surfaces, 27 are in contact in a
     /// solution with a residual of 1e-10.
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
-        let decision = Decision { compliance: self.search.nodal_compliance, offset };
-        let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
+        let decision = Decision { compliance: self.inner.nodal_compliance, offset };
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
         let mut changes =
-            Changes { decision, gap: &self.search.gap, nodes: 0.0, pressure: InOrder::new() };
+            Changes { decision, gap: &self.inner.gap, nodes: 0.0, pressure: InOrder::new() };
         over_rows(threads, &mut self.pressure, row_nodes, &mut changes);
-        let total = self.search.load * self.pressure.len() as f64;
-        let elastic = match self.search.bound {
+        let total = self.inner.load * self.pressure.len() as f64;
+        let elastic = match self.inner.bound {
             None => total,
             Some(hardness) => total - hardness.pressure() * summary.saturated_nodes as f64,
         };
         if changes.nodes == 0.0 || changes.pressure.total() > LARGEST_CHANGE * elastic {
             return false;
         }
-        let mut decide = Decide { decision, gap: &self.search.gap };
+        let mut decide = Decide { decision, gap: &self.inner.gap };
         over_rows(threads, &mut self.pressure, row_nodes, &mut decide);
         self.impose_load();
         true
     }
 }
 
-/// Criterion whether a node is in contact, from its pressure and gap.
+/// Criterion for contact of a single node, from its pressure and gap.
 #[derive(Clone, Copy)]
 struct Decision {
     /// Displacement of a node under a unit pressure on itself.
@@ -278,7 +279,7 @@ impl Decision {
     /// Returns the pressure of the node after the decision.
     #[inline(always)]
     fn pressure(self, pressure: f64, gap: f32) -> f64 {
-        // The lowest gap in contact is not above the mean, except for rounding.
+        // The lowest gap in contact exceeds the mean by rounding only.
         let rounding = f64::from(f32::EPSILON * gap.abs());
         let above = f64::from(gap) - self.offset;
         let closing = (-above - rounding).max(0.0) / self.compliance;
@@ -356,7 +357,7 @@ mod tests {
             solver
         };
         let (loose, tight) = (press(1e-2), press(1e-10));
-        let nodes = loose.pressure().iter().zip(&loose.search.gap);
+        let nodes = loose.pressure().iter().zip(&loose.inner.gap);
         for (p, gap) in nodes {
             let rounding = f64::from(f32::EPSILON * gap.abs());
             assert!(*p > 0.0 || f64::from(*gap) - loose.offset >= -rounding);

@@ -4,9 +4,9 @@ use pulp::Simd;
 
 use super::balance::Balance;
 use super::evaluation::{Convergence, Evaluation};
+use super::inner_solver::InnerSolver;
 use super::lanes::{InOrder, Pass, Wide, over_rows, total};
-use super::passes::{BeginPressed, LastMoveDone, PendingUpdate, PressureLessGap, StartPressure};
-use super::search::Search;
+use super::passes::{AppliedUpdate, BeginPressed, PendingUpdate, PressureLessGap, StartPressure};
 use super::start::Start;
 use super::{Outcome, Settings, Solver};
 use crate::elasticity::ElasticOperator;
@@ -58,43 +58,43 @@ impl CoarseContact {
 
     /// Takes the result of a search with a pending update, whose gaps in contact are about
     /// `offset`.
-    pub fn take_search(
+    pub fn take_iterate(
         &mut self,
-        search: &Search,
+        inner: &InnerSolver,
         pending: PendingUpdate,
         offset: f64,
         compliance: f64,
     ) {
-        self.pressure_less_gap.resize(search.cells(), 0.0);
+        self.pressure_less_gap.resize(inner.cells(), 0.0);
         let mut pass = PressureLessGap {
             compliance: compliance as f32,
             offset: offset as f32,
-            done: LastMoveDone::new(pending, search.ceiling()),
-            pressure_increment: &search.pressure_increment,
-            last_step: &search.last_step,
-            gap: &search.gap,
+            done: AppliedUpdate::new(pending, inner.ceiling()),
+            pressure_increment: &inner.pressure_increment,
+            last_step: &inner.last_step,
+            gap: &inner.gap,
             peak_pressure: 0.0,
         };
         let map = &mut self.pressure_less_gap;
-        over_rows(&search.threads, map, self.nodes[1], &mut pass);
+        over_rows(&inner.threads, map, self.nodes[1], &mut pass);
         self.peak_pressure = f64::from(pass.peak_pressure);
-        self.reference = search.reference + offset;
+        self.reference = inner.reference + offset;
     }
 
     /// Takes the last solution of a solver and its outcome.
     pub fn take_solution(&mut self, solver: &Solver, outcome: &Outcome, compliance: f64) {
-        let (gap, offset) = (&solver.search.gap, solver.offset);
+        let (gap, offset) = (&solver.inner.gap, solver.offset);
         let nodes = solver.pressure.iter().zip(gap);
         let less_gap = nodes.map(|(p, gap)| (compliance * p - (f64::from(*gap) - offset)) as f32);
         self.pressure_less_gap.clear();
         self.pressure_less_gap.extend(less_gap);
-        self.reference = solver.search.reference + offset;
+        self.reference = solver.inner.reference + offset;
         self.peak_pressure = outcome.peak_pressure;
         self.pairs = f64::from(outcome.pairs);
     }
 }
 
-impl Search {
+impl InnerSolver {
     /// Returns s, for the map from which a finer mesh starts.
     pub fn compliance(&self) -> f64 {
         COMPLIANCES * self.nodal_compliance
@@ -111,32 +111,32 @@ impl Solver {
         coarse: &CoarseContact,
         settings: &Settings,
     ) -> Option<Evaluation> {
-        let prolonged = self.search.prolonged(coarse)?;
-        let row_nodes = self.search.nodes[1];
+        let prolonged = self.inner.prolonged(coarse)?;
+        let row_nodes = self.inner.nodes[1];
         let mut pass =
-            SetProlonged { prolonged, hardness: self.search.ceiling(), row: vec![0.0; row_nodes] };
+            SetProlonged { prolonged, hardness: self.inner.ceiling(), row: vec![0.0; row_nodes] };
         let pressure = &mut self.pressure;
-        over_rows(&self.search.threads, pressure, row_nodes, &mut pass);
+        over_rows(&self.inner.threads, pressure, row_nodes, &mut pass);
         self.impose_load();
-        self.search.reference = coarse.reference;
+        self.inner.reference = coarse.reference;
         Some(self.evaluate_guess(settings))
     }
 }
 
-impl Search {
+impl InnerSolver {
     /// Begins from a coarser mesh in single precision, if there is any pressure: one pair.
     pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<Start> {
         let prolonged = self.prolonged(coarse)?;
         self.reference_pressure.clear();
         self.reference = coarse.reference;
-        Some(self.begin_pressed(StartPressure::OfCoarserMesh(prolonged)))
+        Some(self.begin_pressed(StartPressure::FromCoarserMesh(prolonged)))
     }
 
     /// Begins again where the search ended, with gaps in contact near `offset`: one pair.
     pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> Start {
         self.reference += offset;
-        let done = LastMoveDone::new(pending, self.ceiling());
-        self.begin_pressed(StartPressure::OfLastMove(done))
+        let done = AppliedUpdate::new(pending, self.ceiling());
+        self.begin_pressed(StartPressure::FromLastIteration(done))
     }
 
     fn begin_pressed(&mut self, start: StartPressure) -> Start {

@@ -22,7 +22,7 @@ use super::balance::Balance;
 use super::evaluation::Convergence;
 use super::heights::{CountHeights, CountedFrom, LevelBin, PressAbove, Untouched, range};
 use super::lanes::{InOrder, over_rows};
-use super::line_search::Steps;
+use super::line_search::StepLengths;
 use super::nearing::{Expected, LimitedGap, SumInContact};
 use super::passes::{Extrapolation, GapUpdate, InitialResidual, SavePressure};
 use super::{Hardness, Solver};
@@ -54,16 +54,16 @@ impl Solver {
         self.count_heights_from(if is_light { self.highest } else { 0.0 });
         if let Some(reach) = self.reach(load) {
             let start = self.extrapolate(reach);
-            self.search.load = load;
+            self.inner.load = load;
             return Some(start);
         }
         self.save_previous();
         if is_light {
             self.guess_from_heights(load);
-        } else if self.search.load == 0.0 {
+        } else if self.inner.load == 0.0 {
             self.guess_first(load);
         }
-        self.search.load = load;
+        self.inner.load = load;
         self.impose_load();
         None
     }
@@ -77,10 +77,10 @@ impl Solver {
     /// A light load is extrapolated only from lighter loads: heavier ones have pressure at too many
     /// nodes.
     fn reach(&self, load: f64) -> Option<f64> {
-        let reach = (load - self.search.load) / (self.search.load - self.earlier_load);
-        let ascend = self.earlier_load <= self.search.load && self.search.load <= load;
+        let reach = (load - self.inner.load) / (self.inner.load - self.earlier_load);
+        let ascend = self.earlier_load <= self.inner.load && self.inner.load <= load;
         let leads_there = REACH.contains(&reach) && (ascend || !self.is_light(load));
-        (self.search.load > 0.0 && leads_there).then_some(reach)
+        (self.inner.load > 0.0 && leads_there).then_some(reach)
     }
 
     /// Sets the pressure to that of full contact under `load`, which is exact if it is nowhere
@@ -91,8 +91,8 @@ impl Solver {
         for p in &mut self.pressure {
             *p += load;
         }
-        self.search.load = load;
-        self.search.reference = 0.0;
+        self.inner.load = load;
+        self.inner.reference = 0.0;
     }
 
     /// Extrapolates linearly from the last two solutions. While the contact does not change, this
@@ -107,16 +107,16 @@ impl Solver {
         if self.earlier_load == 0.0 {
             self.earlier_offset = self.mean_earlier_gap();
         }
-        self.search.reference = extrapolation(self.search.reference, &mut self.earlier_reference);
+        self.inner.reference = extrapolation(self.inner.reference, &mut self.earlier_reference);
         self.offset = extrapolation(self.offset, &mut self.earlier_offset);
-        self.earlier_load = self.search.load;
+        self.earlier_load = self.inner.load;
         self.earlier_contact_nodes = self.contact_nodes;
         self.begin(self.offset, Some(reach))
     }
 
     /// Begins a search from the present pressure and gap.
     pub(super) fn initial_residual(&mut self, convergence: Convergence) -> Start {
-        let offset = match self.search.bound {
+        let offset = match self.inner.bound {
             None => convergence.offset,
             Some(hardness) => self.balanced_offset(hardness, convergence),
         };
@@ -125,14 +125,14 @@ impl Solver {
 
     /// Begins a search from the present pressure and gap, or from their extrapolation by `reach`.
     fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
-        match self.search.bound {
+        match self.inner.bound {
             None => self.begin_as::<false>(offset, reach),
             Some(_) => self.begin_as::<true>(offset, reach),
         }
     }
 
     fn begin_as<const YIELDS: bool>(&mut self, offset: f64, reach: Option<f64>) -> Start {
-        let hardness = self.search.ceiling();
+        let hardness = self.inner.ceiling();
         let extrapolation = reach.map(|reach| Extrapolation {
             reach,
             earlier_pressure: Band::new(&mut self.earlier_pressure),
@@ -141,28 +141,28 @@ impl Solver {
         let mut pass = InitialResidual::<YIELDS> {
             extrapolation,
             expected: take(&mut self.expected),
-            shown: LimitedGap::new(self.search.nodes[1]),
-            heights: &self.search.heights,
+            limited_gap: LimitedGap::new(self.inner.nodes[1]),
+            heights: &self.inner.heights,
             response: GapUpdate::to_a_start(offset),
-            gap: Band::new(&mut self.search.gap),
+            gap: Band::new(&mut self.inner.gap),
             hardness,
-            last_step: Band::new(&mut self.search.last_step),
-            active: self.search.active.band(),
-            residual: self.search.extension.residual_rows(),
-            row: vec![0.0; self.search.nodes[1]],
-            reference_pressure: self.search.reference_pressure.band(),
-            pressure_increment: Band::new(&mut self.search.pressure_increment),
+            last_step: Band::new(&mut self.inner.last_step),
+            active: self.inner.active.band(),
+            residual: self.inner.extension.residual_rows(),
+            row: vec![0.0; self.inner.nodes[1]],
+            reference_pressure: self.inner.reference_pressure.band(),
+            pressure_increment: Band::new(&mut self.inner.pressure_increment),
             seen: InOrder::new(),
             reference_sum: InOrder::new(),
             bounded_sum: InOrder::new(),
         };
-        let row_nodes = self.search.nodes[1];
-        over_rows(&self.search.threads, &mut self.pressure, row_nodes, &mut pass);
+        let row_nodes = self.inner.nodes[1];
+        over_rows(&self.inner.threads, &mut self.pressure, row_nodes, &mut pass);
         let (seen, reference_sum) = (pass.seen.total(), pass.reference_sum.total());
         let sum = pass.bounded_sum.total();
-        self.search.free_nodes = seen.free_nodes;
-        self.search.scratch.take_over(&mut self.double_scratch);
-        self.search.level = offset;
+        self.inner.free_nodes = seen.free_nodes;
+        self.inner.scratch.take_over(&mut self.double_scratch);
+        self.inner.level = offset;
         Start {
             convergence: seen.extremes.convergence(offset),
             reference_sum,
@@ -174,24 +174,24 @@ impl Solver {
     /// lost.
     pub(super) fn save_previous(&mut self) {
         self.earlier_contact_nodes = self.contact_nodes;
-        if self.search.load == 0.0 {
+        if self.inner.load == 0.0 {
             self.save_untouched();
             return;
         }
         let mut pass = SavePressure(Band::new(&mut self.earlier_pressure));
-        let (threads, row_nodes) = (&self.search.threads, self.search.nodes[1]);
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
         over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
-        swap(&mut self.earlier_gap, &mut self.search.gap);
-        self.earlier_reference = self.search.reference;
+        swap(&mut self.earlier_gap, &mut self.inner.gap);
+        self.earlier_reference = self.inner.reference;
         self.earlier_offset = self.offset;
-        self.earlier_load = self.search.load;
+        self.earlier_load = self.inner.load;
     }
 
     /// Returns the mean previous gap over the last contact: the level of the mean gap in contact
     /// when nothing was in contact.
     fn mean_earlier_gap(&mut self) -> f64 {
         let mut pass = SumInContact { gap: &self.earlier_gap, sum: InOrder::new() };
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut pass);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
         pass.sum.total() / self.contact_nodes
     }
 
@@ -201,7 +201,7 @@ impl Solver {
             heights: &self.heights,
             earlier_pressure: Band::new(&mut self.earlier_pressure),
         };
-        over_rows(&self.search.threads, &mut self.earlier_gap, self.search.nodes[1], &mut pass);
+        over_rows(&self.inner.threads, &mut self.earlier_gap, self.inner.nodes[1], &mut pass);
         self.earlier_reference = -self.highest;
         self.earlier_offset = 0.0;
         self.earlier_load = 0.0;
@@ -209,9 +209,9 @@ impl Solver {
 
     /// Resets the solver to the state before the first load.
     pub(super) fn reset(&mut self) {
-        self.search.steps = Steps::default();
-        self.search.nested_steps = Steps::default();
-        (self.search.load, self.search.reference, self.offset) = (0.0, 0.0, 0.0);
+        self.inner.step_lengths = StepLengths::default();
+        self.inner.nested_step_lengths = StepLengths::default();
+        (self.inner.load, self.inner.reference, self.offset) = (0.0, 0.0, 0.0);
         self.contact_nodes = 0.0;
     }
 
@@ -220,12 +220,12 @@ impl Solver {
     /// Rounding is smallest where heights are small. Under a light load this should be at the
     /// highest nodes.
     pub(super) fn count_heights_from(&mut self, height: f64) {
-        if self.search.height_reference == height {
+        if self.inner.height_reference == height {
             return;
         }
-        self.search.height_reference = height;
+        self.inner.height_reference = height;
         let mut pass = CountedFrom { level: height, heights: &self.heights };
-        over_rows(&self.search.threads, &mut self.search.heights, self.search.nodes[1], &mut pass);
+        over_rows(&self.inner.threads, &mut self.inner.heights, self.inner.nodes[1], &mut pass);
     }
 }
 
@@ -234,7 +234,7 @@ impl Solver {
 const CONTACT_OVER_LOAD: f64 = 2.4;
 
 /// Largest contact area fraction for a guess from the highest nodes, not from full contact.
-const SMALL_SHARE: f64 = 0.2;
+const SMALL_AREA_FRACTION: f64 = 0.2;
 
 /// Nodes with pressure in a guess from heights, over those expected in contact.
 const PRESSED: f64 = 1.5;
@@ -247,9 +247,9 @@ const COPY_RATIO: usize = 4;
 
 impl Solver {
     pub(super) fn guess_first(&mut self, load: f64) {
-        let share = 1.0 - (-CONTACT_OVER_LOAD * load).exp();
-        if self.search.bound.is_none() && share < SMALL_SHARE {
-            self.guess_from_highest(share);
+        let area_fraction = 1.0 - (-CONTACT_OVER_LOAD * load).exp();
+        if self.inner.bound.is_none() && area_fraction < SMALL_AREA_FRACTION {
+            self.guess_from_highest(area_fraction);
         } else {
             self.guess_from_full_contact(load);
         }
@@ -259,9 +259,8 @@ impl Solver {
     /// `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
-        let [lowest, highest] =
-            range(&self.search.threads, &mut self.pressure, self.search.nodes[1]);
-        let most = match self.search.bound {
+        let [lowest, highest] = range(&self.inner.threads, &mut self.pressure, self.inner.nodes[1]);
+        let most = match self.inner.bound {
             Some(hardness) => hardness.pressure() - lowest,
             // With less than the load everywhere, the lowest node would have none.
             None => self.full_contact.map_or(load - lowest, |full| full.load),
@@ -273,13 +272,13 @@ impl Solver {
     /// root of the height.
     ///
     /// They cover the area expected in contact, and half as much in addition.
-    fn guess_from_highest(&mut self, share: f64) {
-        let nodes = share * self.heights.len() as f64;
+    fn guess_from_highest(&mut self, area_fraction: f64) {
+        let nodes = area_fraction * self.heights.len() as f64;
         let [level, expected] = self.levels_above([PRESSED * nodes, nodes]);
         let mut press = PressAbove { level, heights: &self.heights };
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut press);
-        self.search.reference = -level;
-        let expected = expected - self.search.height_reference;
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut press);
+        self.inner.reference = -level;
+        let expected = expected - self.inner.height_reference;
         self.expected = Expected::AsHighAs(expected as f32);
     }
 
@@ -304,7 +303,7 @@ impl Solver {
         nodes: [(f64, f64); N],
     ) -> [LevelBin; N] {
         let mut counts = CountHeights::between(low, high, &self.heights);
-        over_rows(&self.search.threads, &mut self.pressure, self.search.nodes[1], &mut counts);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut counts);
         nodes.map(|(nodes, above)| counts.highest(above, nodes))
     }
 
@@ -328,22 +327,22 @@ impl Solver {
     /// This is exact if one node bears all the load, or if the material hardly bends.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
         for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
-            *p = (height - self.highest) / self.search.nodal_compliance;
+            *p = (height - self.highest) / self.inner.nodal_compliance;
         }
-        let most = match self.search.bound {
+        let most = match self.inner.bound {
             None => load * self.pressure.len() as f64,
             Some(hardness) => {
-                hardness.pressure() + (self.highest - self.lowest) / self.search.nodal_compliance
+                hardness.pressure() + (self.highest - self.lowest) / self.inner.nodal_compliance
             }
         };
         let highest = self.raise_to(load, (0.0, most));
-        self.search.reference = highest * self.search.nodal_compliance - self.highest;
+        self.inner.reference = highest * self.inner.nodal_compliance - self.highest;
     }
 
     /// Adds a constant to the pressure so that its mean within the bounds is `load`. Returns the
     /// constant, within the given range.
     pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
-        let (cells, most) = (self.pressure.len() as f64, self.search.ceiling());
+        let (cells, most) = (self.pressure.len() as f64, self.inner.ceiling());
         // Pressures that may be raised above zero, in order; the others add nothing to the sum.
         let mut few: Option<Vec<f64>> = None;
         for _ in 0..BISECTIONS {
@@ -374,14 +373,14 @@ impl Solver {
     /// Sets the pressure to that of zero mean that flattens the heights, if the stiffness is exact:
     /// one pair.
     pub(super) fn fill_with_full_contact(&mut self) {
-        let stiffness = elasticity::stiffness_on(&self.search.threads, &*self.body);
-        let transform = Transform::padded(self.search.nodes, self.body.stiffness_nodes());
-        let mut scratch = transform.scratch_on(self.search.threads.clone());
-        scratch.take_over(&mut self.search.scratch);
+        let stiffness = elasticity::stiffness_on(&self.inner.threads, &*self.body);
+        let transform = Transform::padded(self.inner.nodes, self.body.stiffness_nodes());
+        let mut scratch = transform.scratch_on(self.inner.threads.clone());
+        scratch.take_over(&mut self.inner.scratch);
         scratch.take_over(&mut self.double_scratch);
         transform.convolve(&stiffness, &self.heights, &mut self.pressure, &mut scratch);
         self.double_scratch.take_over(&mut scratch);
-        self.search.pairs += 1;
+        self.inner.pairs += 1;
     }
 }
 

@@ -7,7 +7,7 @@ use std::io;
 use std::io::{Read, Write};
 
 use super::Solver;
-use super::line_search::Steps;
+use super::line_search::StepLengths;
 
 impl Solver {
     /// Returns the displacement u of the elastic body under a pressure on every node.
@@ -89,27 +89,27 @@ impl Solver {
     /// Fails if writing fails.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         let numbers = [
-            self.search.load,
+            self.inner.load,
             self.earlier_load,
-            self.search.reference,
+            self.inner.reference,
             self.earlier_reference,
             self.offset,
             self.earlier_offset,
-            self.search.height_reference,
+            self.inner.height_reference,
             self.yields_from,
             self.contact_nodes,
             self.earlier_contact_nodes,
         ];
-        let steps = [&self.search.steps, &self.search.nested_steps];
-        let steps = steps.into_iter().flat_map(|steps| steps.all());
-        for number in numbers.iter().chain(steps) {
+        let step_lengths = [&self.inner.step_lengths, &self.inner.nested_step_lengths];
+        let step_lengths = step_lengths.into_iter().flat_map(|step_lengths| step_lengths.all());
+        for number in numbers.iter().chain(step_lengths) {
             out.write_all(&number.to_le_bytes())?;
         }
         for pressure in &self.pressure {
             out.write_all(&pressure.to_le_bytes())?;
         }
         for field in
-            [&self.earlier_pressure, &self.search.gap, &self.earlier_gap, &self.search.last_step]
+            [&self.earlier_pressure, &self.inner.gap, &self.earlier_gap, &self.inner.last_step]
         {
             for value in field {
                 out.write_all(&value.to_le_bytes())?;
@@ -139,16 +139,16 @@ impl Solver {
             contact_nodes,
             earlier_contact_nodes,
         ] = numbers;
-        self.search.steps = Steps::restored(|| double(from))?;
-        self.search.nested_steps = Steps::restored(|| double(from))?;
+        self.inner.step_lengths = StepLengths::restored(|| double(from))?;
+        self.inner.nested_step_lengths = StepLengths::restored(|| double(from))?;
         for pressure in &mut self.pressure {
             *pressure = double(from)?;
         }
         for field in [
             &mut self.earlier_pressure,
-            &mut self.search.gap,
+            &mut self.inner.gap,
             &mut self.earlier_gap,
-            &mut self.search.last_step,
+            &mut self.inner.last_step,
         ] {
             for value in field {
                 let mut bytes = [0; 4];
@@ -156,8 +156,8 @@ impl Solver {
                 *value = f32::from_le_bytes(bytes);
             }
         }
-        (self.search.load, self.earlier_load) = (load, earlier_load);
-        (self.search.reference, self.earlier_reference) = (reference, earlier_reference);
+        (self.inner.load, self.earlier_load) = (load, earlier_load);
+        (self.inner.reference, self.earlier_reference) = (reference, earlier_reference);
         (self.offset, self.earlier_offset) = (offset, earlier_offset);
         self.count_heights_from(heights);
         self.yields_from = yields;

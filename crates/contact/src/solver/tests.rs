@@ -78,9 +78,9 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
         let nodes = gap.iter().zip(solver.pressure());
         nodes.filter(|(_, p)| chosen(**p)).map(|(gap, _)| *gap).collect()
     };
-    let elastic = of(&|p| p > 0.0 && p < solver.search.ceiling());
+    let elastic = of(&|p| p > 0.0 && p < solver.inner.ceiling());
     // Without elastic nodes, the highest saturated node must be below all others.
-    let saturated = of(&|p| p >= solver.search.ceiling());
+    let saturated = of(&|p| p >= solver.inner.ceiling());
     let offset = if elastic.is_empty() {
         saturated.into_iter().fold(f64::MIN, f64::max)
     } else {
@@ -91,7 +91,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
     // Row by row, because equal terms in a long sum would all be rounded the same way.
-    let rows = solver.pressure().chunks_exact(solver.search.nodes[1]);
+    let rows = solver.pressure().chunks_exact(solver.inner.nodes[1]);
     let total: f64 = rows.map(|row| row.iter().sum::<f64>()).sum();
     assert!((total / solver.pressure().len() as f64 / load - 1.0).abs() < 1e-12);
     let violation = violation(solver, heights);
@@ -101,7 +101,7 @@ fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: 
 /// Computes the largest violation of the contact conditions by the stored pressures, in the units
 /// of [`Outcome::residual`], from kernels alone.
 fn violation(solver: &Solver, heights: &[f64]) -> f64 {
-    let hardness = solver.search.ceiling();
+    let hardness = solver.inner.ceiling();
     let nodes = solver.pressure().iter().zip(gap(solver, heights));
     let violations = nodes.map(|(p, gap)| {
         assert!((0.0..=hardness).contains(p));
@@ -111,7 +111,7 @@ fn violation(solver: &Solver, heights: &[f64]) -> f64 {
             _ => gap.abs(),
         }
     });
-    solver.search.steps_per_side * violations.fold(0.0, f64::max)
+    solver.inner.steps_per_side * violations.fold(0.0, f64::max)
 }
 
 /// Presses at the default tolerance and checks the outcome against the stored pressures.
@@ -127,11 +127,11 @@ fn assert_outcome_at(
 ) -> Outcome {
     let outcome = press(solver, load, settings);
     let range = heights.iter().fold(0.0_f64, |range, h| range.max(h.abs()));
-    let rounding = 1e-13 * solver.search.steps_per_side * range;
+    let rounding = 1e-13 * solver.inner.steps_per_side * range;
     let tolerance = match outcome.stop {
         Stop::Converged | Stop::FullContact => settings.tolerance,
         // Without convergence the outcome is known in single precision only.
-        _ => outcome.residual + f64::from(f32::EPSILON) * solver.search.steps_per_side * range,
+        _ => outcome.residual + f64::from(f32::EPSILON) * solver.inner.steps_per_side * range,
     };
     assert_complementary(solver, heights, load, 1.02 * tolerance + rounding);
     let violation = violation(solver, heights);

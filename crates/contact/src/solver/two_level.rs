@@ -79,7 +79,7 @@ impl TwoLevel {
         let mut means = Wide(extension.extend_means(threads, &mut self.sums));
         self.transform.begin(&mut means, &mut self.scratch);
         self.transform.multiply(&self.kernel, &mut self.scratch);
-        let mut taken = Wide(extension.taken_means(self.stiffness, &mut self.sums));
+        let mut taken = Wide(extension.block_pressures(self.stiffness, &mut self.sums));
         self.transform.finish(&mut taken, &mut self.scratch);
         extension.collect_means(threads, &self.sums);
     }
@@ -106,7 +106,7 @@ mod tests {
     use crate::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
     use crate::fft::Row;
     use crate::grid::samples::{rectangle, square};
-    use crate::solver::extension::GivenRows;
+    use crate::solver::extension::TransposeOutput;
     use crate::solver::extension::tests::noise;
     use crate::solver::flags::{FREE, has};
     use crate::solver::lanes::Pass;
@@ -149,7 +149,8 @@ mod tests {
                 asked.add_row::<_, 1>(Scalar512b, row, values, last_step, &[true; 64]);
             }
             self.two_level.correct(&threads, &mut self.extension);
-            let mut pass = Wide(Keep { given: self.extension.given_rows(), rows: Vec::new() });
+            let mut pass =
+                Wide(Keep { given: self.extension.transpose_output(), rows: Vec::new() });
             let pairs: Vec<usize> = (0..rows.div_ceil(2)).collect();
             let nodal = self.two_level.nodal(&gap, 0.0);
             nodal.peek(&threads, &pairs, self.nodes, &mut pass);
@@ -159,13 +160,13 @@ mod tests {
 
     /// Keeps rows after adding the result of the transpose.
     struct Keep<'a> {
-        given: GivenRows<'a>,
+        given: TransposeOutput<'a>,
         rows: Vec<f32>,
     }
 
     impl Pass<f32> for Keep<'_> {
         fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-            self.given.give_row(row, values, &[true; 64]);
+            self.given.add_to_row(row, values, &[true; 64]);
             self.rows.extend_from_slice(values);
         }
 

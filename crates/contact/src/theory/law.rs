@@ -61,7 +61,7 @@ impl ContactEvolution {
 
     /// Returns the second derivative d²a/dy².
     ///
-    /// It is not positive, and diverges at zero load if μ < 1.
+    /// The second derivative is never positive. It diverges at zero load if μ < 1.
     pub fn curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         let decay = (-(2.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
@@ -69,7 +69,7 @@ impl ContactEvolution {
         -self.kappa.powi(2) * (1.0 + self.mu) * bend_per_load * decay
     }
 
-    /// Returns the third derivative d³a/dy³, which is positive where the slope is convex.
+    /// Returns the third derivative d³a/dy³; the slope is convex where it is positive.
     pub fn slope_curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         let decay = (-(3.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
@@ -127,7 +127,9 @@ impl ContactEvolution {
         (proportional, self.beta * proportional.powf(self.mu))
     }
 
-    /// Returns `None` at zero load, where ln Y is infinite but has a vanishing factor.
+    /// Returns the terms of the gradients in the parameters, or `None` at zero load.
+    ///
+    /// At zero load ln Y is infinite, but the gradients are finite, because its factor vanishes.
     #[inline]
     fn gradient_terms(&self, load: f64) -> Option<GradientTerms> {
         let (proportional, bend) = self.reduced(load);
@@ -169,7 +171,7 @@ mod tests {
         Ok(())
     }
 
-    /// Returns the central difference of fourth order.
+    /// Returns the derivative as a central difference of fourth order.
     ///
     /// With steps of 1e-3 of the load, the truncation error is 1e-11, and the rounding error is
     /// 1e-13 relative to f/(f' y).

@@ -1,10 +1,10 @@
 //! Asperity models, in which rough contact is the sum of independent Hertz contacts.
 //!
-//! With separations s in units of the rms height √m0 and loads y = p₀/(E* h′) with the rms slope h′
-//! = √(2 m2), the contact depends on Nayak's parameter α alone. Summits of one mean curvature have
-//! Gaussian heights and form a class, a Greenwood-Williamson contact. The models differ in the
-//! shape of the summits. [`Asperities`] sums over the classes and finds the separation for a load
-//! or an area.
+//! Separations s are in units of the rms height √m0. Loads are y = p₀/(E* h′), with the rms slope
+//! h′ = √(2 m2). In these units, the contact depends on Nayak's parameter α alone. All summits of
+//! the same mean curvature form a class. Their heights are Gaussian, so that each class is a
+//! Greenwood-Williamson contact. The models differ in the shape of the summits. [`Asperities`] sums
+//! over the classes and finds the separation for a load or an area.
 
 use std::f64::consts::{PI, SQRT_2};
 use std::sync::LazyLock;
@@ -20,7 +20,7 @@ use hertz::{Ellipse, EllipticityMeans};
 use quadrature::GaussLegendre;
 use summits::{GaussianHeights, Summits};
 
-/// Asperity model, defined by the assumption about the shape of the summits.
+/// Asperity model, defined by the shape that it assumes for the summits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AsperityModel {
     /// Elliptic Hertz contacts (Bush, Gibson & Thomas 1975).
@@ -35,7 +35,7 @@ pub enum AsperityModel {
 }
 
 impl AsperityModel {
-    /// Returns c in the secant κ = √(2π) (1 − c α/s² + O(s⁻⁴)) at large separation.
+    /// Returns the coefficient c of the secant κ = √(2π) (1 − c α/s² + O(s⁻⁴)) at large separation.
     ///
     /// Returns `None` for spheres of one radius, whose area is never proportional to the load.
     pub fn curvature_coefficient(self) -> Option<f64> {
@@ -71,19 +71,21 @@ impl AsperityModel {
     }
 }
 
-/// Largest separation, at which areas and loads are about 1e-300.
+/// Maximum separation, at which areas and loads are about 1e-300.
 const FARTHEST: f64 = 37.0;
 
-/// Range of a normal density in standard deviations; the rest is below rounding.
+/// Number of standard deviations beyond which a normal density is below rounding.
 const REACH: f64 = 9.5;
 
-/// Number of nodes of each panel of mean curvatures; doubling it changes results by at most 2e-12.
+/// Number of quadrature nodes in each interval of mean curvatures.
+///
+/// Doubling it changes results by at most 2e-12.
 const NODES: u32 = 64;
 
-/// Largest number of Newton steps; sufficient for bisection alone.
+/// Maximum number of Newton steps, which would suffice even for bisection alone.
 const NEWTON_STEPS: usize = 200;
 
-/// Size of the last Newton step; quadratic convergence leaves only rounding errors.
+/// Size of a Newton step after which only rounding errors are left.
 const LAST_STEP: f64 = 1e-9;
 
 static PANEL: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
@@ -113,7 +115,7 @@ pub struct Asperities {
     summits: Summits,
 }
 
-/// State of contact at one separation.
+/// Load, contact area and their derivatives at one separation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Separation of the flat and the mean plane of the roughness, in units of the rms height.
@@ -140,7 +142,7 @@ impl Contact {
     }
 }
 
-/// Error of a Nayak parameter that no isotropic surface has.
+/// Error for a value of Nayak's parameter that no isotropic surface has.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "Nayak's parameter is {nayak}; for an isotropic surface it must be finite and at least 3/2"
@@ -165,7 +167,7 @@ impl Asperities {
 
     /// Returns the contact at a separation, in units of the rms height.
     ///
-    /// For separations of 37 and more, area and load underflow.
+    /// At separations of 37 or more, area and load underflow.
     pub fn at_separation(&self, separation: f64) -> Contact {
         let (mut area, mut area_rate, mut load, mut load_rate) = (0.0, 0.0, 0.0, 0.0);
         self.for_each_class(separation, |class| {
@@ -183,7 +185,9 @@ impl Asperities {
         self.find(load, |contact| (contact.load, contact.stiffness / contact.load))
     }
 
-    /// Returns the contact with an area fraction, or `None` if it is not positive or out of range.
+    /// Returns the contact with the given area fraction.
+    ///
+    /// Returns `None` if the fraction is not positive or is out of range.
     pub fn at_area(&self, area: f64) -> Option<Contact> {
         self.find(area, |contact| {
             let decay = contact.slope * contact.stiffness;
@@ -201,8 +205,8 @@ impl Asperities {
 
     /// Solves for the separation at which a quantity has the target value.
     ///
-    /// The closure returns the quantity and −d ln quantity/ds. The logarithm is concave in s, so
-    /// that Newton's method converges from one side. Bisection replaces steps out of the bracket.
+    /// The closure returns the quantity f and −d ln f/ds. Since ln f is concave in s, Newton's
+    /// method converges from one side. A step out of the bracket is replaced by bisection.
     fn find(&self, target: f64, quantity: impl Fn(&Contact) -> (f64, f64)) -> Option<Contact> {
         let newton_step = |contact: &Contact| {
             let (value, decay) = quantity(contact);
@@ -216,7 +220,7 @@ impl Asperities {
         while is_beyond(low) {
             (low, high) = (2.0 * low, low);
         }
-        // Starts beyond the solution; the area is about half of the tail of the Gaussian.
+        // The start is beyond the solution: the area is about half of the tail of the Gaussian.
         let start = (-2.0 * (4.0 * target).ln()).max(0.0).sqrt();
         let mut contact = self.at_separation(start.clamp(low, high));
         for _ in 0..NEWTON_STEPS {
@@ -237,7 +241,7 @@ impl Asperities {
         Some(contact)
     }
 
-    /// Calls `visit` for the classes of summits in contact at a separation, up to rounding.
+    /// Calls `visit` for each class of summits that contributes to the contact at a separation.
     fn for_each_class(&self, separation: f64, mut visit: impl FnMut(Class)) {
         let Some(ellipticity) = self.model.ellipticity() else {
             visit(self.only_class());
@@ -248,13 +252,16 @@ impl Asperities {
         });
     }
 
-    /// Calls `visit` for nodes and weights of the mean curvature, on panels of smooth integrands.
+    /// Calls `visit` with the nodes and weights of a quadrature over the mean curvature.
+    ///
+    /// The range is divided into panels on which the integrand is smooth.
     fn for_each_curvature(&self, separation: f64, mut visit: impl FnMut(f64, f64)) {
         let spread = self.summits.curvature_variance_at_a_height().sqrt();
         let lowest = separation.max(0.0);
         let start = (lowest - REACH * spread).max(0.0);
         let end = lowest.hypot(REACH) + REACH * spread;
-        // The mean height of a class passes the plane here, abruptly if the deviation is small.
+        // At the mean curvature `passing`, the mean height of a class equals the separation. If the
+        // heights deviate little, the integrand changes abruptly there.
         let heights = self.summits.heights(1.0);
         let passing = separation / heights.mean;
         let transition = REACH * heights.deviation / heights.mean;
@@ -267,8 +274,8 @@ impl Asperities {
             }
         }
         if passed < end {
-            // The excess grows as powers 1/2 and 3/2 of the distance from `passing`. The
-            // integration variable is the square root of the distance, less its first value.
+            // The integrand contains the powers 1/2 and 3/2 of the distance from `passing`. The
+            // square root of the distance, minus its first value, is therefore the variable.
             let first = (passed - passing).sqrt();
             let length = (end - passed) / ((end - passing).sqrt() + first);
             for (step, width) in PANEL.over(0.0, length) {
@@ -278,7 +285,7 @@ impl Asperities {
         }
     }
 
-    /// Returns the class of summits whose mean curvature is in an interval of the given width.
+    /// Returns the class of summits in an interval of mean curvatures of the given width.
     fn class(&self, ellipticity: &EllipticityMeans, mean_curvature: f64, width: f64) -> Class {
         let x = 1.5 * mean_curvature * mean_curvature / self.summits.m4;
         let (area, load) = ellipticity.at(x);
@@ -293,7 +300,9 @@ impl Asperities {
         }
     }
 
-    /// Returns spheres of one radius, whose heights do not depend on the curvature (McCool 1986).
+    /// Returns the single class of the Greenwood-Williamson model (McCool 1986).
+    ///
+    /// All summits are spheres of one radius, and their heights do not depend on the curvature.
     fn only_class(&self) -> Class {
         /// Published value; [`Summits::height_variance`] has more digits.
         const VARIANCE: f64 = 0.8968;
@@ -310,11 +319,11 @@ impl Asperities {
     }
 }
 
-/// Class of summits of one mean curvature.
+/// Class of summits with the same mean curvature, at a plane of height s.
 struct Class {
-    /// Area fraction divided by the mean excess of the heights.
+    /// Area fraction divided by ⟨(z − s)₊⟩ of the heights z.
     area: f64,
-    /// Load divided by the mean of the excess of the heights to the power 3/2.
+    /// Load divided by ⟨(z − s)₊^(3/2)⟩ of the heights z.
     load: f64,
     heights: GaussianHeights,
 }

@@ -5,8 +5,7 @@
 //! with the load y = p₀/(E* h′), the rms slope h′ and the area fraction a. Loads and pressures are
 //! in units of E* h′. In these units, the variance of the pressure at full contact is 1/4.
 //!
-//! The module also has error functions that remain accurate in their tails: the scaled
-//! complementary error function, its logarithm, and inverses.
+//! The module also provides ln erfc and the inverses of erf and erfc, accurate in their tails.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -43,7 +42,7 @@ pub fn curvature(load: f64) -> f64 {
     -4.0 * load * slope(load)
 }
 
-/// Returns the third derivative d³a/dy³, the convexity of the slope.
+/// Returns the third derivative d³a/dy³; the slope is convex where it is positive.
 pub fn slope_curvature(load: f64) -> f64 {
     (16.0 * load * load - 4.0) * slope(load)
 }
@@ -55,7 +54,7 @@ pub fn load(area: f64) -> Option<f64> {
 
 /// Returns the load at which the non-contact fraction is `noncontact`, or `None` outside (0, 1].
 ///
-/// Near full contact it is more accurate than [`load`], which loses digits in 1 − a.
+/// Near full contact, this function is more accurate than [`load`], which loses digits in 1 − a.
 pub fn load_at_noncontact(noncontact: f64) -> Option<f64> {
     erfc_inverse(noncontact).map(|x| x / SQRT_2)
 }
@@ -68,7 +67,9 @@ pub fn approach_to_full_contact(load: f64, noncontact: f64) -> Option<f64> {
     (noncontact > 0.0 && load > 0.0).then(|| -noncontact.ln() - (load * (2.0 * PI).sqrt()).ln())
 }
 
-/// Returns F(y) = −ln[(1 − a) y √(2π)] of Persson's theory: 2y² + 1/(4y²) − … at heavy load.
+/// Returns F(y) = −ln[(1 − a) y √(2π)] of Persson's theory.
+///
+/// At heavy load, F = 2y² + 1/(4y²) − …
 pub fn approach(load: f64) -> f64 {
     let x = SQRT_2 * load;
     x * x - (x * PI.sqrt() * erfcx(x)).ln()
@@ -76,13 +77,14 @@ pub fn approach(load: f64) -> f64 {
 
 /// Returns the probability density of the contact pressure over the nominal area (Persson 2001).
 ///
-/// The density is that of positive pressures. Its integral is the area fraction, and its first
+/// The density covers positive pressures only. Its integral is the area fraction, and its first
 /// moment is the load.
 pub fn pressure_density(load: f64, pressure: f64) -> f64 {
     if pressure <= 0.0 {
         return 0.0;
     }
-    // The image source at −y is a factor of the source at +y, which avoids cancellation.
+    // The density is a Gaussian at +y minus its image at −y. Writing the image as a factor avoids
+    // cancellation.
     let image = -(-8.0 * pressure * load).exp_m1();
     (2.0 / PI).sqrt() * (-2.0 * (pressure - load).powi(2)).exp() * image
 }
@@ -105,13 +107,13 @@ pub fn fraction_between(load: f64, low: f64, high: f64) -> f64 {
     0.5 * (around(load) - around(-load))
 }
 
-/// Argument from which the continued fraction replaces exp(x²) erfc(x), which loses digits.
+/// Smallest x at which [`erfcx`] uses a continued fraction, because exp(x²) erfc(x) loses digits.
 const CONTINUED_FRACTION_FROM: f64 = 4.0;
 
-/// Number of terms for convergence to rounding at [`CONTINUED_FRACTION_FROM`].
+/// Number of terms with which the continued fraction converges at [`CONTINUED_FRACTION_FROM`].
 const CONTINUED_FRACTION_TERMS: u32 = 40;
 
-/// Largest number of Newton iterations; about ten are sufficient from the initial bounds.
+/// Maximum number of Newton iterations; about ten are needed.
 const NEWTON_ITERATIONS: usize = 20;
 
 /// Returns the scaled complementary error function exp(x²) erfc(x) for x ≥ 0.
@@ -124,7 +126,7 @@ pub(crate) fn erfcx(x: f64) -> f64 {
     1.0 / (fraction * PI.sqrt())
 }
 
-/// Returns ln erfc(x) for x ≥ 0, also if erfc(x) underflows.
+/// Returns ln erfc(x) for x ≥ 0, even where erfc(x) underflows.
 pub fn ln_erfc(x: f64) -> f64 {
     if x < 0.5 { (-libm::erf(x)).ln_1p() } else { erfcx(x).ln() - x * x }
 }
@@ -134,7 +136,7 @@ pub fn ln_erfc_slope(x: f64) -> f64 {
     -2.0 / (PI.sqrt() * erfcx(x))
 }
 
-/// Returns the x ≥ 0 with erf(x) = `value`, or `None` outside [0, 1).
+/// Returns the x ≥ 0 with erf(x) = `value`, or `None` if `value` is outside [0, 1).
 fn erf_inverse(value: f64) -> Option<f64> {
     if !(0.0..1.0).contains(&value) {
         return None;
@@ -154,7 +156,7 @@ fn erf_inverse(value: f64) -> Option<f64> {
     Some(x)
 }
 
-/// Returns the x ≥ 0 with erfc(x) = `value`, or `None` outside (0, 1].
+/// Returns the x ≥ 0 with erfc(x) = `value`, or `None` if `value` is outside (0, 1].
 pub fn erfc_inverse(value: f64) -> Option<f64> {
     if !(value > 0.0 && value <= 1.0) {
         return None;

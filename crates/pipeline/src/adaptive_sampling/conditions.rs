@@ -1,6 +1,7 @@
-//! Conditions on the number of surfaces: a mean is known to a limit, or claims are decided.
+//! Conditions on the number of surfaces: the standard error of a mean is small enough, or claims
+//! are decided.
 //!
-//! This crate knows no claims: the session passes in the rule that decides them.
+//! This crate contains no claims. The session passes in a [`ClaimRule`] that decides them.
 
 use std::num::NonZeroU32;
 
@@ -18,24 +19,24 @@ pub enum Condition {
     Open {
         /// All tasks that the condition depends on.
         tasks: Vec<usize>,
-        /// Tasks with damaged tables, and what is wrong with each table.
+        /// Tasks with damaged tables, and the error of reading each table.
         damaged: Vec<(usize, StoreError)>,
     },
     Holds(Finding),
     Fails(Finding),
 }
 
-/// Numbers that decided a condition.
+/// Result of evaluating a condition.
 #[derive(Debug)]
 pub enum Finding {
-    /// Largest ratio of the standard error of a mean to its limit.
+    /// Largest ratio of the standard error of a mean to the limit of this error.
     Error(f64),
-    /// Claims that are decided and claims that are not.
+    /// Decided and undecided claims.
     Claims(Decisions),
 }
 
 impl Condition {
-    /// Creates a condition whose state is unknown until these tasks have tables.
+    /// Creates a condition that can be evaluated when these tasks have tables.
     pub fn open(tasks: Vec<usize>) -> Condition {
         Condition::Open { tasks, damaged: Vec::new() }
     }
@@ -46,7 +47,7 @@ impl Condition {
     }
 }
 
-/// A condition could not be evaluated.
+/// Error of evaluating a condition on the number of surfaces.
 #[derive(Debug, thiserror::Error)]
 pub enum SamplingError {
     /// A table could not be read.
@@ -62,10 +63,10 @@ pub enum SamplingError {
 
 /// Rule that decides claims from the tables of a study.
 pub trait ClaimRule {
-    /// Decides the named claims, or all claims if `names` is empty, at one of `looks` interim
-    /// analyses.
+    /// Decides the claims with the given names, or all claims if `names` is empty. The probability
+    /// of error is that of one of `looks` interim analyses.
     ///
-    /// `tables` holds the table of each stage of the plan, or `None` where it is missing.
+    /// `tables` has the table of each stage of the plan, or `None` if the stage has no table.
     ///
     /// # Errors
     /// Returns an error if a table lacks a column that its kind of stage writes.
@@ -79,12 +80,12 @@ pub trait ClaimRule {
     ) -> Result<Decisions, TableError>;
 }
 
-/// Claims sorted by whether they are decided.
+/// Claims, divided into decided, undecided and not judged ones.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Decisions {
     pub decided: Vec<&'static str>,
     pub undecided: Vec<Undecided>,
-    /// Claims whose quantity the study lacks, each with what it needs.
+    /// Claims that need a quantity which the study lacks, each with a description of its needs.
     pub not_judged: Vec<(&'static str, String)>,
 }
 
@@ -92,14 +93,14 @@ pub struct Decisions {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Undecided {
     pub name: &'static str,
-    /// Numbers of surfaces of each spectrum: present, and needed to decide the claim at the present
-    /// spread. `None` if no number of surfaces would decide it.
+    /// Numbers of surfaces of each spectrum: the present number, and the number that would decide
+    /// the claim at the present scatter. `None` if no number of surfaces would decide the claim.
     pub surfaces: Option<[usize; 2]>,
 }
 
 impl Decisions {
-    /// Returns the number of surfaces that would decide all claims that can be decided, given that
-    /// there are `surfaces` now. Returns `None` if there are no such claims.
+    /// Returns the number of surfaces of a stage that would decide all decidable claims; `surfaces`
+    /// is the present number. Returns `None` if no undecided claim is decidable.
     pub fn surfaces_needed(&self, surfaces: u32) -> Option<u64> {
         let wanted = self.undecided.iter().filter_map(|claim| {
             let [now, needed] = claim.surfaces?;
@@ -113,7 +114,7 @@ impl Decisions {
 /// Reads the tables of tasks in order, or returns an open condition if some are missing or damaged.
 ///
 /// # Errors
-/// Returns an error if a table cannot be read for a reason that recomputing would not cure.
+/// Returns an error if a table cannot be read and recomputing it would not help.
 fn read(
     plan: &Plan,
     tasks: &[usize],
@@ -140,17 +141,18 @@ fn read(
     })
 }
 
-/// Returns a task and the chain of its first inputs, up to the surface and the spectrum of the
-/// surface.
+/// Returns a task, its first input, the first input of that, and so on. The last one draws the
+/// surface or reads its spectrum.
 fn input_chain(plan: &Plan, task: usize) -> Vec<usize> {
     let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
     std::iter::successors(Some(task), above).collect()
 }
 
-/// Evaluates the condition on a mean for the surfaces of one stage.
+/// Evaluates the condition on a mean for a stage that generates surfaces. `surfaces` is the index
+/// of this stage.
 ///
 /// # Errors
-/// Returns an error if a table cannot be read or lacks the column.
+/// Returns an error if a table cannot be read or lacks the column of the mean.
 pub fn evaluate_mean(
     plan: &Plan,
     surfaces: usize,
@@ -177,8 +179,8 @@ pub fn evaluate_mean(
     })
 }
 
-/// Returns the largest ratio of the standard error of a mean to its limit. The ratio is infinite
-/// where a mean is of a single surface. Means without scatter or without values are skipped.
+/// Returns the largest ratio of the standard error of a mean to the limit of this error. The ratio
+/// is infinite if there is only one surface. Means without scatter or without values are skipped.
 fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> {
     let groups = Groups {
         group_by: None,
@@ -201,23 +203,25 @@ fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> 
     Ok(over_limit.fold(0.0, f64::max))
 }
 
-/// Returns the number of surfaces that the largest ratio of error to limit requires, at most twice
-/// the present number: standard errors fall as the square root of the number of surfaces.
+/// Returns the next number of surfaces: `surfaces` × `error`², but more than `surfaces` and at most
+/// twice as many. `error` is the ratio of a standard error to its limit; it is inversely
+/// proportional to the square root of the number of surfaces.
 pub fn surfaces_for_mean(surfaces: u32, error: f64) -> u32 {
     let now = f64::from(surfaces);
     // Twice the maximum of a million fits into 32 bits.
     (now * error * error).ceil().clamp(now + 1.0, 2.0 * now) as u32
 }
 
-/// Evaluates the condition on claims: the named ones, or all if `names` is empty.
+/// Evaluates the condition that claims are decided: the claims with the given names, or all claims
+/// if `names` is empty.
 ///
-/// Claims compare spectra. Therefore the condition depends on every table of the study about single
-/// surfaces, and on no other table: fits and means at intermediate numbers of surfaces are never
-/// computed.
+/// Claims compare spectra. The condition therefore depends on all tables of single surfaces that
+/// claims use. It does not depend on fits and means, which are never computed for intermediate
+/// numbers of surfaces.
 ///
 /// Each step multiplies the number of surfaces by 1.5 to 2, which bounds the number of interim
-/// analyses. Each of them gets its share of the 5 % error probability ([`ClaimRule`]). At the
-/// maximum number of surfaces, claims are judged as `asperity claims` judges them.
+/// analyses. The interim analyses divide the 5 % probability of error among themselves
+/// ([`ClaimRule`]). At the maximum number of surfaces, claims are judged as by `asperity claims`.
 ///
 /// # Errors
 /// Returns an error if a table cannot be read or lacks a column.
@@ -245,7 +249,7 @@ pub fn claim_tasks(plan: &Plan) -> Vec<usize> {
     tasks.filter(|&task| is_used_by_claims(&plan.tasks[task].recipe)).collect()
 }
 
-/// Returns whether claims use the table of a recipe and the table is about one surface.
+/// Returns whether the table of a recipe is about a single surface and is used by claims.
 fn is_used_by_claims(recipe: &Recipe) -> bool {
     match recipe {
         Recipe::Generate(_) | Recipe::Correct(_) => true,
@@ -254,7 +258,7 @@ fn is_used_by_claims(recipe: &Recipe) -> bool {
             measure::Params::Contacts { .. }
                 | measure::Params::Distribution(Distribution::Pressures)
         ),
-        // Solved contacts enter claims through the `measure` stages that read them.
+        // Claims use solved contacts only through the `measure` stages that read them.
         Recipe::Solve(params) => {
             let solve::Params { asperities, .. } = params.as_ref();
             asperities.is_some()
@@ -263,7 +267,8 @@ fn is_used_by_claims(recipe: &Recipe) -> bool {
     }
 }
 
-/// Reads the tables that claims use, stacked by stage, or returns an open condition.
+/// Reads the tables that claims use and stacks those of each stage. Returns an open condition if
+/// some are missing or damaged.
 fn all_tables(
     plan: &Plan,
     task_tables: &impl TaskTables,
@@ -284,8 +289,8 @@ fn all_tables(
     Ok(Ok(stages.collect::<Result<_, _>>()?))
 }
 
-/// Returns the next number of surfaces: as many as the undecided claims need, between 1.5 and 2
-/// times the present number and at most `at_most`.
+/// Returns the next number of surfaces: the number that the undecided claims need, limited to 1.5
+/// to 2 times the present number and to `at_most`.
 pub fn surfaces_for_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -> u32 {
     let [least, most] = [least_step(surfaces), 2 * surfaces];
     let wanted = decisions.surfaces_needed(surfaces).unwrap_or(0);
@@ -293,7 +298,7 @@ pub fn surfaces_for_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -
     next.min(at_most)
 }
 
-/// Returns the smallest number of surfaces at the next interim analysis.
+/// Returns the smallest number of surfaces at the next interim analysis: 1.5 times the present one.
 pub fn least_step(surfaces: u32) -> u32 {
     surfaces + surfaces.div_ceil(2)
 }
@@ -317,7 +322,7 @@ mod tests {
         Growth { at_least, at_most, until: Until::Claims(Vec::new()) }
     }
 
-    /// Returns a claim that would be decided by `needed` surfaces in place of ten.
+    /// Returns a claim that has ten surfaces of each spectrum and would be decided by `needed`.
     fn needs(needed: Option<usize>) -> Undecided {
         Undecided { name: "area-above-persson", surfaces: needed.map(|needed| [10, needed]) }
     }

@@ -1,9 +1,8 @@
-//! Receipts, in which processes report on the shards that they compute.
+//! Receipts: files in which processes report their progress on a shard.
 //!
-//! Each process writes its own receipt, which no other process changes. The receipt exists from the
-//! start, is updated while tasks are computed, and finally says that the process has ended. A
-//! receipt without an end that has not been updated for a long time belongs to a process that was
-//! killed.
+//! Each process writes its own receipt, which no other process changes. It writes the receipt when
+//! it starts, updates it while it computes tasks, and adds the time of the end. If a receipt has no
+//! end and has not been updated for a long time, its process was killed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,11 +16,12 @@ use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, names, write_whole};
 use asperity_tables::store::users::Writer;
 
-/// Interval after which a receipt is updated, the first time and later.
+/// Time between the start of a process and the first update of its receipt, and between later
+/// updates.
 pub const UPDATE_INTERVALS: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
 
-/// Age after which a receipt that has not ended is considered abandoned. Only a process that the
-/// scheduler has suspended can be alive for so long without an update.
+/// Time without an update after which a process is considered dead. Only a process that the
+/// scheduler has suspended can live for so long without updating its receipt.
 const ABANDONED_AFTER: Duration = Duration::from_secs(86400);
 
 /// Report of one process on the shard that it computes.
@@ -29,7 +29,7 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(86400);
 pub struct Receipt {
     pub study: String,
     pub shard: Shard,
-    /// Job of the scheduler, if the command line names it.
+    /// Name of the scheduler's job, if it was given on the command line.
     pub job: Option<String>,
     pub machine: String,
     /// Process id on that machine.
@@ -51,7 +51,7 @@ pub struct Receipt {
     pub interrupted: bool,
     /// True if the process stopped because tables could not be stored.
     pub halted: bool,
-    /// Seconds of one core that the tasks have taken.
+    /// Core-seconds that the tasks have taken.
     pub seconds: f64,
     /// Measured speed of the computation, by mesh.
     pub pace: Vec<Pace>,
@@ -90,21 +90,21 @@ impl Receipt {
         }
     }
 
-    /// Returns the path of the receipt in a folder of receipts.
+    /// Returns the path of this receipt in the folder `folder`.
     pub fn path(&self, folder: &Path) -> PathBuf {
         let (number, count) = (self.shard.number(), self.shard.count());
         let Receipt { machine, process, begun, .. } = self;
         folder.join(format!("{number}-of-{count}-{machine}-{process}-{begun}.json"))
     }
 
-    /// Writes the receipt, replacing its previous version.
+    /// Writes the receipt with the present time, replacing its previous version.
     pub fn write(&mut self, folder: &Path) -> Result<(), StoreError> {
         self.touched = now();
         let bytes = serde_json::to_vec_pretty(self).expect("a receipt is plain data");
         write_whole(&self.path(folder), &bytes, Existing::Replace, folder)
     }
 
-    /// Records that the process is about to end.
+    /// Sets the time of the end to the present time.
     pub fn end(&mut self) {
         self.ended = Some(now());
     }
@@ -146,18 +146,18 @@ fn now() -> u64 {
     since.map_or(0, |since| since.as_secs())
 }
 
-/// Expected and actual work on one mesh.
+/// Expected and actual work of tasks on one mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
     /// Nodes along x and y.
     pub nodes: [usize; 2],
-    /// Expected number of pairs of transforms.
+    /// Expected number of pairs of Fourier transforms.
     pub pairs: f64,
-    /// Seconds of one core that the tasks took.
+    /// Core-seconds that the tasks took.
     pub seconds: f64,
 }
 
-/// Work of many tasks by mesh: sums of expected pairs and of seconds of one core.
+/// Sums of the work of many tasks, by mesh: expected pairs of transforms, and core-seconds.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Paces(BTreeMap<[usize; 2], (f64, f64)>);
 
@@ -171,13 +171,13 @@ impl Paces {
         }
     }
 
-    /// Returns the sums, by mesh.
+    /// Returns the sums, one entry for each mesh.
     pub fn all(&self) -> Vec<Pace> {
         let sums = self.0.iter();
         sums.map(|(&nodes, &(pairs, seconds))| Pace { nodes, pairs, seconds }).collect()
     }
 
-    /// Returns the seconds of one core per expected pair, by mesh.
+    /// Returns the core-seconds per expected pair of transforms, by mesh.
     pub fn seconds_per_pair(&self) -> BTreeMap<[usize; 2], f64> {
         let sums = self.0.iter();
         sums.map(|(&nodes, &(pairs, seconds))| (nodes, seconds / pairs)).collect()

@@ -22,14 +22,14 @@ use asperity_stages::surface_files::read_regular;
 /// Name of the settings file.
 pub const FILE: &str = "asperity.toml";
 
-/// Maximum size of the file in bytes, far above that of a real one.
+/// Maximum size in bytes of a settings file that is read.
 const MAX_BYTES: u64 = 1 << 20;
 /// Largest `time_limit` and `per_element` in hours: eleven years.
 const MAX_HOURS: f64 = 1e5;
 
-/// Declares each setting once, with documentation, type in the file, type of the value, check, and
-/// command-line argument. `ClusterTable` holds the keys as written. [`Settings`] holds the values
-/// from a file or from the command line.
+/// Declares the settings. A declaration has the documentation, the type in the file, the type of
+/// the value, the check and the command-line argument. The macro generates `ClusterTable` with the
+/// keys as written, and [`Settings`] with the values from a file or the command line.
 macro_rules! settings {
     ($($(#[$about:meta])* $name:ident: $written:ty => $value:ty, $check:expr, {$($argument:tt)*};)*) => {
         #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -46,7 +46,7 @@ macro_rules! settings {
         }
 
         impl Settings {
-            /// Returns these settings, completed by `others` where a setting is missing.
+            /// Returns these settings, with missing ones taken from `others`.
             pub fn or(self, others: Settings) -> Settings {
                 Settings { $($name: self.$name.or(others.$name),)* }
             }
@@ -128,7 +128,7 @@ impl Settings {
         Settings::parse(&text, &file).map(Some)
     }
 
-    /// Reads the settings from the text of a file. Messages call the file `file`.
+    /// Reads the settings from the text of a file. `file` is its name in error messages.
     pub fn parse(text: &str, file: &str) -> Result<Settings, ManifestErrors> {
         let mut problems = Problems::default();
         let settings = parse(text, &mut problems);
@@ -139,7 +139,7 @@ impl Settings {
     }
 }
 
-/// Checks that a word is a name for `sbatch`.
+/// Checks that a word can be passed to `sbatch` as a name.
 fn name(word: &str) -> Result<String, String> {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-.,:@/+".contains(letter);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -149,7 +149,7 @@ fn name(word: &str) -> Result<String, String> {
     }
 }
 
-/// Checks that a text is one line.
+/// Checks that a shell command is a single line.
 fn line(line: &str) -> Result<String, String> {
     if line.chars().any(char::is_control) {
         Err("must be one line; write several lines as a list".to_owned())
@@ -158,7 +158,7 @@ fn line(line: &str) -> Result<String, String> {
     }
 }
 
-/// Checks that a text is one option of `sbatch`, and none that asperity sets itself.
+/// Checks that a text is one option of `sbatch` that asperity does not set itself.
 fn directive(option: &str) -> Result<String, String> {
     const OWN: [&str; 6] = ["array", "dependency", "job-name", "output", "parsable", "signal"];
     let option = line(option)?;
@@ -213,7 +213,7 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
     Some(settings)
 }
 
-/// Check of one word, whose error says what the word must be.
+/// Function that checks a text and converts it. The error says what the text must be.
 type WordCheck<T> = fn(&str) -> Result<T, String>;
 
 fn hours(checks: &mut Checks, name: &str, written: &Written<f64>) -> Option<f64> {

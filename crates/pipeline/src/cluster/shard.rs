@@ -13,9 +13,9 @@ const MAX_COUNT: u32 = 1_000_000;
 
 /// The I-th of N parts of a study's surfaces, 1 ≤ I ≤ N.
 ///
-/// A surface is in part 1 + ⌊N x / 2⁶⁴⌋, where x is the number in the first eight bytes of its key,
-/// most significant byte first. Each key is in exactly one part, which depends only on the key and
-/// N. Parts 2I − 1 and 2I of 2N together are part I of N.
+/// A surface belongs to part I = 1 + ⌊N x / 2⁶⁴⌋, where x is the number in the first eight bytes of
+/// its key, most significant byte first. Each surface is in exactly one part, which depends only on
+/// the key and on N. Parts 2I − 1 and 2I of 2N together are part I of N.
 ///
 /// ```
 /// use asperity_pipeline::cluster::shard::Shard;
@@ -31,7 +31,7 @@ pub struct Shard {
     count: u32,
 }
 
-/// A text is not a valid shard.
+/// Error of parsing a text that is not a valid shard.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{word}` is not a shard: write `I/N`, such as `3/16`, with I from 1 to N and N at most \
@@ -52,7 +52,7 @@ impl Shard {
         is_one.then_some(Shard { number, count })
     }
 
-    /// Returns the part, of `count` parts, that contains a surface.
+    /// Returns the shard that contains a surface if there are `count` shards.
     pub fn containing(surface: TaskKey, count: u32) -> Shard {
         let index = (u128::from(surface.first_word()) * u128::from(count)) >> 64;
         Shard { number: 1 + index as u32, count }
@@ -66,7 +66,8 @@ impl Shard {
         self.count
     }
 
-    /// Returns the tasks in `among` that depend on a single surface of this part, in their order.
+    /// Returns the tasks of `among` that depend on a single surface, if it is in this shard. The
+    /// order is that of `among`.
     pub fn tasks(self, plan: &Plan, among: &[usize]) -> Vec<usize> {
         let surfaces = plan.surfaces();
         let is_in = |surface: TaskKey| Shard::containing(surface, self.count) == self;

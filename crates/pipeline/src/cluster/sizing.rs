@@ -1,4 +1,4 @@
-//! Number of array elements for a study, with their expected time and memory.
+//! Number of elements of a job array for a study, with their expected time and memory.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -14,14 +14,16 @@ use asperity_tables::store::key::TaskKey;
 /// Default target duration of an array element, in hours.
 pub const DEFAULT_HOURS: f64 = 1.0;
 
-/// Ratio of the time limit to the expected time of an array element. Forecasts are accurate to a
+/// Ratio of the time limit to the expected time of an array element. Forecasts can be wrong by a
 /// quarter, and shared nodes are slower.
 const TIME_MARGIN: f64 = 2.0;
 
-/// Shortest time limit in minutes, because programs start slowly on slow file systems.
+/// Lower bound of the time limit of an array element in minutes. Programs start slowly on slow file
+/// systems.
 const MIN_MINUTES: f64 = 10.0;
 
-/// Shortest time limit of the last job in minutes. It also computes small remainders.
+/// Lower bound of the time limit of the last job in minutes. This job also computes the missing
+/// tasks of the array if these are few.
 const MIN_FINISH_MINUTES: f64 = 60.0;
 
 /// Array elements of a submission, with their expected cost and resources.
@@ -29,12 +31,11 @@ const MIN_FINISH_MINUTES: f64 = 60.0;
 pub struct Sizing {
     /// Number of parts into which the study's surfaces are split.
     pub elements: u32,
-    /// Expected hours of each array element that has something to compute, by its number.
+    /// Expected hours of each array element that has missing tasks, by number of the element.
     pub hours: BTreeMap<u32, f64>,
-    /// Core-hours of all array elements.
+    /// Expected core-hours of all array elements.
     pub core_hours: f64,
-    /// Core-hours of the last job: fits, aggregates and all other tasks that read several
-    /// surfaces.
+    /// Expected core-hours of the last job, which computes the tasks that read several surfaces.
     pub core_hours_after: f64,
     pub cores: u32,
     pub memory: ByteSize,
@@ -90,15 +91,15 @@ impl Sizing {
         self.hours.values().copied().fold(0.0, f64::max)
     }
 
-    /// Returns the array elements that have something to compute, as `sbatch --array` takes them:
-    /// `1-4,7`.
+    /// Returns the numbers of the array elements that have missing tasks, in the format of
+    /// `sbatch --array`: `1-4,7`.
     pub fn array(&self) -> String {
         ranges(self.hours.keys().copied())
     }
 }
 
-/// Returns the shards, of `elements` shards, that contain the given tasks, and the expected seconds
-/// of one core of these tasks together.
+/// Returns the numbers of the shards that contain the given tasks if there are `elements` shards,
+/// and the expected core-seconds of these tasks in total.
 pub fn shards_of(plan: &Plan, tasks: &[usize], cost: &CostModel, elements: u32) -> (Vec<u32>, f64) {
     let (by_surface, _) = seconds_by_surface(plan, tasks, cost);
     let surfaces = by_surface.keys();
@@ -107,7 +108,7 @@ pub fn shards_of(plan: &Plan, tasks: &[usize], cost: &CostModel, elements: u32) 
     (shards.into_iter().collect(), by_surface.values().sum())
 }
 
-/// Writes whole numbers in ascending order as ranges: `1-4,7`.
+/// Formats whole numbers in ascending order as ranges: `1-4,7`.
 pub fn ranges(numbers: impl IntoIterator<Item = u32>) -> String {
     let mut ranges: Vec<(u32, u32)> = Vec::new();
     for number in numbers {
@@ -122,8 +123,8 @@ pub fn ranges(numbers: impl IntoIterator<Item = u32>) -> String {
     words.collect::<Vec<_>>().join(",")
 }
 
-/// Returns the expected seconds of one core of the missing tasks, by surface, and of the tasks that
-/// read several surfaces.
+/// Estimates the core-seconds of the missing tasks. Returns them per surface, and in total for the
+/// tasks that read several surfaces.
 fn seconds_by_surface(
     plan: &Plan,
     missing: &[usize],
@@ -163,11 +164,11 @@ fn hours_of_shards(
     loads.map(|(shard, load)| (shard, hours(load))).collect()
 }
 
-/// Returns the memory for the largest task on each core, in whole gibibytes.
+/// Returns the memory in whole GiB that suffices if every core computes the largest task.
 fn memory_for(plan: &Plan, missing: &[usize], cores: u32) -> ByteSize {
     let largest = memory::of_largest(plan, missing).0;
     let bytes = memory::PROGRAM.0 + largest.saturating_mul(u64::from(cores));
-    // An eighth is added for the reserves of the allocator.
+    // The allocator reserves up to an eighth more.
     ByteSize::gib((bytes / 8 * 9).div_ceil(1 << 30))
 }
 

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use asperity_manifest::diagnostics::listed;
 
-/// Maximum number of array elements if Slurm does not state its limit: its default limit minus one.
+/// Maximum number of array elements if `MaxArraySize` is unknown: its default value minus one.
 const DEFAULT_MAX_ARRAY: u32 = 1000;
 
-/// Job number that Slurm has assigned.
+/// Number that Slurm has assigned to a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Job(pub u64);
 
@@ -33,12 +33,12 @@ pub struct Queued {
     pub element: Option<u32>,
     /// State as Slurm names it: `PENDING`, `RUNNING` …
     pub state: String,
-    /// Reason for which the job waits, as Slurm names it.
+    /// Reason why the job waits, as Slurm names it.
     pub reason: String,
 }
 
 impl Queued {
-    /// Returns whether the job has started and not ended.
+    /// Returns whether the job has started and has not ended.
     pub fn is_running(&self) -> bool {
         matches!(self.state.as_str(), "RUNNING" | "COMPLETING" | "CONFIGURING" | "SUSPENDED")
     }
@@ -65,8 +65,8 @@ pub enum SlurmError {
     UnexpectedOutput { command: &'static str, output: String },
 }
 
-/// Submits a script, as an array if `array` lists array elements. The job waits until all of
-/// `after` has ended, successfully or not.
+/// Submits a script, as a job array if `array` lists array elements. The job starts after the job
+/// `after` has ended with all its array elements, successfully or not.
 pub fn submit(
     script: &Path,
     array: Option<&str>,
@@ -84,7 +84,7 @@ pub fn submit(
     number.map(Job).ok_or(SlurmError::UnexpectedOutput { command: "sbatch", output })
 }
 
-/// Returns the user's jobs in the queue that have one of these names.
+/// Returns the user's jobs in the queue whose name is in `names`.
 pub fn queue(names: &[&str]) -> Result<Vec<Queued>, SlurmError> {
     let names = format!("--name={}", names.join(","));
     let output =
@@ -106,7 +106,7 @@ fn queued(line: &str) -> Option<Queued> {
     })
 }
 
-/// Cancels jobs, whether they wait or run.
+/// Cancels waiting and running jobs.
 pub fn cancel(jobs: &[Job]) -> Result<(), SlurmError> {
     let jobs: Vec<String> = jobs.iter().map(Job::to_string).collect();
     run("scancel", &jobs).map(drop)
@@ -143,7 +143,7 @@ fn run(command: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, Slu
     Err(SlurmError::Failed { command, output, suggestion })
 }
 
-/// Returns a suggestion for an error message of Slurm.
+/// Returns what to do about an error message of Slurm, or an empty text if it is unknown.
 fn suggestion(output: &str) -> String {
     let says = |words: &str| output.to_lowercase().contains(words);
     let suggestion = if says("invalid partition") {
@@ -170,7 +170,7 @@ fn suggestion(output: &str) -> String {
     format!("\n{suggestion}")
 }
 
-/// Lists the partitions of the cluster, if Slurm names them.
+/// Lists the partitions of the cluster. Returns `None` if `sinfo` fails.
 fn partitions() -> Option<String> {
     let output = run_quietly("sinfo", &["--noheader", "--format=%R"])?;
     let names: Vec<String> = output.lines().map(|name| name.trim().to_owned()).collect();

@@ -1,8 +1,8 @@
-//! Memory that tasks take, and memory that a run may use.
+//! Forecast of the memory that tasks take, and the memory limit of a run.
 //!
-//! The memory of a task is known before it starts: a number of bytes per node of its mesh. A task
-//! that does not fit is refused before anything starts. The other tasks start as memory becomes
-//! free ([`crate::runner`]).
+//! The memory of a task is a known number of bytes per node of its mesh. If a task does not fit
+//! into the limit, the run ends with an error before any task starts. Otherwise each task starts
+//! when enough memory is free ([`crate::runner`]).
 
 use std::hint::black_box;
 use std::num::NonZeroUsize;
@@ -15,16 +15,16 @@ use crate::plan::Plan;
 use asperity_stages::Footprint;
 use asperity_tables::parquet::Columns;
 
-/// Memory of the program without any surface.
+/// Memory that the program takes apart from tasks.
 pub const PROGRAM: ByteSize = ByteSize::mib(64);
 
-/// Copies of a table in memory while it is written: values, columns, pages and the file.
+/// Number of copies of a table in memory while it is written: values, columns, pages and the file.
 const COPIES: f64 = 4.0;
 
-/// Copies of input tables in memory: as read, stacked, and as columns to be reduced.
+/// Number of copies of input tables in memory: as read, stacked, and as columns to be reduced.
 pub const COPIES_OF_INPUTS: f64 = 3.0;
 
-/// Returns whether the system grants this much memory to the process now.
+/// Returns whether the process can allocate this much memory now.
 pub fn is_available(size: ByteSize) -> bool {
     let mut memory = Vec::<u8>::new();
     let size = usize::try_from(size.0).unwrap_or(usize::MAX);
@@ -34,14 +34,14 @@ pub fn is_available(size: ByteSize) -> bool {
     is_given
 }
 
-/// Returns the memory of the largest of these tasks.
+/// Returns the largest memory that one of these tasks takes.
 pub fn of_largest(plan: &Plan, tasks: &[usize]) -> ByteSize {
     let each = tasks.iter().map(|&task| of_task(plan, task, 1));
     each.max().unwrap_or(ByteSize(0))
 }
 
-/// Returns the number of threads that may work on tasks, at most `most`. It is smaller if a task
-/// draws a surface on each thread and they do not all fit into memory.
+/// Returns the number of threads for a run, at most `most`. It is smaller if a task draws a surface
+/// on each thread and so many surfaces do not fit into memory.
 pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize) -> NonZeroUsize {
     let pooling = tasks.iter().filter(|&&task| plan.tasks[task].recipe.pools_surfaces());
     let fit = pooling.map(|&task| room.0 / of_task(plan, task, 1).0.max(1));
@@ -49,8 +49,8 @@ pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize)
     NonZeroUsize::new(fewest).map_or(NonZeroUsize::MIN, |fewest| fewest.min(most))
 }
 
-/// Returns the peak memory of a task. `threads` is the number of threads that draw the surfaces of
-/// a task that pools them.
+/// Returns the peak memory of a task. If the task pools surfaces, `threads` threads draw them at
+/// the same time.
 pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     let task = &plan.tasks[task];
     let reads_maps = task.recipe.columns_read() == Columns::All;
@@ -63,11 +63,12 @@ pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     ByteSize((nodes * (work * at_once as f64 + COPIES * table + read)) as u64)
 }
 
-/// Address space of a thread, most of it unused: its stack, and the 64 MiB that the allocator of
-/// glibc reserves for it.
+/// Address space that a thread reserves: its stack, and 64 MiB for the allocator of glibc. Most of
+/// it is never used.
 const OF_A_THREAD: ByteSize = ByteSize::mib(66);
 
-/// Threads that compute no task: the main thread, and those that show progress or wait for signals.
+/// Number of threads that compute no task: the main thread, and threads that show progress or wait
+/// for signals.
 const OTHER_THREADS: u64 = 4;
 
 /// Limit on the memory of a run.
@@ -87,8 +88,8 @@ enum LimitedBy {
 impl MemoryLimit {
     /// Creates the limit for a run on `threads` threads.
     ///
-    /// The limit is the size that the user allows, by default seven eighths of the memory of the
-    /// machine. It is lower if the process has less address space left.
+    /// The limit is the size `asked` that the user allows, by default seven eighths of the memory of
+    /// the machine. It is lower if the process has less address space left.
     pub fn new(asked: Option<ByteSize>, threads: usize) -> MemoryLimit {
         let allowance = match asked {
             Some(size) => MemoryLimit { size, limit: LimitedBy::Asked },
@@ -159,7 +160,7 @@ impl fmt::Display for MemoryLimit {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct TooLarge {
     stage: String,
-    /// Nodes along x and y of the task's mesh, and of the largest mesh that would fit.
+    /// Nodes along x and y of the task's mesh, then of the largest mesh that would fit.
     mesh: Option<[[usize; 2]; 2]>,
     takes: ByteSize,
     allowance: MemoryLimit,
@@ -197,9 +198,8 @@ fn rounded_up(size: ByteSize) -> String {
     format!("{:.1}{name}", (10.0 * size.0 as f64 / unit).ceil() / 10.0)
 }
 
-/// Returns the memory of the machine, or the part of it that this process may use.
-///
-/// Limits that cannot be determined are ignored.
+/// Returns the memory of the machine, or the limit for this process if that is lower. Limits that
+/// cannot be determined are ignored.
 pub fn of_machine() -> ByteSize {
     let mut system = System::new();
     system.refresh_memory();
@@ -214,23 +214,22 @@ pub fn of_machine() -> ByteSize {
     ByteSize(known.min().unwrap_or(u64::MAX))
 }
 
-/// Returns the address space left for a run on `threads` threads, if the process has a limit.
-///
-/// Linux counts reserved addresses even if no memory is behind them.
+/// Returns the address space left for a run on `threads` threads, or `None` without a limit. Linux
+/// counts reserved addresses even if they are not backed by memory.
 fn addresses_left(threads: usize) -> Option<ByteSize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = address_limit(&limits)?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let taken = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?;
     let taken: ByteSize = taken.trim().parse().ok()?;
-    // polars has a thread for each core, and each of ours may have one to help it.
+    // polars starts a thread for each core, and each of our threads may have a helper.
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = (2 * threads + cores) as u64 + OTHER_THREADS;
     let taken = taken.0 + threads * OF_A_THREAD.0;
     Some(ByteSize(limit.saturating_sub(taken)))
 }
 
-/// Returns the limit of the address space from the kernel's table of limits.
+/// Parses the limit of the address space in bytes from `/proc/self/limits`.
 fn address_limit(limits: &str) -> Option<u64> {
     let mut lines = limits.lines();
     let limit = lines.find_map(|line| line.strip_prefix("Max address space"))?;
@@ -272,7 +271,7 @@ pub mod tests {
         (0..plan.tasks.len()).collect()
     }
 
-    /// Returns the bytes of the largest task per node of the mesh.
+    /// Returns the memory of the largest task in bytes per node of the mesh.
     fn bytes_per_node(nodes: usize, more: &str) -> f64 {
         let plan = plan(nodes, more);
         of_largest(&plan, &all(&plan)).0 as f64 / (nodes * nodes) as f64

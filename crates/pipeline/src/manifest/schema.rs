@@ -30,7 +30,7 @@ pub fn schema() -> Value {
     })
 }
 
-/// Returns the schema of a stage's table for one form of stage.
+/// Returns the schema of the table of one form of stage: a kind with its method or law.
 fn stage(form: Form) -> Value {
     let layout = form.layout();
     let (swept, lists, mut schema) = (layout.swept, layout.lists, layout.schema.clone());
@@ -72,7 +72,7 @@ fn stage(form: Form) -> Value {
     let (must_or_cases, must): (Vec<_>, Vec<_>) = must.into_iter().partition(is_swept);
     required.extend(must);
     if !must_or_cases.is_empty() {
-        // A case may set keys that the stage omits.
+        // Required keys may be set in the cases instead of the table.
         let either = json!([{ "required": must_or_cases }, { "required": ["cases"] }]);
         schema.insert("anyOf".to_owned(), either);
     }
@@ -107,21 +107,21 @@ fn cases(swept: &[&str], own: &Map<String, Value>) -> Value {
     })
 }
 
-/// Returns a schema that accepts a value or a list of such values.
+/// Returns a schema that accepts what `value` accepts, or a list of such values.
 fn one_or_many(value: Value, why: &str) -> Value {
     let (about, bare) = split(value);
     let list = json!({ "description": why, "type": "array", "items": bare.clone(), "minItems": 1 });
     with(about, json!([bare, list]))
 }
 
-/// Returns a schema that accepts a list or a single item of it.
+/// Returns a schema that accepts what `value`, the schema of a list, accepts, or a single item.
 fn item_or_list(value: Value) -> Value {
     let (about, bare) = split(value);
     let item = bare.get("items").cloned().unwrap_or(json!({}));
     with(about, json!([item, bare]))
 }
 
-/// Splits a schema into the description of the key and the rules for its value.
+/// Splits a schema into the annotations (description, default) and the rules for the value.
 fn split(value: Value) -> (Map<String, Value>, Value) {
     let Value::Object(object) = value else {
         return (Map::new(), value);

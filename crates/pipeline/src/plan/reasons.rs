@@ -1,8 +1,9 @@
 //! Reasons why tasks of a study would run.
 //!
-//! A key shows that a task differs from before, but not why. The [`Record`] keeps the study as it
-//! last ran. Comparing both studies, stage by stage and point by point, shows what was edited.
-//! Following the plan then shows which tasks the edit affects.
+//! A new key shows that a task has changed, but not why. The [`Record`] describes the study at its
+//! last run. Comparing it with the present study, stage by stage and point by point, shows which
+//! parameters were edited. Following the inputs of the tasks then shows which tasks each edit
+//! affects.
 
 pub mod changes;
 pub mod record;
@@ -25,7 +26,7 @@ pub struct Reasons {
 /// Missing tasks of one stage that would run for the same causes.
 #[derive(Debug)]
 pub struct Group {
-    /// Changes in this stage and in the stages that it depends on.
+    /// Changes in this stage and in the stages that it depends on, which make the tasks run.
     pub causes: Vec<Cause>,
     pub tasks: Vec<usize>,
 }
@@ -68,7 +69,7 @@ impl Reasons {
     }
 }
 
-/// Groups in the order of their first tasks, looked up by their causes.
+/// Groups of tasks, in the order of their first tasks, with a look-up by causes.
 #[derive(Default)]
 struct Groups {
     all: Vec<Group>,
@@ -91,7 +92,7 @@ impl Groups {
     }
 }
 
-/// Returns why a task is missing although nothing has changed.
+/// Returns the reason why a task is missing although nothing has changed.
 fn cause_of_missing(counterpart: Option<&StageRecord>, is_damaged: bool) -> Why {
     match counterpart {
         _ if is_damaged => Why::Damaged,
@@ -100,8 +101,8 @@ fn cause_of_missing(counterpart: Option<&StageRecord>, is_damaged: bool) -> Why 
     }
 }
 
-/// Finds the record of each stage: the stage of the same name, or else the only other stage of its
-/// kind.
+/// Returns, for each stage of `now`, its earlier version in `before`: the stage of the same name.
+/// If there is none, it is the only stage of the same kind whose name no longer exists.
 fn counterparts<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a StageRecord>> {
     let Some(before) = before else {
         return vec![None; now.stages.len()];
@@ -122,31 +123,33 @@ fn counterparts<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a 
     now.stages.iter().map(counterpart).collect()
 }
 
-/// Walk through the plan, inputs first, that passes changes on from task to task.
+/// Walk through the stages of the plan in order, which determines the causes of each task from its
+/// own changes and from its inputs.
 ///
-/// Sets of causes are numbers of [`CauseSets`].
+/// A `usize` that stands for a set of causes is an index into [`CauseSets`].
 struct Walk<'a> {
     plan: &'a Plan,
     now: &'a Record,
     sets: CauseSets,
-    /// Causes of each task, by stage and index within the stage.
+    /// Sets of causes of the tasks, by stage and by index within the stage.
     own: Vec<Vec<usize>>,
-    /// First stage that contains each task.
+    /// Last visited stage that contains each task, or `None` if no such stage was visited.
     stage_of: Vec<Option<usize>>,
-    /// Causes that each task passes on to later stages.
+    /// Set of causes that each task passes on to the tasks that read it.
     passed_on: Vec<usize>,
-    /// Causes from surfaces of the same point that no longer exist, by task.
+    /// Set of causes for each task due to removed realizations at the same parameter point.
     fewer: Vec<usize>,
-    /// Removals in each stage and all stages before it.
+    /// Causes due to removed or reordered items, for each stage and the stages that it reads.
     removals: Vec<Removals>,
 }
 
-/// Sets of causes from things that were removed or reordered, in a stage and the stages before it.
+/// Sets of causes due to removed or reordered items in a stage and in all stages that it reads,
+/// directly or indirectly.
 #[derive(Clone, Copy, Default)]
 struct Removals {
-    /// Removed parameter points of surfaces.
+    /// Causes due to removed parameter points of stages that generate surfaces.
     surfaces: usize,
-    /// Everything else that was removed.
+    /// Causes due to all other removed points and inputs.
     others: usize,
     order: usize,
 }
@@ -155,23 +158,23 @@ struct Removals {
 struct StageCauses {
     to_all: usize,
     points: Vec<PointCauses>,
-    /// Causes by the index of a stage that was not read before.
+    /// Set of causes for each stage that was not read before, by the index of that stage.
     reads_more: HashMap<usize, usize>,
     removals: Removals,
 }
 
 /// Sets of causes that arise at one parameter point.
 struct PointCauses {
+    /// Causes of tasks whose realization is on record.
     before: usize,
     realizations_before: u32,
-    /// Causes for realizations beyond those on record.
+    /// Causes of tasks whose realization is new.
     beyond: usize,
     keeps_identity: bool,
     fewer: usize,
 }
 
 impl<'a> Walk<'a> {
-    /// Creates a walk before the first stage.
     fn new(plan: &'a Plan, now: &'a Record) -> Walk<'a> {
         Walk {
             plan,
@@ -185,7 +188,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Adds the next stage of a study that has no record.
+    /// Visits the next stage of a study that has no record.
     fn first_run(&mut self) {
         let stage = self.own.len();
         let why = Why::FirstRun;
@@ -193,7 +196,7 @@ impl<'a> Walk<'a> {
         self.own.push(vec![set; self.plan.stages[stage].tasks.len()]);
     }
 
-    /// Compares the next stage with its record.
+    /// Visits the next stage and compares it with its earlier version on record.
     fn compare(&mut self, counterpart: Option<&StageRecord>) {
         let stage = self.own.len();
         let record = &self.now.stages[stage];
@@ -206,7 +209,7 @@ impl<'a> Walk<'a> {
         self.removals.push(stage_causes.removals);
     }
 
-    /// Returns the causes that make a task differ from before.
+    /// Returns the causes that make a task differ from the last run.
     fn task(
         &mut self,
         stage: usize,
@@ -224,7 +227,7 @@ impl<'a> Walk<'a> {
         let own = self.sets.union(at_point, inputs);
         let passed_on =
             if point.keeps_identity { self.sets.union(stage_causes.to_all, inputs) } else { own };
-        // A task of several stages existed before if it existed for one of them.
+        // A task of several stages existed before if it existed for any of them.
         let is_known = self.stage_of[task].replace(stage).is_some();
         if !is_known || passed_on == EMPTY {
             self.passed_on[task] = passed_on;
@@ -312,7 +315,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns the causes from removals, from the surfaces down to this stage.
+    /// Returns the causes due to removed or reordered items in this stage and in all stages that it
+    /// reads, directly or indirectly.
     fn removals(&mut self, stage: usize, record: &StageRecord, changes: &StageChanges) -> Removals {
         let cause = |why: Why| Cause { stage, why };
         let removals = self.sets.all(changes.removed.iter().cloned().map(cause));
@@ -340,15 +344,15 @@ fn realizations(from: u32, to: u32) -> Vec<Field> {
     vec![Field { field: "realization".to_owned(), value: Shown(value) }]
 }
 
-/// Number of the empty set of causes.
+/// Index of the empty set of causes.
 const EMPTY: usize = 0;
 
-/// Sets of causes, each stored once and named by a number. A hundred thousand tasks share a handful
-/// of sets.
+/// Sets of causes, each stored once and referred to by its index. A hundred thousand tasks share a
+/// handful of sets.
 #[derive(Debug)]
 struct CauseSets {
     causes: Vec<Cause>,
-    /// Indices of causes, in ascending order.
+    /// Sets of causes, each as indices into `causes` in ascending order.
     sets: Vec<Vec<usize>>,
     known_causes: HashMap<Cause, usize>,
     known: HashMap<Vec<usize>, usize>,
@@ -368,7 +372,7 @@ impl Default for CauseSets {
 }
 
 impl CauseSets {
-    /// Returns the set of one cause.
+    /// Returns the index of the set that contains only `cause`.
     fn one(&mut self, cause: Cause) -> usize {
         let next = self.causes.len();
         let position = *self.known_causes.entry(cause.clone()).or_insert(next);
@@ -378,7 +382,7 @@ impl CauseSets {
         self.number(vec![position])
     }
 
-    /// Returns the set of several causes.
+    /// Returns the index of the set of the given causes.
     fn all(&mut self, causes: impl IntoIterator<Item = Cause>) -> usize {
         causes.into_iter().fold(EMPTY, |set, cause| {
             let one = self.one(cause);
@@ -386,7 +390,7 @@ impl CauseSets {
         })
     }
 
-    /// Returns the union of two sets.
+    /// Returns the index of the union of two sets.
     fn union(&mut self, one: usize, other: usize) -> usize {
         match (one.min(other), one.max(other)) {
             (EMPTY, set) => set,

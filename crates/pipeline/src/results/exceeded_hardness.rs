@@ -1,8 +1,8 @@
-//! Warnings of pressures above the hardness of the bodies, in stages that do not limit the
-//! pressure.
+//! Warnings about elastic results with pressures above the hardness of the bodies.
 //!
-//! The bodies of a manifest may state a hardness that does not affect the results. The warning says
-//! which elastic results a material of this hardness would not show.
+//! A manifest can give the hardness of a body to a stage that does not limit the pressure. The
+//! hardness then has no effect on the results, but the warning lists the loads under which the
+//! material would yield.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -14,11 +14,11 @@ use asperity_stages::Recipe;
 use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE};
 use asperity_tables::table::{Table, TableError};
 
-/// Relative tolerance for rounding when a computed peak is compared with a given hardness.
+/// Relative rounding error that is tolerated when a peak pressure is compared with a hardness.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns warnings about the tables of a study. `read` reads the table of a stage by its index; it
-/// returns `None` for a stage without a table.
+/// Returns the warnings for a study. `read` returns the table of the stage with the given index, or
+/// `None` if there is none.
 ///
 /// # Errors
 /// Returns an error if a table cannot be read or is not a table of solved loads.
@@ -42,8 +42,8 @@ pub fn warnings<E: From<TableError>>(
     Ok(warnings)
 }
 
-/// Returns the smallest hardness of the bodies of each task, by task key, for tasks whose bodies
-/// have one.
+/// Returns, by task key, the smallest hardness among the bodies of each task. Tasks without a
+/// hardness are omitted.
 ///
 /// The hardness comes from the study and not from the plan, because stages with different bodies
 /// may share a task.
@@ -66,7 +66,7 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
 /// Loads whose peak pressure exceeds a hardness.
 struct Passed {
     loads: usize,
-    /// The lightest of these loads, reduced and as a mean pressure.
+    /// Smallest of these loads: reduced load and mean pressure.
     from: (f64, f64),
     peak: f64,
 }
@@ -85,7 +85,7 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
         if peak <= hardness * (1.0 + ROUNDING) {
             continue;
         }
-        // The bits of positive numbers are ordered like the numbers.
+        // Positive numbers are ordered like their bits, which serve as keys.
         let passed =
             passed.entry(hardness.to_bits()).or_insert(Passed { loads: 0, from: load, peak });
         passed.loads += 1;

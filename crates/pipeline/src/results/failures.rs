@@ -1,7 +1,7 @@
 //! Table of the tasks that failed or could not start, and of the loads that did not converge.
 //!
-//! Tasks that do not depend on a failed task run all the same. The table exists as long as it has
-//! rows.
+//! Tasks that do not depend on a failed task run as usual. The file of the table exists only while
+//! the table has rows.
 
 use std::fs;
 use std::io;
@@ -26,7 +26,7 @@ use asperity_tables::table::{Table, TableError};
 
 /// Value of `outcome` for a task whose computation failed.
 pub const FAILED: &str = "failed";
-/// Value of `outcome` for a task one of whose inputs failed.
+/// Value of `outcome` for a task that was not started because one of its inputs failed.
 pub const NOT_STARTED: &str = "not-started";
 /// Value of `outcome` for a load that did not converge. Its row in the stage's table exists.
 pub const NOT_CONVERGED: &str = "not-converged";
@@ -40,7 +40,7 @@ pub const OUTCOME: Column = Column::result(
     "outcome",
     Text,
     "",
-    "what happened to the task",
+    "outcome of the task",
 )
 .with_codes(&[
     Code { word: FAILED, meaning: "the task could not be computed" },
@@ -51,10 +51,10 @@ pub const OUTCOME: Column = Column::result(
     },
 ]);
 /// Column with the reason of the failure.
-pub const REASON: Column = Column::result("reason", Text, "", "what went wrong");
+pub const REASON: Column = Column::result("reason", Text, "", "reason of the failure");
 /// Column with the command that recomputes the task.
 pub const COMMAND: Column =
-    Column::result("command", Text, "", "what computes the task again, alone");
+    Column::result("command", Text, "", "command that recomputes only this task");
 
 /// Columns that every row has, before its coordinates.
 const OWN: [Column; 5] = [STAGE, TASK, OUTCOME, REASON, COMMAND];
@@ -70,7 +70,8 @@ impl Failures<'_> {
     /// Lists the tasks that a run could not compute, one per row.
     ///
     /// # Errors
-    /// Returns an error if coordinates of one name differ in type, which is a bug of a stage.
+    /// Returns an error if two coordinates of the same name differ in type, which is a bug of a
+    /// stage.
     pub fn of_run(&self, outcome: &RunOutcome) -> Result<Table, TableError> {
         let rows = outcome.failed.iter().map(|(task, error)| {
             let kind = match error {
@@ -143,10 +144,11 @@ impl Failures<'_> {
         Ok(own.beside(&self.plan.coordinates(task)?))
     }
 
-    /// Returns the rows of earlier runs that still apply after this run.
+    /// Returns the rows of the table `before` that still apply after a run.
     ///
-    /// These are tasks that this run did not try and that still have no table. Their cause must
-    /// remain: the task itself, or an input, failed then or (a row of `now`) again.
+    /// Such a row is about a task that the run did not try (`tried`) and that still has no table.
+    /// In addition, `before` or `now`, the table of this run, must say that the task or one of its
+    /// inputs failed.
     ///
     /// # Errors
     /// Returns an error if one of the tables is not a table of failures.
@@ -166,7 +168,6 @@ impl Failures<'_> {
         for (_, task, outcome) in left.iter().chain(&now) {
             waits[*task] |= *outcome == FAILED;
         }
-        // Inputs come before the tasks that read them.
         for (task, reads) in self.plan.tasks.iter().enumerate() {
             waits[task] |= reads.inputs.iter().any(|&input| waits[input]);
         }
@@ -175,8 +176,8 @@ impl Failures<'_> {
         Ok(before.pick(&rows))
     }
 
-    /// Returns row, task and outcome of the rows about tasks of this plan that failed or did not
-    /// start.
+    /// Returns (row, task, outcome) of each row about a task of this plan that failed or was not
+    /// started.
     fn ends<'t>(&self, failures: &'t Table) -> Result<Vec<(usize, usize, &'t str)>, TableError> {
         let (keys, outcomes) = (failures.texts(TASK.name)?, failures.texts(OUTCOME.name)?);
         let ends = (0..failures.rows()).filter_map(|row| {
@@ -188,7 +189,7 @@ impl Failures<'_> {
     }
 }
 
-/// Reads the table of failures of a study. It has no rows if the file does not exist.
+/// Reads the table of failures of a study. If the file does not exist, the table has no rows.
 pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
     match read_whole(&path(folder, study, FAILURES), Columns::All) {
         Ok((table, _)) => Ok(table),
@@ -199,7 +200,8 @@ pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
     }
 }
 
-/// Replaces the table of failures, or deletes it if it has no rows. Returns its path if it exists.
+/// Writes the table of failures and returns its path. If the table has no rows, deletes the file
+/// and returns `None`.
 pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf>, StoreError> {
     let path = path(folder, study, FAILURES);
     if table.rows() == 0 {

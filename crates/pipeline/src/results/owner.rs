@@ -1,8 +1,8 @@
-//! Owner of a folder of results: the manifest for which it was last written.
+//! Owner of a results folder: the manifest whose study was last written to it.
 //!
-//! Two manifests may give their studies the same name. Therefore the folder of results records its
-//! manifest and the study that this manifest described. The same manifest may then change the
-//! study. Another manifest may only add to it.
+//! Two manifests may give their studies the same name and thus share a results folder. Therefore
+//! the folder has a record of its manifest and study. The same manifest may change the study in any
+//! way, but another manifest may only add results.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,10 +22,10 @@ use asperity_tables::store::key::TaskKey;
 
 /// Name of the file that records the owner, beside the tables.
 pub const FILE: &str = "owner.json";
-/// Maximum size of the file to read, enough for tens of thousands of points.
+/// Maximum size in bytes of an owner file that is read, enough for tens of thousands of points.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// A manifest and the study that it describes.
+/// A manifest with the record of its study.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Owner {
     /// Path of the manifest relative to the folder of the tables, so that both can be moved
@@ -34,7 +34,7 @@ pub struct Owner {
     study: Record,
 }
 
-/// The folder holds results of another manifest that would be lost.
+/// Error of writing to a folder in which results of another manifest would be lost.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "`{}` holds results of {} that this manifest would overwrite: {}; rename the study, or use \
@@ -54,34 +54,34 @@ fn named(owner: Option<&Path>) -> String {
     manifest.unwrap_or_else(|| "an unknown manifest".to_owned())
 }
 
-/// Returns the path of a manifest relative to a folder, as text.
+/// Returns the path of a manifest relative to a folder, as a text.
 fn relative_path(manifest: &Path, folder: &Path) -> String {
     from_folder(manifest, folder).to_string_lossy().into_owned()
 }
 
 impl Owner {
-    /// Creates the owner record of the tables in a folder.
+    /// Creates the owner of the results folder `folder`.
     pub fn new(manifest: &Path, study: &Study, plan: &Plan, folder: &Path) -> Owner {
         Owner::at(relative_path(manifest, folder), study, plan)
     }
 
-    /// Creates the owner record for a manifest with this path relative to the folder of the tables.
+    /// Creates the owner from the path of the manifest relative to the results folder.
     pub fn at(relative_path: String, study: &Study, plan: &Plan) -> Owner {
         Owner { manifest: relative_path, study: Record::new(study, plan, &[]) }
     }
 
-    /// Returns the content of the file.
+    /// Returns the owner as the bytes of its file.
     pub fn bytes(&self) -> Vec<u8> {
         serde_json::to_vec(self).expect("an owner is plain data")
     }
 
-    /// Reads the owner of the tables in a folder, if it is known.
+    /// Reads the owner of a results folder. Returns `None` if there is no valid owner file.
     fn read(folder: &Path) -> Option<Owner> {
         let bytes = read_regular(&folder.join(FILE), MAX_BYTES).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 
-    /// Writes the file, unless it exists with the same content.
+    /// Writes the owner file, unless it already has the same content.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let path = folder.join(FILE);
         let bytes = self.bytes();
@@ -92,7 +92,10 @@ impl Owner {
     }
 }
 
-/// Refuses a study whose tables would overwrite those of another manifest in the same folder.
+/// Checks that a study can be written to its results folder.
+///
+/// # Errors
+/// Returns an error if results of another manifest would be lost.
 pub fn check(
     manifest: &Path,
     study: &Study,
@@ -131,7 +134,7 @@ pub fn check(
 }
 
 impl Record {
-    /// Names the results of this study that another study lacks.
+    /// Lists the results of this study that `other` would not have.
     fn lost_by(&self, other: &Record) -> Vec<String> {
         let lost = self.stages.iter().filter_map(|stage| {
             let name = &stage.name;
@@ -147,7 +150,7 @@ impl Record {
 }
 
 impl StageRecord {
-    /// Returns whether another stage computes everything that this stage does.
+    /// Returns whether `other` computes everything that this stage computes.
     fn is_covered_by(&self, other: &StageRecord) -> bool {
         let reads = self.reads.iter().all(|name| other.reads.contains(name));
         let is_there = |point: &PointRecord| other.points.iter().any(|by| point.is_covered_by(by));
@@ -156,8 +159,8 @@ impl StageRecord {
 }
 
 impl PointRecord {
-    /// Returns whether another point computes everything that this point does: it has the same
-    /// parameters, and each of its lists has at least the same elements.
+    /// Returns whether `other` computes everything that this point computes: its parameters are the
+    /// same, except that its lists may have additional elements.
     fn is_covered_by(&self, other: &PointRecord) -> bool {
         let is_equal = self.identity == other.identity;
         let mut fields = self.fields.iter();
@@ -169,10 +172,11 @@ impl PointRecord {
     }
 }
 
-/// Key of a list that splits rows when it gets longer, and does not add any.
+/// Name of the parameter whose list divides rows into groups. A longer list splits existing rows
+/// instead of adding rows.
 const SPLITS: &str = "group_by";
 
-/// Returns whether both values are lists and the second has all elements of the first.
+/// Returns whether both values are lists and `of` has all elements of `value`.
 fn is_part(value: &str, of: &str) -> bool {
     let list = |text: &str| serde_json::from_str::<Vec<Value>>(text).ok();
     match (list(value), list(of)) {

@@ -33,7 +33,8 @@ pub struct PublishedTable {
     pub stage: String,
     pub path: PathBuf,
     pub finished: usize,
-    /// Path to which a file was moved that was in the table's place and was not written by a run.
+    /// New path of a file that had the name of the table but was not written by a run, and was
+    /// therefore moved.
     pub quarantined: Option<PathBuf>,
 }
 
@@ -48,10 +49,10 @@ impl PublishedTable {
     }
 }
 
-/// Writes the table of every stage that has a finished task, unless the same table exists.
+/// Writes the table of each stage that has finished tasks, unless the same table exists.
 ///
-/// The folder then belongs to the given manifest. Rows of tasks that the store has lost are kept.
-/// Of large tables, at most half of `room` is held in memory at a time.
+/// The manifest becomes the owner of the folder. If the store has lost the table of a task, its
+/// published rows are kept. At most half of `room` is used to hold rows in memory.
 pub fn publish(
     sampled: &SampledStudy,
     store: &Store,
@@ -84,14 +85,14 @@ pub fn publish(
     if damaged.is_empty() { Ok(published) } else { Err(ResultsError::Damaged { tables: damaged }) }
 }
 
-/// Writer of a study's published tables.
+/// Writer of the published tables of a study.
 struct Publisher<'a> {
     sampled: &'a SampledStudy,
     empty_tables: EmptyTables,
     reader: ResultReader,
     manifest: &'a Path,
     folder: PathBuf,
-    /// Bytes of tables that may be held in memory.
+    /// Maximum size in bytes of the tables that are held in memory.
     room: usize,
 }
 
@@ -103,8 +104,7 @@ impl Publisher<'_> {
         Owner::new(self.manifest, study, plan, &self.folder).write(&self.folder)
     }
 
-    /// Writes the table of one stage if the store has one of its tasks, unless the same table
-    /// exists.
+    /// Writes the table of one stage if it has finished tasks, unless the same table exists.
     fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
         let description = described(&self.empty_tables, study, &stage.name)?;
@@ -133,7 +133,7 @@ impl Publisher<'_> {
         let tasks = parts.tasks()?;
         let digest = match kept.is_empty() {
             true => digest_of(&tasks),
-            // The digest differs, so that the table is rewritten once the store has all its tasks.
+            // With another digest, the table is rewritten once the store has all its tasks.
             false => Digest::from_params(&(digest_of(&tasks), &kept)).to_string(),
         };
         let mut published = table(tasks.len());
@@ -143,8 +143,8 @@ impl Publisher<'_> {
         Ok(published)
     }
 
-    /// Writes the table of a stage row group by row group. Returns the path of a quarantined file
-    /// if the file in its place was not written by any run.
+    /// Writes the table of a stage, one row group at a time. If a file of the same name was not
+    /// written by any run, that file is quarantined, and its new path is returned.
     fn write(
         &self,
         context: RowContext,
@@ -186,7 +186,7 @@ impl Publisher<'_> {
         Ok(quarantined)
     }
 
-    /// Reads again the rows of tasks that did not fit into memory when they were first read.
+    /// Rereads the rows of tasks that did not fit into memory when they were first read.
     fn read_again(
         &self,
         stage: &PlannedStage,
@@ -205,8 +205,9 @@ impl Publisher<'_> {
         }
     }
 
-    /// Reads the tables of a stage's tasks. Tasks that the store lacks keep their published rows;
-    /// their keys are returned too. Rows that are published are not read from the store again.
+    /// Reads the rows of a stage's finished tasks. Published rows are used where possible, because
+    /// they take fewer reads than the store. Also returns the keys of the tasks that only the
+    /// published table has.
     fn parts(
         &self,
         stage: &PlannedStage,
@@ -237,8 +238,8 @@ impl Publisher<'_> {
     }
 }
 
-/// Returns the metadata of a published table. The columns are also described in plain JSON, because
-/// not every reader of Parquet passes on the metadata of Arrow fields.
+/// Returns the metadata of a published table. They include the descriptions of the columns as JSON,
+/// because not every reader of Parquet provides the metadata of Arrow fields.
 fn metadata(
     plan: &Plan,
     stage: &PlannedStage,
@@ -272,21 +273,21 @@ fn written_for(path: &Path) -> Option<String> {
     metadata.get("digest").map(str::to_owned)
 }
 
-/// Tables of a stage's finished tasks in the order of the plan. As many as fit are held in memory;
-/// the others are read again when needed.
+/// Tables of the finished tasks of a stage, in the order of the plan. As many as fit are held in
+/// memory, and the others are reread when needed.
 #[derive(Debug)]
 pub struct TableParts {
     parts: Vec<TablePart>,
     stacking: Stacking,
     damaged: Vec<(usize, StoreError)>,
-    /// Bytes of tables that may still be held.
+    /// Size in bytes of the tables that can still be added to memory.
     room: usize,
 }
 
-/// Tasks whose rows are in one table.
+/// Table with the rows of one task or of several consecutive tasks.
 #[derive(Debug)]
 pub struct TablePart {
-    /// Tasks with their numbers of rows.
+    /// Tasks and their numbers of rows, in the order of the rows.
     pub tasks: Vec<(usize, usize)>,
     layout: usize,
     table: Option<Table>,
@@ -299,12 +300,12 @@ impl TablePart {
 }
 
 impl TableParts {
-    /// Creates an empty collection that holds at most this many bytes in memory.
+    /// Creates an empty collection that holds at most `room` bytes in memory.
     pub fn within(room: usize) -> TableParts {
         TableParts { parts: Vec::new(), stacking: Stacking::default(), damaged: Vec::new(), room }
     }
 
-    /// Adds one table with the rows of several tasks; `rows` has the number of rows of each task.
+    /// Adds a table with the rows of several tasks; `rows` has the number of rows of each task.
     pub fn add_all(&mut self, tasks: &[usize], rows: &[usize], table: Table) {
         let bytes = table.bytes_held();
         let is_held = bytes <= self.room;
@@ -318,10 +319,10 @@ impl TableParts {
         });
     }
 
-    /// Adds the result of reading a task's table. Damaged tables are collected.
+    /// Adds the result of reading the table of a task. A damaged table is recorded as such.
     ///
     /// # Errors
-    /// Returns an error if the table cannot be read for a reason that recomputing would not cure.
+    /// Returns an error if the table cannot be read and recomputing it would not help.
     pub fn add(&mut self, task: usize, read: Result<Table, StoreError>) -> Result<(), StoreError> {
         match read {
             Ok(table) => self.add_all(&[task], &[table.rows()], table),
@@ -348,18 +349,18 @@ impl TableParts {
         Ok(tasks.map(|(task, _)| *task).collect())
     }
 
-    /// Returns the columns that the tables of some tasks lack.
+    /// Returns the columns that some of the tables lack.
     pub fn missing(&self) -> MissingColumns {
         let parts = self.parts.iter().map(|part| (part.layout, part.rows()));
         MissingColumns::new(&self.stacking, &parts.collect::<Vec<_>>())
     }
 
-    /// Returns the number of rows of all tables.
+    /// Returns the total number of rows.
     pub fn rows(&self) -> usize {
         self.parts.iter().map(TablePart::rows).sum()
     }
 
-    /// Stacks all rows, which must be held in memory.
+    /// Returns the tasks, and all rows as one table. All tables must be held in memory.
     ///
     /// # Errors
     /// Returns an error if tables are damaged or contradict each other.
@@ -374,8 +375,8 @@ impl TableParts {
         Ok((tasks, table))
     }
 
-    /// Stacks rows into row groups, each row with the key of its task. Yields at least one table,
-    /// which may be empty. `read` reads the tables that are not held.
+    /// Returns the rows as a sequence of row groups, each row with the key of its task. There is at
+    /// least one row group, which may be empty. `read` reads a table that is not held in memory.
     pub fn groups<'a>(
         self,
         context: RowContext<'a>,
@@ -422,7 +423,7 @@ impl TableParts {
     }
 }
 
-/// Rows of a stage with the keys of their tasks.
+/// Rows of a stage, and a table of the same length with the keys of their tasks.
 struct KeyedRows {
     layout: usize,
     table: Table,
@@ -439,14 +440,13 @@ impl KeyedRows {
     }
 }
 
-/// Information that completes rows with the keys of their tasks and the paths of surface files.
+/// Information for adding the keys of tasks and the paths of surface files to rows.
 #[derive(Clone, Copy)]
 pub struct RowContext<'a> {
     pub plan: &'a Plan,
-    /// Stage whose table is assembled.
     pub stage: &'a PlannedStage,
     pub sources: &'a SurfaceFiles,
-    /// Its table without rows, whose columns have units and meanings.
+    /// Table of the stage without rows, whose columns have units and meanings.
     pub description: &'a Table,
 }
 
@@ -478,7 +478,8 @@ impl RowContext<'_> {
     }
 }
 
-/// Adds the paths of measured surfaces, which no key contains.
+/// Adds the column of the paths of measured surfaces. The stored tables lack it, because the same
+/// file can be moved.
 fn with_paths(table: Table, sources: &SurfaceFiles) -> Table {
     let Ok(contents) = table.texts(CONTENT.name) else {
         return table;

@@ -1,10 +1,9 @@
 //! Reader of the tables of finished tasks, from the store or from published tables.
 //!
 //! The store has one file per task, with maps. The published table of a stage has the same rows
-//! without maps. Each row has the key of its task, and the key decides all values, so that both
-//! sources are equivalent. A published table replaces thousands of files of the store when many
-//! tasks are read. It is the only source if the store is lost, or if results were shared without
-//! it.
+//! without maps. Each row has the key of its task, and the key decides all values, so both sources
+//! are equivalent. If many tasks are read, the published table replaces thousands of files of the
+//! store. It is the only source if the store is lost or was not shared with the results.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -44,8 +43,8 @@ struct StageFile {
 }
 
 impl StageFile {
-    /// Returns the table, or `None` if it cannot be read. Reading the stage by its name reports the
-    /// error.
+    /// Returns the table, or `None` if it cannot be read. The error is reported when the results of
+    /// the stage are opened.
     fn published(&self) -> Option<&PublishedStage> {
         let published =
             self.published.get_or_init(|| PublishedStage::read(&self.path).ok().flatten());
@@ -54,12 +53,12 @@ impl StageFile {
 }
 
 impl ResultReader {
-    /// Creates a reader for a store and a study's folder of results.
+    /// Creates a reader for a store and the results folder of a study.
     pub fn new(store: Store, folder: &Path) -> ResultReader {
         ResultReader { store, folder: folder.to_owned(), stages: OnceLock::new() }
     }
 
-    /// Returns the store, the only source of maps.
+    /// Returns the store, which is the only source of maps.
     pub fn store(&self) -> &Store {
         &self.store
     }
@@ -69,28 +68,27 @@ impl ResultReader {
         self.store.light(key).map(status::with_codes)
     }
 
-    /// Returns the study's folder of results.
+    /// Returns the results folder of the study.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Returns the published rows of a task, without maps and without the columns that publishing
-    /// adds.
+    /// Returns the published rows of a task, without the columns that publishing adds.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
         let mut published = self.published();
         published.find_map(|(_, published)| published.rows_of(key)).map(status::with_codes)
     }
 
-    /// Returns a task's table without maps from the published table of a stage, or `None` if it is
-    /// not there. This reads one file where the store has one per task.
+    /// Returns the table of a task, without maps, from the published table of its stage. Returns
+    /// `None` if the published table lacks the task.
     pub fn published_table(&self, stage: &str, key: TaskKey) -> Option<Table> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
         file.published()?.table_of(key).map(status::with_codes)
     }
 
-    /// Returns the tables of as many leading tasks of `keys` as are consecutive in the published
-    /// table and have the same columns: the number of rows of each task, and all their rows.
+    /// Reads several tasks at a time from the published table of a stage; see
+    /// [`PublishedStage::leading_tables`].
     pub fn published_consecutive(
         &self,
         stage: &str,
@@ -102,12 +100,13 @@ impl ResultReader {
         Some((rows, status::with_codes(table)))
     }
 
-    /// Returns the stages whose tables have been published, with their tasks.
+    /// Returns the names of the stages with a published table, and the tasks of each.
     pub fn published_tasks(&self) -> Vec<(&str, Vec<TaskKey>)> {
         self.published().map(|(stage, published)| (stage, published.tasks().collect())).collect()
     }
 
-    /// Returns what the files of measured surfaces contained when their tables were published.
+    /// Returns the properties that the files of measured surfaces had when the tables were
+    /// published.
     pub fn recollection(&self) -> Recollection {
         let generated =
             self.published().filter(|(_, published)| published.kind == Kind::Generate.name());
@@ -151,9 +150,10 @@ impl TaskTables for ResultReader {
     }
 }
 
-/// Returns the files of measured surfaces by their paths. If several rows are about one file, the
-/// last row counts. Such rows differ only in the preparation of the map, which the manifest states;
-/// nodes and sides serve forecasts only.
+/// Returns the properties of the files of measured surfaces, by path.
+///
+/// If several rows are about the same file, the last one is used. Such rows differ only in how the
+/// map was prepared, and their nodes and sides are used only for forecasts.
 fn files(table: &Table) -> Result<Recollection, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
     let units = table.has(UNIT.name).then(|| table.texts(UNIT.name));
@@ -176,36 +176,37 @@ fn files(table: &Table) -> Result<Recollection, StageError> {
     Ok((0..table.rows()).filter_map(file).collect())
 }
 
-/// Metadata entry of a published table with the kind of its stage.
+/// Name of the metadata entry that has the kind of a published stage.
 pub const KIND: &str = "kind";
-/// Metadata entry of a published table with its [`MissingColumns`].
+/// Name of the metadata entry that has the [`MissingColumns`] of a published table.
 pub const MISSING_COLUMNS: &str = "lacking";
 
-/// Maximum number of rows of a table that is read as a whole. Larger tables are read by row group.
+/// Maximum number of rows of a table that is read as a whole. Larger tables are read one row group
+/// at a time.
 const READ_AT_ONCE: usize = 1 << 18;
 
-/// Published table of a stage, with the rows of its tasks one task after another.
+/// Published table of a stage. The rows of each task are consecutive.
 #[derive(Debug)]
 pub struct PublishedStage {
     pub kind: String,
     source: TableSource,
     /// Indices of the columns, without those that publishing adds.
     own: Vec<usize>,
-    /// Row group of a large table that was read last, with the number of its first row.
+    /// Index of the first row of the row group that was read last, and the row group.
     last: Mutex<Option<(usize, Table)>>,
     rows: HashMap<TaskKey, Range<usize>>,
-    /// Columns that tasks lack, or `None` if the file does not state them.
+    /// Columns that the tables of some tasks lack, or `None` if the file has no such entry.
     missing: Option<MissingColumns>,
 }
 
-/// Columns that the tables of some tasks lack, with the rows of those tasks. There the columns are
-/// null in the published table; they may be null in other rows too.
+/// Columns that the tables of some tasks lack, each with the row ranges of these tasks. In these
+/// rows of the published table, the column is null; it may be null in other rows too.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MissingColumns(Vec<(String, Vec<Range<usize>>)>);
 
 impl MissingColumns {
-    /// Finds the columns that tables lack. Each table is given by its layout and its number of
-    /// rows.
+    /// Finds the columns that some of the tables lack. A table is given by the index of its layout
+    /// in `stacking` and its number of rows.
     pub fn new(stacking: &Stacking, tables: &[(usize, usize)]) -> MissingColumns {
         let missing = stacking.names().enumerate().filter_map(|(column, name)| {
             let mut ranges: Vec<Range<usize>> = Vec::new();
@@ -224,7 +225,7 @@ impl MissingColumns {
         MissingColumns(missing.collect())
     }
 
-    /// Returns the columns that are missing from the table of the task whose rows start at `row`.
+    /// Returns the columns that the task lacks to which the row belongs.
     fn from(&self, row: usize) -> Vec<&str> {
         let columns = self.0.iter().filter(|(_, ranges)| lacks(ranges, row));
         columns.map(|(name, _)| name.as_str()).collect()
@@ -291,17 +292,17 @@ impl PublishedStage {
         self.own(self.rows.get(&key)?.clone())
     }
 
-    /// Returns the table of a task as the store has it, without maps. Returns `None` if its columns
-    /// are unknown.
+    /// Returns the table of a task with the columns that it has in the store, without maps. Returns
+    /// `None` if the published table lacks the task, or if these columns are unknown.
     pub fn table_of(&self, key: TaskKey) -> Option<Table> {
         let missing = self.missing.as_ref()?;
         let rows = self.rows.get(&key)?;
         self.slice(rows.clone(), missing)
     }
 
-    /// Returns the tables of as many leading tasks of `keys` as are consecutive in the table, have
-    /// the same columns, and fit into one read: the number of rows of each task, and all their
-    /// rows.
+    /// Reads the first tasks of `keys` together: as many as are consecutive in this table, have the
+    /// same columns, and have at most [`READ_AT_ONCE`] rows. Returns the number of rows of each
+    /// task, and one table with all these rows.
     pub fn leading_tables(
         &self,
         keys: impl Iterator<Item = TaskKey>,
@@ -323,14 +324,15 @@ impl PublishedStage {
         Some((rows, self.slice(all, missing)?))
     }
 
-    /// Returns rows of tasks with the same columns, without the columns that they lack.
+    /// Returns rows of tasks that lack the same columns, without these columns.
     fn slice(&self, rows: Range<usize>, missing: &MissingColumns) -> Option<Table> {
         let missing = missing.from(rows.start);
         let table = self.own(rows)?;
         Some(if missing.is_empty() { table } else { table.without(&missing) })
     }
 
-    /// Returns some rows without the columns that publishing adds, or `None` if they are damaged.
+    /// Returns some rows, without the columns that publishing adds. Returns `None` if they are
+    /// damaged.
     fn own(&self, rows: Range<usize>) -> Option<Table> {
         let mut last = self.last.lock().expect("no panic happens while it is held");
         let mut parts = Vec::new();
@@ -356,14 +358,14 @@ impl PublishedStage {
     }
 }
 
-/// Returns whether a row is in one of these ascending ranges.
+/// Returns whether a row is in one of the ranges, which are in ascending order.
 fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
     let next = ranges.partition_point(|range| range.end <= row);
     ranges.get(next).is_some_and(|range| range.contains(&row))
 }
 
-/// Returns the rows of each task according to the column of keys. Returns `None` if the rows of a
-/// task are not consecutive, because then another program wrote the table.
+/// Finds the rows of each task in the column of keys. Returns `None` if the rows of a task are not
+/// consecutive, because the table was then written by another program.
 fn rows(
     source: &TableSource,
     column: usize,
@@ -408,7 +410,8 @@ mod tests {
         digit.to_string().repeat(32)
     }
 
-    /// Returns two rows of a task without gaps, and one row of a task whose gap is null.
+    /// Returns the tables of two tasks: two rows without a column `gap`, and one row whose `gap` is
+    /// null.
     fn pieces() -> [Table; 2] {
         [
             Table::new(2, vec![(AREA, reals([0.1, 0.2]))]),

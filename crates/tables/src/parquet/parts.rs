@@ -185,7 +185,7 @@ impl TableFile {
         let fields = columns.iter().map(|&column| self.schema().fields()[column].clone());
         let schema = Schema::new(fields.collect::<Vec<_>>());
         let arrays = tables.iter().map(|table| table.batch().column(0).clone());
-        Ok(Table::of(rows, schema, arrays.collect()))
+        Ok(Table::from_arrays(rows, schema, arrays.collect()))
     }
 
     /// Returns the uncompressed size of some columns in some row groups, as the file states it, in

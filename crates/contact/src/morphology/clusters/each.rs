@@ -12,14 +12,14 @@ use crate::morphology::map::ContactMap;
 pub struct Cluster {
     /// Number of nodes in the cluster.
     pub nodes: usize,
-    /// Number of changes between contact and gap along x, from row to row.
+    /// Number of switches (changes between contact and gap) along x, between adjacent rows.
     pub switches_x: usize,
-    /// Number of changes between contact and gap along y, within rows.
+    /// Number of switches (changes between contact and gap) along y, within rows.
     pub switches_y: usize,
 }
 
 impl Cluster {
-    /// Returns all clusters of contact of a map, in the order of their first nodes.
+    /// Returns all contact clusters of a map, in the order of their first nodes.
     pub fn all(map: &ContactMap) -> Vec<Cluster> {
         let mut joined = JoinedRuns::new(map, |_| ());
         let mut edges = vec![[0; 2]; joined.runs.len()];
@@ -43,21 +43,21 @@ impl Cluster {
 
     /// Returns the Manhattan perimeter Δy × `switches_x` + Δx × `switches_y`.
     ///
-    /// The edges of an isolated map do not count.
+    /// The boundary of an isolated map does not count.
     pub fn manhattan_perimeter(&self, grid: Grid) -> f64 {
         let [step_x, step_y] = grid.spacing();
         step_y * self.switches_x as f64 + step_x * self.switches_y as f64
     }
 
-    /// Returns π/4 of the Manhattan perimeter: the length of an edge whose directions are
-    /// isotropic.
+    /// Returns π/4 of the Manhattan perimeter, which is valid for edges of isotropic directions.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
     }
 }
 
-/// Counts the changes along x of each run: its nodes without a neighbour in the row before or
-/// after.
+/// Counts the switches along x of each run.
+///
+/// A node has one switch for each adjacent row in which its neighbour is not in contact.
 fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let rows = map.nodes()[0];
     for upper in 0..rows {
@@ -78,7 +78,7 @@ fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) 
     }
 }
 
-/// Counts the changes along y at the ends of each run.
+/// Counts the switches along y, which are at the ends of each run.
 fn along_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let [rows, row_nodes] = map.nodes();
     for row in 0..rows {
@@ -101,7 +101,7 @@ fn along_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     }
 }
 
-/// Calls `visit` with each pair of runs of two rows that share columns, and the number of columns.
+/// Calls `visit` for each pair of overlapping runs of two rows, with the number of shared columns.
 fn for_overlaps(
     runs: &[Run],
     [mut upper, mut lower]: [Range<usize>; 2],

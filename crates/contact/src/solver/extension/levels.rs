@@ -46,7 +46,7 @@ impl Pass<f32> for SumQuarters<'_> {
 }
 
 /// Turns sums over blocks into means with the values around them.
-pub struct MixAround<'a> {
+pub struct MeansWithOuter<'a> {
     free: &'a [f32],
     around: f32,
     coarse: [usize; 2],
@@ -57,7 +57,7 @@ pub struct MixAround<'a> {
     between: Vec<f32>,
 }
 
-impl<'a> MixAround<'a> {
+impl<'a> MeansWithOuter<'a> {
     pub fn new(free: &'a [f32], around: f32, coarse: [usize; 2], values: &'a [f32]) -> Self {
         Self {
             free,
@@ -70,7 +70,7 @@ impl<'a> MixAround<'a> {
     }
 }
 
-impl Pass<f32> for MixAround<'_> {
+impl Pass<f32> for MeansWithOuter<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, sums: &mut [f32]) {
         let [rows, blocks] = self.coarse;
@@ -155,7 +155,7 @@ impl Pass<f32> for Divide<'_> {
 }
 
 /// Sets larger blocks to the sums of their shares in smaller ones.
-pub struct GatherAround<'a> {
+pub struct TransposeInterpolation<'a> {
     fine: [usize; 2],
     weight: f32,
     coarse: [usize; 2],
@@ -164,19 +164,19 @@ pub struct GatherAround<'a> {
     sums: Vec<f32>,
 }
 
-impl<'a> GatherAround<'a> {
+impl<'a> TransposeInterpolation<'a> {
     pub fn new(fine: [usize; 2], weight: f32, coarse: [usize; 2], values: &'a [f32]) -> Self {
         Self { fine, weight, coarse, values, sums: vec![0.0; HALVES * (coarse[1] + 2)] }
     }
 }
 
-impl Pass<f32> for GatherAround<'_> {
+impl Pass<f32> for TransposeInterpolation<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, coarse: &mut [f32]) {
         let ([rows, blocks], larger) = (self.fine, self.coarse[0]);
         let (own, before) = (row.index(), (row.index() + larger - 1) % larger);
         let after = (own + 1) % larger;
-        let [of_own, of_other] = shares::<HALVES>(0);
+        let [of_own, of_other] = weights::<HALVES>(0);
         self.sums.fill(0.0);
         for (index, share) in [
             (HALVES * own, of_own),
@@ -202,18 +202,18 @@ impl Pass<f32> for GatherAround<'_> {
 }
 
 /// Adds the values of larger blocks to their quarters.
-pub struct AddWhole<'a> {
+pub struct AddParent<'a> {
     coarse: [usize; 2],
     values: &'a [f32],
 }
 
-impl<'a> AddWhole<'a> {
+impl<'a> AddParent<'a> {
     pub fn new(coarse: [usize; 2], values: &'a [f32]) -> Self {
         Self { coarse, values }
     }
 }
 
-impl Pass<f32> for AddWhole<'_> {
+impl Pass<f32> for AddParent<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, fine: &mut [f32]) {
         let coarse = Row::new(row.index() / HALVES, self.coarse[1]).of(self.values);
@@ -240,7 +240,7 @@ fn add(sums: &mut [f32], values: &[f32], factor: f32) {
 
 /// Returns the weights of the own and of the neighbouring block for part `part` of `SIDE`.
 #[inline(always)]
-pub fn shares<const SIDE: usize>(part: usize) -> [f32; 2] {
+pub fn weights<const SIDE: usize>(part: usize) -> [f32; 2] {
     let other = (2 * part + 1).abs_diff(SIDE) as f32 / (2 * SIDE) as f32;
     [1.0 - other, other]
 }
@@ -255,7 +255,7 @@ pub fn is_before<const SIDE: usize>(part: usize) -> bool {
 #[inline(always)]
 pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 2] {
     let (block, part) = (index / SIDE, index % SIDE);
-    let [own, other] = shares::<SIDE>(part);
+    let [own, other] = weights::<SIDE>(part);
     let neighbour =
         if is_before::<SIDE>(part) { (block + blocks - 1) % blocks } else { (block + 1) % blocks };
     [(block, own), (neighbour, other)]
@@ -274,7 +274,7 @@ pub fn interpolate<const SIDE: usize>(blocks: &[f32], parts: &mut [[f32; SIDE]])
     for (parts, near) in parts.iter_mut().zip(blocks.windows(3)) {
         let (before, own, after) = (near[0], near[1], near[2]);
         for (part, value) in parts.iter_mut().enumerate() {
-            let [of_own, of_other] = shares::<SIDE>(part);
+            let [of_own, of_other] = weights::<SIDE>(part);
             let other = if is_before::<SIDE>(part) { before } else { after };
             *value = of_own * own + of_other * other;
         }
@@ -288,7 +288,7 @@ pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
         let (before, own, after) = (near[0], near[1], near[2]);
         let (mut of_block, mut of_others) = (0.0, 0.0);
         for (part, own) in own.iter().enumerate() {
-            let [of_own, of_other] = shares::<SIDE>(part);
+            let [of_own, of_other] = weights::<SIDE>(part);
             // The first parts of the next block lie towards this one.
             let other = if is_before::<SIDE>(part) { after[part] } else { before[part] };
             of_block += of_own * own;

@@ -5,7 +5,7 @@
 
 use pulp::Simd;
 
-use super::levels::{gather, interpolate, is_before, repeat, shares, sum};
+use super::levels::{gather, interpolate, is_before, repeat, sum, weights};
 use super::{Extension, Level, SIDE};
 use crate::fft::{Band, ROW_BATCH, Row};
 use crate::solver::flags::{ALL, FREE};
@@ -38,8 +38,8 @@ impl Extension {
         }
     }
 
-    pub fn continued_rows(&self) -> ContinuedRows<'_> {
-        ContinuedRows::new(&self.levels[0])
+    pub fn extended_rows(&self) -> ExtendedRows<'_> {
+        ExtendedRows::new(&self.levels[0])
     }
 }
 
@@ -106,7 +106,7 @@ fn add_residual<S: Simd, const R: usize>(
     }
 }
 
-pub struct ContinuedRows<'a> {
+pub struct ExtendedRows<'a> {
     smallest: &'a Level,
     /// A row of blocks with one more before and after.
     near: Vec<f32>,
@@ -115,7 +115,7 @@ pub struct ContinuedRows<'a> {
     here: Option<usize>,
 }
 
-impl<'a> ContinuedRows<'a> {
+impl<'a> ExtendedRows<'a> {
     fn new(smallest: &'a Level) -> Self {
         let blocks = smallest.blocks[1];
         Self {
@@ -135,7 +135,7 @@ impl<'a> ContinuedRows<'a> {
         if self.here != Some(block) {
             self.go_to(block);
         }
-        let [own, other] = shares::<SIDE>(part);
+        let [own, other] = weights::<SIDE>(part);
         let [before, here, after] = &self.rows;
         let neighbour = if is_before::<SIDE>(part) { before } else { after };
         [(here, own), (neighbour, other)]
@@ -175,7 +175,7 @@ pub fn ends_blocks(row: Row, rows: usize) -> bool {
 }
 
 /// Rows of pressures on nodes that are not free, collected for blocks.
-pub struct TakenRows<'a> {
+pub struct TransposeInput<'a> {
     rows: usize,
     blocks: usize,
     /// Values for the previous, present and next row of blocks.
@@ -186,11 +186,11 @@ pub struct TakenRows<'a> {
 }
 
 impl Extension {
-    pub fn taken_rows(&mut self) -> TakenRows<'_> {
+    pub fn transpose_input(&mut self) -> TransposeInput<'_> {
         let smallest = &mut self.levels[0];
         let blocks = smallest.blocks[1];
         let [for_before, for_after] = &mut self.for_neighbours;
-        TakenRows {
+        TransposeInput {
             rows: self.nodes[0],
             blocks,
             bands: [for_before, &mut smallest.values, for_after].map(|map| Band::new(map)),
@@ -198,8 +198,8 @@ impl Extension {
         }
     }
 
-    pub fn given_rows(&self) -> GivenRows<'_> {
-        GivenRows::new(&self.levels[0])
+    pub fn transpose_output(&self) -> TransposeOutput<'_> {
+        TransposeOutput::new(&self.levels[0])
     }
 }
 
@@ -207,11 +207,11 @@ fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
     std::array::from_fn(|_| vec![0.0; SIDE * (blocks + 2)])
 }
 
-impl TakenRows<'_> {
+impl TransposeInput<'_> {
     /// Collects a row of pressures except at free nodes; only `groups` have free nodes, and none
     /// lie beyond the flags.
     #[inline(always)]
-    pub fn take_row<S: Simd, const R: usize>(
+    pub fn collect_row<S: Simd, const R: usize>(
         &mut self,
         simd: S,
         row: Row,
@@ -225,15 +225,15 @@ impl TakenRows<'_> {
         let (values, beyond) = values.split_at(last_step.len());
         let (own, own_beyond) = here[SIDE..].split_at_mut(last_step.len());
         let (other, other_beyond) = neighbour[SIDE..].split_at_mut(last_step.len());
-        let shares = shares::<SIDE>(part);
-        take_all(shares, own_beyond, other_beyond, beyond);
+        let weights = weights::<SIDE>(part);
+        take_all(weights, own_beyond, other_beyond, beyond);
         let (own, last_own) = split_mut::<S, R>(own);
         let (other, last_other) = split_mut::<S, R>(other);
         let (values, last_values) = split::<S, R>(values);
         let (last_step, rest_step) = split::<S, R>(last_step);
-        take(simd, shares, groups, own, other, values, last_step);
+        take(simd, weights, groups, own, other, values, last_step);
         let rest = &ALL[..last_values.len()];
-        take(REST, shares, rest, last_own, last_other, last_values, rest_step);
+        take(REST, weights, rest, last_own, last_other, last_values, rest_step);
         if ends_blocks(row, self.rows) {
             let block_row = Row::new(row.index() / SIDE, self.blocks);
             for (sums, band) in self.sums.iter_mut().zip(&mut self.bands) {
@@ -289,21 +289,21 @@ fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], va
 }
 
 /// Rows of the result of the transpose, constant in each block; only free nodes use it.
-pub struct GivenRows<'a> {
+pub struct TransposeOutput<'a> {
     smallest: &'a Level,
     /// The present row of blocks, repeated for each node.
     nodes: Vec<f32>,
     here: Option<usize>,
 }
 
-impl<'a> GivenRows<'a> {
+impl<'a> TransposeOutput<'a> {
     fn new(smallest: &'a Level) -> Self {
         Self { smallest, nodes: vec![0.0; SIDE * smallest.blocks[1]], here: None }
     }
 
     /// Adds the result to a row, in groups with a free node.
     #[inline(always)]
-    pub fn give_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
+    pub fn add_to_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
         let block = row.index() / SIDE;
         if self.here != Some(block) {
             let given = Row::new(block, self.smallest.blocks[1]).of(&self.smallest.values);
@@ -357,9 +357,13 @@ impl Extension {
     ///
     /// `sums` is replaced by the pressures for free nodes: that of their mean, minus `stiffness`
     /// times their mean.
-    pub fn taken_means<'a>(&'a mut self, stiffness: f32, sums: &'a mut [f32]) -> TakenMeans<'a> {
+    pub fn block_pressures<'a>(
+        &'a mut self,
+        stiffness: f32,
+        sums: &'a mut [f32],
+    ) -> BlockPressures<'a> {
         let smallest = &mut self.levels[0];
-        TakenMeans {
+        BlockPressures {
             stiffness,
             free: &smallest.free,
             for_others: Band::new(&mut smallest.values),
@@ -398,7 +402,7 @@ impl Pass<f32> for Means<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-pub struct TakenMeans<'a> {
+pub struct BlockPressures<'a> {
     stiffness: f32,
     free: &'a [f32],
     for_others: Band<'a, f32>,
@@ -406,7 +410,7 @@ pub struct TakenMeans<'a> {
     given: Band<'a, f32>,
 }
 
-impl Pass<f32> for TakenMeans<'_> {
+impl Pass<f32> for BlockPressures<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, residual: &mut [f32]) {
         let blocks = self.for_others.row(row).iter_mut().zip(self.given.row(row));

@@ -27,7 +27,7 @@ fn over<P>(
     cuts: &[usize],
     whole: P,
     split_off: impl Fn(&mut P, Row) -> P,
-    mut see: impl FnMut(&mut P, Row),
+    mut visit: impl FnMut(&mut P, Row),
 ) {
     let mut parts = vec![whole];
     let mut firsts = vec![0];
@@ -38,7 +38,7 @@ fn over<P>(
     }
     for row in rows(nodes) {
         let part = firsts.partition_point(|first| *first <= row.index()) - 1;
-        see(&mut parts[part], row);
+        visit(&mut parts[part], row);
     }
 }
 
@@ -58,7 +58,7 @@ fn continued(
     over(
         nodes,
         cuts,
-        extension.continued_rows(),
+        extension.extended_rows(),
         |part, _| part.split_off(),
         |part, row| {
             let [(own, of_own), (other, of_other)] = part.row(row);
@@ -79,20 +79,20 @@ fn handed_back(
     last_step: &[f32],
 ) -> Vec<f32> {
     let [map, nodes] = [extension.map, extension.nodes];
-    over(nodes, cuts, extension.taken_rows(), TakenRows::split_off, |part, row| {
+    over(nodes, cuts, extension.transpose_input(), TransposeInput::split_off, |part, row| {
         let inside = row.index() < map[0];
         let marks = inside.then(|| Row::new(row.index(), map[1]).of(last_step));
         let marks = marks.unwrap_or_default();
-        part.take_row::<_, 1>(Scalar512b, row, row.of(values), marks, &[true; 64])
+        part.collect_row::<_, 1>(Scalar512b, row, row.of(values), marks, &[true; 64])
     });
     extension.collect(&Threads::one());
     let mut given = vec![0.0; last_step.len()];
     over(
         map,
         cuts,
-        extension.given_rows(),
+        extension.transpose_output(),
         |part, _| part.split_off(),
-        |part, row| part.give_row(row, row.of_mut(&mut given), &[true; 64]),
+        |part, row| part.add_to_row(row, row.of_mut(&mut given), &[true; 64]),
     );
     given
 }

@@ -23,7 +23,7 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub extrapolation: Option<Extrapolation<'a>>,
     /// Nodes that may be free if they penetrate.
     pub expected: Expected,
-    pub shown: LimitedGap,
+    pub limited_gap: LimitedGap,
     pub heights: &'a [f32],
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
@@ -84,8 +84,8 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
             }
             let earlier = extrapolation.earlier_gap.row(row);
             if let Expected::Near(nearing) = self.expected {
-                let shown = &mut self.shown;
-                shown.hold_far::<S, R>(simd, level, nearing, gap, earlier);
+                let limited_gap = &mut self.limited_gap;
+                limited_gap.hold_far::<S, R>(simd, level, nearing, gap, earlier);
             }
             let (gap, last_gap) = split_mut::<S, R>(gap);
             let (earlier, last_earlier) = split_mut::<S, R>(earlier);
@@ -109,18 +109,24 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
         ));
         if let Expected::AsHighAs(lowest) = self.expected {
             let heights = row.of(self.heights);
-            self.shown.hold_low::<S, R>(simd, level, lowest, heights);
+            self.limited_gap.hold_low::<S, R>(simd, level, lowest, heights);
         }
-        let shown = match self.expected {
+        let limited_gap = match self.expected {
             Expected::All => gap,
-            Expected::Near(_) | Expected::AsHighAs(_) => self.shown.of::<S, R>(simd, gap),
+            Expected::Near(_) | Expected::AsHighAs(_) => self.limited_gap.of::<S, R>(simd, gap),
         };
         let (residual, seen) = (&mut self.row, &mut self.seen);
         let always = self.active.always;
         let mut found = self.active.row(row);
         found.active.fill(true);
-        self.response
-            .residual_row::<S, R, YIELDS>(simd, residual, shown, last_step, &mut found, seen);
+        self.response.residual_row::<S, R, YIELDS>(
+            simd,
+            residual,
+            limited_gap,
+            last_step,
+            &mut found,
+            seen,
+        );
         let groups = self.pressure_increment.row(row).as_chunks_mut::<LANES>().0;
         for (active, increments) in found.active.iter_mut().zip(groups) {
             *active |= always || increments.iter().any(|increment| *increment != 0.0);
@@ -144,7 +150,7 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
             last_step: self.last_step.split_off(row),
             active: self.active.split_off(row),
             residual: self.residual.split_off(row),
-            shown: self.shown.clone(),
+            limited_gap: self.limited_gap.clone(),
             row: self.row.clone(),
             reference_pressure: self.reference_pressure.split_off(row),
             pressure_increment: self.pressure_increment.split_off(row),
@@ -214,13 +220,13 @@ fn extrapolate_single<S: Simd, const R: usize>(
 
 /// Turns increments and last moves into pressures when a search ends.
 #[derive(Clone, Copy)]
-pub struct LastMoveDone {
+pub struct AppliedUpdate {
     scale: f32,
     taken_back: f32,
     ceiling: f32,
 }
 
-impl LastMoveDone {
+impl AppliedUpdate {
     pub fn new(pending: PendingUpdate, ceiling: f64) -> Self {
         Self {
             scale: pending.of_pressure() as f32,
@@ -232,23 +238,23 @@ impl LastMoveDone {
     /// Returns the pressure of a node; the last move counts if the node is free.
     #[inline(always)]
     fn pressure(&self, increment: f32, last_step: f32) -> f32 {
-        let last_move = weight::<f32>(has(last_step, FREE)) * last_step;
+        let step = weight::<f32>(has(last_step, FREE)) * last_step;
         // Rounding must not leave a pressure below zero or above the ceiling.
-        greater(self.scale * increment - self.taken_back * last_move, 0.0).min(self.ceiling)
+        greater(self.scale * increment - self.taken_back * step, 0.0).min(self.ceiling)
     }
 }
 
 pub enum StartPressure<'a> {
-    OfCoarserMesh(Prolonged<'a>),
-    OfLastMove(LastMoveDone),
+    FromCoarserMesh(Prolonged<'a>),
+    FromLastIteration(AppliedUpdate),
 }
 
 impl StartPressure<'_> {
     #[inline(always)]
     fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], last_step: &[f32]) {
         match self {
-            Self::OfCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
-            Self::OfLastMove(done) => {
+            Self::FromCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
+            Self::FromLastIteration(done) => {
                 let nodes = increment.iter().zip(last_step);
                 for (p, (increment, last_step)) in pressure.iter_mut().zip(nodes) {
                     *p = done.pressure(*increment, *last_step);
@@ -259,8 +265,8 @@ impl StartPressure<'_> {
 
     fn split_off(&self) -> Self {
         match self {
-            Self::OfCoarserMesh(prolonged) => Self::OfCoarserMesh(prolonged.split_off()),
-            Self::OfLastMove(done) => Self::OfLastMove(*done),
+            Self::FromCoarserMesh(prolonged) => Self::FromCoarserMesh(prolonged.split_off()),
+            Self::FromLastIteration(done) => Self::FromLastIteration(*done),
         }
     }
 }
@@ -355,7 +361,7 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
 pub struct PressureLessGap<'a> {
     pub compliance: f32,
     pub offset: f32,
-    pub done: LastMoveDone,
+    pub done: AppliedUpdate,
     pub pressure_increment: &'a [f32],
     pub last_step: &'a [f32],
     pub gap: &'a [f32],
@@ -460,12 +466,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_move_taken_back_leaves_pressures_as_they_were_before_it() {
-        let (before, last_move) = ([0.5_f32, 0.0, 2.0, 1.0], [0.25_f32, 0.75, -2.0, 0.0]);
-        let marked = last_move.map(|by| f32::from_bits(by.to_bits() & !0b111 | FREE));
-        let after = [0, 1, 2, 3].map(|node| before[node] + last_move[node]);
+    fn a_step_taken_back_leaves_pressures_as_they_were_before_it() {
+        let (before, step) = ([0.5_f32, 0.0, 2.0, 1.0], [0.25_f32, 0.75, -2.0, 0.0]);
+        let marked = step.map(|by| f32::from_bits(by.to_bits() & !0b111 | FREE));
+        let after = [0, 1, 2, 3].map(|node| before[node] + step[node]);
         let left = |pending, ceiling| {
-            let done = LastMoveDone::new(pending, ceiling);
+            let done = AppliedUpdate::new(pending, ceiling);
             [0, 1, 2, 3].map(|node| done.pressure(after[node], marked[node]))
         };
         let close = |found: [f32; 4], exact: [f32; 4]| {
@@ -478,7 +484,7 @@ mod tests {
         let half = PendingUpdate { scale: 1.0, part: 0.5 };
         close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
         // Without the flag of free nodes the number is no move.
-        let done = LastMoveDone::new(PendingUpdate::ALL_BACK, f64::INFINITY);
+        let done = AppliedUpdate::new(PendingUpdate::ALL_BACK, f64::INFINITY);
         let unmarked = f32::from_bits(0.25_f32.to_bits() & !FREE | PRESSED);
         assert_eq!(done.pressure(1.0, unmarked), 1.0);
     }

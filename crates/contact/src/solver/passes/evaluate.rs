@@ -19,7 +19,7 @@ pub struct PressureInput<'a> {
     /// Last moves, whose flags are set by pressure.
     pub last_step: Band<'a, f32>,
     /// False to clear the last moves.
-    pub keeps_moves: bool,
+    pub keeps_steps: bool,
 }
 
 impl Pass<f64> for PressureInput<'_> {
@@ -27,7 +27,7 @@ impl Pass<f64> for PressureInput<'_> {
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
         values.copy_from_slice(row.of(self.pressure));
         for (last_step, p) in self.last_step.row(row).iter_mut().zip(values) {
-            let kept = if self.keeps_moves { *last_step } else { 0.0 };
+            let kept = if self.keeps_steps { *last_step } else { 0.0 };
             *last_step = marked_by_pressure(kept, *p, self.hardness);
         }
     }
@@ -114,9 +114,9 @@ impl Pass<f64> for TakeBack<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
         for (p, last_step) in pressure.iter_mut().zip(row.of(self.last_step)) {
-            let last_move = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
+            let step = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
             // Rounding must not leave a pressure below zero or above the hardness.
-            *p = greater(*p - self.part * last_move, 0.0).min(self.hardness);
+            *p = greater(*p - self.part * step, 0.0).min(self.hardness);
         }
     }
 
@@ -171,10 +171,10 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
 }
 
 /// Turns displacements after a move into gaps, and computes the effect of the move.
-pub struct MoveOutput<'a, const YIELDS: bool> {
+pub struct StepOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
-    pub scaling: MoveScaling,
+    pub scaling: StepScaling,
     pub sums_gaps: bool,
     pub statistics: InOrder<GapStatistics>,
     pub curvature: InOrder<f64>,
@@ -191,12 +191,12 @@ pub struct MoveOutput<'a, const YIELDS: bool> {
 
 /// Scaling of a move, the same for all nodes.
 #[derive(Clone, Copy)]
-pub struct MoveScaling {
+pub struct StepScaling {
     pub scale: f32,
     pub reference_change: f32,
 }
 
-impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
+impl<const YIELDS: bool> Pass<f64> for StepOutput<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f64]) {
         let heights = row.of(self.heights);
@@ -256,7 +256,7 @@ impl<const YIELDS: bool> Pass<f64> for MoveOutput<'_, YIELDS> {
     }
 }
 
-impl MoveScaling {
+impl StepScaling {
     /// Stores the gaps `found`, and turns them into displacements under the move.
     ///
     /// Returns Σ move × displacement.
@@ -284,18 +284,18 @@ impl MoveScaling {
             let free = c.has(FREE);
             let pressure = Lanes::of(simd, *reference_pressure) + Lanes::of(simd, *increment);
             let scaled = c.plus(scaling, pressure);
-            let moved = if YIELDS {
+            let step = if YIELDS {
                 // Saturated pressures are not scaled.
                 free.or_zero(c.has(SATURATED).choose(c, scaled))
             } else {
                 free.or_zero(scaled)
             };
-            curvature = curvature.plus(moved, image);
+            curvature = curvature.plus(step, image);
             let pressed = c.has(PRESSED);
             *last_step = if YIELDS {
-                mark_yielding(moved, free, pressed, c.has(SATURATED)).numbers()
+                mark_yielding(step, free, pressed, c.has(SATURATED)).numbers()
             } else {
-                mark(moved, free, pressed).numbers()
+                mark(step, free, pressed).numbers()
             };
         }
         curvature.total()

@@ -4,7 +4,7 @@
 use pulp::Simd;
 
 use crate::fft::{Row, Scratch, Transform, visit_pairs};
-use crate::solver::extension::{ContinuedRows, TakenRows};
+use crate::solver::extension::{ExtendedRows, TransposeInput};
 use crate::solver::flags::{ALL, ActiveGroups, FREE};
 use crate::solver::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
 use crate::threads::Threads;
@@ -18,7 +18,7 @@ pub struct Extend<'a> {
     pub gap: &'a [f32],
     pub last_step: &'a [f32],
     pub active: &'a ActiveGroups,
-    pub continued: ContinuedRows<'a>,
+    pub continued: ExtendedRows<'a>,
 }
 
 impl Pass<f32> for Extend<'_> {
@@ -38,7 +38,7 @@ impl Pass<f32> for Extend<'_> {
         let (values, last_values) = split_mut::<S, R>(values);
         let (gap, last_gap) = split::<S, R>(row.of(self.gap));
         let (last_step, rest_step) = split::<S, R>(row.of(self.last_step));
-        let choice = Choose { level: self.level, shares: [of_own, of_other] };
+        let choice = Choose { level: self.level, weights: [of_own, of_other] };
         let free = self.active.free_row(row);
         choice.choose(simd, free, values, gap, last_step, own, other);
         choice.choose(
@@ -70,7 +70,7 @@ fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], o
 #[derive(Clone, Copy)]
 struct Choose {
     level: f32,
-    shares: [f32; 2],
+    weights: [f32; 2],
 }
 
 impl Choose {
@@ -87,8 +87,8 @@ impl Choose {
         other: &[[S::f32s; R]],
     ) {
         let level = Lanes::all(simd, self.level);
-        let of_own = Lanes::all(simd, self.shares[0]);
-        let of_other = Lanes::all(simd, self.shares[1]);
+        let of_own = Lanes::all(simd, self.weights[0]);
+        let of_other = Lanes::all(simd, self.weights[1]);
         let nodes = values.iter_mut().zip(gap).zip(last_step);
         let nodes = nodes.zip(own.iter().zip(other)).zip(groups);
         for ((((value, gap), last_step), (own, other)), has_free) in nodes {
@@ -106,24 +106,24 @@ impl Choose {
 }
 
 /// Collects the pressures on nodes that are not free from rows of corrections.
-pub struct TakeOthers<'a> {
+pub struct CollectFixed<'a> {
     /// Nodes of the map, around which no node is free.
     pub map: [usize; 2],
     pub last_step: &'a [f32],
     pub active: &'a ActiveGroups,
-    pub taken: TakenRows<'a>,
+    pub taken: TransposeInput<'a>,
 }
 
-impl Pass<f32> for TakeOthers<'_> {
+impl Pass<f32> for CollectFixed<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let [rows, row_nodes] = self.map;
         if row.index() < rows {
             let last_step = Row::new(row.index(), row_nodes).of(self.last_step);
             let free = self.active.free_row(row);
-            self.taken.take_row::<S, R>(simd, row, values, last_step, free);
+            self.taken.collect_row::<S, R>(simd, row, values, last_step, free);
         } else {
-            self.taken.take_row::<S, R>(simd, row, values, &[], &[]);
+            self.taken.collect_row::<S, R>(simd, row, values, &[], &[]);
         }
     }
 
@@ -171,10 +171,10 @@ impl Nodal<'_> {
         self,
         row_nodes: usize,
         pass: &mut Wide<P>,
-        see: impl FnOnce(&mut Wide<NodalRows<P>>),
+        visit: impl FnOnce(&mut Wide<NodalRows<P>>),
     ) {
         let mut rows = Wide(NodalRows { of: self, pass: pass.0.split_off(Row::new(0, row_nodes)) });
-        see(&mut rows);
+        visit(&mut rows);
         pass.0.append(rows.0.pass);
     }
 }

@@ -6,7 +6,7 @@ use pulp::Simd;
 use super::begin::ReferencePressure;
 use crate::fft::{Band, Row};
 use crate::solver::balance::Nodes;
-use crate::solver::extension::{Extension, GivenRows};
+use crate::solver::extension::{Extension, TransposeOutput};
 use crate::solver::flags::{ActiveGroups, FREE, PRESSED, SATURATED, has};
 use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
 
@@ -18,7 +18,7 @@ pub const MIN_SAMPLE_NODES: f64 = 64.0;
 pub struct Means {
     pub correction: f64,
     /// Last move, before it was scaled.
-    pub last_move: f64,
+    pub last_step: f64,
     /// Correction, for rows of the sample only.
     pub sampled_correction: f64,
     /// Correction × displacement under the last move, for rows of the sample only.
@@ -31,7 +31,7 @@ pub struct Peek<'a> {
     groups: &'a ActiveGroups,
     sample: &'a Sample,
     /// Result of the transpose of the extension, to be added to corrections.
-    given: GivenRows<'a>,
+    given: TransposeOutput<'a>,
     sums: InOrder<PeekSums>,
     /// Collects free nodes, if the material yields.
     candidates: Option<GatherCandidates<'a>>,
@@ -51,7 +51,7 @@ impl Accumulate for PeekSums {
         sampled_nodes: 0.0,
         sums: Means {
             correction: 0.0,
-            last_move: 0.0,
+            last_step: 0.0,
             sampled_correction: 0.0,
             correction_on_image: 0.0,
         },
@@ -62,7 +62,7 @@ impl Accumulate for PeekSums {
         self.sampled_nodes += later.sampled_nodes;
         let (sums, later) = (&mut self.sums, later.sums);
         sums.correction += later.correction;
-        sums.last_move += later.last_move;
+        sums.last_step += later.last_step;
         sums.sampled_correction += later.sampled_correction;
         sums.correction_on_image += later.correction_on_image;
     }
@@ -73,10 +73,10 @@ pub struct GatherCandidates<'a> {
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
     /// Factor of the last move that is still to be added to pressures.
-    pub of_move: f32,
+    pub of_step: f32,
     /// Pressures and their changes by corrections.
     pub nodes: Nodes,
-    pub last_moves: Vec<f32>,
+    pub candidate_steps: Vec<f32>,
     pub rows: usize,
 }
 
@@ -113,24 +113,24 @@ impl GatherCandidates<'_> {
         for ((correction, last_step), (reference_pressure, increment)) in
             corrections.iter().zip(last_step).zip(pressure)
         {
-            gathered[0][count] = reference_pressure + (increment + self.of_move * last_step);
+            gathered[0][count] = reference_pressure + (increment + self.of_step * last_step);
             gathered[1][count] = -correction;
             gathered[2][count] = *last_step;
             count += usize::from(has(*last_step, FREE));
         }
-        let [pressures, changes, moves] = &gathered;
+        let [pressures, changes, steps] = &gathered;
         self.nodes.extend(pressures, changes, count);
-        self.last_moves.extend_from_slice(moves);
-        self.last_moves.truncate(self.nodes.len());
+        self.candidate_steps.extend_from_slice(steps);
+        self.candidate_steps.truncate(self.nodes.len());
     }
 
     fn split_off(&mut self) -> Self {
-        Self { nodes: Nodes::default(), last_moves: Vec::new(), rows: 0, ..*self }
+        Self { nodes: Nodes::default(), candidate_steps: Vec::new(), rows: 0, ..*self }
     }
 
     fn append(&mut self, mut later: Self) {
         self.nodes.append(later.nodes);
-        self.last_moves.append(&mut later.last_moves);
+        self.candidate_steps.append(&mut later.candidate_steps);
         self.rows += later.rows;
     }
 }
@@ -147,7 +147,7 @@ impl<'a> Peek<'a> {
             last_step,
             groups,
             sample,
-            given: extension.given_rows(),
+            given: extension.transpose_output(),
             sums: InOrder::new(),
             candidates,
         }
@@ -170,7 +170,7 @@ impl<'a> Peek<'a> {
         let sampled = seen.sampled_nodes.max(1.0);
         Means {
             correction: seen.sums.correction / nodes,
-            last_move: seen.sums.last_move / nodes,
+            last_step: seen.sums.last_step / nodes,
             sampled_correction: seen.sums.sampled_correction / sampled,
             correction_on_image: seen.sums.correction_on_image / sampled,
         }
@@ -182,7 +182,7 @@ impl Pass<f32> for Peek<'_> {
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let last_step = row.of(self.last_step);
         let groups = self.groups.free_row(row);
-        self.given.give_row(row, values, groups);
+        self.given.add_to_row(row, values, groups);
         if let Some(candidates) = &mut self.candidates {
             candidates.gather(row, values, last_step, groups);
         }
@@ -195,7 +195,7 @@ impl Pass<f32> for Peek<'_> {
             sampled_nodes: 0.0,
             sums: Means {
                 correction,
-                last_move: sum_over_groups(groups, last_step, last_step, |last_step, _| {
+                last_step: sum_over_groups(groups, last_step, last_step, |last_step, _| {
                     free(last_step) * last_step
                 }),
                 ..Means::default()

@@ -32,7 +32,7 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
 pub struct GapUpdate {
     pub offset: f32,
     /// Factor of the displacement under the move before scaling.
-    pub on_move: f32,
+    pub on_step: f32,
     /// Factor of the displacement under the pressure before the move.
     pub on_pressure: f32,
     pub reference: f32,
@@ -121,7 +121,7 @@ impl GapUpdate {
     pub fn to_a_start(offset: f64) -> Self {
         Self {
             offset: offset as f32,
-            on_move: 0.0,
+            on_step: 0.0,
             on_pressure: 0.0,
             reference: 0.0,
             pressed: PRESSED,
@@ -144,13 +144,13 @@ impl GapUpdate {
         gap: &mut [[S::f32s; R]],
         heights: &[[S::f32s; R]],
     ) {
-        let on_move = Lanes::all(simd, self.on_move);
+        let on_step = Lanes::all(simd, self.on_step);
         let on_pressure = Lanes::all(simd, self.on_pressure);
         let reference = Lanes::all(simd, self.reference);
         for ((value, gap), height) in values.iter_mut().zip(gap).zip(heights) {
             let (g, h) = (Lanes::of(simd, *gap), Lanes::of(simd, *height));
             let displacement = g + h + reference;
-            let image = (on_pressure * displacement).plus(on_move, Lanes::of(simd, *value));
+            let image = (on_pressure * displacement).plus(on_step, Lanes::of(simd, *value));
             *value = image.numbers();
             *gap = (g + image).numbers();
         }

@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::begin::ReferencePressure;
 use crate::fft::{Band, Row};
-use crate::solver::extension::GivenRows;
+use crate::solver::extension::TransposeOutput;
 use crate::solver::flags::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
 use crate::solver::lanes::{
     Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups,
@@ -53,7 +53,7 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub pressure_increment: Band<'a, f32>,
     pub active: &'a ActiveGroups,
     /// Result of the transpose of the extension, to be added to corrections.
-    pub given: GivenRows<'a>,
+    pub given: TransposeOutput<'a>,
     pub last_step: Band<'a, f32>,
     pub gap: &'a [f32],
     pub heights: &'a [f32],
@@ -64,7 +64,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let active = self.active.row(row);
-        self.given.give_row(row, values, self.active.free_row(row));
+        self.given.add_to_row(row, values, self.active.free_row(row));
         let (values, last_values) = split_mut::<S, R>(values);
         let (reference_pressure, last_base) = split::<S, R>(self.reference_pressure.row(row));
         let (increment, last_increment) = split_mut::<S, R>(self.pressure_increment.row(row));
@@ -123,38 +123,38 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
 pub struct Direction {
     /// Factors of the pressure and of the last move in the pending update.
     of_pressure: f32,
-    of_move: f32,
+    of_step: f32,
     /// Factors of the last move and of the pressure in the direction.
-    share: f32,
+    beta: f32,
     scaling: f32,
     /// Subtracted from the direction, which keeps the mean pressure if nothing is clipped.
     mean: f32,
-    step: f32,
+    step_length: f32,
 }
 
 impl Direction {
     /// Returns the direction of the correction, for pressures without a pending update.
-    pub fn first(step: f64, mean: f64) -> Self {
+    pub fn first(step_length: f64, mean: f64) -> Self {
         Self {
             of_pressure: 0.0,
-            of_move: 0.0,
-            share: 0.0,
+            of_step: 0.0,
+            beta: 0.0,
             scaling: 0.0,
             mean: mean as f32,
-            step: step as f32,
+            step_length: step_length as f32,
         }
     }
 
     /// Returns the direction with `share` of the last move, whose update is `pending`.
-    pub fn next(pending: PendingUpdate, share: f64, step: f64, mean: f64) -> Self {
-        let share = share * pending.part;
+    pub fn next(pending: PendingUpdate, beta: f64, step_length: f64, mean: f64) -> Self {
+        let beta = beta * pending.part;
         Self {
             of_pressure: (pending.part * (pending.scale - 1.0)) as f32,
-            of_move: (pending.part - 1.0) as f32,
-            share: share as f32,
-            scaling: (share * (pending.scale - 1.0)) as f32,
+            of_step: (pending.part - 1.0) as f32,
+            beta: beta as f32,
+            scaling: (beta * (pending.scale - 1.0)) as f32,
             mean: mean as f32,
-            step: step as f32,
+            step_length: step_length as f32,
         }
     }
 
@@ -173,17 +173,17 @@ impl Direction {
         heights: &[[S::f32s; R]],
     ) -> Sums {
         let of_pressure = Lanes::all(simd, self.of_pressure);
-        let of_move = Lanes::all(simd, self.of_move);
-        let share = Lanes::all(simd, self.share);
+        let of_step = Lanes::all(simd, self.of_step);
+        let beta = Lanes::all(simd, self.beta);
         let scaling = Lanes::all(simd, self.scaling);
         let mean = Lanes::all(simd, self.mean);
-        let step = Lanes::all(simd, self.step);
+        let step_length = Lanes::all(simd, self.step_length);
         let nearest = Lanes::all(simd, ceiling.nearest);
         let rest = Lanes::all(simd, ceiling.rest);
         let zero = Lanes::all(simd, 0.0);
-        let mut move_on_gap = zero;
+        let mut step_on_gap = zero;
         let mut pressure_on_gap = zero;
-        let mut move_on_height = zero;
+        let mut step_on_height = zero;
         let mut pressure_on_height = zero;
         let mut rounded = zero;
 
@@ -198,11 +198,11 @@ impl Direction {
             let (b, r) = (Lanes::of(simd, *b), Lanes::of(simd, *increment));
             let c = Lanes::of(simd, *last_step);
             let free = c.has(FREE);
-            let last_move = free.or_zero(c);
-            let direction = (scaling * (b + r) - correction - mean).plus(share, last_move);
-            let due = (of_pressure * (b + r)).plus(of_move, last_move);
+            let last = free.or_zero(c);
+            let direction = (scaling * (b + r) - correction - mean).plus(beta, last);
+            let due = (of_pressure * (b + r)).plus(of_step, last);
             let old = r + due;
-            let moved = old.plus(step, direction).max(-b);
+            let moved = old.plus(step_length, direction).max(-b);
             let new = if YIELDS {
                 let top = (nearest - b) + rest;
                 let fixed = c.has(SATURATED).choose(top, -b);
@@ -217,7 +217,7 @@ impl Direction {
             *increment = new.numbers();
             let pressed = (-b).is_below(new);
             let (p, g, h) = (b + new, Lanes::of(simd, *g), Lanes::of(simd, *h));
-            move_on_gap = move_on_gap.plus(m, g);
+            step_on_gap = step_on_gap.plus(m, g);
             if YIELDS {
                 let elastic = pressed & new.is_below((nearest - b) + rest);
                 let saturated = pressed.unless(elastic);
@@ -228,15 +228,15 @@ impl Direction {
             }
             *last_step = mark(next, free, pressed).numbers();
             pressure_on_gap = pressure_on_gap.plus(p, g);
-            move_on_height = move_on_height.plus(m, h);
+            step_on_height = step_on_height.plus(m, h);
             pressure_on_height = pressure_on_height.plus(p, h);
         }
         Sums {
             pressure_increment: 0.0,
             rounded: rounded.total(),
-            move_on_gap: move_on_gap.total(),
+            step_on_gap: step_on_gap.total(),
             pressure_on_gap: pressure_on_gap.total(),
-            move_on_height: move_on_height.total(),
+            step_on_height: step_on_height.total(),
             pressure_on_height: pressure_on_height.total(),
         }
     }
@@ -250,10 +250,10 @@ pub struct Sums {
     pub pressure_increment: f64,
     /// Correction of this sum for saturated nodes, because the hardness is rounded.
     pub rounded: f64,
-    pub move_on_gap: f64,
+    pub step_on_gap: f64,
     /// Σ pressure after the move × gap; over elastic nodes only, if the material yields.
     pub pressure_on_gap: f64,
-    pub move_on_height: f64,
+    pub step_on_height: f64,
     pub pressure_on_height: f64,
 }
 
@@ -261,18 +261,18 @@ impl Accumulate for Sums {
     const ZERO: Self = Self {
         pressure_increment: 0.0,
         rounded: 0.0,
-        move_on_gap: 0.0,
+        step_on_gap: 0.0,
         pressure_on_gap: 0.0,
-        move_on_height: 0.0,
+        step_on_height: 0.0,
         pressure_on_height: 0.0,
     };
 
     fn add(&mut self, later: Self) {
         self.pressure_increment += later.pressure_increment;
         self.rounded += later.rounded;
-        self.move_on_gap += later.move_on_gap;
+        self.step_on_gap += later.step_on_gap;
         self.pressure_on_gap += later.pressure_on_gap;
-        self.move_on_height += later.move_on_height;
+        self.step_on_height += later.step_on_height;
         self.pressure_on_height += later.pressure_on_height;
     }
 }

@@ -1,12 +1,13 @@
 //! Model of the non-contact area near full contact: isolated penny-shaped cracks.
 //!
-//! The pressure of full contact is Gaussian with mean y and variance 1/4. Around a minimum it is a
-//! paraboloid with the tension T − Cr². A crack opens there up to the radius at which its stress
-//! intensity vanishes, b² = 3T/(2C). The area of the crack is 3/2 of the area under tension.
+//! The pressure of full contact is Gaussian with mean y and variance 1/4. Where it is negative, the
+//! tension around its maximum is T − Cr², with the distance r. A crack opens there up to the radius
+//! b at which the stress intensity vanishes: b² = 3T/(2C). The crack covers 3/2 of the area that
+//! would be under tension.
 
 use crate::theory::persson;
 
-/// Area of an isolated crack divided by the area under tension in full contact.
+/// Ratio of the area of an isolated crack to the area under tension in full contact.
 pub const CRACK_OVER_TENSION: f64 = 1.5;
 
 /// Returns the non-contact fraction (3/4) erfc(√2 y) under a load near full contact.
@@ -16,12 +17,12 @@ pub fn noncontact(load: f64) -> f64 {
     CRACK_OVER_TENSION * tension(load)
 }
 
-/// Returns the fraction erfc(√2 y)/2 under tension if the surfaces were bonded in full contact.
+/// Returns the area fraction erfc(√2 y)/2 that would be under tension in full contact.
 pub fn tension(load: f64) -> f64 {
     0.5 * persson::noncontact(load)
 }
 
-/// Returns F(y) = −ln[(1 − a) y √(2π)], which is that of Persson's theory plus ln(4/3).
+/// Returns F(y) = −ln[(1 − a) y √(2π)], which exceeds F of Persson's theory by ln(4/3).
 pub fn approach(load: f64) -> f64 {
     persson::approach(load) - (0.5 * CRACK_OVER_TENSION).ln()
 }

@@ -20,7 +20,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::quadrature::Chebyshev;
 
-/// Largest number of iterations for the axis ratio; each gains at least one digit.
+/// Maximum number of iterations for the axis ratio; each gains at least one digit.
 const ITERATIONS: usize = 60;
 
 /// Contact ellipse of a summit.
@@ -55,7 +55,9 @@ impl Ellipse {
     }
 }
 
-/// Solves κ₂/κ₁ = k² D/B for the axis ratio k; up to a logarithm, κ₂/κ₁ is between k^(3/2) and k².
+/// Solves κ₂/κ₁ = k² D/B for the axis ratio k, with the integrals D and B of [`Integrals`].
+///
+/// Up to a logarithm, κ₂/κ₁ is between k^(3/2) and k².
 fn axis_ratio(curvature_ratio: f64) -> f64 {
     let target = curvature_ratio.ln();
     if target == 0.0 {
@@ -63,7 +65,7 @@ fn axis_ratio(curvature_ratio: f64) -> f64 {
     }
     let mut log = target / 1.5;
     for _ in 0..ITERATIONS {
-        // ln(κ₂/κ₁) is nearly proportional to ln k, which is scaled to the target.
+        // ln(κ₂/κ₁) is nearly proportional to ln k, so that scaling ln k nearly meets the target.
         let next = log * target / Integrals::log_curvature_ratio(log);
         let step = next - log;
         log = next;
@@ -119,17 +121,20 @@ impl Integrals {
 /// Number of terms of the expansions, which converge as exp(−c √terms); see the tests.
 const TERMS: usize = 54;
 
-/// Value of x below which half of the nodes lie, in the range where W changes.
+/// Value of x below which half of the interpolation nodes lie; W changes most in this range.
 const HALF_WAY: f64 = 4.0;
 
-/// Step in ln(u/(1 − u)) of the trapezoidal rule, which converges exponentially.
+/// Step in τ = ln(u/(1 − u)) of the trapezoidal rule, which converges exponentially.
 const STEP: f64 = 0.25;
 
-/// Range of steps; the integrand decays as e^τ to the left and at least as e^(−3|τ|/2) to the
-/// right.
+/// Steps of the trapezoidal rule.
+///
+/// The integrand decays as e^τ for τ → −∞ and at least as e^(−3τ/2) for τ → ∞.
 const STEPS: std::ops::RangeInclusive<i32> = -190..=110;
 
-/// Means of the factors of area and load, relative to their limit f(0) H² at large x.
+/// Table of the means of the factors of area and load, relative to their limits at large x.
+///
+/// Both entries interpolate (1 + x) W(x) in x/(4 + x).
 #[derive(Debug, Clone)]
 pub(super) struct EllipticityMeans {
     area: Chebyshev,
@@ -137,9 +142,9 @@ pub(super) struct EllipticityMeans {
 }
 
 impl EllipticityMeans {
-    /// Tabulates the means of a function of κ₂/κ₁ that returns the factors of area and load.
+    /// Tabulates the means of the factors of area and load; `factors` computes both from κ₂/κ₁.
     ///
-    /// Both factors must be one at κ₂ = κ₁ and grow more slowly than κ₁/κ₂ towards the cylinder.
+    /// Both factors must be one at κ₂ = κ₁ and grow more slowly than κ₁/κ₂ for κ₂/κ₁ → 0.
     pub fn new(factors: impl Fn(f64) -> (f64, f64)) -> Self {
         let nodes: Vec<Node> = STEPS.map(|step| Node::new(step, &factors)).collect();
         let x = Chebyshev::nodes(TERMS).map(|unit| HALF_WAY * unit / (1.0 - unit));
@@ -147,7 +152,7 @@ impl EllipticityMeans {
         Self { area: Chebyshev::from_values(&area), load: Chebyshev::from_values(&load) }
     }
 
-    /// Returns x W(x) for the factors of area and of load.
+    /// Returns x W(x) for the factor of the area and for the factor of the load.
     pub fn at(&self, x: f64) -> (f64, f64) {
         let unit = x / (HALF_WAY + x);
         let weight = x / (1.0 + x);
@@ -176,7 +181,7 @@ impl Node {
     }
 }
 
-/// Returns (1 + x) W(x) of both factors, which has positive finite bounds.
+/// Returns (1 + x) W(x) for both factors; it is positive and bounded for all x.
 fn transform(nodes: &[Node], x: f64) -> (f64, f64) {
     let (area, load) = nodes.iter().fold((0.0, 0.0), |(area, load), node| {
         let weight = node.weight * (-x * node.square).exp();

@@ -9,10 +9,10 @@ pub struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// Computes the rule of `order` nodes by Newton's method for the Legendre polynomial.
+    /// Computes the rule with `order` nodes; Newton's method finds the zeros of the polynomial.
     pub fn new(order: u32) -> Self {
         let node = |index: u32| {
-            // An approximation of the zero, close enough for quadratic convergence.
+            // The start is close enough to the zero for quadratic convergence.
             let mut x = (PI * (f64::from(index) + 0.75) / (f64::from(order) + 0.5)).cos();
             let mut slope = 0.0;
             for _ in 0..8 {
@@ -51,12 +51,12 @@ pub struct Chebyshev {
 }
 
 impl Chebyshev {
-    /// Iterates over the interpolation nodes in (0, 1) for an expansion of `terms` terms.
+    /// Iterates over the interpolation nodes in (0, 1) for an expansion with `terms` terms.
     pub fn nodes(terms: usize) -> impl Iterator<Item = f64> {
         (0..terms).map(move |node| 0.5 + 0.5 * Self::angle(node, terms).cos())
     }
 
-    /// Expands the function that has the given values at [`Self::nodes`].
+    /// Creates the interpolant from the values of a function at [`Self::nodes`].
     pub fn from_values(values: &[f64]) -> Self {
         let terms = values.len();
         let coefficient = |order: usize| {

@@ -14,19 +14,21 @@ use std::f64::consts::{PI, SQRT_2};
 
 use crate::theory::persson::erfcx;
 
-/// Moments of the spectrum of an isotropic surface along one direction, with α = m0 m4/m2² ≥ 3/2.
+/// Spectral moments of an isotropic Gaussian surface, which determine its summits.
+///
+/// Nayak's parameter α = m0 m4/m2² is at least 3/2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summits {
     /// Variance m0 of the heights.
     pub m0: f64,
-    /// Variance m2 of the slope along one direction, half the mean square gradient.
+    /// Variance m2 of the slope along one direction, equal to half the mean square gradient.
     pub m2: f64,
     /// Variance m4 of the second derivative along one direction.
     pub m4: f64,
 }
 
 impl Summits {
-    /// Creates the moments for Nayak's parameter α, in units with m0 = m2 = 1.
+    /// Returns the spectral moments for Nayak's parameter α, in units with m0 = m2 = 1.
     pub fn reduced(nayak: f64) -> Self {
         Self { m0: 1.0, m2: 1.0, m4: nayak }
     }
@@ -54,22 +56,26 @@ impl Summits {
         self.m0 * (1.0 - constant / self.nayak())
     }
 
-    /// Returns the mean (8/3)√(m4/π) of the mean curvature of the summits.
+    /// Returns the mean curvature averaged over all summits, (8/3)√(m4/π).
     pub fn mean_curvature(&self) -> f64 {
         8.0 / 3.0 * (self.m4 / PI).sqrt()
     }
 
-    /// Returns the variance of the mean curvature over all points of the surface, about zero.
+    /// Returns the mean square ⟨H²⟩ of the mean curvature over all points of the surface.
     pub fn curvature_variance(&self) -> f64 {
         2.0 / 3.0 * self.m4
     }
 
-    /// Returns the variance of the mean curvature over points of one height z, about z m2/m0.
+    /// Returns the variance of the mean curvature over all points at the same height z.
+    ///
+    /// The mean over these points is z m2/m0.
     pub fn curvature_variance_at_a_height(&self) -> f64 {
         (self.curvature_variance() - self.m2 * self.m2 / self.m0).max(0.0)
     }
 
-    /// Returns the distribution of the heights of points (and of summits) of one mean curvature H.
+    /// Returns the height distribution of all points with the mean curvature H.
+    ///
+    /// The summits with this mean curvature have the same distribution.
     pub(crate) fn heights(&self, mean_curvature: f64) -> GaussianHeights {
         let regression = self.m2 / self.curvature_variance();
         GaussianHeights {
@@ -78,10 +84,9 @@ impl Summits {
         }
     }
 
-    /// Returns the number of summits per unit area and per units of height, H and d.
+    /// Returns the density of summits per unit of area, of height z, of H and of d.
     ///
-    /// The density is zero unless 0 ≤ d < H. It is singular at α = 3/2, where the height determines
-    /// H.
+    /// The density is zero unless 0 ≤ d < H. It is singular at α = 3/2, where z determines H.
     pub fn density(&self, height: f64, mean_curvature: f64, curvature_difference: f64) -> f64 {
         let (h, d) = (mean_curvature, curvature_difference);
         if !(0.0..h).contains(&d) {
@@ -98,10 +103,10 @@ impl Summits {
     }
 }
 
-/// Range of the normal density in standard deviations; the rest is below rounding.
+/// Number of standard deviations beyond which the normal density is below rounding.
 const REACH: f64 = 9.0;
 
-/// Normal distribution of heights z.
+/// Normal distribution of the heights z of summits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussianHeights {
     pub mean: f64,
@@ -109,27 +114,27 @@ pub(crate) struct GaussianHeights {
     pub deviation: f64,
 }
 
-/// Partial moments ⟨(z − s)₊ⁿ⟩ of the heights above a plane at s.
+/// Partial moments ⟨(z − s)₊ⁿ⟩ of the heights z above a plane at height s.
 ///
-/// The area of Hertz contacts is proportional to n = 1 and their load to n = 3/2. The derivatives
-/// with respect to the separation are proportional to n = 0 and n = 1/2.
+/// The area of Hertz contacts is proportional to the moment n = 1, their load to n = 3/2. The
+/// derivatives of area and load with respect to s are proportional to n = 0 and n = 1/2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Excess {
-    /// Moment of n = 0: fraction of summits above the plane.
+    /// Moment n = 0: the fraction of summits above the plane.
     pub fraction: f64,
-    /// Moment of n = 1/2.
+    /// Moment n = 1/2, in √height.
     pub half: f64,
-    /// Moment of n = 1.
+    /// Moment n = 1: the mean excess height.
     pub first: f64,
-    /// Moment of n = 3/2.
+    /// Moment n = 3/2, in height^(3/2).
     pub three_halves: f64,
 }
 
 impl GaussianHeights {
     /// Returns the partial moments above a plane at height s = `separation`.
     ///
-    /// Relative errors are below 1e-13. The error of the first moment at u standard deviations
-    /// above the mean is u² rounding errors.
+    /// Relative errors are below 1e-13. Only the error of the first moment is larger, u² rounding
+    /// errors, if the plane is u ≫ 1 standard deviations above the mean.
     pub fn excess(&self, separation: f64) -> Excess {
         if self.deviation == 0.0 {
             let excess = self.mean - separation;
@@ -147,7 +152,7 @@ impl GaussianHeights {
 }
 
 impl Excess {
-    /// Returns the moments of a single height.
+    /// Returns the moments of summits that all exceed the plane by `excess`.
     fn from_height(excess: f64) -> Self {
         let fraction = if excess > 0.0 { 1.0 } else { 0.0 };
         let excess = excess.max(0.0);
@@ -163,7 +168,7 @@ impl Excess {
     }
 }
 
-/// Returns ⟨1⟩ = Q(u) and ⟨w − u⟩ = φ(u) − u Q(u).
+/// Returns the moments n = 0 and 1 of a standard normal w: Q(u), and φ(u) − u Q(u).
 fn whole_powers(u: f64) -> (f64, f64) {
     if u < 0.0 {
         let above = 0.5 * libm::erfc(u / SQRT_2);
@@ -174,13 +179,14 @@ fn whole_powers(u: f64) -> (f64, f64) {
     (density(u) * mills, density(u) * (1.0 - u * mills))
 }
 
-/// Returns ⟨(w − u)^n⟩ for n = 1/2 and 3/2, integrated over v with w − u = v².
+/// Returns the moments n = 1/2 and 3/2 of a standard normal w above u.
 ///
-/// The integrand is even and entire in v, so the trapezoidal rule converges exponentially.
+/// The integration variable is v = √(w − u). The integrand is even and entire in v, so the
+/// trapezoidal rule converges exponentially.
 fn half_powers(u: f64) -> (f64, f64) {
     let end = (u.max(0.0).powi(2) + REACH * REACH).sqrt() - u;
-    // For large u, the integrand is a Gaussian of variance 1/(2u); for large −u, two Gaussians of
-    // variance 1/(4|u|).
+    // The step is small relative to the width of the integrand: a Gaussian of variance 1/(2u) for
+    // u → ∞, and two Gaussians of variance 1/(4|u|) for u → −∞.
     let step = 0.5 / (4.0 * u.abs() + 10.0).sqrt();
     let (mut half, mut three_halves) = (0.0, 0.0);
     for node in 1.. {
@@ -195,7 +201,7 @@ fn half_powers(u: f64) -> (f64, f64) {
     (2.0 * step * half, 2.0 * step * three_halves)
 }
 
-/// Returns the moments of `half_powers` for u < −REACH by the trapezoidal rule in w.
+/// Returns the moments like `half_powers`, for u < −REACH, by the trapezoidal rule in w.
 ///
 /// The singularity at w = u is outside the range of integration.
 fn half_powers_far_below(u: f64) -> (f64, f64) {
@@ -221,7 +227,7 @@ mod tests {
     use super::*;
     use crate::theory::models::quadrature::GaussLegendre;
 
-    /// Returns ∫ weight(z, H) D dz dH dd.
+    /// Integrates `weight(z, H)` times the density of summits over z, H and d.
     fn mean(summits: Summits, weight: impl Fn(f64, f64) -> f64) -> f64 {
         let rule = GaussLegendre::new(48);
         let (rms, bend) = (summits.m0.sqrt(), summits.curvature_variance().sqrt());

@@ -1,4 +1,4 @@
-//! Causes that make tasks run, their texts, and the comparison of one stage with its record.
+//! Causes that make tasks run, and the comparison of a stage with its record that finds them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -24,36 +24,36 @@ pub enum Why {
     NewStage,
     /// A parameter point or a realization is new.
     New {
-        /// Coordinates that distinguish it from all earlier points, as few as possible.
+        /// Coordinates that distinguish the new point or realization from all earlier ones.
         fields: Vec<Field>,
     },
     Changed {
         fields: Vec<Change>,
     },
-    /// The program computes the stage differently.
+    /// The program has a new version of the stage's computation.
     Version {
         /// Version of the stage on record.
         old: u32,
         new: u32,
     },
-    /// The stage reads another stage than before.
+    /// The stage reads a stage that it did not read before.
     ReadsMore {
         name: String,
     },
-    /// The stage no longer reads a stage.
+    /// The stage no longer reads a stage that it read before.
     ReadsLess {
         name: String,
     },
-    /// Something that was pooled before no longer exists.
+    /// A parameter point or a realization that was pooled before no longer exists.
     Fewer {
-        /// Coordinates of what is missing.
+        /// Coordinates of the removed point or realization.
         fields: Vec<Field>,
     },
-    /// The pooled tables come in another order.
+    /// The order of the pooled tables has changed.
     Reordered,
-    /// The task was planned before, and the run did not finish.
+    /// The task was planned before, but the last run ended before the task was computed.
     Unfinished,
-    /// All tasks of the stage were finished, and the file of this task is missing.
+    /// All tasks of the stage were finished, but the file of this task is missing.
     Missing,
     /// The file was damaged and is in quarantine.
     Damaged,
@@ -65,7 +65,7 @@ pub struct Field {
     pub value: Shown,
 }
 
-/// Parameter with its values before and now; `None` where it had no value.
+/// Parameter with its old and new values; `None` means that it had no value.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 pub struct Change {
     pub field: String,
@@ -73,7 +73,7 @@ pub struct Change {
     pub new: Option<Shown>,
 }
 
-/// Text of a value, short enough for a line.
+/// Value of a parameter as a text that fits on a line.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize)]
 #[serde(transparent)]
 pub struct Shown(pub String);
@@ -82,7 +82,7 @@ impl Shown {
     /// Maximum length in characters of a value that is neither a list nor a number.
     const MAX_LENGTH: usize = 60;
 
-    /// Shortens the value of a parameter, given as JSON.
+    /// Formats the value of a parameter, given as JSON, and shortens it if necessary.
     pub fn from_json(json: &str) -> Shown {
         let value = serde_json::from_str(json);
         Shown(value.map_or_else(|_| json.to_owned(), |value| short(&value, json)))
@@ -102,12 +102,12 @@ fn short(value: &Value, json: &str) -> String {
                 parts.collect::<Vec<_>>().join(", ")
             }
         },
-        // The text is copied, because parsing a number may round its last digit.
+        // The text is used as it is, because parsing a number may round its last digit.
         _ => cut(json),
     }
 }
 
-/// Formats a short list in full and a long list by its first and last values.
+/// Formats a list: in full if it is short, otherwise as its length, first value and last value.
 fn listed(list: &[Value]) -> String {
     const SHORT: usize = 6;
     let items = |list: &[Value]| -> Vec<String> {
@@ -123,7 +123,7 @@ fn listed(list: &[Value]) -> String {
     }
 }
 
-/// Rounds a number to five digits, enough to recognise a load.
+/// Formats a number with five digits, which are enough to recognise a load.
 fn rounded(value: &Value) -> String {
     match value.as_f64() {
         Some(number) => format!("{:.4e}", number)
@@ -185,23 +185,23 @@ impl fmt::Display for Change {
     }
 }
 
-/// Maximum number of removed points with which a new point is compared. An edited point finds its
-/// old version among the nearest, and large grids are not compared pairwise.
+/// Maximum number of removed points with which a new point is compared, so that large grids are not
+/// compared pairwise. The old version of an edited point is usually among the first of them.
 const CANDIDATES: usize = 64;
 
 /// Changes of a stage since the last run.
 #[derive(Debug, Default)]
 pub struct StageChanges {
-    /// Changes that affect all its tasks.
+    /// Changes that affect all tasks of the stage.
     pub to_all: Vec<Why>,
-    /// Changes of each point, in order.
+    /// Changes of each parameter point, in the order of the points.
     pub points: Vec<PointChange>,
-    /// Points without a successor, and stages that are no longer read. They affect only tasks that
-    /// pool them.
+    /// Points that no longer exist, and stages that are no longer read. They affect only tasks that
+    /// pool several tables.
     pub removed: Vec<Why>,
-    /// Stages that it did not read before.
+    /// Names of the stages that this stage did not read before.
     pub reads_more: Vec<String>,
-    /// True if the order of points, or of the stages that it reads, has changed.
+    /// True if the order of the points, or of the stages that this stage reads, has changed.
     pub is_reordered: bool,
 }
 
@@ -210,15 +210,14 @@ pub struct StageChanges {
 pub struct PointChange {
     /// Cause of the change, or `None` if the point existed before.
     pub why: Option<Why>,
-    /// True if its identity is unchanged, so that later stages do not see the change.
+    /// True if the identity of the point is unchanged, so that later stages are not affected.
     pub keeps_identity: bool,
-    /// Number of surfaces on record, if the point existed before. Additional surfaces are new, and
-    /// missing surfaces affect tasks that pool them.
+    /// Number of surfaces at this point in the last run, or `None` if the point is new or edited.
     pub realizations_before: Option<u32>,
 }
 
 impl StageChanges {
-    /// Compares a stage with its record.
+    /// Compares a stage (`now`) with its earlier version on record (`before`).
     pub fn between(before: Option<&StageRecord>, now: &StageRecord) -> StageChanges {
         let Some(before) = before else {
             return StageChanges {
@@ -245,10 +244,13 @@ impl StageChanges {
     }
 }
 
-/// Assignment of points to points on record, as the same point or as its edited version.
+/// Matches between the present points of a stage and those on record.
 struct PointMatches {
+    /// For each present point, the index of the identical point on record.
     same: Vec<Option<usize>>,
+    /// For each present point, the index of the point on record of which it is an edited version.
     edited: Vec<Option<usize>>,
+    /// For each point on record, true if a present point matches it.
     is_taken: Vec<bool>,
 }
 
@@ -316,7 +318,7 @@ impl PointMatches {
     }
 }
 
-/// Values of each parameter among a set of points.
+/// Values that each parameter takes in a set of points, by name of the parameter.
 struct KnownValues<'a>(BTreeMap<&'a str, BTreeSet<&'a str>>);
 
 impl<'a> KnownValues<'a> {
@@ -328,8 +330,8 @@ impl<'a> KnownValues<'a> {
         KnownValues(seen)
     }
 
-    /// Returns what distinguishes a point from the set: values that no point of the set has, or
-    /// else all parameters that vary.
+    /// Returns the coordinates that distinguish a point from the points of the set: the values that
+    /// none of these has. If there are none, returns all parameters that vary in the set.
     fn coordinates(&self, point: &PointRecord) -> Vec<Field> {
         let values = |name: &str| self.0.get(name);
         let is_unseen = |(name, value): &(&String, &String)| {

@@ -1,8 +1,8 @@
-//! Record of a study as it last ran, used only to explain what an edit changed.
+//! Record of a study at its last run, used only to explain why tasks run.
 //!
-//! Each study has one small file beside the store. It holds the stages, the points of their grids
-//! with all defaults, and the number of finished tasks. Its size grows with the grid, not with the
-//! number of tasks. Without the file only explanations are lost.
+//! Each study has one small file beside the store. It lists the stages, their parameter points with
+//! all defaults, and the number of finished tasks. Its size grows with the number of points, not
+//! with the number of tasks. If the file is lost, only explanations are lost.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,10 +20,10 @@ use asperity_tables::store::key::Digest;
 use asperity_tables::store::listing;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 
-/// Maximum size of a file to read, enough for tens of thousands of points.
+/// Maximum size in bytes of a record that is read, enough for tens of thousands of points.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// A study as it was planned, and its progress.
+/// Stages of a study with their parameter points and numbers of finished tasks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     pub stages: Vec<StageRecord>,
@@ -35,18 +35,18 @@ pub struct StageRecord {
     pub kind: Kind,
     /// Version of the stage's computation.
     pub version: u32,
-    /// Names of the stages that it reads.
+    /// Names of the stages that this stage reads.
     pub reads: Vec<String>,
     pub points: Vec<PointRecord>,
     pub tasks: usize,
-    /// Number of these tasks whose tables were in the store.
+    /// Number of tasks whose tables were in the store.
     pub finished: usize,
 }
 
-/// Record of one point of a stage's grid.
+/// Record of one parameter point of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointRecord {
-    /// Parameters by name, as JSON, with all defaults.
+    /// Values of all parameters as JSON texts, by name, including defaults.
     pub fields: BTreeMap<String, String>,
     /// Number of surfaces at this point; 1 for stages that do not generate surfaces.
     pub realizations: u32,
@@ -56,7 +56,7 @@ pub struct PointRecord {
 }
 
 impl Record {
-    /// Creates the record of a planned study, some of whose tasks are missing from the store.
+    /// Creates the record of a study; the tasks in `missing` have no table in the store.
     pub fn new(study: &Study, plan: &Plan, missing: &[usize]) -> Record {
         let mut is_missing = vec![false; plan.tasks.len()];
         missing.iter().for_each(|&task| is_missing[task] = true);
@@ -77,7 +77,7 @@ impl Record {
         Record { stages: stages.map(record).collect() }
     }
 
-    /// Returns the indices of the stages with these names.
+    /// Returns the indices of the stages with the given names.
     pub fn positions<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = usize> + 'a {
         let position = |name: &String| self.stages.iter().position(|stage| stage.name == *name);
         names.iter().filter_map(position)
@@ -105,12 +105,12 @@ impl Record {
         })
     }
 
-    /// Returns the content of the file.
+    /// Returns the record as the bytes of its file.
     pub fn bytes(&self) -> Vec<u8> {
         serde_json::to_vec(self).expect("a record is plain data")
     }
 
-    /// Writes the record, unless the same record exists.
+    /// Writes the record to its file, unless the file already has the same content.
     pub fn write(&self, folder: &Path, study: &str) -> Result<(), StoreError> {
         let path = Record::path(folder, study);
         let bytes = self.bytes();
@@ -122,7 +122,7 @@ impl Record {
 }
 
 impl StageRecord {
-    /// Returns the point and realization of every task, in the order of the stage's tasks.
+    /// Returns the point and realization of each task, in the order of the stage's tasks.
     pub fn grid_positions(&self) -> Vec<GridPosition> {
         if self.kind == Kind::Generate {
             let points = self.points.iter().enumerate();
@@ -137,16 +137,16 @@ impl StageRecord {
     }
 }
 
-/// Position of a task in the grid of its stage.
+/// Parameter point and realization of a task.
 #[derive(Debug, Clone, Copy)]
 pub struct GridPosition {
-    /// Index of the point in the stage's grid.
+    /// Index of the parameter point in its stage.
     pub point: usize,
-    /// Number of the surface at this point.
+    /// Number of the surface at this point, from 0.
     pub realization: u32,
 }
 
-/// Returns the points of a stage's grid, in order.
+/// Returns the parameter points of a stage, in order.
 fn points(work: &Work) -> Vec<PointRecord> {
     match work {
         Work::Generate(surfaces) => surfaces
@@ -161,9 +161,9 @@ fn points(work: &Work) -> Vec<PointRecord> {
 }
 
 impl PointRecord {
-    /// Creates the record of a recipe that evaluates other stages.
+    /// Creates the record of a recipe that reads other stages.
     ///
-    /// For a query only its text is recorded, because the stage's inputs name its tables.
+    /// Of an SQL query, only the text is recorded, because [`StageRecord::reads`] names the tables.
     fn evaluating(recipe: &Recipe) -> PointRecord {
         let Some(query) = recipe.query() else {
             return PointRecord::new(recipe, 1);
@@ -179,7 +179,7 @@ impl PointRecord {
     fn new(recipe: &Recipe, realizations: u32) -> PointRecord {
         let json = serde_json::to_value(recipe).expect("parameters are plain data");
         let mut fields = fields_of(json);
-        // The realization distinguishes surfaces of one point.
+        // The realization distinguishes surfaces of the same point.
         fields.remove("realization");
         PointRecord {
             fields,
@@ -189,8 +189,8 @@ impl PointRecord {
     }
 }
 
-/// Returns the names and values of an object. If its only value is an object, returns those of the
-/// inner object.
+/// Returns the members of a JSON object, with values as JSON texts. If the only value is itself an
+/// object, returns the members of that inner object.
 fn fields_of(json: Value) -> BTreeMap<String, String> {
     let Value::Object(object) = json else {
         return BTreeMap::new();

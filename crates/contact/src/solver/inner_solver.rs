@@ -1,14 +1,14 @@
-//! State of a search in single precision on one mesh.
+//! State of the iterations in single precision on one mesh.
 //!
-//! A search does not depend on earlier loads or on double precision. A [`Solver`](super::Solver)
-//! provides its start and evaluates its result.
+//! The inner solver does not depend on earlier loads or on double precision. A
+//! [`Solver`](super::Solver) provides its initial pressures and gaps and evaluates its result.
 
 use super::Hardness;
 use super::balance::Nodes;
 use super::extension::Extension;
 use super::flags::ActiveGroups;
 use super::half_space::Stiffness;
-use super::line_search::Steps;
+use super::line_search::StepLengths;
 use super::passes::{ReferencePressure, Sample};
 use super::two_level::TwoLevel;
 use crate::elasticity;
@@ -16,41 +16,42 @@ use crate::elasticity::ElasticOperator;
 use crate::fft::{Kernel, Scratch, Transform};
 use crate::threads::Threads;
 
-pub struct Search {
+pub struct InnerSolver {
     pub nodes: [usize; 2],
-    /// Number of smaller mesh steps in the longer side.
+    /// Ratio of the longer side of the cell to the smaller mesh step.
     pub steps_per_side: f64,
     pub heights: Vec<f32>,
-    /// Level that is subtracted from heights.
+    /// Reference that is subtracted from heights.
     pub height_reference: f64,
     pub load: f64,
-    /// The hardness, while pressures are kept below it.
+    /// Upper bound of the pressures; `None` while they are not bounded.
     pub bound: Option<Hardness>,
-    pub steps: Steps,
-    /// Step lengths of iterations that started from a coarser mesh.
-    pub nested_steps: Steps,
+    pub step_lengths: StepLengths,
+    /// Step lengths of iterations that start from a coarser mesh.
+    pub nested_step_lengths: StepLengths,
 
     pub gap: Vec<f32>,
-    /// Level that is subtracted from gaps.
+    /// Reference that is subtracted from gaps.
     pub reference: f64,
-    /// Level from which the residual is measured, minus `reference`.
+    /// Offset of the present residual, relative to `reference`.
     pub level: f64,
-    /// Part of the pressure that does not change during the search.
+    /// Part of the pressure that does not change during the iterations.
     pub reference_pressure: ReferencePressure,
     /// Difference of pressure and reference pressure.
     pub pressure_increment: Vec<f32>,
-    /// Last move of free nodes, with flags in the lowest bits (`flags`).
+    /// Last step of free nodes, with flags in the lowest bits (`flags`).
     pub last_step: Vec<f32>,
     pub active: ActiveGroups,
     pub sample: Sample,
     pub free_nodes: f64,
     pub extension: Extension,
     pub two_level: TwoLevel,
-    /// True if the two-level preconditioner computes the present corrections.
+    /// True if the present corrections are those of the two-level preconditioner.
     pub is_by_blocks: bool,
-    /// Nodes whose pressure may change and their last moves, if the material yields.
+    /// Nodes whose pressure may change, if the material yields; `candidate_steps` are their last
+    /// steps.
     pub candidates: Nodes,
-    pub last_moves: Vec<f32>,
+    pub candidate_steps: Vec<f32>,
 
     pub transform: Transform<f32>,
     pub scratch: Scratch<f32>,
@@ -65,8 +66,8 @@ pub struct Search {
     pub threads: Threads,
 }
 
-impl Search {
-    /// Prepares a search on the mesh of a body, with one height for each node.
+impl InnerSolver {
+    /// Prepares iterations on the mesh of a body, with one height for each node.
     pub fn new(threads: &Threads, body: &dyn ElasticOperator, heights: Vec<f32>) -> Self {
         let (nodes, cells) = (body.grid().nodes(), body.grid().count());
         let extension = Extension::new(nodes, body.stiffness_nodes());
@@ -80,8 +81,8 @@ impl Search {
             height_reference: 0.0,
             load: 0.0,
             bound: None,
-            steps: Steps::default(),
-            nested_steps: Steps::default(),
+            step_lengths: StepLengths::default(),
+            nested_step_lengths: StepLengths::default(),
             gap: vec![0.0; cells],
             reference: 0.0,
             level: 0.0,
@@ -95,7 +96,7 @@ impl Search {
             two_level,
             is_by_blocks: false,
             candidates: Nodes::default(),
-            last_moves: Vec::new(),
+            candidate_steps: Vec::new(),
             displacement: elasticity::displacement_on(threads, body),
             scratch: transform.scratch_on(threads.clone()),
             transform,
@@ -114,25 +115,26 @@ impl Search {
         self.threads = threads;
     }
 
-    /// Returns the step lengths for iterations that started from a coarser mesh, or for all others.
-    pub fn steps(&self, is_nested: bool) -> &Steps {
-        if is_nested { &self.nested_steps } else { &self.steps }
+    /// Returns the step lengths of iterations that start from a coarser mesh, or those of all other
+    /// iterations.
+    pub fn step_lengths(&self, is_nested: bool) -> &StepLengths {
+        if is_nested { &self.nested_step_lengths } else { &self.step_lengths }
     }
 
-    pub fn steps_mut(&mut self, is_nested: bool) -> &mut Steps {
-        if is_nested { &mut self.nested_steps } else { &mut self.steps }
+    pub fn step_lengths_mut(&mut self, is_nested: bool) -> &mut StepLengths {
+        if is_nested { &mut self.nested_step_lengths } else { &mut self.step_lengths }
     }
 
     pub fn cells(&self) -> usize {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Returns the highest allowed pressure.
+    /// Returns the bound of the pressures, or infinity.
     pub fn ceiling(&self) -> f64 {
         self.bound.map_or(f64::INFINITY, Hardness::pressure)
     }
 
-    /// Converts an error of the gap to mesh steps of a surface of unit rms slope.
+    /// Converts an error of the gap to mesh steps at unit rms slope.
     pub fn residual(&self, error: f64) -> f64 {
         self.steps_per_side * error
     }
