@@ -4,8 +4,8 @@
 //! regular. No current flows to the ground if the given currents sum to zero. Access to the matrix
 //! dominates the time, so the flows along x and y are solved together, as pairs of values.
 //!
-//! [`Factors`] solves a small graph directly. [`ConjugateDirection`] holds the conjugate direction for a large
-//! graph.
+//! [`Factors`] solves a small graph directly. [`ConjugateDirection`] computes the steps of conjugate
+//! gradients on a large graph.
 
 /// Values for the flow along x and for the flow along y.
 pub type Pair = [f64; 2];
@@ -231,7 +231,7 @@ impl Factors {
     }
 }
 
-/// Conjugate direction of the last step, and its image under the matrix.
+/// Direction of the last conjugate-gradient step, and its image under the matrix.
 pub struct ConjugateDirection {
     pub direction: Vec<Pair>,
     pub image: Vec<Pair>,
