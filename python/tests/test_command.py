@@ -59,10 +59,10 @@ def test_signals_end_it_as_they_end_the_program(study, number, code):
     time.sleep(3)
     process.send_signal(number)
     asked = time.monotonic()
-    _, told = process.communicate(timeout=20)
+    _, errors = process.communicate(timeout=20)
     assert time.monotonic() - asked < 2.0
     assert process.returncode == code
-    assert "stopping; finished tasks are kept" in told
+    assert "stopping; finished tasks are kept" in errors
 
 
 @pytest.mark.skipif(COMMAND is None, reason="asperity is not installed")

@@ -107,7 +107,7 @@ def test_another_thread_runs_while_one_presses():
     assert longest < 0.5
 
 
-def test_whoever_is_told_may_end_a_run(study):
+def test_a_progress_callback_can_end_a_run(study):
     class Enough(Exception):
         pass
 

@@ -70,6 +70,6 @@ try:
 except asperity.errors.QueryError as error:
     print(error)
 """
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.startswith("polars cannot answer this query"), told
-    assert told.stderr == ""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.startswith("polars cannot answer this query"), result
+    assert result.stderr == ""

@@ -10,11 +10,11 @@ import asperity
 def test_a_study_runs_once(study):
     assert study.plan().to_run == 4
     assert "small" in study.check()
-    told = []
-    assert study.run(progress=told.append).computed == 4
+    advances = []
+    assert study.run(progress=advances.append).computed == 4
     assert repr(study.run(progress=False)) == "<asperity.Run of small: nothing to do>"
     assert study.plan().to_run == 0
-    assert all(0 <= advance["share"] <= 1 for advance in told)
+    assert all(0 <= advance["share"] <= 1 for advance in advances)
 
 
 def test_tables_can_be_asked(finished):

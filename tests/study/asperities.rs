@@ -47,7 +47,7 @@ fn asperity_models_have_about_the_contact_area_of_the_solver() {
     let interactions = summits.texts("interaction").unwrap();
     let solved = bench.table("asperities", "solved");
     for row in 0..summits.rows() {
-        // The Hertz contacts of the summits carry the load with about the area of the solution.
+        // At equal loads, the Hertz contacts of the summits have about the area of the solution.
         let coordinates = |table: &Table, row: usize| {
             let surface = table.texts("surface").unwrap().value(row).to_owned();
             (surface, table.reals("load").unwrap().value(row).to_bits())

@@ -259,7 +259,7 @@ fn a_surface_that_has_all_cores_has_the_bytes_of_one() {
     assert_same_files(&alone.files(), &shared.files());
 }
 
-/// A missing file is computed again; a file that no task reads is never opened.
+/// Checks that an extension does not read the stored tables, which the test overwrites.
 #[test]
 fn an_extension_reads_what_is_published_in_place_of_thousands_of_files() {
     let many = |realizations: usize| {

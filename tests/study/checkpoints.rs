@@ -40,7 +40,7 @@ fn options() -> RunOptions {
     }
 }
 
-/// Runs until a share of the block is done and returns the reported shares.
+/// Runs until the progress of the block, from 0 to 1, reaches `most`; returns the reported values.
 fn run_until(bench: &Bench, study: &str, most: f64) -> Vec<f64> {
     let (stop, printed) = (AtomicBool::new(false), Mutex::new(Vec::new()));
     let on_event = |event: Event| {
@@ -54,8 +54,8 @@ fn run_until(bench: &Bench, study: &str, most: f64) -> Vec<f64> {
     printed.into_inner().unwrap()
 }
 
-/// Counts the reported shares that another run reported, too, which are the ends of loads. Shares
-/// within a load depend on the clock.
+/// Counts the finished loads: values of the progress that two runs reported. Values within a load
+/// depend on the clock and differ.
 fn loads(reported: &[f64], by_another: &[f64]) -> usize {
     reported.iter().filter(|share| by_another.contains(share)).count()
 }

@@ -36,7 +36,8 @@ fn start(bench: &Bench) -> Child {
     silent.spawn().unwrap()
 }
 
-/// Kills each process after a random share of `whole`; returns whether one had finished before.
+/// Kills each process after a random fraction of the duration `whole`; returns whether one had
+/// finished before.
 fn kill_at_random(mut runs: Vec<Child>, whole: Duration, random: &mut ChaCha8Rng) -> bool {
     let mut is_done = false;
     for run in &mut runs {

@@ -76,7 +76,7 @@ fn distributions_integrate_to_what_is_measured_of_the_map() {
     let borne = sums(&pressures, loads, |row| density[row] * middle[row] * 0.05);
     for (load, given) in reals(&area, "load").into_iter().enumerate() {
         assert!((covered[load] - fractions[load]).abs() < 1e-12);
-        // The values of the nodes can lie anywhere in their bins.
+        // The tolerance covers the positions of the pressures within their bins of width 0.05.
         assert!((borne[load] - given).abs() < 0.005, "{} {given}", borne[load]);
     }
 
@@ -111,7 +111,7 @@ fn the_gap_stops_percolating_near_two_fifths_of_the_area() {
     let fits = bench.table("spread", "threshold");
     assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
     let value = |name: &str| fits.reals(name).unwrap().value(0);
-    // Wang & Müser 2020: 0.415 for large cells; three small cells scatter.
+    // Wang & Müser (2020) find 0.415 in large cells; the mean of three small cells is less precise.
     let area = value("percolation_area_corrected");
     assert!((area - 0.415).abs() < 0.06, "{area}");
     assert!(area < value("percolation_area"));

@@ -59,7 +59,7 @@ from = "surfaces"
 load_unit = "absolute"
 loads = [0.0005, 0.001, 0.0015]
 "#;
-    // E* = 1 and a slope of 0.02, which is not exact in binary.
+    // E* is 1 and the rms slope is 0.02, which has no exact binary representation.
     let sloped = reduced.replace("hurst = 0.8", "hurst = 0.8\nrms_slope = 0.02");
     let both = sloped.replace("from = \"light\"", "from = [\"light\", \"pascals\"]");
     bench.run(&format!("{both}{pascals}"));
@@ -121,7 +121,7 @@ fn claims_rest_on_one_tolerance_and_name_what_they_leave_out() {
     assert!(printed.contains("omitted: 40 rows with tolerance 0.5"), "{printed}");
 }
 
-/// Every swept key, with two values each.
+/// Returns the small study with two values of one key, for each key that can be swept.
 fn sweeps() -> Vec<(&'static str, String)> {
     let swept = [
         ("hurst = 0.8", "hurst = [0.3, 0.8]"),

@@ -1,4 +1,4 @@
-//! Reasons for running tasks: each kind of edit gives its kind of reason.
+//! Reasons for running tasks, as `asperity explain` gives them after each kind of edit.
 
 use std::fs;
 
@@ -214,7 +214,7 @@ fn missing_damaged_and_uncomputed_tables_have_different_reasons() {
     assert_eq!(reasons(&explained, "corrected"), ["1 corrected missing", "1 corrected damaged"]);
     assert_all(&explained, &["law", "curves"], &[]);
 
-    // The state after a killed run.
+    // The record of a run that was killed.
     let record = bench.path("data/plans/small.json");
     let text = fs::read_to_string(&record).unwrap();
     fs::write(&record, text.replace("\"finished\":4", "\"finished\":2")).unwrap();

@@ -198,7 +198,7 @@ fn earlier_failures_that_cannot_be_read_are_no_failure() {
         assert_eq!(blocked.run().status.code(), Some(1));
         assert!(fs::read(&file).unwrap() == sound);
     }
-    // The table of a stage would have different columns.
+    // A table of a stage has different columns.
     fs::copy(file.with_file_name("surfaces.parquet"), &file).unwrap();
     assert_eq!(blocked.run().status.code(), Some(1));
     assert!(fs::read(&file).unwrap() == sound);

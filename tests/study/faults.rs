@@ -54,8 +54,8 @@ fn strike<'a>(
     victims
 }
 
-/// Returns whether all files are unchanged, after removing the quarantined files.
-fn is_mended(bench: &Bench, before: &BTreeMap<PathBuf, Vec<u8>>) -> bool {
+/// Removes the quarantined files and returns whether the other files equal `before`.
+fn is_restored(bench: &Bench, before: &BTreeMap<PathBuf, Vec<u8>>) -> bool {
     let mut files = bench.files();
     files.retain(|path, _| {
         let is_aside = path.to_string_lossy().contains(".damaged");
@@ -88,7 +88,7 @@ fn verify_finds_every_flipped_bit_and_every_truncation() {
             assert!(printed.contains(victim.to_str().unwrap()), "{printed}");
         }
         bench.run(&study());
-        assert!(is_mended(&bench, &files));
+        assert!(is_restored(&bench, &files));
         assert!(bench.output(&["verify"]).status.success());
     }
 }
@@ -111,7 +111,7 @@ fn no_flipped_bit_and_no_truncation_reaches_a_result() {
         for victim in victims {
             assert!(printed.contains(victim.to_str().unwrap()), "{printed}");
         }
-        assert!(is_mended(&bench, &files));
+        assert!(is_restored(&bench, &files));
     }
 }
 
@@ -129,7 +129,7 @@ fn a_table_that_somebody_has_edited_is_kept_aside_by_the_next_run() {
     assert!(printed.contains("was edited after `asperity run` wrote it"), "{printed}");
     let aside = bench.data().join("results/small/area.parquet.damaged");
     assert_eq!(fs::read(&aside).unwrap(), b"edited");
-    assert!(is_mended(&bench, &before));
+    assert!(is_restored(&bench, &before));
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn interfaces_become_stiffer_under_load_and_the_ends_of_a_block_have_no_slope() 
     let stiffness = area.reals("stiffness_finite_difference").unwrap();
     for surface in 0..3 {
         let of = |load: usize| 8 * surface + load;
-        // Check both ends and both sides of the jump from 0.11 to 0.2.
+        // No central difference exists at both ends and on both sides of the jump from 0.11 to 0.2.
         for load in [0, 2, 3, 7] {
             assert!(stiffness.is_null(of(load)));
         }
@@ -112,7 +112,8 @@ stiffness = true
         // a³ = 3 F R/(4 E*) and dF/dδ = 2 E* a, with side, modulus and radius 1.
         let expected = 2.0 * (0.75 * pressure.value(row)).cbrt();
         let found = stiffness.value(row);
-        // The mesh moves the edge by less than half a node; the radius has about 30 nodes.
+        // The mesh shifts the edge of the contact by less than half a node; the radius is about 30
+        // nodes.
         assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
     }
 }

@@ -157,7 +157,7 @@ fn the_lower_cutoff_decides_how_normal_heights_are() {
     for row in 0..4 {
         assert!((mean[row] - of_modes[row]).abs() < 3.5 * sem[row], "{row}");
     }
-    // By k_lower, k_upper: (1, 16), (1, 64), (4, 16), (4, 64).
+    // The rows have (k_lower, k_upper) = (1, 16), (1, 64), (4, 16), (4, 64).
     let spread = values(&bench.table("heights", "spread"), "integral_of_sd");
     assert!(spread[0].min(spread[1]) > 2.0 * spread[2].max(spread[3]));
     assert!((spread[0] / spread[1] - 1.0).abs() < 0.15);

@@ -128,7 +128,7 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     let advice: Value = serde_json::from_str(&advise(&["--json"])).unwrap();
     let steps = advice[0]["steps"].as_array().unwrap();
     let step = |term: &str| steps.iter().find(|step| step["term"] == term).unwrap();
-    // Both cutoffs and the nodes doubled, the upper cutoff doubled, and only the nodes doubled.
+    // Each term is halved by doubling other parameters.
     for (term, doubled, points) in [
         ("1 / k_lower", &["k_lower", "k_upper", "nodes"][..], 3),
         ("k_lower / k_upper", &["k_upper", "nodes"], 4),

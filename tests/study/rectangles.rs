@@ -160,7 +160,8 @@ fn a_map_that_is_not_periodic_has_the_slope_of_its_differences() {
     bench.run(&manifest("f128x192", [0.8, 1.2], "free"));
     let scan = bench.table("outside", "scan");
     assert_eq!(scan.texts("edges").unwrap().value(0), "open");
-    // The waves of the map have a slope of 0.02; differences of those of 7 nodes and more see less.
+    // The modes of the map have an rms slope of 0.02. Differences between nodes underestimate it,
+    // because the shortest wavelength is 7 nodes.
     let slope = scan.reals("rms_slope").unwrap().value(0);
     assert!((0.95..0.995).contains(&(slope / 0.02)), "{slope}");
     let load = bench.table("outside", "contact").reals("load").unwrap().value(0);

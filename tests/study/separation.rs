@@ -44,8 +44,9 @@ fn the_mean_gap_falls_by_half_an_rms_height_while_the_load_grows_by_e() {
     let surfaces = bench.table("separation", "surfaces");
     let heights = surfaces.reals("rms_height").unwrap().values();
     let rms_height = heights.iter().sum::<f64>() / heights.len() as f64;
-    // Persson 2007: of the order of the rms height. A larger study (four times the nodes, twice the
-    // range of wavelengths) gives 0.46; six surfaces give a precision of a few per cent.
+    // Persson (2007) predicts a decay length of the order of the rms height. A larger study (four
+    // times the nodes, twice the range of wavelengths) gives a ratio of 0.46. The precision of six
+    // surfaces is a few per cent.
     let share = value("decay_length") / rms_height;
     assert!((share - 0.46).abs() < 0.04, "{share}");
     assert!(value("decay_length_lower") < value("decay_length"));

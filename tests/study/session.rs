@@ -55,9 +55,9 @@ fn a_run_that_is_stopped_goes_on_later_and_ends_with_the_same_bytes() {
 #[test]
 fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
     let bench = Bench::new();
-    let heard = Mutex::new((Vec::new(), Vec::new()));
+    let received = Mutex::new((Vec::new(), Vec::new()));
     let on_event = |event: Event| {
-        let (finished, damaged) = &mut *heard.lock().unwrap();
+        let (finished, damaged) = &mut *received.lock().unwrap();
         match event {
             Event::Finished(task) => finished.push(task),
             Event::Notice(notice @ Notice::Damaged(_)) => damaged.push(notice.to_string()),
@@ -66,12 +66,12 @@ fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
     };
     let session = session(&bench, STUDY).observed_by(&on_event);
     let report = run(&session);
-    let (mut finished, damaged) = std::mem::take(&mut *heard.lock().unwrap());
+    let (mut finished, damaged) = std::mem::take(&mut *received.lock().unwrap());
     finished.sort_unstable();
     assert_eq!(finished, report.wanted);
     assert!(damaged.is_empty(), "{damaged:?}");
 
-    // A surface that the next tasks read.
+    // Damage a surface that the next tasks read.
     let surface = session.table("surfaces").unwrap();
     let key = surface.texts("task").unwrap().value(0).to_owned();
     let path = session.data().store().join(&key[..2]);
@@ -79,7 +79,7 @@ fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
     let more = STUDY.replace("steps = 4", "steps = 5");
     bench.write(&more);
     run(&session);
-    let (_, damaged) = std::mem::take(&mut *heard.lock().unwrap());
+    let (_, damaged) = std::mem::take(&mut *received.lock().unwrap());
     assert_eq!(damaged.len(), 1, "{damaged:?}");
     assert!(damaged[0].contains("set aside as"), "{}", damaged[0]);
 }

@@ -129,16 +129,16 @@ fn a_scan_without_its_short_waves_is_smoother_and_touches_more() {
             assert!(cutoffs[row] > cutoffs[row - 1] && slopes[row] < slopes[row - 1]);
         }
     }
-    // At equal reduced loads the areas are similar; at equal pressures the smoother surface has
-    // more.
+    // At equal reduced loads the areas are similar; at equal pressures the area of the smoother
+    // surface is larger.
     let table = bench.table("measured", "table");
     assert_eq!(table.rows(), 48);
     let [areas, pressures] = ["area_percent", "pressure_gpa"].map(|name| column(&table, name));
     let slopes = column(&table, "rms_slope");
     for ((area, pressure), slope) in areas.iter().zip(&pressures).zip(&slopes) {
         let kappa = area / 100.0 * slope * 56.1 / pressure;
-        // About 2.5 for the first contacts, and up to 1.7 times that with two nodes per shortest
-        // wave.
+        // κ is about 2.5 for the first contacts, and up to 1.7 times larger with two nodes per
+        // shortest wavelength.
         assert!((1.2..4.3).contains(&kappa), "{kappa}");
     }
     let contact = bench.table("measured", "contact");

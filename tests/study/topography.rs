@@ -74,7 +74,7 @@ fn missing_points_are_reported_and_drawn() {
     let frame = reader.next_frame(&mut bytes).unwrap();
     assert_eq!((frame.width, frame.height), (150, 300));
     let (pixels, _) = bytes.as_chunks::<3>();
-    // The highest points are yellow, which contains green, too.
+    // Yellow, the colour of the highest points, contains red and green.
     let holes = pixels.iter().filter(|[red, green, _]| *red > 200 && *green < 100);
     assert_eq!(holes.count(), 12314);
 }

@@ -2,7 +2,8 @@
 
 use crate::bench::{Bench, STUDY};
 
-/// Dimensionless columns: Nayak's parameter, the load at full contact, and the areas.
+/// Returns dimensionless columns of a study in other units: Nayak's parameters and loads at full
+/// contact, and the areas.
 fn without_units(side: &str, rms_slope: &str, effective_modulus: &str) -> (Vec<f64>, Vec<f64>) {
     let units = format!("nodes = 32\nside = {side}\nrms_slope = {rms_slope}");
     let modulus = format!("from = \"surfaces\"\neffective_modulus = {effective_modulus}");
