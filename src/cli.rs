@@ -116,9 +116,9 @@ pub fn main() -> ExitCode {
 
 /// Runs a command line whose first word is the name of the program.
 ///
-/// Cluster jobs run the executable `program`; by default that of this process, which is wrong if the
-/// caller is an interpreter. The function handles signals, and it ends the process if the command
-/// line is invalid.
+/// Cluster jobs run the executable `program`. Its default is the executable of this process, which
+/// is wrong if the caller is an interpreter. The function handles signals, and it ends the process
+/// if the command line is invalid.
 pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> ExitCode {
     silence_panics();
     let arguments = Arguments::parse_from(line);

@@ -18,7 +18,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Arguments after the name of the program; default: those of the process.
+        Arguments after the name of the program; default: the arguments of the process.
     """
     from asperity import _asperity
 

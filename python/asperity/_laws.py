@@ -81,8 +81,8 @@ class EvolutionLaw:
         areas : array_like, shape (n,) or (surfaces, n)
             Area fractions of one surface or of several surfaces.
         kappa : float or ``"free"`` or ``"least-convex"``
-            A fixed value, ``"free"`` to fit it, or ``"least-convex"`` for the smallest value whose fitted slope
-            is convex.
+            A fixed value, ``"free"`` to fit it, or ``"least-convex"`` for the smallest value that gives a convex
+            fitted slope.
         window : tuple of float
             Smallest and largest load of the fit.
         quantity : ``"area"`` or ``"slope"``

@@ -192,8 +192,8 @@ class Topography:
     def statistics(self) -> Dict[str, float]:
         """Computes statistics of the heights, named like table columns.
 
-        Spectral moments of periodic maps are computed from Fourier modes, those of other maps from differences
-        between nodes. Lengths are in the unit of the map.
+        Spectral moments are computed from the Fourier modes of periodic maps, and from differences between nodes
+        of other maps. Lengths are in the unit of the map.
 
         Returns
         -------

@@ -25,7 +25,8 @@ pub struct Session {
     data: PathBuf,
 }
 
-/// Name of a study, names of its stages, number of tasks, true if that number can grow, and warnings.
+/// Name of a study, names of its stages, number of tasks, true if that number can grow, and
+/// warnings.
 type Checked = (String, Vec<String>, usize, bool, Vec<String>);
 
 /// Name of a stage, and name, type, role, unit and meaning of its columns.

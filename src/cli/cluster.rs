@@ -92,8 +92,8 @@ pub fn submit(
 }
 
 impl SubmitArguments {
-    /// Returns the settings of the command line. Missing settings come from the settings file next
-    /// to the manifest, then from that of the user.
+    /// Returns the settings of the command line. Missing settings come from `asperity.toml` next to
+    /// the manifest, then from the user's configuration folder.
     fn settings(&self) -> Result<Settings, Failure> {
         let mut settings = self.cluster.clone();
         let local = self.manifest.parent().map(|folder| folder.join(settings::FILE));

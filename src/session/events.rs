@@ -32,7 +32,9 @@ impl<F: Fn(Event<'_>) + Sync> Observer for F {
     }
 }
 
-/// Event of a session. Tasks are indices into the plan of the most recent `Begun`.
+/// Event of a session.
+///
+/// Tasks are indices into the plan of the most recent `Begun`.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
     /// Message that does not end the command.

@@ -95,8 +95,8 @@ impl Selection {
     }
 }
 
-/// Run whose checks have passed: its tasks fit into memory, and it overwrites no other manifest's
-/// results.
+/// Run that has passed all checks: its tasks fit into memory, and it does not overwrite results of
+/// another manifest.
 #[derive(Debug)]
 pub struct PreparedRun<'a> {
     session: &'a Session<'a>,
@@ -444,7 +444,7 @@ impl<'a> PreparedRun<'a> {
         }
     }
 
-    /// Saves a record of the study, with which the next plan explains what has changed.
+    /// Saves a record of the study, so that the next plan can explain changes since this run.
     ///
     /// A failure gives a notice only, because no result depends on the record.
     fn save_record(&self) {

@@ -226,7 +226,7 @@ impl Status {
         Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }
 
-    /// Returns the minimum memory of a run: that of the program and of the largest missing task.
+    /// Returns the minimum memory of a run: the program plus the largest missing task.
     pub fn least_memory(&self) -> ByteSize {
         memory::PROGRAM + memory::of_largest(&self.plan, &self.missing)
     }

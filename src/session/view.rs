@@ -36,7 +36,7 @@ const ROUNDING: f64 = 1e-3;
 /// Number of digits of the key in file names.
 const KEY_DIGITS: usize = 8;
 
-/// The first bytes of every PNG file.
+/// First bytes of every PNG file.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Quantity that a picture shows.
@@ -62,7 +62,7 @@ pub struct ViewOptions {
 pub struct Picture {
     #[serde(skip)]
     raster: Raster,
-    /// Requested task; the map may belong to its input.
+    /// Key of the requested task, which may differ from the task that contains the map.
     pub task: TaskKey,
     pub map: Map,
     /// Number of nodes along x and y.

@@ -186,7 +186,7 @@ pub enum ResultsError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// Tables of finished tasks are damaged or missing.
-    #[error("{}; run `asperity run` to recompute them", damaged(tables))]
+    #[error("{}", damaged(tables))]
     Damaged {
         /// Tasks, with the error of reading each table.
         tables: Vec<(usize, StoreError)>,
@@ -227,12 +227,13 @@ fn file(stage: &str) -> String {
 }
 
 fn damaged(tables: &[(usize, StoreError)]) -> String {
-    match tables {
-        [] => "no table is damaged".to_owned(),
-        [(_, only)] => only.to_string(),
-        [(_, first), _] => format!("{first} (and 1 more damaged table)"),
-        [(_, first), others @ ..] => format!("{first} (and {} more damaged tables)", others.len()),
-    }
+    let (others, them) = match tables.len() {
+        0 | 1 => (String::new(), "it"),
+        2 => (" (and 1 more damaged table)".to_owned(), "them"),
+        all => (format!(" (and {} more damaged tables)", all - 1), "them"),
+    };
+    let first = tables.first().map_or_else(String::new, |(_, error)| error.to_string());
+    format!("{first}{others}; run `asperity run` to recompute {them}")
 }
 
 /// Lists the files that this program has written to the results folders of all studies.

@@ -1,10 +1,10 @@
-//! Runner of the tasks whose tables the store lacks. Each task gets one core, or several if there
-//! are fewer tasks than cores.
+//! Runner that computes the tables that the store lacks. Each task gets one core, or several cores
+//! if there are fewer tasks than cores.
 //!
-//! A task starts when enough memory is free. A finished task starts the tasks that waited for it. A
-//! failed task drops the tasks that wait for it; all others continue. Results depend neither on the
-//! order of tasks nor on their number of cores. A damaged table in the store is quarantined and
-//! computed again before it is read.
+//! A task starts when its inputs are finished and enough memory is free. If a task fails, the tasks
+//! that depend on it are not started; all others continue. Results depend neither on the order of
+//! tasks nor on their number of cores. If a table in the store turns out to be damaged, it is
+//! quarantined and recomputed.
 
 mod queue;
 use std::collections::{BTreeSet, HashMap};
@@ -32,14 +32,14 @@ use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::TableError;
 
-/// Receiver of the progress of tasks.
+/// Observer of task progress.
 pub trait TaskObserver: Sync {
     /// Reports that a task has started.
     fn started(&self, task: usize);
-    /// Reports the finished share of a task, from 0 to 1.
+    /// Reports the fraction of a task that is finished, from 0 to 1.
     fn advanced(&self, task: usize, share: f64);
-    /// Reports that a task has finished or failed. `helped` is the time that cores other than its
-    /// own have spent on it.
+    /// Reports that a task has finished or failed. `helped` is the time that other cores have spent
+    /// on it, in addition to the core on which the task runs.
     fn finished(&self, task: usize, helped: Duration);
 }
 
@@ -50,7 +50,7 @@ pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
     have.filter_map(|(task, is_there)| (!is_there).then_some(task)).collect()
 }
 
-/// Returns a task and those tasks that it depends on whose tables the store lacks.
+/// Returns `task` and all tasks without a table that it depends on, directly or indirectly.
 pub fn with_missing_inputs(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
     let mut wanted = BTreeSet::from([task]);
     let mut next = vec![task];
@@ -75,7 +75,8 @@ pub struct Resources {
     pub checkpoint_every: Duration,
 }
 
-/// Computes the missing tasks, on fewer threads than cores if the system refuses to start as many.
+/// Computes the missing tasks. If the system refuses to start a thread for each core, fewer threads
+/// are used.
 pub fn run(
     plan: &Plan,
     missing: &[usize],
@@ -87,7 +88,7 @@ pub fn run(
 ) -> RunOutcome {
     let threads = Threads::new(resources.cores);
     let run = Run::new(threads, plan, missing, reader, sources, resources, observer, interrupted);
-    // The queue returns the latest task first, so the first task of the plan is added last.
+    // The queue returns the latest task first, so that the first task of the plan is added last.
     for &task in missing.iter().rev() {
         if run.waits_for[task].load(Ordering::Relaxed) == 0 {
             run.ready.push(Ready::Waiting(task));
@@ -98,7 +99,7 @@ pub fn run(
     run.outcome()
 }
 
-/// Number of inputs from which the published table of their stage replaces the tables of the tasks.
+/// Minimum number of inputs for which one published table is read instead of many stored tables.
 const MANY_INPUTS: usize = 8;
 
 struct Run<'a> {
@@ -114,17 +115,17 @@ struct Run<'a> {
     ready: ReadyTasks,
     room: MemoryBudget,
     dependents: Vec<Vec<usize>>,
-    /// Number of missing inputs that each task waits for; `usize::MAX` for tasks that are not to
-    /// run.
+    /// Number of missing inputs that each task waits for; `usize::MAX` for a task that is not part
+    /// of this run.
     waits_for: Vec<AtomicUsize>,
     has_failed: Vec<AtomicBool>,
-    /// True if the run stops because tables can no longer be stored.
+    /// True if the run must stop because tables can no longer be stored.
     halted: AtomicBool,
     done: Mutex<RunOutcome>,
 }
 
 impl<'a> Run<'a> {
-    #[expect(clippy::too_many_arguments, reason = "all that a run is about")]
+    #[expect(clippy::too_many_arguments, reason = "each argument becomes a field")]
     fn new(
         threads: Threads,
         plan: &'a Plan,
@@ -165,8 +166,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Computes ready tasks until none is left. A task that does not fit into memory is skipped; a
-    /// task that frees memory makes it ready again.
+    /// Computes ready tasks until none is left. A task that does not fit into memory is postponed
+    /// until another task has released memory.
     fn work(&self) {
         while let Some((next, _at_work)) = self.ready.next() {
             let task = match next {
@@ -254,8 +255,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Returns a task's table from the published table of its stage, if an earlier run has
-    /// published it.
+    /// Returns the table of a task from the published table of its stage, if that has the task.
     fn published(&self, task: usize) -> Option<Input<'_>> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
         let table = self.reader.published_table(self.stages[task], *key)?;
@@ -280,8 +280,8 @@ impl<'a> Run<'a> {
         Ok(Input { recipe, table: status::with_codes(table) })
     }
 
-    /// Recomputes a table that existed when the run started but is damaged. Two tasks that need it
-    /// may both do so, because their tables are equal.
+    /// Recomputes a table that existed when the run started but is damaged. Two tasks that read the
+    /// table may both recompute it, which does no harm because the results are equal.
     fn recompute(
         &self,
         task: usize,
@@ -312,7 +312,7 @@ impl<'a> Run<'a> {
         self.waits_for[task].load(Ordering::Relaxed) != usize::MAX
     }
 
-    /// Records a failure and drops all tasks that wait for the failed one.
+    /// Records the failure of a task and of all tasks that depend on it.
     fn fail(&self, task: usize, error: TaskError) {
         if matches!(&error, TaskError::Store(error) if error.affects_all_tables()) {
             self.halted.store(true, Ordering::Relaxed);
@@ -358,12 +358,12 @@ pub struct RunOutcome {
     pub failed: Vec<(usize, TaskError)>,
     pub damaged: Vec<Damage>,
     pub interrupted: bool,
-    /// True if the run stopped because its tables cannot be stored.
+    /// True if the run stopped because tables could not be stored.
     pub halted: bool,
 }
 
 impl RunOutcome {
-    /// Adds the outcome of a later run of the same plan.
+    /// Adds the outcome of a later run with the same plan.
     pub fn append(&mut self, later: RunOutcome) {
         self.computed.extend(later.computed);
         self.computed.sort_unstable();
@@ -373,7 +373,7 @@ impl RunOutcome {
         self.halted |= later.halted;
     }
 
-    /// Returns the same outcome with the task numbers of a plan that has grown.
+    /// Converts task indices of the plan `from` to those of the larger plan `to`.
     pub fn renumbered(mut self, from: &Plan, to: &Plan) -> RunOutcome {
         let index_of = to.tasks.iter().enumerate();
         let index_of: HashMap<TaskKey, usize> =
@@ -390,7 +390,7 @@ impl RunOutcome {
     }
 }
 
-/// A damaged table that was quarantined and is computed again.
+/// A damaged table that was quarantined in order to be recomputed.
 #[derive(Debug)]
 pub struct Damage {
     /// Task whose table was damaged.
@@ -400,7 +400,8 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Quarantines a task's damaged file. Returns `None` if another process has already done so.
+    /// Quarantines the damaged file of a task. Returns `None` if another process has already done
+    /// so.
     pub fn quarantine(
         plan: &Plan,
         task: usize,
@@ -412,7 +413,7 @@ impl Damage {
     }
 }
 
-/// A task failed or was not started.
+/// Reason why a task failed or was not started.
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
     #[error(transparent)]
@@ -453,7 +454,7 @@ mod tests {
     use super::*;
     use crate::study::Study;
 
-    /// Study with three surfaces, each of which is pressed.
+    /// Study that solves the contact of each of three surfaces.
     const STUDY: &str = r#"
 [study]
 name = "small"

@@ -1,7 +1,7 @@
-//! Studies, which are manifests whose values have all been checked.
+//! Studies: manifests whose values have been checked.
 //!
-//! In a [`Study`], cutoffs are in order and within the mesh, loads ascend, stages can read each
-//! other, and files exist. Later code relies on these checks.
+//! In a [`Study`], the cutoffs are in order and resolved by the mesh, loads ascend, each stage can
+//! read its inputs, and surface files exist. Later code relies on these checks.
 
 mod graph;
 #[cfg(test)]
@@ -25,22 +25,21 @@ pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};
 pub use asperity_stages::Work;
 pub use asperity_stages::generate::growth::{Growth, KnownMean, Limit, Until};
 
-/// Function that returns the names of all claims that a study may wait for with
-/// `until = "claims …"`.
+/// Function that returns the names of all claims that a manifest can name in `until = "claims …"`.
 ///
-/// The code that judges claims provides it. [`no_claims`] serves manifests without such a
+/// The crate `claims` provides the function. [`no_claims`] can be used for manifests without such a
 /// condition.
 pub type ClaimNames = fn() -> Vec<&'static str>;
 
-/// Returns no claim, so that a manifest that waits for a claim is refused.
+/// Returns an empty list, with which a manifest with a condition on claims is invalid.
 pub fn no_claims() -> Vec<&'static str> {
     Vec::new()
 }
 
-/// Maximum size of a manifest in bytes, far above that of a real one.
+/// Maximum size of a manifest in bytes.
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 
-/// A study that can be run.
+/// A valid study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// Name of the study and of its folder of results.
@@ -50,20 +49,21 @@ pub struct Study {
     pub sources: SurfaceFiles,
 }
 
-/// Tables of the stages of a study without rows, each derived when it is first asked for.
+/// Tables without rows of all stages of a study. Each is derived when it is first requested.
 #[derive(Debug)]
 pub struct EmptyTables(Vec<OnceLock<Table>>);
 
 impl EmptyTables {
-    /// Derives no table yet.
+    /// Creates the collection without deriving a table.
     pub fn new(study: &Study) -> EmptyTables {
         EmptyTables(study.stages.iter().map(|_| OnceLock::new()).collect())
     }
 
-    /// Returns the table of a stage, by its position in the study, from those that it reads.
+    /// Returns the table of the stage with index `stage`. It is derived from the tables of the
+    /// inputs of that stage.
     ///
     /// # Errors
-    /// When a query cannot be answered.
+    /// Returns an error if an SQL query of the study cannot be evaluated.
     pub fn of(&self, study: &Study, stage: usize) -> Result<&Table, StageError> {
         if let Some(table) = self.0[stage].get() {
             return Ok(table);
@@ -76,7 +76,7 @@ impl EmptyTables {
         Ok(self.0[stage].get_or_init(|| table))
     }
 
-    /// Returns the table of a stage by its name. See [`EmptyTables::of`].
+    /// Returns the table of the stage with the name `stage`; see [`EmptyTables::of`].
     pub fn named(&self, study: &Study, stage: &str) -> Result<&Table, StageError> {
         let position = study.stages.iter().position(|known| known.name == stage);
         self.of(study, position.expect("the stage is one of the study"))
@@ -88,7 +88,7 @@ impl EmptyTables {
 pub struct Stage {
     /// Name of the stage and of its file of results.
     pub name: String,
-    /// Stages that it reads, as indices into [`Study::stages`] that are smaller than its own.
+    /// Indices of the stages that this stage reads. They are smaller than the index of this stage.
     pub inputs: Vec<usize>,
     pub work: Work,
 }
@@ -103,11 +103,11 @@ impl Study {
         Study::parse(&read_text(path)?, &file, folder(path), claims)
     }
 
-    /// Reads a manifest in order to read its results. Surface files that cannot be read are
-    /// replaced by what `recall` knows about the files of a study with this name.
+    /// Reads a manifest whose results exist. If a surface file cannot be read, the properties that
+    /// the file had earlier are used; `recall` returns these by the name of the study.
     ///
     /// # Errors
-    /// The same as of [`Study::read`], if `recall` does not know a file either.
+    /// Returns the same errors as [`Study::read`], except for files that `recall` knows.
     pub fn read_recalling(
         path: &Path,
         claims: ClaimNames,
@@ -125,8 +125,8 @@ impl Study {
         })
     }
 
-    /// Returns the number of surfaces that its stages generate or read. An adaptive stage counts
-    /// with its present number, which is `at_least` at the start.
+    /// Returns the number of surfaces that the stages generate or read. For a stage with adaptive
+    /// sampling, it is the present number, which is `at_least` at the start.
     pub fn surfaces(&self) -> u64 {
         let ensembles = self.stages.iter().flat_map(|stage| match &stage.work {
             Work::Generate(ensembles) => ensembles.as_slice(),
@@ -136,7 +136,7 @@ impl Study {
         surfaces.sum()
     }
 
-    /// Returns whether a stage determines its number of surfaces adaptively.
+    /// Returns whether the number of surfaces of any stage is determined adaptively.
     pub fn grows(&self) -> bool {
         self.stages.iter().any(|stage| match &stage.work {
             Work::Generate(ensembles) => ensembles.iter().any(|ensemble| ensemble.growth.is_some()),
@@ -144,20 +144,20 @@ impl Study {
         })
     }
 
-    /// Returns the table of each stage without rows: names, types, units and meanings of its
-    /// columns.
+    /// Returns the table of each stage without rows, which has the names, types, units and meanings
+    /// of the columns.
     ///
     /// # Errors
-    /// Returns an error if a query cannot be evaluated.
+    /// Returns an error if an SQL query of the study cannot be evaluated.
     pub fn empty_tables(&self) -> Result<Vec<Table>, StageError> {
         let tables = EmptyTables::new(self);
         (0..self.stages.len()).map(|stage| tables.of(self, stage).cloned()).collect()
     }
 
-    /// Validates the text of a manifest.
+    /// Parses and validates the text of a manifest.
     ///
-    /// Messages call the manifest `file`. Paths of surface files are relative to `folder`. `claims`
-    /// returns the claims that the study may wait for.
+    /// `file` is the name of the manifest in messages. Paths of surface files are relative to
+    /// `folder`. `claims` returns the names of the claims that the manifest can name.
     ///
     /// # Errors
     /// Returns all problems of the manifest that can be found in one pass.

@@ -53,7 +53,25 @@ pub(crate) const fn text(name: &'static str, meaning: &'static str) -> Column {
 pub const SURFACE: Column =
     parameter_text("surface", "name of the surface, the same in every stage's table")
         .with_role(Role::Surface);
-pub const METHOD: Column = parameter_text("method", "method by which the surface was made");
+pub const METHOD: Column = parameter_text("method", "method by which the surface was made")
+    .with_codes(&[
+        Code {
+            word: "filter",
+            meaning: "random self-affine surface with complex Gaussian amplitudes, as of filtered \
+                      white noise",
+        },
+        Code {
+            word: "random-phase",
+            meaning: "random self-affine surface with random phases and deterministic amplitudes",
+        },
+        Code { word: "spectrum", meaning: "random surface with a given power spectrum" },
+        Code { word: "file", meaning: "measured surface" },
+        Code { word: "paraboloid", meaning: "paraboloid of revolution" },
+        Code { word: "wave", meaning: "cosine wave along x" },
+        Code { word: "wave-product", meaning: "product of cosine waves along x and y" },
+        Code { word: "wave-sum", meaning: "sum of cosine waves along x and y" },
+        Code { word: "flat-punch", meaning: "flat circular punch" },
+    ]);
 pub const NODES: Column = parameter_integer(
     "nodes",
     "1",
@@ -194,3 +212,28 @@ pub const OF_RANDOM_SURFACES: [Column; 6] = [HURST, K_LOWER, K_ROLLOFF, K_UPPER,
 
 /// Coordinates that only analytic shapes have.
 pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::method::Method;
+    use asperity_contact::topography::fill::Fill;
+    use asperity_contact::topography::level::Level;
+    use asperity_contact::topography::periodic::Edges;
+
+    fn words(column: Column) -> Vec<&'static str> {
+        column.codes.iter().map(|code| code.word).collect()
+    }
+
+    #[test]
+    fn every_choice_for_a_surface_has_a_code() {
+        assert_eq!(words(METHOD), Method::ALL.map(Method::word));
+        let edges =
+            [Edges::Periodic, Edges::Open, Edges::Mirror, Edges::Taper { taper_fraction: 0.1 }];
+        assert_eq!(words(EDGES), edges.map(Edges::name));
+        let levels = [Level::None, Level::Mean, Level::Plane, Level::Quadric];
+        assert_eq!(words(LEVEL), levels.map(Level::name));
+        let fills = [Fill::Error, Fill::Harmonic, Fill::Nearest, Fill::Lowest];
+        assert_eq!(words(FILL), fills.map(Fill::name));
+    }
+}

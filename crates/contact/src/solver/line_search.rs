@@ -192,8 +192,8 @@ const MIN_PART: f64 = 0.25;
 const EXPECTED_PART: f64 = 0.8;
 
 /// With a damping below this, the residual is not extended to other nodes. If many nodes are
-/// clipped, a correction computed for all nodes may increase the energy when the others apply it
-/// alone.
+/// clipped, a correction computed for all nodes may increase the energy when only the remaining
+/// ones apply it.
 const MIN_EXTENDING_DAMPING: f64 = 0.5;
 
 /// If the damping is below this, all rows are used instead of a sample. This occurs only if

@@ -1,4 +1,4 @@
-//! Contact on a coarser mesh, and the pressures that it provides for the next finer one.
+//! Contact on a coarser mesh, and its pressures interpolated to the next finer mesh.
 
 use pulp::Simd;
 
@@ -12,11 +12,11 @@ use super::{Outcome, Settings, Solver};
 use crate::elasticity::ElasticOperator;
 use crate::fft::{Band, Row};
 
-/// Nodes of a mesh over those of the next coarser one.
+/// Ratio of the nodes of a mesh to those of the next coarser one.
 pub const RATIO: f64 = 4.0;
 
-/// The factor s over the displacement of one node of the finer mesh under unit pressure. Values of
-/// 1 and 2 take as many pairs.
+/// Ratio of the factor s to the displacement of one node of the finer mesh under unit pressure.
+/// Ratios of 1 and 2 take as many pairs.
 const COMPLIANCES: f64 = 1.5;
 
 pub struct CoarseContact {
@@ -25,7 +25,7 @@ pub struct CoarseContact {
     nodes: [usize; 2],
     pub reference: f64,
     pub peak_pressure: f64,
-    /// Transform pairs used, those of coarser meshes in proportion to their nodes.
+    /// Number of transform pairs used; pairs on coarser meshes count in proportion to their nodes.
     pub pairs: f64,
 }
 
@@ -45,7 +45,7 @@ impl CoarseContact {
         CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
     }
 
-    /// Returns the number of transform pairs, converted to those of the next finer mesh.
+    /// Returns the transform pairs used, as an equivalent number of pairs on the next finer mesh.
     pub fn finer_pairs(&self) -> u32 {
         (self.pairs / RATIO).round() as u32
     }
@@ -56,8 +56,8 @@ impl CoarseContact {
         self.peak_pressure = 0.0;
     }
 
-    /// Takes the result of a search with a pending update, whose gaps in contact are about
-    /// `offset`.
+    /// Takes the pressures and gaps of an inner solver whose gaps in contact are about `offset`,
+    /// with the pending update.
     pub fn take_iterate(
         &mut self,
         inner: &InnerSolver,
@@ -95,17 +95,19 @@ impl CoarseContact {
 }
 
 impl InnerSolver {
-    /// Returns s, for the map from which a finer mesh starts.
+    /// Returns the factor s in the map from which this mesh starts.
     pub fn compliance(&self) -> f64 {
         COMPLIANCES * self.nodal_compliance
     }
 }
 
-/// Distance from the gaps in contact within which nodes may change, in mesh steps.
+/// Largest distance of a gap from the gaps in contact for which the pressure of the node may
+/// change, in mesh steps.
 const NEAR: f64 = 1.0;
 
 impl Solver {
-    /// Evaluates the pressures from a coarser mesh, if there are any.
+    /// Evaluates the pressures interpolated from a coarser mesh. Returns `None` if no pressure is
+    /// positive.
     pub(super) fn evaluate_prolonged(
         &mut self,
         coarse: &CoarseContact,
@@ -124,7 +126,8 @@ impl Solver {
 }
 
 impl InnerSolver {
-    /// Begins from a coarser mesh in single precision, if there is any pressure: one pair.
+    /// Begins in single precision with the pressures of a coarser mesh; takes one pair. Returns
+    /// `None` if no pressure is positive.
     pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<Start> {
         let prolonged = self.prolonged(coarse)?;
         self.reference_pressure.clear();
@@ -132,7 +135,7 @@ impl InnerSolver {
         Some(self.begin_pressed(StartPressure::FromCoarserMesh(prolonged)))
     }
 
-    /// Begins again where the search ended, with gaps in contact near `offset`: one pair.
+    /// Begins again with the present pressures and gaps in contact near `offset`; takes one pair.
     pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> Start {
         self.reference += offset;
         let done = AppliedUpdate::new(pending, self.ceiling());
@@ -178,7 +181,8 @@ impl InnerSolver {
         Start { convergence, reference_sum: 0.0, balance }
     }
 
-    /// Returns pressures with the mean of the load, as far as the bounds allow, if there are any.
+    /// Returns interpolated pressures whose mean is the load, unless they are bounded. Returns
+    /// `None` if no pressure is positive.
     fn prolonged<'a>(&mut self, coarse: &'a CoarseContact) -> Option<Prolonged<'a>> {
         let ceiling = self.ceiling();
         let per_pressure = 1.0 / self.compliance();
@@ -207,7 +211,7 @@ const INNER: f32 = 9.0 / 16.0;
 
 const OUTER: f32 = -1.0 / 16.0;
 
-/// Additional nodes of a row, before and after.
+/// Numbers of additional nodes before and after a row, for the interpolation near its ends.
 const BEFORE: usize = 1;
 
 const AFTER: usize = 2;
@@ -216,7 +220,7 @@ const AFTER: usize = 2;
 #[derive(Clone, Copy)]
 pub struct CoarseMap<'a> {
     pub values: &'a [f32],
-    /// Nodes of the map along x and y.
+    /// Numbers of nodes of the map along x and y.
     pub nodes: [usize; 2],
 }
 
@@ -226,7 +230,7 @@ pub struct Prolonged<'a> {
     /// Ratio of pressure to interpolated value.
     factor: f32,
     ceiling: f32,
-    /// A row interpolated across rows, with additional nodes before and after.
+    /// Row of the coarser mesh, interpolated between rows, with additional nodes before and after.
     coarse: Vec<f32>,
 }
 
@@ -244,7 +248,7 @@ impl<'a> Prolonged<'a> {
         Self { coarse: self.coarse.clone(), ..*self }
     }
 
-    /// Writes a row of pressures.
+    /// Writes a row of pressures of the finer mesh.
     #[inline(always)]
     pub fn set_row(&mut self, row: Row, pressure: &mut [f32]) {
         let nodes = self.map.nodes[1];
@@ -290,7 +294,7 @@ fn half_way(a: f32, b: f32, c: f32, d: f32) -> f32 {
     INNER * (b + c) + OUTER * (a + d)
 }
 
-/// Adds up the prolonged pressures.
+/// Adds up the interpolated pressures.
 pub struct SumProlonged<'a> {
     pub prolonged: Prolonged<'a>,
     pub row: Vec<f32>,
@@ -313,7 +317,7 @@ impl Pass<f32> for SumProlonged<'_> {
     }
 }
 
-/// Writes the prolonged pressures in double precision.
+/// Writes the interpolated pressures in double precision.
 pub struct SetProlonged<'a> {
     pub prolonged: Prolonged<'a>,
     pub hardness: f64,
@@ -344,7 +348,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns all rows of the interpolated map, where it is positive.
+    /// Returns the positive part of the interpolated map.
     fn prolonged(values: &[f32], nodes: [usize; 2]) -> Vec<f32> {
         let map = CoarseMap { values, nodes };
         let mut prolonged = Prolonged::new(map, 1.0, f64::INFINITY);
@@ -356,7 +360,7 @@ mod tests {
         all
     }
 
-    /// Samples a function of the position on the mesh of twice the nodes.
+    /// Samples a function of the position on a mesh of every `stride`-th node.
     fn drawn(
         [rows, row_nodes]: [usize; 2],
         stride: usize,

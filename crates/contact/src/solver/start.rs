@@ -1,19 +1,20 @@
-//! Initial guess of a search: extrapolation from the last two solutions, or heights, or full
-//! contact.
+//! Initial guess of the pressures: by extrapolation from the last two solutions, from the heights,
+//! or from full contact.
 //!
-//! The first of the two solutions may be the surface without contact. If there is no earlier load,
-//! the guess depends on the load:
+//! The earlier of the two solutions may be the surface without contact. If there is no earlier
+//! load, the guess depends on the load:
 //!
-//! - A light load bends the half-space by less than nodes differ in height, so the guess is made
-//!   from the heights. Any other guess would press on too many nodes. Removing that pressure takes
-//!   moves so much larger than the final pressure that single precision would lose it.
-//! - For a small contact, the guess presses on the highest nodes. The contact area is known within
-//!   a factor, and a small contact is where the surface is highest.
+//! - Under a light load the displacements are smaller than the differences in height of the nodes,
+//!   so the guess is made from the heights. Any other guess would put pressure on too many nodes.
+//!   Removing this pressure takes steps so much larger than the final pressure that single
+//!   precision would lose it.
+//! - For a small contact area, the guess puts pressure on the highest nodes, because the contact
+//!   area is known within a factor and the surface is highest in contact.
 //! - Otherwise the guess is the pressure of full contact.
 //!
-//! Under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²), 71 of 100 nodes in contact are
-//! among as many highest nodes, and 46 among as many nodes with the largest pressure of full
-//! contact. Under 0.3 they are 85 and 90.
+//! Under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²), of 100 nodes in contact 71 are
+//! among the same number of highest nodes, and 46 among the same number of nodes with the largest
+//! pressure of full contact. Under 0.3 E* × rms slope these are 85 and 90.
 
 use std::mem::{swap, take};
 use std::ops::RangeInclusive;
@@ -29,14 +30,15 @@ use super::{Hardness, Solver};
 use crate::elasticity;
 use crate::fft::{Band, Transform};
 
-/// Distances from the last load, in units of the last step between loads, within which
-/// extrapolation is better than scaling the last solution.
+/// Ratios of the next increment of the load to the last one for which extrapolation is better than
+/// scaling the last solution.
 const REACH: RangeInclusive<f64> = -1.0..=4.0;
 
-/// Largest pressure of one node that bears a whole light load, in units of E* × rms slope.
+/// Upper limit of a light load, as the pressure of one node that bears it alone, in units of E* ×
+/// rms slope.
 const LIGHT: f64 = 1.0;
 
-/// Start of a search whose first residual is in the single-precision transform.
+/// Start of the iterations, with the first residual in the single-precision transform.
 pub struct Start {
     pub convergence: Convergence,
     pub reference_sum: f64,
@@ -44,11 +46,11 @@ pub struct Start {
 }
 
 impl Solver {
-    /// Replaces pressure and gap by a guess of mean pressure `load`.
+    /// Replaces the pressure by an initial guess with mean `load`.
     ///
-    /// Returns the start of the search if the gap is known without an evaluation. An extrapolation
+    /// Returns the start of the iterations if the gap is known without an evaluation. Extrapolation
     /// needs no transform, because gaps are linear in pressures. It may leave negative pressures,
-    /// which the first move of a search clips.
+    /// which the first step clips.
     pub(super) fn guess(&mut self, load: f64) -> Option<Start> {
         let is_light = self.is_light(load);
         self.count_heights_from(if is_light { self.highest } else { 0.0 });
@@ -72,10 +74,11 @@ impl Solver {
         load * (self.pressure.len() as f64) < LIGHT
     }
 
-    /// Returns the distance of the load from the last one, if extrapolation reaches it.
+    /// Returns the ratio of the increment to `load` to the last increment, or `None` if
+    /// extrapolation is not used.
     ///
-    /// A light load is extrapolated only from lighter loads: heavier ones have pressure at too many
-    /// nodes.
+    /// A light load is extrapolated only from lighter loads, because heavier loads have too many
+    /// nodes with pressure.
     fn reach(&self, load: f64) -> Option<f64> {
         let reach = (load - self.inner.load) / (self.inner.load - self.earlier_load);
         let ascend = self.earlier_load <= self.inner.load && self.inner.load <= load;
@@ -83,8 +86,8 @@ impl Solver {
         (self.inner.load > 0.0 && leads_there).then_some(reach)
     }
 
-    /// Sets the pressure to that of full contact under `load`, which is exact if it is nowhere
-    /// negative.
+    /// Sets the pressure to that of full contact under `load`, which is the solution if no pressure
+    /// is negative.
     pub(super) fn set_full_contact(&mut self, load: f64) {
         self.save_previous();
         self.fill_with_full_contact();
@@ -114,7 +117,7 @@ impl Solver {
         self.begin(self.offset, Some(reach))
     }
 
-    /// Begins a search from the present pressure and gap.
+    /// Begins iterations from the present pressure and gap.
     pub(super) fn initial_residual(&mut self, convergence: Convergence) -> Start {
         let offset = match self.inner.bound {
             None => convergence.offset,
@@ -123,7 +126,7 @@ impl Solver {
         self.begin(offset, None)
     }
 
-    /// Begins a search from the present pressure and gap, or from their extrapolation by `reach`.
+    /// Begins iterations from the present pressure and gap, or from their extrapolation by `reach`.
     fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
         match self.inner.bound {
             None => self.begin_as::<false>(offset, reach),
@@ -170,8 +173,8 @@ impl Solver {
         }
     }
 
-    /// Saves the last solution as the previous one, or the surface without contact. The gap is
-    /// lost.
+    /// Saves the last solution, or the surface without contact, as the previous solution. The
+    /// present gap is lost.
     pub(super) fn save_previous(&mut self) {
         self.earlier_contact_nodes = self.contact_nodes;
         if self.inner.load == 0.0 {
@@ -187,8 +190,9 @@ impl Solver {
         self.earlier_load = self.inner.load;
     }
 
-    /// Returns the mean previous gap over the last contact: the level of the mean gap in contact
-    /// when nothing was in contact.
+    /// Returns the mean of the previous gap over the nodes in contact under the last load.
+    ///
+    /// It takes the place of the offset of the previous solution if that has no contact.
     fn mean_earlier_gap(&mut self) -> f64 {
         let mut pass = SumInContact { gap: &self.earlier_gap, sum: InOrder::new() };
         over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
@@ -215,9 +219,9 @@ impl Solver {
         self.contact_nodes = 0.0;
     }
 
-    /// Sets the level from which heights are counted in single precision.
+    /// Sets the reference of the heights in single precision.
     ///
-    /// Rounding is smallest where heights are small. Under a light load this should be at the
+    /// Rounding is smallest at heights near the reference. Under a light load these should be the
     /// highest nodes.
     pub(super) fn count_heights_from(&mut self, height: f64) {
         if self.inner.height_reference == height {
@@ -229,20 +233,21 @@ impl Solver {
     }
 }
 
-/// Contact area over load, in units of 1 / (E* × rms slope), of rough surfaces under light loads: 2
-/// to 2.5 by theories and computations.
+/// Ratio of contact area to load of rough surfaces under light loads, in units of 1 / (E* × rms
+/// slope): 2 to 2.5 by theories and computations.
 const CONTACT_OVER_LOAD: f64 = 2.4;
 
-/// Largest contact area fraction for a guess from the highest nodes, not from full contact.
+/// Largest area fraction for which the guess is made from the highest nodes instead of full
+/// contact.
 const SMALL_AREA_FRACTION: f64 = 0.2;
 
-/// Nodes with pressure in a guess from heights, over those expected in contact.
+/// Ratio of nodes with pressure in a guess from heights to those expected in contact.
 const PRESSED: f64 = 1.5;
 
-/// Bisections that find the shift of a pressure to the last bit.
+/// Number of bisections that determine the shift of the pressures to the last bit.
 const BISECTIONS: u32 = 60;
 
-/// Ratio of all nodes to raised ones from which the raised ones are copied.
+/// Ratio of all nodes to nodes with positive pressure from which these are copied to a list.
 const COPY_RATIO: usize = 4;
 
 impl Solver {
@@ -262,7 +267,7 @@ impl Solver {
         let [lowest, highest] = range(&self.inner.threads, &mut self.pressure, self.inner.nodes[1]);
         let most = match self.inner.bound {
             Some(hardness) => hardness.pressure() - lowest,
-            // With less than the load everywhere, the lowest node would have none.
+            // A smaller shift than this load would leave the lowest node without pressure.
             None => self.full_contact.map_or(load - lowest, |full| full.load),
         };
         self.raise_to(load, (-highest, most));
@@ -271,7 +276,7 @@ impl Solver {
     /// Guesses pressures on the highest nodes as in Hertz' contacts, proportional to the square
     /// root of the height.
     ///
-    /// They cover the area expected in contact, and half as much in addition.
+    /// They cover 1.5 times the area expected in contact.
     fn guess_from_highest(&mut self, area_fraction: f64) {
         let nodes = area_fraction * self.heights.len() as f64;
         let [level, expected] = self.levels_above([PRESSED * nodes, nodes]);
@@ -282,8 +287,8 @@ impl Solver {
         self.expected = Expected::AsHighAs(expected as f32);
     }
 
-    /// Returns the levels above which there are this many nodes or slightly more, by two
-    /// histograms.
+    /// Returns, for each of `nodes`, a level above which this number of nodes or slightly more lie.
+    /// Uses two histograms.
     fn levels_above<const N: usize>(&mut self, nodes: [f64; N]) -> [f64; N] {
         let all = nodes.map(|nodes| (nodes, 0.0));
         let coarse = self.highest_between(self.lowest, self.highest, all);
@@ -295,7 +300,8 @@ impl Solver {
         levels
     }
 
-    /// Returns the bins of a histogram that contain the levels for these numbers of nodes.
+    /// Returns the bins of a histogram between `low` and `high`. The members of each pair are the
+    /// number of nodes above the wanted level, and how many of them lie above the histogram.
     fn highest_between<const N: usize>(
         &mut self,
         low: f64,
@@ -307,12 +313,13 @@ impl Solver {
         nodes.map(|(nodes, above)| counts.highest(above, nodes))
     }
 
-    /// Returns whether a first load is expected to exceed the hardness, by the guess from full
+    /// Returns whether the first load is expected to exceed the hardness, by the pressure of full
     /// contact.
     ///
-    /// If the pressure of full contact is raised until its peak equals the hardness, it bears less
-    /// than the load. The guess has a larger contact than the solution and usually a lower peak. If
-    /// the stiffness is not exact, nothing is known.
+    /// The load is expected to exceed the hardness if the pressure of full contact, shifted until
+    /// its peak equals the hardness and clipped at zero, bears less. This guess has a larger
+    /// contact than the solution and usually a lower peak. If the stiffness is not exact, nothing
+    /// is known and the result is false.
     pub(super) fn is_expected_to_pass(&self, hardness: Hardness, load: f64) -> bool {
         let Some(full) = self.full_contact.filter(|_| !self.is_light(load)) else {
             return false;
@@ -322,9 +329,9 @@ impl Solver {
         borne < load * self.pressure.len() as f64
     }
 
-    /// Guesses the pressures of nodes that do not displace each other.
+    /// Guesses pressures as if nodes did not displace each other.
     ///
-    /// This is exact if one node bears all the load, or if the material hardly bends.
+    /// This is exact if one node bears all the load or if displacements are negligible.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
         for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
             *p = (height - self.highest) / self.inner.nodal_compliance;
@@ -339,11 +346,11 @@ impl Solver {
         self.inner.reference = highest * self.inner.nodal_compliance - self.highest;
     }
 
-    /// Adds a constant to the pressure so that its mean within the bounds is `load`. Returns the
-    /// constant, within the given range.
+    /// Adds a constant from the given range to the pressures so that their mean within the bounds
+    /// is `load`. Returns the constant.
     pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
         let (cells, most) = (self.pressure.len() as f64, self.inner.ceiling());
-        // Pressures that may be raised above zero, in order; the others add nothing to the sum.
+        // The pressures that may become positive, in order; the others add nothing to the sum.
         let mut few: Option<Vec<f64>> = None;
         for _ in 0..BISECTIONS {
             let shift = 0.5 * (low + high);
@@ -363,15 +370,15 @@ impl Solver {
                 low = shift;
             }
         }
-        // At the upper end the sum is certainly positive.
+        // At the upper end of the interval the sum is certainly positive.
         for p in &mut self.pressure {
             *p = (*p + high).max(0.0).min(most);
         }
         high
     }
 
-    /// Sets the pressure to that of zero mean that flattens the heights, if the stiffness is exact:
-    /// one pair.
+    /// Sets the pressure to the pressure of zero mean that flattens the heights if the stiffness is
+    /// exact; takes one pair.
     pub(super) fn fill_with_full_contact(&mut self) {
         let stiffness = elasticity::stiffness_on(&self.inner.threads, &*self.body);
         let transform = Transform::padded(self.inner.nodes, self.body.stiffness_nodes());

@@ -1,7 +1,7 @@
 //! Displacement and gap under a given pressure, and the state of a solver between two loads.
 //!
-//! The state contains everything that the next guess, and so the last bits of the next solution,
-//! depend on.
+//! The state contains everything on which the next initial guess depends, and with it the last bits
+//! of the next solution.
 
 use std::io;
 use std::io::{Read, Write};
@@ -13,8 +13,8 @@ impl Solver {
     /// Returns the displacement u of the elastic body under a pressure on every node.
     ///
     /// The pressure is in units of E* × rms slope, the displacement in units of rms slope × longer
-    /// side and positive into the body. Its mean is zero on a body that a uniform pressure does not
-    /// displace.
+    /// side and positive into the body. The mean displacement is zero for a body that a uniform
+    /// pressure does not displace.
     ///
     /// # Panics
     /// Panics if the number of pressures differs from that of nodes.
@@ -48,10 +48,10 @@ impl Solver {
     /// Returns the gap between the bodies under a pressure that solves the contact.
     ///
     /// The gap is u − h minus its mean in elastic contact, in the units of
-    /// [`Solver::displacement_under`]. At nodes in elastic contact it is set to zero, where the
-    /// solution leaves at most its residual. At saturated nodes it is negative, by the yielded
-    /// depth. Elsewhere it is the distance, which may be negative by the residual. If no node is in
-    /// elastic contact, all nodes with pressure count as elastic.
+    /// [`Solver::displacement_under`]. At nodes in elastic contact it is set to zero; the solution
+    /// deviates from zero there by at most the residual. At saturated nodes the gap is negative, by
+    /// the yielded depth. Elsewhere it is positive, except for the residual. If no node is in
+    /// elastic contact, the mean is over all nodes with pressure.
     ///
     /// # Panics
     /// Panics as [`Solver::displacement_under`].
@@ -72,7 +72,8 @@ impl Solver {
     }
 }
 
-/// Returns the mean of values over the nodes whose pressure matches, if there are any.
+/// Returns the mean of `values` over the nodes whose pressure satisfies `is_so`, or `None` if there
+/// are no such nodes.
 fn mean_where(values: &[f64], pressure: &[f64], is_so: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     for (value, _) in values.iter().zip(pressure).filter(|(_, p)| is_so(**p)) {
@@ -83,7 +84,7 @@ fn mean_where(values: &[f64], pressure: &[f64], is_so: impl Fn(f64) -> bool) -> 
 }
 
 impl Solver {
-    /// Writes the state that the next load depends on: 24 bytes a node.
+    /// Writes the state on which the next load depends, 24 bytes per node.
     ///
     /// # Errors
     /// Fails if writing fails.
@@ -120,8 +121,8 @@ impl Solver {
 
     /// Reads the state of another solver of the same surface, body and hardness.
     ///
-    /// # Errors
-    /// Fails if there are fewer bytes than [`Solver::save`] wrote; the solver is then unusable.
+    /// Fails if there are fewer bytes than [`Solver::save`] wrote; the solver must not be used
+    /// then.
     pub fn restore(&mut self, from: &mut dyn Read) -> io::Result<()> {
         let mut numbers = [0.0; 10];
         for number in &mut numbers {
@@ -234,7 +235,7 @@ mod tests {
         (format!("{outcome:?}"), bits)
     }
 
-    /// From the lightest load, where heights are the guess, to full contact and back.
+    /// Loads from the lightest, whose guess comes from the heights, to full contact and back.
     const LOADS: [f64; 12] = [1e-9, 1e-5, 2e-5, 0.001, 0.01, 0.02, 0.03, 0.2, 0.5, 1.0, 4.0, 0.1];
 
     #[test]

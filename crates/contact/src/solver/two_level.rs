@@ -1,16 +1,17 @@
-//! Two-level preconditioner for the first iterations: a stiffness on a mesh of blocks, and a nodal
-//! stiffness.
+//! Two-level preconditioner for the first iterations, with a stiffness on a mesh of blocks and a
+//! nodal stiffness.
 //!
-//! If the material yields, most iterations of a load only move the strips of elastic nodes to their
-//! place. Until then corrections need not be as accurate as those of `conjugate_gradients`. Let r
-//! be the gap of free nodes, P r its means over the blocks of `extension`, with other nodes
-//! extended, and Π r its means over the free nodes of each block. The correction is
+//! If the material yields, most iterations of a load only find the strips of elastic nodes. Until
+//! these are found, corrections need not be as accurate as those of `conjugate_gradients`. Let r be
+//! the gap of free nodes, P r its means over the blocks of `extension`, in which nodes that are not
+//! free count with the extension, and Π r its means over the free nodes of each block. The
+//! correction is
 //!
-//! s (r − Π r) + Pᵀ K P r,
+//! s (r − Π r) + Pᵀ K P r.
 //!
-//! symmetric and positive like the accurate one. s is a stiffness for waves shorter than a block. K
-//! is |q|/2 divided by the factor by which block means reduce a wave. It is convolved on a
-//! sixteenth of the nodes, which costs almost nothing compared with a pair of transforms. An
+//! It is symmetric and positive, as is the accurate one. s is a stiffness for waves shorter than a
+//! block. K is |q|/2, divided by the factor by which block means reduce a wave. It is convolved on
+//! a sixteenth of the nodes, which costs almost nothing compared with a pair of transforms. An
 //! iteration takes two thirds of the time and makes about the same progress
 //! (docs/notes/solver-pairs.md).
 
@@ -23,30 +24,32 @@ use crate::elasticity::ElasticOperator;
 use crate::fft::{Kernel, Scratch, Transform};
 use crate::threads::Threads;
 
-/// The stiffness s over the nodal stiffness; twice as much takes a tenth more pairs.
+/// Ratio of the stiffness s to the nodal stiffness; twice this ratio takes a tenth more pairs.
 const SHORT_WAVES: f64 = 0.45;
 
-/// Iterations per load with this preconditioner if the material yields; four or eight take as many
-/// pairs or slightly more.
+/// Number of iterations per load with this preconditioner if the material yields. With four or
+/// eight, loads take as many pairs or slightly more.
 pub const YIELDING_ITERATIONS: usize = 6;
 
-/// Iterations with this preconditioner after a start from a coarser mesh, whose errors are short
-/// waves. Two or four take as many pairs, none takes a tenth to a third more.
+/// Number of iterations with this preconditioner after a start from a coarser mesh, whose errors
+/// are short waves. With two or four, loads take as many pairs; without any, a tenth to a third
+/// more.
 pub const NESTED_ITERATIONS: usize = 3;
 
-/// Two-level preconditioner with a stiffness of blocks and one of shorter waves.
+/// Two-level preconditioner with one stiffness for block means and one for shorter waves.
 pub struct TwoLevel {
     transform: Transform<f32>,
     scratch: Scratch<f32>,
     kernel: Kernel<f32>,
-    /// Sums over the free nodes of blocks, and the pressures for them.
+    /// Sums of the residual over the free nodes of each block; later the pressures computed from
+    /// them.
     sums: Vec<f32>,
     /// Stiffness s of waves shorter than a block.
     stiffness: f32,
 }
 
 impl TwoLevel {
-    /// Prepares the preconditioner of a body, with `blocks` along x and y.
+    /// Prepares the preconditioner of a body; `blocks` are the numbers of blocks along x and y.
     pub fn new(
         threads: &Threads,
         body: &dyn ElasticOperator,
@@ -74,7 +77,7 @@ impl TwoLevel {
         self.scratch.set_threads(threads.clone());
     }
 
-    /// Turns the residual that was added to the extension into corrections per block.
+    /// Turns the residual that was added to the extension into the block part of the corrections.
     pub fn correct(&mut self, threads: &Threads, extension: &mut Extension) {
         let mut means = Wide(extension.extend_means(threads, &mut self.sums));
         self.transform.begin(&mut means, &mut self.scratch);
@@ -111,7 +114,7 @@ mod tests {
     use crate::solver::flags::{FREE, has};
     use crate::solver::lanes::Pass;
 
-    /// A body with free nodes and their preconditioner.
+    /// Free nodes of a body, and their preconditioner.
     struct Body {
         nodes: [usize; 2],
         last_step: Vec<f32>,
@@ -158,7 +161,7 @@ mod tests {
         }
     }
 
-    /// Keeps rows after adding the result of the transpose.
+    /// Keeps rows after adding the output of the transpose.
     struct Keep<'a> {
         given: TransposeOutput<'a>,
         rows: Vec<f32>,
@@ -216,7 +219,7 @@ mod tests {
         let half_space = PeriodicHalfSpace::new(grid);
         let own = SHORT_WAVES * half_space.nodal_stiffness(&Threads::one());
         let mut body = Body::new(&half_space, |_| true);
-        // Few enough periods to avoid aliasing on sixteen blocks.
+        // The waves have few enough periods to avoid aliasing on sixteen blocks.
         for waves in [[1, 0], [2, 3], [5, 4], [0, 7]] {
             let wave = |node: usize| {
                 let [i, j] = grid.indices(node);
@@ -224,7 +227,8 @@ mod tests {
             };
             let gap: Vec<f32> = (0..grid.count()).map(wave).collect();
             let asked = dot(&gap, &body.corrected(&gap)) / dot(&gap, &gap);
-            // Means over four nodes, and over all between them.
+            // The reductions of a wave by means over four nodes, and by means over continuous
+            // blocks.
             let half = waves.map(|waves| PI * waves as f64 / 64.0);
             let of_nodes = |half: f64| (4.0 * half).sin() / (4.0 * half.sin());
             let mean: f64 =

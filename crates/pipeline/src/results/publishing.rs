@@ -79,7 +79,7 @@ pub fn publish(
         }
     }
     if published.iter().any(|table| table.finished > 0) {
-        // If all tables exist, the folder need not be writable.
+        // The error is ignored: if all tables exist, the folder need not be writable.
         let _ = publisher.own();
     }
     if damaged.is_empty() { Ok(published) } else { Err(ResultsError::Damaged { tables: damaged }) }

@@ -301,7 +301,7 @@ impl PublishedStage {
     }
 
     /// Reads the first tasks of `keys` together: as many as are consecutive in this table, have the
-    /// same columns, and have at most [`READ_AT_ONCE`] rows. Returns the number of rows of each
+    /// same columns, and have few enough rows for one read. Returns the number of rows of each
     /// task, and one table with all these rows.
     pub fn leading_tables(
         &self,

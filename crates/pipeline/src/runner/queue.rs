@@ -5,14 +5,14 @@ use std::sync::{Condvar, Mutex, MutexGuard};
 /// A task whose inputs exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ready {
-    /// Task that waits for memory.
+    /// Task for which no memory is reserved yet.
     Waiting(usize),
-    /// Task that has been given memory.
+    /// Task for which memory is reserved.
     Admitted(usize),
 }
 
-/// Tasks that are ready to start. The latest task comes first, because it mostly reads the table
-/// that has just been computed.
+/// Stack of the tasks that are ready to start. The task added last starts first, because it mostly
+/// reads the table that has just been computed.
 #[derive(Default)]
 pub struct ReadyTasks {
     state: Mutex<Queue>,
@@ -22,7 +22,7 @@ pub struct ReadyTasks {
 #[derive(Default)]
 struct Queue {
     ready: Vec<Ready>,
-    /// Number of running tasks, which may make others ready.
+    /// Number of running tasks. Each may make other tasks ready when it finishes.
     at_work: usize,
 }
 
@@ -54,7 +54,7 @@ impl ReadyTasks {
     }
 }
 
-/// Guard of a running task.
+/// Guard that counts a task as running until it is dropped.
 pub struct AtWork<'a>(&'a ReadyTasks);
 
 impl Drop for AtWork<'_> {
@@ -69,8 +69,9 @@ impl Drop for AtWork<'_> {
 
 /// Memory budget that the running tasks share.
 ///
-/// Each task takes its part before it starts. A task that does not fit waits until others release
-/// memory, and smaller tasks may start before it. Threads never wait for memory.
+/// The memory of each task is reserved before the task starts. A task that does not fit waits until
+/// others have released memory, and smaller tasks may start before it. Threads do not wait: they
+/// compute other tasks.
 pub struct MemoryBudget {
     parts: Vec<u64>,
     state: Mutex<Memory>,
@@ -78,12 +79,13 @@ pub struct MemoryBudget {
 
 struct Memory {
     free: u64,
-    /// Tasks that did not fit, in the order of their arrival.
+    /// Tasks that did not fit, in the order in which they were tried.
     waiting: Vec<usize>,
 }
 
 impl MemoryBudget {
-    /// Creates a budget of `size` bytes for tasks of these sizes. A larger task runs alone.
+    /// Creates a budget of `size` bytes; `parts` are the sizes of all tasks in bytes. A task that
+    /// is larger than the budget runs alone.
     pub fn new(size: u64, parts: impl Iterator<Item = u64>) -> MemoryBudget {
         MemoryBudget {
             parts: parts.map(|part| part.min(size)).collect(),
@@ -91,8 +93,8 @@ impl MemoryBudget {
         }
     }
 
-    /// Reserves the memory of a task and returns true if it fits. Otherwise the task is queued, and
-    /// [`MemoryBudget::leave`] returns it later.
+    /// Reserves the memory of a task. Returns false if the memory is not free; the task is then
+    /// returned later by [`MemoryBudget::leave`].
     pub fn enter(&self, task: usize) -> bool {
         let mut state = self.state();
         let enters = state.admit(self.parts[task]);
@@ -102,7 +104,8 @@ impl MemoryBudget {
         enters
     }
 
-    /// Releases the memory of a task. Returns the waiting tasks that now have memory and may start.
+    /// Releases the memory of a task and reserves it for waiting tasks. Returns the tasks that may
+    /// start now.
     pub fn leave(&self, task: usize) -> Vec<usize> {
         let mut state = self.state();
         state.free += self.parts[task];
@@ -165,21 +168,21 @@ mod tests {
     fn tasks_begin_as_others_leave_room_and_small_ones_first() {
         let room = MemoryBudget::new(10, [6, 6, 3, 5].into_iter());
         assert!(room.enter(0));
-        assert!(!room.enter(1), "two large ones do not fit");
-        assert!(room.enter(2), "a small one beside a large one does");
+        assert!(!room.enter(1), "two large tasks do not fit");
+        assert!(room.enter(2), "a small task fits beside a large one");
         assert!(!room.enter(3));
-        assert!(room.leave(2).is_empty(), "four are free");
-        assert_eq!(room.leave(0), [1], "who came first");
+        assert!(room.leave(2).is_empty(), "four bytes are free");
+        assert_eq!(room.leave(0), [1], "the task that was tried first starts");
         assert_eq!(room.leave(1), [3]);
         assert!(room.leave(3).is_empty());
-        assert!(room.enter(0), "all is free again");
+        assert!(room.enter(0), "all memory is free again");
     }
 
     #[test]
     fn what_is_larger_than_the_room_works_alone() {
         let room = MemoryBudget::new(10, [40, 1, 0].into_iter());
         assert!(room.enter(0) && !room.enter(1));
-        assert!(room.enter(2), "what takes nothing always fits");
+        assert!(room.enter(2), "a task without memory always fits");
         assert_eq!(room.leave(0), [1]);
         assert!(!room.enter(0));
         assert_eq!(room.leave(1), [0]);

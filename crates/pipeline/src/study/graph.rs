@@ -1,4 +1,4 @@
-//! Graph of the stages, with checks of names, edges, cycles, order and kinds of rows.
+//! Graph of the stages, with checks of their names, their inputs and the kinds of rows.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -11,16 +11,16 @@ use asperity_manifest::written::Written;
 use asperity_stages::Rows;
 use asperity_stages::form::{Points, a_stage};
 
-/// Directed acyclic graph of the stages, as far as their inputs are valid.
+/// Directed graph of the stages of a manifest.
 pub struct Graph {
-    /// Inputs of each stage in the order of the file; `None` where some inputs are invalid.
+    /// Indices of the inputs of each stage, in the order of the file; `None` if an input is invalid.
     pub inputs: Vec<Option<Vec<usize>>>,
-    /// All stages, each after its inputs, otherwise in the order of the file.
+    /// Indices of the stages. Each comes after its inputs, otherwise the order is that of the file.
     pub order: Vec<usize>,
 }
 
 impl Graph {
-    /// Checks names and edges, and sorts the stages.
+    /// Creates the graph, and reports invalid names, unknown inputs and cycles.
     pub fn new(stages: &[StageTable], problems: &mut Problems) -> Graph {
         check_names(stages, problems);
         let names = stages.iter().enumerate();
@@ -69,7 +69,7 @@ fn check_names(stages: &[StageTable], problems: &mut Problems) {
     }
 }
 
-/// Checks a name, which becomes a file name and a table name in queries.
+/// Checks a name that becomes the name of a file and of a table in SQL queries.
 pub fn check_name(
     what: &str,
     name: &str,
@@ -90,7 +90,7 @@ pub fn check_name(
     problems.push(Problem::new(message, span, label).help(help));
 }
 
-/// Looks up the stages that a stage reads.
+/// Returns the indices of the stages that a stage reads, or `None` if one of them is invalid.
 fn resolve(
     stage: &StageTable,
     names: &BTreeMap<&str, usize>,
@@ -135,7 +135,8 @@ fn unknown_stage(
     problem.help(format!("the other stages are {}", listed(others(), "and")))
 }
 
-/// Sorts stages after their inputs. Stages in a cycle, or after one, are omitted.
+/// Sorts the stages such that each comes after its inputs. Stages in a cycle, and those that depend
+/// on one, are omitted.
 fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
     let mut readers = vec![Vec::new(); inputs.len()];
     let mut waiting = vec![0; inputs.len()];
@@ -172,7 +173,7 @@ fn report_cycle(
     let Some(mut stage) = is_sorted.iter().position(|sorted| !sorted) else {
         return;
     };
-    // Each unsorted stage reads another one, so that following the inputs leads into a cycle.
+    // Each unsorted stage reads another unsorted one, so following the inputs leads into a cycle.
     let mut path = Vec::new();
     let mut position = vec![None; stages.len()];
     while position[stage].is_none() {
@@ -212,8 +213,8 @@ fn report_cycle(
     }
 }
 
-/// Checks the kinds of rows that a stage reads. Returns the kinds of rows that it reads and makes,
-/// as far as they are known.
+/// Checks the kinds of rows that a stage reads. Returns the kind that it reads and the kind that it
+/// writes; `None` means that the kind is unknown.
 pub fn check_flow(
     stage: &StageTable,
     inputs: &[(&str, Option<Rows>)],

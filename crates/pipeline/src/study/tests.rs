@@ -1,4 +1,4 @@
-//! Tests of the meaning of manifests, and of the messages about invalid ones.
+//! Tests of the interpretation of valid manifests, and of messages about invalid ones.
 
 mod rectangles;
 
@@ -15,7 +15,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/manifests")
 }
 
-/// Compares all messages with snapshots. Review changes with `cargo insta review`.
+// Compares all messages with snapshots. Review changes with `cargo insta review`.
 #[test]
 fn every_mistake_is_explained() {
     let mut settings = insta::Settings::clone_current();
@@ -131,7 +131,7 @@ fn message(text: &str) -> String {
     parse(text).expect_err(text).render(false)
 }
 
-/// Reverses the order of the tables of a manifest and of their keys.
+/// Reverses the order of the tables in a manifest, and of the keys in each table.
 fn reversed(text: &str) -> String {
     let tables = text.trim().split("\n\n").map(|table| {
         let (head, keys) = table.split_once('\n').unwrap();
@@ -289,7 +289,7 @@ fn chosen_loads_are_those_of_the_block() {
 #[test]
 fn two_equal_bodies_have_half_the_modulus_of_one_against_a_rigid_body() {
     let body = "{ youngs_modulus = 3, poisson_ratio = 0.5 }";
-    // E/(1 − ν²) of the one body.
+    // E* = E/(1 − ν²) for a single elastic body.
     assert_eq!(block(&format!("loads = [1]\nbodies = [{body}]")).effective_modulus, 4.0);
     let two = block(&format!("loads = [1]\nbodies = [{body}, {body}]"));
     assert_eq!(two.effective_modulus, 2.0);

@@ -1,5 +1,5 @@
-//! Validation of the stages in order, each with what is known about its inputs, and of the
-//! conditions that decide numbers of surfaces.
+//! Validation of the stages, each after its inputs, and of the conditions that decide the numbers of
+//! surfaces.
 
 use arrow::datatypes::DataType;
 
@@ -20,10 +20,10 @@ use asperity_tables::table::Table;
 
 /// Maximum number of tasks of one stage.
 const MAX_TASKS: usize = 1_000_000;
-/// Maximum number of tasks of all stages together.
+/// Maximum number of tasks of a study.
 const MAX_TASKS_OF_STUDY: usize = 2_000_000;
 
-/// Validates a manifest and reports all problems.
+/// Validates a manifest and reports all problems. Returns `None` if it is invalid.
 pub fn validate(
     manifest: &Manifest,
     sources: SurfaceFiles,
@@ -80,7 +80,7 @@ fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Op
     (name.map(|name| name.value.clone()), seed.unwrap_or(0))
 }
 
-/// Information about a validated stage.
+/// Properties of a validated stage that the validation of later stages uses.
 #[derive(Default)]
 struct Validated {
     rows: Option<Rows>,
@@ -97,7 +97,8 @@ struct Validator<'a> {
     sources: SurfaceFiles,
     /// For each stage of the manifest, true if another stage or a condition reads it.
     is_read: Vec<bool>,
-    /// Number of tasks of the stages so far, or of inputs of tasks if they are more.
+    /// Total of the validated stages: for each, the number of its tasks or of the inputs of these
+    /// tasks, whichever is larger.
     tasks: usize,
     /// Validated stages by their index in the manifest. Inputs are validated before the stages that
     /// read them.
@@ -128,7 +129,7 @@ impl Validator<'_> {
         let stacked = stacked.filter(|table| !table.names().is_empty());
         let above = inputs.iter().map(|&input| &self.validated[input].surfaces);
         let above = above.fold(Surfaces::default(), Surfaces::and);
-        // A surface that is drawn from a measured spectrum differs from the measured surface.
+        // A surface drawn from a measured spectrum does not inherit properties of the measured one.
         let surfaces = match table.kind {
             Some(Kind::Generate) => Surfaces::default(),
             _ => above,
@@ -159,7 +160,8 @@ impl Validator<'_> {
         Validated { rows, surfaces: surfaces.and(&made.unwrap_or_default()), work, empty, tasks }
     }
 
-    /// Reports a stage with too many tasks, and the stage at which the study exceeds its limit.
+    /// Adds the tasks of a stage to the total. Reports a stage with too many tasks, and the first
+    /// stage at which the study has too many.
     fn count(&mut self, tasks: usize, above: usize, name: &Span, problems: &mut Problems) {
         let before = self.tasks;
         self.tasks = before.saturating_add(tasks.max(above));
@@ -179,7 +181,7 @@ impl Validator<'_> {
         problems.push(Problem::new(message, name.clone(), label));
     }
 
-    /// Returns the tables of a stage's inputs without rows, if they are known.
+    /// Returns the names of the inputs with their tables without rows, if all of these are known.
     fn tables_of(&self, inputs: &[usize]) -> Option<Vec<(String, Table)>> {
         let tables = inputs.iter().map(|&input| {
             let name = self.stages[input].name.value.clone();
@@ -189,7 +191,7 @@ impl Validator<'_> {
     }
 }
 
-/// A stage whose number of surfaces depends on a condition.
+/// A condition on the number of surfaces of a stage.
 struct Conditional<'a> {
     stage: usize,
     growing: &'a Growing,
@@ -216,7 +218,7 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
     })
 }
 
-/// Returns the stages whose tables are used by conditions on means.
+/// Returns the indices of the stages whose tables are used by conditions on means.
 fn observed_stages(stages: &[StageTable]) -> Vec<usize> {
     let named = |name: &str| stages.iter().position(|stage| stage.name.value == name);
     conditions(stages)
@@ -227,11 +229,11 @@ fn observed_stages(stages: &[StageTable]) -> Vec<usize> {
         .collect()
 }
 
-/// Checks the conditions that decide numbers of surfaces.
+/// Checks the conditions that decide the numbers of surfaces.
 ///
-/// A condition on a mean needs a table with rows for each surface, and a condition on claims needs
-/// claims that surfaces decide. `empty` returns the tables of stages without rows, if they are
-/// known. `claims` returns the names of all claims.
+/// A condition on a mean must name a stage with rows for each surface. A condition on claims must
+/// name claims that depend on the number of surfaces. `empty` returns the table of a stage without
+/// rows, if it is known. `claims` returns the names of all claims.
 fn check_conditions<'t>(
     stages: &[StageTable],
     graph: &Graph,
@@ -298,7 +300,7 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
     Some(Problem::new(message, at_least.span.clone(), label).help(help))
 }
 
-/// Returns whether a stage depends on `source` or is `source` itself.
+/// Returns whether the stage with index `stage` is `source` or depends on it.
 fn reads(graph: &Graph, stage: usize, source: usize) -> bool {
     let mut is_above = vec![false; graph.inputs.len()];
     let mut next = vec![stage];
@@ -310,7 +312,7 @@ fn reads(graph: &Graph, stage: usize, source: usize) -> bool {
     is_above[source]
 }
 
-/// Returns the numeric result columns.
+/// Returns the names of the numeric result columns of a table.
 fn numbers(table: &Table) -> Vec<&str> {
     let fields = table.batch().schema_ref().fields().iter();
     let is_number = |kind: &DataType| matches!(kind, DataType::Float64 | DataType::Int64);

@@ -13,11 +13,12 @@ use asperity_stages::solve::{self, PressureUnit};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Recipe, measure};
 
-/// Nodes per shortest wavelength from which the counted area needs no warning.
+/// Minimum number of nodes per shortest wavelength without a warning about the contact area.
 ///
-/// The table lists the area that the mesh adds, in per cent. Surfaces with H = 0.8 on 64² … 2048²
-/// nodes are compared with their limit on ever finer meshes. The values are means over 16 surfaces,
-/// as counted and as corrected with the coefficient of 2017.
+/// The table lists the relative mesh error of the contact area in per cent, for surfaces with
+/// H = 0.8 on 64² … 2048² nodes. The error is the difference from the area extrapolated to an
+/// infinitely fine mesh, averaged over 16 surfaces. It is given for counted areas at two cutoff
+/// ranges, and (k = 4 … 32/k = 8 … 32) for areas corrected with the coefficient of 2017.
 ///
 /// | nodes per shortest wavelength | | 2 | 3 | 4 | 6 | 8 | 16 | 32 |
 /// |---|---|---|---|---|---|---|---|---|
@@ -28,19 +29,20 @@ use asperity_stages::{Recipe, measure};
 /// | | k = 8 … 32 | 73 | 42 | 29 | 19 | 14 | 6.8 | 3.4 |
 /// | | corrected | 2.4/8.1 |−1.8/−1.0|−2.6/−2.6|−1.6/−2.6|−1.4/−1.9|−0.7/−1.0|−0.3/−0.5|
 ///
-/// Below 8 nodes, the mesh adds 10 % and more under light loads, as much as the spectra of a study
-/// differ.
+/// With fewer than 8 nodes, the error is 10 % or more under small loads. Contact areas of different
+/// spectra differ by as much.
 const ENOUGH: f64 = 8.0;
-/// The same for corrected areas: from here on at most 3 % remain, below up to 12 %.
+/// Minimum number of nodes per shortest wavelength without a warning about corrected areas. Their
+/// mesh error is at most 3 % with this number or more, and up to 12 % with fewer nodes.
 const ENOUGH_CORRECTED: f64 = 3.0;
-/// Range of the area that the mesh adds under a load of 0.06, in per cent, times the nodes per
-/// shortest wavelength.
+/// Lower and upper estimate of the mesh error of the contact area at load 0.06, in per cent × nodes
+/// per shortest wavelength. Divide by the nodes per wavelength to get per cent.
 const ADDED: [f64; 2] = [50.0, 80.0];
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warning {
     pub stage: String,
-    /// Text of the warning, with a suggestion.
+    /// Text of the warning, which says what to do.
     pub message: String,
 }
 
@@ -50,21 +52,21 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Shortest wave of a surface on its mesh.
+/// Shortest wave of a surface and its resolution by the mesh.
 #[derive(Debug, Clone, Copy)]
 struct ShortestWave {
     nodes: [u32; 2],
     key: &'static str,
     wavenumber: u32,
-    /// Nodes per wavelength, along the axis with fewer nodes.
+    /// Number of nodes per wavelength, along the axis on which it is smaller.
     resolution: f64,
-    /// True if areas counted on the mesh can be corrected, which needs square cells.
+    /// True if the cells are square, so that counted areas can be corrected.
     has_square_cells: bool,
 }
 
 impl ShortestWave {
-    /// Returns the shortest wave of a generated surface. Returns `None` for measured surfaces,
-    /// whose waves the file decides, and for shapes without waves.
+    /// Returns the shortest wave of a generated surface. Returns `None` for measured surfaces and
+    /// for shapes without waves.
     fn from_params(params: &Params) -> Option<ShortestWave> {
         let grid = params.grid().ok()?;
         let steps = grid.larger_steps();
@@ -93,8 +95,7 @@ impl ShortestWave {
         })
     }
 
-    /// Returns the value of `nodes` for a mesh that is `finer` times finer along both axes, rounded
-    /// up.
+    /// Formats the value of `nodes` for a mesh that is finer by the factor `finer` along both axes.
     fn mesh(&self, finer: f64) -> String {
         let [x, y] = self.nodes.map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
         if x == y { format!("{x}") } else { format!("[{x}, {y}]") }
@@ -102,11 +103,11 @@ impl ShortestWave {
 }
 
 impl Study {
-    /// Returns warnings about the study, to be shown before it runs.
+    /// Returns the warnings about a study that are shown before it runs.
     ///
-    /// They concern meshes that overestimate the contact area, lists that could be read in two
-    /// ways, and loads that were probably meant in another unit. Others concern two bodies that are
-    /// not pressed against each other, and decisions about files of measured surfaces.
+    /// The study may have a mesh that overestimates the contact area, an ambiguous list of nodes
+    /// and sides, loads that were probably meant in another unit, two rough bodies that are not
+    /// pressed against each other, or a measured surface with several channels or missing points.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(index, stage)| {
@@ -123,7 +124,8 @@ impl Study {
         warnings.collect()
     }
 
-    /// Warns of the coarsest mesh of a stage's surfaces if it adds much to the counted area.
+    /// Warns of the coarsest mesh of a `generate` stage if its mesh error of the contact area is
+    /// large.
     fn coarse_mesh(&self, index: usize, stage: &Stage) -> Option<String> {
         let Work::Generate(ensembles) = &stage.work else {
             return None;
@@ -166,7 +168,8 @@ impl Study {
         ))
     }
 
-    /// Warns that two bodies beside several stages of surfaces are not pressed against each other.
+    /// Warns that a `solve` stage with two bodies and several stages of surfaces does not press
+    /// these surfaces against each other.
     fn pressed_alone(&self, stage: &Stage) -> Option<String> {
         let is_of_two = |recipe: &Recipe| match recipe {
             Recipe::Solve(params) => params.bodies == 2,
@@ -184,8 +187,8 @@ impl Study {
         })
     }
 
-    /// Returns whether all contact areas of a stage's surfaces are corrected for the mesh or
-    /// compared over meshes; `None` if nothing is pressed.
+    /// Returns whether all contact areas of the surfaces of a stage are corrected for the mesh or
+    /// compared between meshes. Returns `None` if no contact of these surfaces is solved.
     fn is_corrected(&self, surfaces: usize) -> Option<bool> {
         let solved = self.readers(surfaces, |recipe| matches!(recipe, Recipe::Solve(_)));
         let counts =
@@ -204,7 +207,8 @@ impl Study {
         })
     }
 
-    /// Returns the stages that read a stage with a recipe for which `does` is true.
+    /// Returns the indices of the stages that read the stage `read` and have a recipe for which
+    /// `does` is true.
     fn readers(&self, read: usize, does: impl Fn(&Recipe) -> bool) -> Vec<usize> {
         let stages = self.stages.iter().enumerate();
         let readers = stages.filter(|(_, stage)| {
@@ -214,7 +218,7 @@ impl Study {
     }
 }
 
-/// Warns that two lists are read as one rectangle and are not swept.
+/// Warns that the lists `nodes` and `side` are read as one rectangle, not as sweeps.
 fn ambiguous_pairs(stage: &Stage) -> Option<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return None;
@@ -229,16 +233,16 @@ fn ambiguous_pairs(stage: &Stage) -> Option<String> {
     ))
 }
 
-/// Heaviest probable load in units of E* × rms slope. Every surface is in full contact under a
-/// third of it.
+/// Largest plausible load in units of E* × rms slope. Every surface is in full contact under a
+/// third of this load.
 const HEAVY: f64 = 10.0;
-/// Lightest probable load in units of E* × rms slope. A single node of a large mesh bears as much.
+/// Smallest plausible load in units of E* × rms slope. On a large mesh, a single node can bear it.
 const LIGHT: f64 = 1e-7;
 
-/// Range of probable mean pressures in multiples of E*, for rms slopes between 1e-4 and 10.
+/// Smallest and largest plausible mean pressures in units of E*, for rms slopes between 1e-4 and 10.
 const PRESSURES: [f64; 2] = [1e-4 * LIGHT, 10.0 * HEAVY];
 
-/// Warns that all loads of a stage are too heavy or too light to be intended.
+/// Warns if all loads of a stage are too large or too small to be intended.
 fn improbable_loads(stage: &Stage) -> Option<String> {
     stage.work.recipes().iter().find_map(|recipe| match recipe {
         Recipe::Solve(params) => of_block(params),
@@ -270,8 +274,8 @@ fn of_block(params: &solve::Params) -> Option<String> {
     }
 }
 
-/// Returns warnings about the files that a stage reads, each once: the channel that was chosen, and
-/// the points that were not measured.
+/// Returns the warnings about the files of measured surfaces that a stage reads, without
+/// duplicates: which channel was chosen, and how many points were not measured.
 fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
@@ -394,11 +398,11 @@ mod tests {
     #[test]
     fn corrections_make_up_for_three_nodes_and_more() {
         let corrected = format!("{PRESSED}{CORRECTED}");
-        let told_at = |k_upper| warnings(&corrected.replace("[8, 16, 32]", k_upper));
-        assert!(told_at("[8, 16, 21]").is_empty());
-        let [warning] = &told_at("32")[..] else { panic!("two nodes are too few for corrections") };
+        let warnings_at = |k_upper| warnings(&corrected.replace("[8, 16, 32]", k_upper));
+        assert!(warnings_at("[8, 16, 21]").is_empty());
+        let [warning] = &warnings_at("32")[..] else { panic!("two nodes are too few for corrections") };
         assert!(warning.contains("up to 12 %"), "{warning}");
-        // A correction "none" does not count, nor does a correction of other contacts.
+        // The correction "none" and corrections of other contacts do not count.
         let none = corrected.replace("[\"none\", \"2017\"]", "\"none\"");
         assert_eq!(warnings(&none).len(), 1);
         let another = "[stage.more]\nkind = \"solve\"\nfrom = \"rough\"\nloads = [0.1]\n";

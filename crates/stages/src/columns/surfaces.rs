@@ -6,8 +6,19 @@ use asperity_tables::column::{Code, Column};
 
 pub const CONTENT: Column = parameter_text("content", "hash of the file of the measured surface");
 pub const UNIT: Column = parameter_text("unit", "unit of length of the measured surface");
-pub const EDGES: Column =
-    parameter_text("edges", "treatment of the edges that makes the map periodic");
+pub const EDGES: Column = parameter_text("edges", "treatment of the edges of the measured map")
+    .with_codes(&[
+        Code { word: "periodic", meaning: "the map is periodic and stays unchanged" },
+        Code { word: "open", meaning: "the map is not periodic and stays unchanged" },
+        Code {
+            word: "mirror",
+            meaning: "continued by mirror images after the mean plane was subtracted",
+        },
+        Code {
+            word: "taper",
+            meaning: "tapered to zero at the edges after the mean plane was subtracted",
+        },
+    ]);
 pub const HEIGHT_SCALE: Column =
     parameter("height_scale", "1", "factor from the heights of the file to lengths");
 pub const TAPER_FRACTION: Column = parameter(
@@ -37,12 +48,20 @@ pub const CROP_SIZE_Y: Column = parameter(
     "length",
     "requested side of the cropped part along y, before it was rounded to nodes",
 );
-pub const LEVEL: Column = parameter_text(
-    "level",
-    "form that was subtracted: the least-squares mean, plane or quadric of the measured points, or \
-     none",
-);
-pub const FILL: Column = parameter_text("fill", "method by which missing points received heights");
+pub const LEVEL: Column = parameter_text("level", "form that was subtracted from the heights")
+    .with_codes(&[
+        Code { word: "none", meaning: "no form" },
+        Code { word: "mean", meaning: "mean height of the measured points" },
+        Code { word: "plane", meaning: "least-squares plane of the measured points" },
+        Code { word: "quadric", meaning: "least-squares quadric of the measured points" },
+    ]);
+pub const FILL: Column = parameter_text("fill", "method by which missing points received heights")
+    .with_codes(&[
+        Code { word: "error", meaning: "none: maps with missing points are refused" },
+        Code { word: "harmonic", meaning: "solution of Laplace's equation in each hole" },
+        Code { word: "nearest", meaning: "height of the nearest measured point" },
+        Code { word: "lowest", meaning: "lowest height of the map" },
+    ]);
 pub const HIGH_PASS: Column = parameter(
     "high_pass",
     "length",

@@ -1,4 +1,4 @@
-//! Tests of lists of `nodes` and `side`: sweeps and rectangles.
+//! Tests of `nodes` and `side` given as lists, which define sweeps or rectangular grids.
 
 use super::*;
 use asperity_contact::grid::Grid;
@@ -18,7 +18,7 @@ fn of(kind: &str, rest: &str) -> Vec<([usize; 2], [f64; 2])> {
     grids.map(|grid| shape(grid.unwrap())).collect()
 }
 
-/// Returns the shapes of random surfaces whose waves fit any mesh.
+/// Returns the (nodes, side) pairs of random surfaces with a cutoff that fits all meshes used here.
 fn rough(rest: &str) -> Vec<([usize; 2], [f64; 2])> {
     of(ROUGH, &format!("k_upper = 4\n{rest}"))
 }
