@@ -121,7 +121,7 @@ fn wrong_conditions_are_met_with_place_and_advice() {
         (study("{ at_least = 3, until = \"sem(area.secant) < 1 %\" }"), "lacks `at_most`"),
         (
             study("{ at_least = 9, at_most = 3, until = \"sem(area.secant) < 1 %\" }"),
-            "`at_least = 9` lies above `at_most = 3`",
+            "`at_least = 9` is above `at_most = 3`",
         ),
         (study("\"many\""), "a whole number or a table"),
     ];

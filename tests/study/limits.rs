@@ -106,7 +106,7 @@ fn means_over_surfaces_are_no_rows_that_limits_can_be_fitted_to() {
     let output = bench.output(&["check", manifest.to_str().unwrap()]);
     assert!(!output.status.success());
     let printed = text(&output.stderr);
-    assert!(printed.contains("are not about single surfaces"), "{printed}");
+    assert!(printed.contains("do not describe single surfaces"), "{printed}");
 }
 
 #[test]

@@ -1,25 +1,24 @@
-//! Numbers as a person would write them.
+//! Rounds computed numbers to short decimals.
 //!
-//! `{ to = 0.06, steps = 6 }` means 0.02 and not 0.019999999999999997. A number that places a row is
-//! therefore the nearest decimal of [`DIGITS`] significant digits, whoever computed it: then equal
-//! numbers have equal bits, equal keys, and are found by `where load = 0.02`.
+//! `{ to = 0.06, steps = 6 }` contains the load 0.02 and not 0.019999999999999997. Coordinates of
+//! rows are therefore rounded to [`DIGITS`] significant digits: equal numbers then have equal bits
+//! and equal keys, and `where load = 0.02` finds them.
 
-/// Significant digits that count. A double has almost sixteen; the last four are left to the
-/// rounding of whoever computed it.
+/// Number of significant digits. A double has almost sixteen; the last four may be rounding errors.
 pub const DIGITS: usize = 12;
 
-/// Numbers whose relative distance is below this are one number: a step between them is rounding,
-/// and a difference quotient over it noise.
+/// Relative distance below which two numbers are considered equal: a difference quotient over a
+/// smaller step is noise.
 pub const RESOLUTION: f64 = 1e-9;
 
-/// The nearest decimal of [`DIGITS`] significant digits. Zero has one sign; what is not finite stays
-/// as it is.
+/// Returns the nearest decimal of [`DIGITS`] significant digits. Negative zero becomes zero;
+/// infinities and NaN stay as they are.
 pub fn nearest(value: f64) -> f64 {
     let written = format!("{value:.*e}", DIGITS - 1);
     written.parse::<f64>().map_or(value, |value| value + 0.0)
 }
 
-/// Whether two numbers are one but for rounding.
+/// Returns whether two numbers differ only by rounding.
 pub fn is_same(one: f64, other: f64) -> bool {
     one == other || (one - other).abs() < RESOLUTION * one.abs().max(other.abs())
 }

@@ -1,5 +1,5 @@
-//! What is wrong with a manifest, shown at the place where it is written, and the wording of messages:
-//! suggestions, lists, line breaks, and nothing that does harm.
+//! Collects and renders the mistakes of a manifest, and words their messages: suggestions, lists,
+//! line breaks. Control characters of the manifest are replaced.
 
 use std::any::Any;
 use std::collections::HashSet;
@@ -10,14 +10,15 @@ use std::ops::Range;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 use thiserror::Error;
 
-/// Where something is written: bytes of the manifest's text.
+/// A range of bytes of the text.
 pub type Span = Range<usize>;
 
-/// As many problems are collected and shown; a manifest with more is broken in some general way.
-const MOST_COLLECTED: usize = 200;
-const MOST_SHOWN: usize = 40;
+/// Maximum number of problems that are collected.
+const MAX_COLLECTED: usize = 200;
+/// Maximum number of problems that are shown.
+const MAX_SHOWN: usize = 40;
 
-/// One mistake: what it is, where it is, and what would do instead.
+/// A mistake with its positions and help.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Problem {
     message: String,
@@ -26,34 +27,34 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A problem at one place, with a short label for the caret.
+    /// Creates a problem at a span; `label` is shown at the caret.
     pub fn new(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
         Self { message: message.into(), labels: vec![(span, label.into())], help: None }
     }
 
-    /// A problem of the manifest as a whole.
+    /// Creates a problem of the manifest as a whole.
     pub fn without_place(message: impl Into<String>) -> Self {
         Self { message: message.into(), labels: Vec::new(), help: None }
     }
 
-    /// Points at a second place that takes part in the mistake.
+    /// Adds another span that takes part in the mistake.
     pub fn and(mut self, span: Span, label: impl Into<String>) -> Self {
         self.labels.push((span, label.into()));
         self
     }
 
-    /// Says what would do.
+    /// Adds or replaces the help: how to correct the mistake.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// What is wrong, in a sentence.
+    /// Returns the message without labels and help.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// What would do, if it is said.
+    /// Returns the help, if there is any.
     pub fn advice(&self) -> Option<&str> {
         self.help.as_deref()
     }
@@ -63,7 +64,7 @@ impl Problem {
     }
 }
 
-/// A problem in one line, for programs that have no use for a picture.
+/// Writes the problem on one line, without the text around it.
 impl fmt::Display for Problem {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.message)?;
@@ -77,7 +78,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Problems collected so far, each once: a mistake met at every point of a grid is one mistake.
+/// Collected problems without duplicates: the same mistake at every point of a grid counts once.
 #[derive(Debug, Default)]
 pub struct Problems {
     found: Vec<Problem>,
@@ -92,24 +93,25 @@ impl Problems {
         }
     }
 
-    /// Whether more would not be kept: time to stop looking.
+    /// Returns whether the maximum is reached, so that further problems are dropped.
     pub fn are_enough(&self) -> bool {
-        self.found.len() >= MOST_COLLECTED
+        self.found.len() >= MAX_COLLECTED
     }
 
-    /// Whether nothing is wrong.
+    /// Returns whether there is no problem.
     pub fn is_empty(&self) -> bool {
         self.found.is_empty()
     }
 
-    /// The collected problems of a manifest, in the order of its lines.
+    /// Returns the problems in the order of the lines; `file` is the name of the manifest in
+    /// messages.
     pub fn into_errors(mut self, file: &str, text: &str) -> ManifestErrors {
         self.found.sort_by_key(Problem::start);
         ManifestErrors { file: file.to_owned(), text: text.to_owned(), problems: self.found }
     }
 }
 
-/// Everything that is wrong with a manifest.
+/// The problems of a manifest.
 #[derive(Debug, Clone, Error)]
 #[error("manifest `{file}` has {}", count(problems.len()))]
 pub struct ManifestErrors {
@@ -119,23 +121,23 @@ pub struct ManifestErrors {
 }
 
 impl ManifestErrors {
-    /// The problems, in the order of the lines that they point at.
+    /// Returns the problems in the order of their lines.
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }
 
-    /// What messages call the manifest.
+    /// Returns the name of the manifest in messages.
     pub fn file(&self) -> &str {
         &self.file
     }
 
-    /// Every problem with file, line, column, the text around it and a caret; drawn in ASCII and
-    /// without escapes unless `colours` are asked for.
+    /// Renders every problem with file, line, column, the text around it and a caret. Without
+    /// `colours` the result is ASCII without escape sequences.
     pub fn render(&self, colours: bool) -> String {
         let mut theme = GraphicalTheme::unicode();
         if !colours {
             theme = GraphicalTheme::none();
-            // A single column would otherwise be marked by a bar.
+            // A single column would otherwise be marked with a bar.
             theme.characters.underbar = '^';
         }
         let handler =
@@ -143,7 +145,7 @@ impl ManifestErrors {
         let text = harmless(&self.text);
         let source = NamedSource::new(harmless(&self.file), text);
         let mut page = String::new();
-        for problem in self.problems.iter().take(MOST_SHOWN) {
+        for problem in self.problems.iter().take(MAX_SHOWN) {
             let shown = Shown::new(problem, &source);
             if problem.labels.is_empty() {
                 page.push_str(&format!("{}:\n", source.name()));
@@ -156,23 +158,23 @@ impl ManifestErrors {
         page + &self.summary()
     }
 
-    /// Line and column of the place that a problem of these points at, from 1 on and in characters, as
-    /// [`ManifestErrors::render`] has them; `None` if it has no place.
+    /// Returns line and column of a problem, starting at 1 and in characters, as
+    /// [`ManifestErrors::render`] shows them; none for a problem of the whole manifest.
     pub fn place(&self, problem: &Problem) -> Option<[usize; 2]> {
         let (span, _) = problem.labels.first()?;
         let before: Vec<char> = {
             let characters = self.text.char_indices();
-            let before = characters.take_while(|(place, _)| *place < span.start);
+            let before = characters.take_while(|(index, _)| *index < span.start);
             before.map(|(_, character)| character).collect()
         };
         let line_start = before.iter().rposition(|character| *character == '\n');
         let lines = before.iter().filter(|character| **character == '\n').count();
-        let column = before.len() - line_start.map_or(0, |place| place + 1);
+        let column = before.len() - line_start.map_or(0, |index| index + 1);
         Some([lines + 1, column + 1])
     }
 
     fn summary(&self) -> String {
-        let hidden = self.problems.len().saturating_sub(MOST_SHOWN);
+        let hidden = self.problems.len().saturating_sub(MAX_SHOWN);
         let tail = match hidden {
             0 => String::new(),
             hidden => format!(", of which {hidden} are not shown"),
@@ -192,7 +194,7 @@ fn count(problems: usize) -> String {
     }
 }
 
-/// A problem beside the text that it is about, as `miette` wants it.
+/// A problem with the text of the manifest, for `miette`.
 #[derive(Debug)]
 struct Shown<'a> {
     message: String,
@@ -222,7 +224,7 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// The part of a span on its first line: a caret under a whole table says less than one line.
+/// Returns the part of a span on its first line.
 fn first_line(span: &Span, text: &str) -> Span {
     let start = span.start.min(text.len());
     let end = span.end.clamp(start, text.len());
@@ -253,17 +255,17 @@ impl Diagnostic for Shown<'_> {
     }
 }
 
-/// Width of messages: columns of a message before it goes on in the next line.
+/// Maximum width of a line of a message.
 const WIDTH: usize = 88;
 
-/// The candidate that a reader would take for the same word, if any comes close.
+/// Returns the candidate that is most similar to a word, if any is similar enough.
 pub fn did_you_mean<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    /// Jaro–Winkler similarity: one typo in a short word passes, another word does not.
-    const ALIKE: f64 = 0.8;
-    // Longer words are no slips of the finger, and comparing them takes quadratic time.
+    /// Minimum Jaro–Winkler similarity: one typo in a short word passes, another word does not.
+    const SIMILAR: f64 = 0.8;
+    // Comparing longer words takes quadratic time.
     const LONGEST: usize = 64;
     if word.len() > LONGEST {
         return None;
@@ -275,14 +277,14 @@ pub fn did_you_mean<'a>(
             let plain = candidate.to_lowercase().replace('-', "_");
             (strsim::jaro_winkler(&folded, &plain), candidate)
         })
-        .filter(|(likeness, _)| *likeness >= ALIKE)
-        // The first of equals, so that the advice depends on nothing but the words' order.
+        .filter(|(likeness, _)| *likeness >= SIMILAR)
+        // Of equally similar candidates the first one is returned.
         .reduce(|best, next| if next.0 > best.0 { next } else { best })
         .map(|(_, candidate)| candidate)
 }
 
-/// The label of a name that is not known: the known one that is meant, in these quotes, or other
-/// words where none comes close.
+/// Returns the label of an unknown name: the most similar known name in quotes, or `otherwise` if
+/// none is similar.
 pub fn suggestion<'a>(
     quote: char,
     name: &str,
@@ -296,19 +298,19 @@ pub fn suggestion<'a>(
     )
 }
 
-/// `3 surfaces`, `1 surface`.
+/// Returns a number with a noun in singular or plural: `3 surfaces`, `1 surface`.
 pub fn counted(number: usize, thing: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{number} {thing}{plural}")
 }
 
-/// `a`, `b` and `c`, each in backticks.
+/// Returns words in backticks as a list: `a`, `b` and `c`.
 pub fn listed<'a>(words: impl IntoIterator<Item = &'a str>, and: &str) -> String {
-    /// A longer list is not read.
-    const MOST: usize = 50;
+    /// Maximum number of listed words.
+    const MAX: usize = 50;
     let mut words: Vec<_> = words.into_iter().map(|word| format!("`{word}`")).collect();
-    if words.len() > MOST {
-        let rest = words.split_off(MOST).len();
+    if words.len() > MAX {
+        let rest = words.split_off(MAX).len();
         words.push(format!("{rest} more"));
     }
     match words.as_slice() {
@@ -318,20 +320,20 @@ pub fn listed<'a>(words: impl IntoIterator<Item = &'a str>, and: &str) -> String
     }
 }
 
-/// The text with control characters blotted out, byte for byte, so that spans stay true and a
-/// file from elsewhere cannot steer the reader's terminal.
+/// Replaces control characters, so that a manifest cannot send escape sequences to the terminal.
+/// The number of bytes stays, so that spans stay valid.
 fn harmless(text: &str) -> String {
-    let blot = |letter: char| match letter {
+    let replaced = |letter: char| match letter {
         '\n' | '\t' | '\r' => letter,
         letter if letter.is_control() && letter.len_utf8() == 1 => '?',
         // The other control characters have two bytes, and so has the middle dot.
         letter if letter.is_control() => '·',
         letter => letter,
     };
-    text.chars().map(blot).collect()
+    text.chars().map(replaced).collect()
 }
 
-/// An error and its causes on one line.
+/// Returns an error and its causes on one line.
 pub fn chain(error: &(dyn Error + 'static)) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -342,14 +344,14 @@ pub fn chain(error: &(dyn Error + 'static)) -> String {
     text
 }
 
-/// What a panic says of itself.
+/// Returns the message of a panic.
 pub fn words_of_panic(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "no message".to_owned())
 }
 
-/// The text in lines, broken at spaces, but not within backticks: what stands there is quoted.
+/// Breaks a text into lines at spaces that are not within backticks.
 pub fn wrapped(text: &str) -> String {
     let mut lines = String::new();
     let (mut width, mut is_quoting) = (0, false);

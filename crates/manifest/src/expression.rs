@@ -1,8 +1,9 @@
-//! Arithmetic on the columns of a table, as manifests write it: `k_lower / k_upper`,
-//! `area_corrected / load`, `-1 / slope(mean_gap)`.
+//! Arithmetic expressions in the columns of a table: `k_lower / k_upper`, `area_corrected / load`,
+//! `-1 / slope(mean_gap)`.
 //!
-//! Numbers, names of columns, `+ - * / ^`, parentheses, and the functions of [`Function`]. Powers bind
-//! before signs and to the right, as in Python: `-x^2` is −(x²), `2^3^2` is 2⁹.
+//! An expression has numbers, names of columns, `+ - * / ^`, parentheses, and the functions of
+//! [`Function`]. As in Python, powers bind more tightly than signs and associate to the right:
+//! `-x^2` is −(x²), `2^3^2` is 2⁹.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -12,7 +13,7 @@ use serde::{Serialize, Serializer};
 
 use crate::diagnostics::{did_you_mean, listed};
 
-/// The longest text that is read: nobody writes more by hand, and depth is bounded with it.
+/// Maximum length of an expression in bytes, which also bounds the depth of its recursion.
 pub const LONGEST: usize = 400;
 
 /// An expression in columns.
@@ -25,7 +26,7 @@ pub enum Expression {
     Call(Function, Box<Expression>),
 }
 
-/// What two operands come to.
+/// An operator with two operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operator {
     Sum,
@@ -40,25 +41,25 @@ pub enum Operator {
 pub enum Function {
     Logarithm,
     SquareRoot,
-    /// The derivative by the load, of one surface, from neighbouring loads: that of the parabola
-    /// through three of them, at the ends of the loads through the last three.
+    /// The derivative with respect to the load, of one surface: that of the parabola through three
+    /// neighbouring loads.
     Slope,
 }
 
-/// Why a text is no expression.
+/// A syntax error in an expression.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{reason}")]
 pub struct ExpressionError {
     pub reason: String,
-    /// Bytes of the text that are meant.
+    /// Position of the error in the text, in bytes.
     pub at: Range<usize>,
 }
 
 impl Function {
-    /// Every function.
+    /// All functions.
     pub const ALL: [Function; 3] = [Function::Logarithm, Function::SquareRoot, Function::Slope];
 
-    /// What it is called.
+    /// Returns its name in expressions.
     pub fn word(self) -> &'static str {
         match self {
             Function::Logarithm => "ln",
@@ -79,7 +80,7 @@ impl Operator {
         }
     }
 
-    /// What binds first is greater.
+    /// Returns the precedence; operators of higher precedence bind more tightly.
     fn rank(self) -> u8 {
         match self {
             Operator::Sum | Operator::Difference => 1,
@@ -103,14 +104,14 @@ impl Expression {
     /// Reads an expression.
     ///
     /// # Errors
-    /// When the text is none, or longer than [`LONGEST`].
+    /// If the text is not an expression, or longer than [`LONGEST`].
     pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
         if text.len() > LONGEST {
             let reason =
-                format!("the expression is {} bytes long, {LONGEST} is the most", text.len());
+                format!("the expression is {} bytes long; the maximum is {LONGEST}", text.len());
             return Err(error(reason, 0..text.len()));
         }
-        let mut parser = Parser { text, place: 0 };
+        let mut parser = Parser { text, position: 0 };
         let read = parser.sum()?;
         match parser.peek() {
             None => Ok(read),
@@ -118,7 +119,7 @@ impl Expression {
         }
     }
 
-    /// The names of its columns.
+    /// Returns the names of its columns.
     pub fn columns(&self) -> BTreeSet<&str> {
         let mut names = BTreeSet::new();
         self.visit(&mut |part| {
@@ -129,7 +130,7 @@ impl Expression {
         names
     }
 
-    /// Whether it takes a derivative by the load.
+    /// Returns whether it has a derivative with respect to the load.
     pub fn has_slope(&self) -> bool {
         let mut found = false;
         self.visit(&mut |part| found |= matches!(part, Expression::Call(Function::Slope, _)));
@@ -148,14 +149,14 @@ impl Expression {
         }
     }
 
-    /// Its value where no load is at hand; a slope has none, it is no number there.
+    /// Returns its value for rows without loads; slopes are NaN.
     pub fn value(&self, column: &impl Fn(&str) -> f64) -> f64 {
         let values = self.values(&|name: &str| vec![column(name)], &[f64::NAN]);
         values[0]
     }
 
-    /// Its values along the loads of one surface; `column` gives those of a column. What is not
-    /// defined is no number, as with any division by zero.
+    /// Returns its values along the loads of one surface; `column` gives the values of a column.
+    /// Undefined values follow IEEE 754.
     pub fn values(&self, column: &impl Fn(&str) -> Vec<f64>, loads: &[f64]) -> Vec<f64> {
         match self {
             Expression::Number(number) => vec![*number; loads.len()],
@@ -181,18 +182,19 @@ impl Expression {
     }
 }
 
-/// Derivatives at each abscissa, of the parabola through the three nearest points in order.
+/// Returns the derivative at each abscissa of the parabola through it and its neighbours, or
+/// through the first or the last three points.
 fn slopes(abscissae: &[f64], ordinates: &[f64]) -> Vec<f64> {
     let count = abscissae.len();
     if count < 3 {
         return vec![f64::NAN; count];
     }
-    let at = |place: usize| {
-        let middle = place.clamp(1, count - 2);
+    let at = |index: usize| {
+        let middle = index.clamp(1, count - 2);
         let [a, b, c] = [middle - 1, middle, middle + 1].map(|i| abscissae[i]);
         let [f, g, h] = [middle - 1, middle, middle + 1].map(|i| ordinates[i]);
-        let x = abscissae[place];
-        // The derivatives of Lagrange's three polynomials.
+        let x = abscissae[index];
+        // Derivatives of the three Lagrange polynomials.
         f * (2.0 * x - b - c) / ((a - b) * (a - c))
             + g * (2.0 * x - a - c) / ((b - a) * (b - c))
             + h * (2.0 * x - a - b) / ((c - a) * (c - b))
@@ -200,7 +202,7 @@ fn slopes(abscissae: &[f64], ordinates: &[f64]) -> Vec<f64> {
     (0..count).map(at).collect()
 }
 
-/// In one notation, however it was written: what is equal has equal keys.
+/// Writes the expression in canonical notation, so that equal expressions have equal keys.
 impl fmt::Display for Expression {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -214,7 +216,7 @@ impl fmt::Display for Expression {
             Expression::Operation(operator, one, other) => {
                 let rank = operator.rank();
                 let is_power = *operator == Operator::Power;
-                // Equal ranks go on to the left, powers to the right.
+                // Operators associate to the left, powers to the right.
                 let left = one.rank() < rank || (is_power && one.rank() == rank);
                 let right = other.rank() < rank || (!is_power && other.rank() == rank);
                 enclosed(formatter, one, left)?;
@@ -249,31 +251,31 @@ fn error(reason: String, at: Range<usize>) -> ExpressionError {
     ExpressionError { reason, at }
 }
 
-/// Reads expressions by recursive descent.
+/// A recursive-descent parser.
 struct Parser<'a> {
     text: &'a str,
-    place: usize,
+    position: usize,
 }
 
 impl Parser<'_> {
-    /// The next letter that is no space.
+    /// Skips spaces and returns the next character.
     fn peek(&mut self) -> Option<char> {
-        let rest = &self.text[self.place..];
-        self.place += rest.len() - rest.trim_start().len();
-        self.text[self.place..].chars().next()
+        let rest = &self.text[self.position..];
+        self.position += rest.len() - rest.trim_start().len();
+        self.text[self.position..].chars().next()
     }
 
-    /// Takes one of some letters.
+    /// Consumes the next character if it is one of these, and returns its meaning.
     fn take<T: Copy>(&mut self, letters: &[(char, T)]) -> Option<T> {
         let next = self.peek()?;
         let (letter, meaning) = letters.iter().find(|(letter, _)| *letter == next)?;
-        self.place += letter.len_utf8();
+        self.position += letter.len_utf8();
         Some(*meaning)
     }
 
     fn here(&self, reason: String) -> ExpressionError {
-        let letter = self.text[self.place..].chars().next();
-        error(reason, self.place..self.place + letter.map_or(0, char::len_utf8))
+        let letter = self.text[self.position..].chars().next();
+        error(reason, self.position..self.position + letter.map_or(0, char::len_utf8))
     }
 
     fn sum(&mut self) -> Result<Expression, ExpressionError> {
@@ -313,19 +315,17 @@ impl Parser<'_> {
         match self.peek() {
             None => Err(self.here("the expression ends where an operand is needed".to_owned())),
             Some('(') => {
-                self.place += 1;
+                self.position += 1;
                 self.enclosed()
             }
             Some(letter) if letter.is_ascii_digit() || letter == '.' => self.number(),
             Some(letter) if letter.is_ascii_alphabetic() || letter == '_' => self.name(),
-            Some(letter) => {
-                Err(self
-                    .here(format!("`{letter}` stands where a number, a column or `(` is needed")))
-            }
+            Some(letter) => Err(self
+                .here(format!("unexpected `{letter}`; a number, a column or `(` is needed here"))),
         }
     }
 
-    /// What follows an opened parenthesis.
+    /// Reads an expression and its closing parenthesis.
     fn enclosed(&mut self) -> Result<Expression, ExpressionError> {
         let inner = self.sum()?;
         match self.take(&[(')', ())]) {
@@ -335,7 +335,7 @@ impl Parser<'_> {
     }
 
     fn number(&mut self) -> Result<Expression, ExpressionError> {
-        let rest = &self.text[self.place..];
+        let rest = &self.text[self.position..];
         let mut end = 0;
         for (at, letter) in rest.char_indices() {
             let is_sign = matches!(letter, '+' | '-') && rest[..at].ends_with(['e', 'E']);
@@ -344,23 +344,23 @@ impl Parser<'_> {
             }
             end = at + letter.len_utf8();
         }
-        let at = self.place..self.place + end;
+        let at = self.position..self.position + end;
         let number: Option<f64> = rest[..end].parse().ok();
         let Some(number) = number.filter(|number| number.is_finite()) else {
-            return Err(error(format!("`{}` is no number", &rest[..end]), at));
+            return Err(error(format!("`{}` is not a number", &rest[..end]), at));
         };
-        self.place = at.end;
+        self.position = at.end;
         Ok(Expression::Number(number))
     }
 
-    /// A column, or a function where a parenthesis follows.
+    /// Reads a column, or a function if a parenthesis follows.
     fn name(&mut self) -> Result<Expression, ExpressionError> {
-        let rest = &self.text[self.place..];
+        let rest = &self.text[self.position..];
         let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
         let end = rest.find(|letter| !is_part(letter)).unwrap_or(rest.len());
         let name = &rest[..end];
-        let at = self.place..self.place + end;
-        self.place = at.end;
+        let at = self.position..self.position + end;
+        self.position = at.end;
         if self.take(&[('(', ())]).is_none() {
             return Ok(Expression::Column(name.to_owned()));
         }
@@ -369,7 +369,7 @@ impl Parser<'_> {
             let words = || Function::ALL.iter().map(|one| one.word());
             let advice = match did_you_mean(name, words()) {
                 Some(meant) => format!("did you mean `{meant}`?"),
-                None => format!("there are {}", listed(words(), "and")),
+                None => format!("the functions are {}", listed(words(), "and")),
             };
             return Err(error(format!("there is no function `{name}`; {advice}"), at));
         };
@@ -396,7 +396,7 @@ mod tests {
         Expression::parse(text).unwrap().value(&column)
     }
 
-    fn told(text: &str) -> String {
+    fn shown(text: &str) -> String {
         Expression::parse(text).unwrap().to_string()
     }
 
@@ -434,12 +434,12 @@ mod tests {
 
     #[test]
     fn formatting_changes_nothing() {
-        assert_eq!(told(" k_lower/k_upper "), "k_lower / k_upper");
-        assert_eq!(told("((a)+(b*c))"), "a + b * c");
-        assert_eq!(told("(a-b)-(c-d)"), "a - b - (c - d)");
-        assert_eq!(told("(a^b)^c^d"), "(a^b)^c^d");
-        assert_eq!(told("-(a+b)/c"), "-(a + b) / c");
-        assert_eq!(told("-1/slope( mean_gap )"), "-1 / slope(mean_gap)");
+        assert_eq!(shown(" k_lower/k_upper "), "k_lower / k_upper");
+        assert_eq!(shown("((a)+(b*c))"), "a + b * c");
+        assert_eq!(shown("(a-b)-(c-d)"), "a - b - (c - d)");
+        assert_eq!(shown("(a^b)^c^d"), "(a^b)^c^d");
+        assert_eq!(shown("-(a+b)/c"), "-(a + b) / c");
+        assert_eq!(shown("-1/slope( mean_gap )"), "-1 / slope(mean_gap)");
     }
 
     #[test]
@@ -450,14 +450,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_expression_is_told_with_its_place() {
+    fn syntax_errors_have_a_position() {
         for (text, reason, at) in [
             ("k_lower /", "ends where", 9..9),
             ("a b", "unexpected `b`", 2..3),
             ("(a + b", "`)` is missing", 6..6),
-            ("a * é", "`é` stands where", 4..6),
+            ("a * é", "unexpected `é`", 4..6),
             ("sloppe(a)", "did you mean `slope`", 0..6),
-            ("1.2.3", "`1.2.3` is no number", 0..5),
+            ("1.2.3", "`1.2.3` is not a number", 0..5),
             ("", "ends where", 0..0),
         ] {
             let error = Expression::parse(text).unwrap_err();
@@ -493,10 +493,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_told_is_read_as_the_same(expression in expression()) {
-            let told = expression.to_string();
-            prop_assume!(told.len() <= LONGEST);
-            prop_assert_eq!(Expression::parse(&told).unwrap(), expression);
+        fn displayed_expressions_are_read_as_the_same(expression in expression()) {
+            let shown = expression.to_string();
+            prop_assume!(shown.len() <= LONGEST);
+            prop_assert_eq!(Expression::parse(&shown).unwrap(), expression);
         }
     }
 }

@@ -1,35 +1,35 @@
-//! Reads manifests: TOML whose keys know where they are written.
+//! Reads TOML manifests and reports all their mistakes together.
 //!
-//! All mistakes of a manifest are collected and shown at once, each with file, line and column, what
-//! was meant, and what to write instead. The crate knows no stage and no physics; the crates above
-//! declare their keys with it.
+//! Each mistake is shown with file, line and column, a suggestion if a name is misspelt, and the
+//! description of the key. The crate knows no stage and no physics; the crates above declare their
+//! keys with it.
 //!
-//! | module | what it does |
+//! | module | content |
 //! |---|---|
-//! | [`written`] | reads a table of keys and keeps the place of each value; sweeps, grids, axes |
-//! | [`written::checks`] | checks values: required, in range, one of a list |
-//! | [`diagnostics`] | collects mistakes and renders them; "did you mean", lists, plurals |
+//! | [`written`] | tables of declared keys, validated and with positions; sweeps, grids, pairs |
+//! | [`written::checks`] | takes values and defaults; reports keys that do not fit together |
+//! | [`diagnostics`] | collects and renders mistakes; "did you mean", lists, plurals |
 //! | [`expression`] | arithmetic in column names: parsed, checked and evaluated |
-//! | [`decimal`] | rounds computed numbers to the decimals that were meant |
-//! | [`names`] | which names studies and stages may have |
+//! | [`decimal`] | rounds computed numbers to short decimals |
+//! | [`names`] | valid names of studies and stages |
 
 pub mod decimal;
 pub mod diagnostics;
 pub mod expression;
 pub mod written;
 
-/// Names of studies and stages: they become files, folders and tables of queries.
+/// Names of studies and stages, which become files, folders and tables of queries.
 pub mod names {
-    /// What a name looks like, as a regular expression.
+    /// Regular expression of valid names.
     pub const PATTERN: &str = "^[A-Za-z_][A-Za-z0-9_-]*$";
 
-    /// Bytes of a name.
+    /// Maximum length of a name in bytes.
     pub const LONGEST: usize = 64;
 
-    /// The table of what failed; no stage is called so.
+    /// Name of the table of failed tasks, which no stage can have.
     pub const FAILURES: &str = "failures";
 
-    /// Whether a name matches [`PATTERN`].
+    /// Returns whether a name matches [`PATTERN`].
     pub fn is_plain(name: &str) -> bool {
         let is_inner = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-');
         name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')

@@ -1,40 +1,43 @@
-//! What is written, and where: reads one table of a manifest.
+//! Reads one table of a manifest and keeps the position of every value in the text.
 //!
-//! A table is a type whose fields are [`Key`]s; their comments are what editors show and what messages
-//! quote. Lists of some keys are swept: the [`reader`] spreads the table into the points of a
-//! [`grid`](Section), each a value of the type. [`checks`] then judge value after value.
+//! A table is a struct whose fields are [`Key`]s. The field declares its key completely. Its doc
+//! comment is shown by editors and quoted in messages. Its type and its `schemars` attributes give
+//! bounds and default, and the transforms in [`declare`] mark keys that are swept, hold a list or
+//! take a pair.
+//!
+//! [`Layout`] collects these declarations as a JSON Schema. The [`reader`] validates each value
+//! against it and spreads swept lists into the points of a [grid](Section).
+//! [`Checks`](checks::Checks) take the defaults from it and check keys against each other.
 
-pub mod advice;
 pub mod checks;
+pub mod expected_keys;
+pub mod layout;
 pub mod on_axes;
 pub mod reader;
+pub mod validation;
 
 use std::borrow::Cow;
 
-use schemars::generate::SchemaSettings;
-use schemars::transform::RecursiveTransform;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
-use serde_json::{Map, Value};
-use serde_spanned::Spanned;
 
 use crate::diagnostics::Span;
 
+pub use layout::{Layout, declare};
 pub use on_axes::OnAxes;
 pub use reader::{Point, Section};
 
-/// A value as written, and the place.
+/// A value and its position in the text.
 #[derive(Debug, Clone)]
-pub struct Written<T> {
+pub struct Spanned<T> {
     pub value: T,
-    /// Its place in the manifest's text.
     pub span: Span,
 }
 
-/// What a table says for one of its keys, if anything.
+/// An optional key of a table.
 #[derive(Debug, Clone)]
-pub struct Key<T>(pub Option<Written<T>>);
+pub struct Key<T>(pub Option<Spanned<T>>);
 
 impl<T> Default for Key<T> {
     fn default() -> Self {
@@ -43,12 +46,12 @@ impl<T> Default for Key<T> {
 }
 
 impl<T> Key<T> {
-    /// What is written, if anything.
-    pub fn written(&self) -> Option<&Written<T>> {
+    /// Returns the value as written, if the key is there.
+    pub fn written(&self) -> Option<&Spanned<T>> {
         self.0.as_ref()
     }
 
-    /// The value that is written, if any.
+    /// Returns a copy of the written value, if the key is there.
     pub fn value(&self) -> Option<T>
     where
         T: Copy,
@@ -57,9 +60,9 @@ impl<T> Key<T> {
     }
 }
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Written<T> {
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Spanned<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let spanned = Spanned::<T>::deserialize(deserializer)?;
+        let spanned = serde_spanned::Spanned::<T>::deserialize(deserializer)?;
         let span = spanned.span();
         Ok(Self { value: spanned.into_inner(), span })
     }
@@ -67,11 +70,11 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Written<T> {
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Key<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Written::deserialize(deserializer).map(|written| Self(Some(written)))
+        Spanned::deserialize(deserializer).map(|written| Self(Some(written)))
     }
 }
 
-/// The place of a value is no concern of editors: its schema is that of the value.
+/// Gives a wrapper the schema of the value in it.
 macro_rules! schema_of_the_value {
     ($wrapper:ident) => {
         impl<T: JsonSchema> JsonSchema for $wrapper<T> {
@@ -94,27 +97,30 @@ macro_rules! schema_of_the_value {
     };
 }
 
-schema_of_the_value!(Written);
+schema_of_the_value!(Spanned);
 schema_of_the_value!(Key);
-// The schema of the number; `on_axes::or_a_pair` adds the other way to write it.
+// `declare::pair` adds the pair to the schema of the number.
 schema_of_the_value!(OnAxes);
 
-/// Reads a value that may be written in several ways by what it turns out to be; the methods are
-/// those of serde's `Visitor`. Serde's untagged enums would read it too, but lose the places.
+/// Derives `Deserialize` for an enum whose variants differ in the type of the TOML value: `number`,
+/// `whole`, `word`, `list` or `table`. Unlike untagged enums of serde it keeps positions.
 #[macro_export]
 macro_rules! deserialize_either {
-    ($de:lifetime, $value:ty, $expected:literal, $($methods:tt)*) => {
-        impl<$de> Deserialize<$de> for $value {
-            fn deserialize<D: Deserializer<$de>>(deserializer: D) -> Result<Self, D::Error> {
+    ($value:ident { $($kind:ident => $variant:ident),+ }) => {
+        impl<'de> serde::Deserialize<'de> for $value {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
                 struct Either;
-                impl<$de> Visitor<$de> for Either {
+                impl<'de> serde::de::Visitor<'de> for Either {
                     type Value = $value;
 
-                    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                        formatter.write_str($expected)
+                    fn expecting(
+                        &self,
+                        formatter: &mut std::fmt::Formatter<'_>,
+                    ) -> std::fmt::Result {
+                        formatter.write_str(concat!("a value of `", stringify!($value), "`"))
                     }
 
-                    $($methods)*
+                    $($crate::visit_kind!('de, $kind, $value, $variant);)+
                 }
                 deserializer.deserialize_any(Either)
             }
@@ -122,121 +128,62 @@ macro_rules! deserialize_either {
     };
 }
 
+/// The methods of serde's `Visitor` that read one kind of value for [`deserialize_either`].
+#[doc(hidden)]
+#[macro_export]
+macro_rules! visit_kind {
+    ($de:lifetime, number, $value:ident, $variant:ident) => {
+        fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<$value, E> {
+            Ok($value::$variant(number as f64))
+        }
+
+        fn visit_f64<E: serde::de::Error>(self, number: f64) -> Result<$value, E> {
+            Ok($value::$variant(number))
+        }
+    };
+    ($de:lifetime, whole, $value:ident, $variant:ident) => {
+        fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<$value, E> {
+            let number = serde::de::value::I64Deserializer::new(number);
+            serde::Deserialize::deserialize(number).map($value::$variant)
+        }
+    };
+    ($de:lifetime, word, $value:ident, $variant:ident) => {
+        fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<$value, E> {
+            let word = serde::de::value::StrDeserializer::new(word);
+            serde::Deserialize::deserialize(word).map($value::$variant)
+        }
+    };
+    ($de:lifetime, list, $value:ident, $variant:ident) => {
+        fn visit_seq<A: serde::de::SeqAccess<$de>>(self, list: A) -> Result<$value, A::Error> {
+            let list = serde::de::value::SeqAccessDeserializer::new(list);
+            serde::Deserialize::deserialize(list).map($value::$variant)
+        }
+    };
+    ($de:lifetime, table, $value:ident, $variant:ident) => {
+        fn visit_map<A: serde::de::MapAccess<$de>>(self, table: A) -> Result<$value, A::Error> {
+            let table = serde::de::value::MapAccessDeserializer::new(table);
+            serde::Deserialize::deserialize(table).map($value::$variant)
+        }
+    };
+}
+
 pub use deserialize_either;
 
-/// A table of a manifest: its keys, their meaning, what may be swept.
-pub trait Table: DeserializeOwned + JsonSchema {
-    /// What is known of it.
+/// A table of a manifest, implemented by [`table!`](crate::table).
+pub trait KeyTable: DeserializeOwned + JsonSchema {
+    /// Returns the declarations of its keys.
     fn layout() -> &'static Layout;
 }
 
-/// The keys of a table.
-pub struct Layout {
-    /// Keys whose lists are swept, in the order of the grid, the last fastest.
-    pub swept: &'static [&'static str],
-    /// Keys that hold a list, for which a single value may stand.
-    pub lists: &'static [&'static str],
-    /// Keys that hold a number for both axes or a pair of them, all or none of which are pairs.
-    pub pairs: &'static [&'static str],
-    /// Keys that hold the same, of which a list of two numbers is always a pair.
-    pub always_pairs: &'static [&'static str],
-    /// The JSON Schema of the table, without references.
-    pub schema: Schema,
-}
-
-impl Layout {
-    /// Of a type, with the keys whose lists are swept, those that hold lists, those that take pairs
-    /// together, and those that always do.
-    pub fn of<T: JsonSchema>(
-        swept: &'static [&'static str],
-        lists: &'static [&'static str],
-        pairs: &'static [&'static str],
-        always_pairs: &'static [&'static str],
-    ) -> Self {
-        let settings = SchemaSettings::draft07().with(|settings| {
-            settings.inline_subschemas = true;
-            settings.meta_schema = None;
-            settings.transforms.push(Box::new(RecursiveTransform(tidy)));
-        });
-        let mut schema = settings.into_generator().into_root_schema_for::<T>();
-        schema.remove("title");
-        Self { swept, lists, pairs, always_pairs, schema }
-    }
-
-    /// The schemas of the keys.
-    pub fn properties(&self) -> &Map<String, Value> {
-        let properties = self.schema.get("properties").and_then(Value::as_object);
-        properties.expect("a table is an object")
-    }
-
-    /// The keys, in the order of the alphabet.
-    pub fn keys(&self) -> impl Iterator<Item = &str> {
-        self.properties().keys().map(String::as_str)
-    }
-
-    /// Whether there is such a key.
-    pub fn has(&self, key: &str) -> bool {
-        self.properties().contains_key(key)
-    }
-
-    /// Whether a key holds a number for both axes or a pair of them.
-    pub fn takes_pairs(&self, key: &str) -> bool {
-        self.pairs.contains(&key) || self.always_pairs.contains(&key)
-    }
-
-    /// What a key means.
-    pub fn doc(&self, key: &str) -> Option<String> {
-        let about = self.properties().get(key)?.get("description")?.as_str()?;
-        Some(format!("`{key}`: {about}"))
-    }
-}
-
-/// Puts what a key means on one line, whatever the width of the source.
-fn tidy(schema: &mut Schema) {
-    schema.remove("format");
-    if let Some(Value::String(about)) = schema.get_mut("description") {
-        *about = about.replace('\n', " ");
-    }
-}
-
-/// Declares a table and what its lists mean.
+/// Makes a struct a [`KeyTable`].
 #[macro_export]
 macro_rules! table {
-    ($table:ident, swept: [$($swept:literal),*], lists: [$($list:literal),*]) => {
-        $crate::written::table!($table, swept: [$($swept),*], lists: [$($list),*], pairs: []);
-    };
-    (
-        $table:ident,
-        swept: [$($swept:literal),*],
-        lists: [$($list:literal),*],
-        pairs: [$($pair:literal),*]
-    ) => {
-        $crate::written::table!(
-            $table,
-            swept: [$($swept),*],
-            lists: [$($list),*],
-            pairs: [$($pair),*],
-            always_pairs: []
-        );
-    };
-    (
-        $table:ident,
-        swept: [$($swept:literal),*],
-        lists: [$($list:literal),*],
-        pairs: [$($pair:literal),*],
-        always_pairs: [$($always:literal),*]
-    ) => {
-        impl $crate::written::Table for $table {
+    ($table:ident) => {
+        impl $crate::written::KeyTable for $table {
             fn layout() -> &'static $crate::written::Layout {
                 use $crate::written::Layout;
-                static LAYOUT: std::sync::LazyLock<Layout> = std::sync::LazyLock::new(|| {
-                    Layout::of::<$table>(
-                        &[$($swept),*],
-                        &[$($list),*],
-                        &[$($pair),*],
-                        &[$($always),*],
-                    )
-                });
+                static LAYOUT: std::sync::LazyLock<Layout> =
+                    std::sync::LazyLock::new(Layout::new::<$table>);
                 &LAYOUT
             }
         }

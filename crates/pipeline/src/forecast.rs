@@ -72,12 +72,8 @@ const CHUNK: usize = 1024;
 const STAGE: Column = Column::result("stage", ColumnKind::Text, "", "stage of the task");
 const TASK: Column = Column::result("task", ColumnKind::Text, "", "key of the task");
 const STATE: Column = Column::result("state", ColumnKind::Text, "", "cached or missing");
-const CORE_SECONDS: Column = Column::result(
-    "core_seconds",
-    ColumnKind::Real,
-    "s",
-    "expected core-seconds of the task",
-);
+const CORE_SECONDS: Column =
+    Column::result("core_seconds", ColumnKind::Real, "s", "expected core-seconds of the task");
 
 /// Lists the tasks of a study in tables, so that users can distribute the tasks among machines.
 ///

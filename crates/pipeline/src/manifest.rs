@@ -8,31 +8,33 @@ mod schema;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde_spanned::Spanned;
+use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue, Error};
 
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
-use asperity_manifest::written::advice::Wanted;
-use asperity_manifest::written::{Key, Section, Written, advice, reader, table};
+use asperity_manifest::written::declare::required;
+use asperity_manifest::written::expected_keys::ExpectedKeys;
+use asperity_manifest::written::validation::{found, unknown_word, validate_against};
+use asperity_manifest::written::{Key, Section, Spanned, reader, table};
 use asperity_stages::Kind;
-use asperity_stages::form::{Form, Points, Reading, a_stage};
+use asperity_stages::form::{Points, Reading, StageVariant, a_stage};
 
 pub use schema::schema;
 
-/// Table `[study]` of a manifest.
+/// Keys of the study as a whole.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StudyTable {
-    /// Name of the study: a letter or `_`, followed by letters, digits, `_` and `-`. Results go to
-    /// the folder of this name.
-    #[schemars(required)]
+    /// Name of the study and of the folder of its results: a letter or `_`, then letters, digits,
+    /// `_` and `-`.
+    #[schemars(transform = required)]
     pub name: Key<String>,
-    /// Seed of every stage that draws random numbers and sets no other seed.
-    #[schemars(range(min = 0), extend("default" = 0))]
-    pub seed: Key<i64>,
+    /// Seed of the stages that draw random numbers and have no `seed`.
+    #[schemars(extend("default" = 0))]
+    pub seed: Key<u64>,
 }
 
-table!(StudyTable, swept: [], lists: []);
+table!(StudyTable);
 
 /// Maximum number of stages of a study.
 const MAX_STAGES: usize = 200;
@@ -48,16 +50,16 @@ pub struct Manifest {
 /// One table `[stage.NAME]` as written.
 #[derive(Debug)]
 pub struct StageTable {
-    pub name: Written<String>,
+    pub name: Spanned<String>,
     pub kind: Option<Kind>,
     /// Names of the stages that this stage reads, or `None` if `from` is missing or invalid.
-    pub from: Option<Vec<Written<String>>>,
+    pub from: Option<Vec<Spanned<String>>>,
     /// All other keys, at each parameter point; `None` if the kind, which decides the valid keys, is
     /// unknown.
     pub points: Option<Points>,
 }
 
-type Entry<'i> = (Spanned<DeString<'i>>, Spanned<DeValue<'i>>);
+type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
 
 impl Manifest {
     /// Parses the text of a manifest. Returns `None` if it is not valid TOML.
@@ -103,12 +105,11 @@ impl Manifest {
 fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {
     let span = entry.0.span();
     let table = table_of(entry, problems)?;
-    let wanted =
-        Wanted { place: "`[study]`".to_owned(), common: Vec::new(), owner: Box::new(|_| None) };
-    Some(reader::read(table, span, &wanted, problems))
+    let expected = ExpectedKeys::of_table("`[study]`");
+    Some(reader::read(table, span, &expected, problems))
 }
 
-/// Reads the stages in the order of the file, because a parsed table has another order.
+/// Reads the stages in the order of the file.
 fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
     let mut entries: Vec<_> = match table_of(entry, problems) {
         Some(table) => table.into_iter().collect(),
@@ -127,28 +128,28 @@ fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
 
 fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
     let span = entry.0.span();
-    let name = Written { value: entry.0.get_ref().to_string(), span: span.clone() };
+    let name = Spanned { value: entry.0.get_ref().to_string(), span: span.clone() };
     let Some(mut table) = table_of(entry, problems) else {
         return StageTable::unreadable(name);
     };
     let Some(kind) = read_kind(&mut table, &span, problems) else {
         return StageTable::unreadable(name);
     };
-    let form = Form::select(kind, &mut table, problems);
-    let reading = form.map_or(Reading::of(kind), Form::reading);
+    let variant = StageVariant::select(kind, &mut table, problems);
+    let reading = variant.map_or(Reading::of_kind(kind), StageVariant::reading);
     let from = match reading {
         Reading::Nothing => Some(Vec::new()),
-        Reading::Perhaps if !table.contains_key("from") => Some(Vec::new()),
-        Reading::Perhaps | Reading::Stages => read_from(&mut table, kind, &span, problems),
+        Reading::Optional if !table.contains_key("from") => Some(Vec::new()),
+        Reading::Optional | Reading::Required => read_from(&mut table, kind, &span, problems),
     };
-    let points = form.map(|form| form.read(table, span.clone(), problems));
+    let points = variant.map(|variant| variant.read(table, span, problems));
     StageTable { name, kind: Some(kind), from, points }
 }
 
 impl StageTable {
     /// Creates a stage of which only the name is known, so that stages that read it are not
     /// reported too.
-    fn unreadable(name: Written<String>) -> Self {
+    fn unreadable(name: Spanned<String>) -> Self {
         Self { name, kind: None, from: None, points: None }
     }
 }
@@ -167,7 +168,7 @@ fn read_kind(table: &mut DeTable, span: &Span, problems: &mut Problems) -> Optio
         .as_str()
         .and_then(|word| Kind::ALL.into_iter().find(|kind| kind.name() == word));
     if kind.is_none() {
-        problems.push(advice::no_such_word("kind", &value, &words));
+        problems.push(unknown_word("kind", &value, &words));
     }
     kind
 }
@@ -177,34 +178,21 @@ fn read_from(
     kind: Kind,
     span: &Span,
     problems: &mut Problems,
-) -> Option<Vec<Written<String>>> {
+) -> Option<Vec<Spanned<String>>> {
     let Some(value) = table.remove("from") else {
+        let message = format!("{} needs `from`", a_stage(kind));
+        let problem = Problem::new(message, span.clone(), "`from` is missing here");
         problems.push(
-            Problem::new(
-                format!("{} needs `from`", a_stage(kind)),
-                span.clone(),
-                "`from` is missing here",
-            )
-            .help("set `from` to the name of the stage that it reads, or to a list of names"),
+            problem
+                .help("set `from` to the name of the stage that it reads, or to a list of names"),
         );
         return None;
     };
-    let names = advice::deserialize::<Vec<Written<String>>>(reader::as_list(value.clone()));
-    match names {
-        Ok(names) if names.is_empty() => {
-            problems.push(
-                Problem::new("`from` names no stage", value.span(), "this list is empty")
-                    .help(format!("{} reads at least one stage", a_stage(kind))),
-            );
-            None
-        }
-        Ok(names) => Some(names),
-        Err(error) => {
-            let help = "set `from` to the name of a stage, or to a list of names";
-            problems.push(advice::unusable("from", &value, &error, Some(help.to_owned())));
-            None
-        }
-    }
+    let mistakes = validate_against(&schema::from(), "from", &value);
+    let is_valid = mistakes.is_empty();
+    mistakes.into_iter().for_each(|mistake| problems.push(mistake));
+    let names = is_valid.then(|| reader::deserialize(reader::as_list(value)));
+    names.and_then(Result::ok)
 }
 
 fn table_of<'i>((key, value): Entry<'i>, problems: &mut Problems) -> Option<DeTable<'i>> {
@@ -213,7 +201,7 @@ fn table_of<'i>((key, value): Entry<'i>, problems: &mut Problems) -> Option<DeTa
         DeValue::Table(table) => Some(table),
         other => {
             let message = format!("`{}` must be a table", key.get_ref());
-            let label = advice::found(&other);
+            let label = found(&other);
             problems.push(Problem::new(message, span, label));
             None
         }
@@ -277,13 +265,7 @@ fn syntax_error(text: &str, error: &Error, span: Span) -> Problem {
         let message = "invalid TOML: a comma within a number";
         return Problem::new(message, span, "write the decimal point as `.`");
     }
-    let message = error.message();
-    let (what, expected) = message.split_once(", expected ").unwrap_or((message, ""));
-    let problem = Problem::new(format!("invalid TOML: {what}"), span, "here");
-    match expected {
-        "" => problem,
-        expected => problem.help(format!("expected {expected}")),
-    }
+    Problem::new(format!("invalid TOML: {}", error.message()), span, "here")
 }
 
 fn is_decimal_comma(text: &str, position: usize) -> bool {

@@ -1,30 +1,28 @@
 //! Corrects the contact area for the mesh.
 //!
-//! The comments of the keys are what editors show and what messages quote.
+//! The doc comments of keys are shown by editors and quoted in messages.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fmt;
-use std::ops::Bound;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::de::value::{MapAccessDeserializer, StrDeserializer};
-use serde::de::{Error, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::columns::*;
 use crate::form::Surfaces;
 use crate::grids::Meshes;
 use crate::stage::distinct;
 use crate::{
-    Context, Definition, Effort, Extent, Given, Input, Kind, Reads, Recipe, Rows, Stage,
+    CheckContext, Context, Definition, Effort, Extent, Input, Kind, Reads, Recipe, Rows, Stage,
     StageError, beside_coordinates,
 };
 use asperity_contact::morphology::area::{CountedArea, PI_OVER_EIGHT, YASTREBOV_2017};
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, counted};
 use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, Section, Written, deserialize_either, table};
+use asperity_manifest::written::declare::list;
+use asperity_manifest::written::{Key, Section, Spanned, deserialize_either, table};
 use asperity_tables::column::{optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
@@ -51,35 +49,36 @@ pub const STAGE: Definition = Definition {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CorrectTable {
-    /// The estimator, or several, each giving its own rows.
-    #[schemars(extend("default" = "2017"))]
-    pub correction: Key<Vec<Written<WrittenCorrection>>>,
+    /// Estimator of the contact area, or a list of several; each gives its own rows.
+    #[schemars(length(min = 1), extend("default" = "2017"), transform = list)]
+    pub correction: Key<Vec<Spanned<WrittenCorrection>>>,
 }
 
-table!(CorrectTable, swept: [], lists: ["correction"]);
+table!(CorrectTable);
 
 /// An estimator of the contact area.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum WrittenCorrection {
-    /// A known one.
+    /// A published estimator.
     Word(CorrectionWord),
-    /// Its coefficient, which is its name too.
+    /// A coefficient; the estimator is named after it.
     Coefficient(#[schemars(range(min = 0), extend("exclusiveMaximum" = 10))] f64),
     /// A coefficient with a name.
     Named(NamedCorrection),
 }
 
-/// A known estimator.
+/// A published estimator.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 pub enum CorrectionWord {
-    /// The counted area.
+    /// The area as counted.
     #[serde(rename = "none")]
     None,
-    /// Half way between counting edge nodes and not: coefficient π/8.
+    /// Coefficient π/8 of Yastrebov, Anciaux & Molinari 2015, midway between counting the edge
+    /// nodes and not counting them.
     #[serde(rename = "pi/8")]
     PiOver8,
-    /// Yastrebov, Anciaux & Molinari 2017: coefficient (π − 1 + ln 2)/24.
+    /// Coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari 2017.
     #[serde(rename = "2017")]
     Of2017,
 }
@@ -88,59 +87,40 @@ pub enum CorrectionWord {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NamedCorrection {
-    /// What the column `correction` says.
-    pub name: Written<String>,
-    /// Share of Manhattan perimeter × mesh step taken off the counted area.
+    /// Name of the estimator in the column `correction`.
+    pub name: Spanned<String>,
+    /// Factor of Manhattan perimeter × mesh step, which is subtracted from the counted area.
     #[schemars(range(min = 0), extend("exclusiveMaximum" = 10))]
-    pub coefficient: Written<f64>,
+    pub coefficient: f64,
 }
 
-deserialize_either! {
-    'de, WrittenCorrection,
-    "`\"none\"`, `\"pi/8\"`, `\"2017\"`, a coefficient or a table `{ name, coefficient }`",
+deserialize_either!(WrittenCorrection { number => Coefficient, word => Word, table => Named });
 
-    fn visit_i64<E: Error>(self, number: i64) -> Result<WrittenCorrection, E> {
-        Ok(WrittenCorrection::Coefficient(number as f64))
-    }
-
-    fn visit_f64<E: Error>(self, number: f64) -> Result<WrittenCorrection, E> {
-        Ok(WrittenCorrection::Coefficient(number))
-    }
-
-    fn visit_str<E: Error>(self, word: &str) -> Result<WrittenCorrection, E> {
-        CorrectionWord::deserialize(StrDeserializer::new(word)).map(WrittenCorrection::Word)
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<WrittenCorrection, A::Error> {
-        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(WrittenCorrection::Named)
-    }
-}
-
-/// What the `correction` column says of the area as it was counted.
+/// Name of the estimator without a correction in the column `correction`.
 pub const AS_COUNTED: &str = "none";
-/// … corrected as in the 2015 paper, which comes with bounds.
+/// Name of the estimator of the 2015 paper, which has error bounds.
 pub const OF_2015: &str = "pi/8";
-/// … and as in 2017, which is right to 15 %.
+/// Name of the estimator of the 2017 paper, which is correct to 15 %.
 pub const OF_2017: &str = "2017";
 
-/// The estimators to apply, each giving its own rows; names are unique.
+/// The recipe of a `correct` stage: estimators with unique names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
-    /// In the order of the manifest.
+    /// The estimators in the order of the manifest.
     pub corrections: Vec<Correction>,
 }
 
 /// A named estimator: `A − coefficient × S_d Δx`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Correction {
-    /// What the `correction` column says.
+    /// Name of the estimator in the column `correction`.
     pub name: String,
-    /// Share of the Manhattan perimeter × mesh step taken off the counted area.
+    /// Factor of Manhattan perimeter × mesh step, which is subtracted from the counted area.
     pub coefficient: f64,
 }
 
 impl Correction {
-    /// Whether it is the one of the 2015 paper, which comes with bounds.
+    /// Returns whether it is the estimator of the 2015 paper, which has error bounds.
     fn has_bounds(&self) -> bool {
         self.coefficient == PI_OVER_EIGHT
     }
@@ -151,7 +131,7 @@ impl Stage for Params {
         Kind::Correct
     }
 
-    /// Applies every estimator to every row: all rows by the first one, then all by the next.
+    /// Applies every estimator to every row, one estimator after the other.
     fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
         let [Input { table: measured, .. }] = inputs else {
             unreachable!("the plan corrects one table at a time")
@@ -209,18 +189,18 @@ fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -
     measured.coordinates().with(own).with(estimates).beside(&counted)
 }
 
-/// The estimators of a correct stage.
-pub fn recipes(section: &Section<CorrectTable>, given: &mut Given) -> Option<Vec<Recipe>> {
+/// Returns the estimators of a `correct` stage.
+pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
-    let checks = &mut Checks::of(section, point, given.problems);
+    let checks = &mut Checks::new(section, point, context.problems);
     let corrections = corrections(&point.table, checks)?;
-    check_cells(&corrections, section, &given.surfaces, checks)?;
+    check_cells(&corrections, section, &context.surfaces, checks)?;
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])
 }
 
-/// Coefficients are those of square cells: how much of a cell the true edge cuts off depends on its
-/// shape and on the directions in which edges run.
+/// Refuses corrections of cells that are not square: the coefficients depend on the shape of the
+/// cells and on the directions of the edges.
 fn check_cells(
     corrections: &[Correction],
     section: &Section<CorrectTable>,
@@ -232,26 +212,22 @@ fn check_cells(
         return Some(());
     };
     let message = format!(
-        "the correction {:?} is of square cells, and those of stage `{stage}` have Δx/Δy = {ratio:.4}",
+        "the correction {:?} is for square cells, and those of stage `{stage}` have Δx/Δy = \
+         {ratio:.4}",
         correction.name
     );
-    let label = "corrects areas that were counted on them";
-    let problem = Problem::new(message, section.place.clone(), label);
+    let label = "corrects areas of these cells";
+    let problem = Problem::new(message, section.span.clone(), label);
     checks.reject(problem.help(
-        "`nodes` in the ratio of the sides make cells square; `correction = \"none\"` leaves areas as \
-         they were counted; a `fit` with `law = \"mesh-convergence\"` finds what a mesh of any cells \
-         adds",
+        "`nodes` in the ratio of the sides make cells square; `correction = \"none\"` keeps the counted \
+         areas; a `fit` with `law = \"mesh-convergence\"` finds the effect of a mesh with any cells",
     ))
 }
 
 fn corrections(table: &CorrectTable, checks: &mut Checks) -> Option<Vec<Correction>> {
-    let Some(written) = table.correction.written() else {
-        return Some(vec![known(CorrectionWord::Of2017)]);
+    let Some(written) = checks.optional("correction", &table.correction)? else {
+        return Some(vec![known(checks.default_of("correction"))]);
     };
-    if written.value.is_empty() {
-        let label = "must name at least one estimator";
-        return checks.refuse("correction", "`correction` is empty", &written.span, label);
-    }
     let corrections: Vec<_> = written.value.iter().map(|entry| correction(entry, checks)).collect();
     let mut seen = BTreeMap::new();
     for (correction, written) in corrections.iter().zip(&written.value) {
@@ -268,33 +244,29 @@ fn corrections(table: &CorrectTable, checks: &mut Checks) -> Option<Vec<Correcti
     corrections.into_iter().collect()
 }
 
-fn correction(written: &Written<WrittenCorrection>, checks: &mut Checks) -> Option<Correction> {
-    let coefficients = (Bound::Included(0.0), Bound::Excluded(10.0));
-    match &written.value {
-        WrittenCorrection::Word(word) => Some(known(*word)),
-        WrittenCorrection::Coefficient(value) => {
-            let value = Written { value: *value, span: written.span.clone() };
-            let coefficient = checks.holds("correction", &value, coefficients)?;
-            let name = coefficient.to_string();
-            Some(Correction { name, coefficient })
+fn correction(written: &Spanned<WrittenCorrection>, checks: &mut Checks) -> Option<Correction> {
+    let named = match &written.value {
+        WrittenCorrection::Word(word) => return Some(known(*word)),
+        WrittenCorrection::Coefficient(coefficient) => {
+            let coefficient = decimal::nearest(*coefficient);
+            return Some(Correction { name: coefficient.to_string(), coefficient });
         }
-        WrittenCorrection::Named(named) => {
-            let coefficient = checks.is_in("coefficient", &named.coefficient, coefficients);
-            let name = &named.name.value;
-            let words = [CorrectionWord::None, CorrectionWord::PiOver8, CorrectionWord::Of2017];
-            let label = match words.map(known).iter().find(|known| known.name == *name) {
-                Some(_) => "this name is taken by a known estimator",
-                None if name.trim().is_empty() => "a name must not be empty",
-                None if name.len() > asperity_manifest::names::LONGEST => "too long",
-                None => {
-                    let name = name.clone();
-                    return Some(Correction { name, coefficient: coefficient? });
-                }
-            };
-            let message = format!("a correction cannot be called {name:?}");
-            checks.reject(Problem::new(message, named.name.span.clone(), label))
-        }
-    }
+        WrittenCorrection::Named(named) => named,
+    };
+    let name = &named.name.value;
+    let words = [CorrectionWord::None, CorrectionWord::PiOver8, CorrectionWord::Of2017];
+    let label = if words.map(known).iter().any(|known| known.name == *name) {
+        "this is the name of a published estimator"
+    } else if name.trim().is_empty() {
+        "must not be empty"
+    } else if name.len() > asperity_manifest::names::LONGEST {
+        "too long"
+    } else {
+        let coefficient = decimal::nearest(named.coefficient);
+        return Some(Correction { name: name.clone(), coefficient });
+    };
+    let message = format!("a correction cannot be called {name:?}");
+    checks.reject(Problem::new(message, named.name.span.clone(), label))
 }
 
 fn known(word: CorrectionWord) -> Correction {

@@ -1,5 +1,4 @@
-//! What a manifest may say of a stage of each kind: which keys, what they are checked against, and
-//! what they come to.
+//! The variants of stages, which decide the keys of their tables, and the checked keys.
 
 use toml::de::DeTable;
 
@@ -14,14 +13,14 @@ use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Reads, Recipe, Rows, StageError, Work, aggregate, correct, measure, solve};
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::diagnostics::{Problems, Span};
-use asperity_manifest::written::advice::{self, Wanted};
-use asperity_manifest::written::{Layout, Section, Table, reader};
-use asperity_tables::table::Table as StoredTable;
+use asperity_manifest::written::expected_keys::ExpectedKeys;
+use asperity_manifest::written::validation::unknown_word;
+use asperity_manifest::written::{KeyTable, Layout, Section, reader};
+use asperity_tables::table::Table;
 
-/// Which keys a stage has: those of its kind and, where that comes in several, of its method or
-/// law.
+/// A kind of stage, with the method or law that decides its keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum StageVariant {
     Generate(Method),
     Solve,
     Measure,
@@ -30,28 +29,28 @@ pub enum Form {
     Aggregate,
 }
 
-/// Whether a stage reads others, which `from` names.
+/// The presence of the key `from` in a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
-    /// It has no `from`.
+    /// It has none.
     Nothing,
-    /// It may have.
-    Perhaps,
-    /// It must have.
-    Stages,
+    /// It may have it.
+    Optional,
+    /// It must have it.
+    Required,
 }
 
 impl Reading {
-    /// What stages of a kind read, as far as it tells.
-    pub fn of(kind: Kind) -> Reading {
+    /// Returns whether stages of a kind have it, as far as the kind decides it.
+    pub fn of_kind(kind: Kind) -> Reading {
         match kind {
             Kind::Generate => Reading::Nothing,
-            _ => Reading::Stages,
+            _ => Reading::Required,
         }
     }
 }
 
-/// The points of a stage's grid, by what they say.
+/// The points of the grid of a stage.
 #[derive(Debug)]
 pub enum Points {
     Generate(SurfacePoints),
@@ -62,70 +61,70 @@ pub enum Points {
     Aggregate(Section<AggregateTable>),
 }
 
-/// `an `aggregate` stage`.
+/// Returns a kind of stage with its article: `an `aggregate` stage`.
 pub fn a_stage(kind: Kind) -> String {
     let starts_with_vowel = kind.name().starts_with(['a', 'e', 'i', 'o', 'u']);
     let article = if starts_with_vowel { "an" } else { "a" };
     format!("{article} `{kind}` stage")
 }
 
-impl Form {
-    /// Every form, in the order of a study.
-    pub fn all() -> impl Iterator<Item = Form> {
-        Kind::ALL.into_iter().flat_map(Form::of)
+impl StageVariant {
+    /// Returns all variants in the order of a study.
+    pub fn all() -> impl Iterator<Item = StageVariant> {
+        Kind::ALL.into_iter().flat_map(StageVariant::of_kind)
     }
 
-    /// The forms of a kind; the first is the one meant when nothing is said.
-    pub fn of(kind: Kind) -> Vec<Form> {
+    /// Returns the variants of a kind; the first one is the default.
+    pub fn of_kind(kind: Kind) -> Vec<StageVariant> {
         match kind {
-            Kind::Generate => Method::ALL.map(Form::Generate).into(),
-            Kind::Solve => vec![Form::Solve],
-            Kind::Measure => vec![Form::Measure],
-            Kind::Correct => vec![Form::Correct],
-            Kind::Fit => LawWord::all().map(Form::Fit).collect(),
-            Kind::Aggregate => vec![Form::Aggregate],
+            Kind::Generate => Method::ALL.map(StageVariant::Generate).into(),
+            Kind::Solve => vec![StageVariant::Solve],
+            Kind::Measure => vec![StageVariant::Measure],
+            Kind::Correct => vec![StageVariant::Correct],
+            Kind::Fit => LawWord::all().map(StageVariant::Fit).collect(),
+            Kind::Aggregate => vec![StageVariant::Aggregate],
         }
     }
 
-    /// The kind of stage that has this form.
+    /// Returns the kind of stage.
     pub fn kind(self) -> Kind {
         match self {
-            Form::Generate(_) => Kind::Generate,
-            Form::Solve => Kind::Solve,
-            Form::Measure => Kind::Measure,
-            Form::Correct => Kind::Correct,
-            Form::Fit(_) => Kind::Fit,
-            Form::Aggregate => Kind::Aggregate,
+            StageVariant::Generate(_) => Kind::Generate,
+            StageVariant::Solve => Kind::Solve,
+            StageVariant::Measure => Kind::Measure,
+            StageVariant::Correct => Kind::Correct,
+            StageVariant::Fit(_) => Kind::Fit,
+            StageVariant::Aggregate => Kind::Aggregate,
         }
     }
 
-    /// Whether it reads other stages.
+    /// Returns whether it reads other stages.
     pub fn reading(self) -> Reading {
         match self {
-            Form::Generate(method) if method.may_read() => Reading::Perhaps,
-            _ => Reading::of(self.kind()),
+            StageVariant::Generate(method) if method.may_read() => Reading::Optional,
+            _ => Reading::of_kind(self.kind()),
         }
     }
 
-    /// The key and the word that tell the form from others of its kind, if there are any.
+    /// Returns the key and the word that select the variant, if its kind has several.
     pub fn selector(self) -> Option<(&'static str, &'static str)> {
         match self {
-            Form::Generate(method) => Some(("method", method.word())),
-            Form::Fit(law) => Some(("law", law.word())),
+            StageVariant::Generate(method) => Some(("method", method.word())),
+            StageVariant::Fit(law) => Some(("law", law.word())),
             _ => None,
         }
     }
 
-    /// What that word means, in a sentence.
+    /// Returns a sentence about that word.
     pub fn about(self) -> Option<&'static str> {
         match self {
-            Form::Generate(method) => Some(method.about()),
-            Form::Fit(law) => Some(law.about()),
+            StageVariant::Generate(method) => Some(method.about()),
+            StageVariant::Fit(law) => Some(law.about()),
             _ => None,
         }
     }
 
-    /// `a `generate` stage with `method = "file"``.
+    /// Returns its name in messages: `a `generate` stage with `method = "file"``.
     pub fn describe(self) -> String {
         match self.selector() {
             Some((key, word)) => format!("{} with `{key} = \"{word}\"`", a_stage(self.kind())),
@@ -133,48 +132,55 @@ impl Form {
         }
     }
 
-    /// Whether it is the one meant when nothing is said.
+    /// Returns whether it is the default of its kind.
     pub fn is_default(self) -> bool {
-        Form::of(self.kind()).first() == Some(&self)
+        StageVariant::of_kind(self.kind()).first() == Some(&self)
     }
 
-    /// Takes the word that selects the form out of a stage's table.
-    pub fn select(kind: Kind, table: &mut DeTable, problems: &mut Problems) -> Option<Form> {
-        let forms = Form::of(kind);
-        let default = forms.first().copied();
-        let Some((key, _)) = default.and_then(Form::selector) else {
+    /// Removes the word that selects the variant from the table of a stage, and returns the
+    /// variant.
+    pub fn select(
+        kind: Kind,
+        table: &mut DeTable,
+        problems: &mut Problems,
+    ) -> Option<StageVariant> {
+        let variants = StageVariant::of_kind(kind);
+        let default = variants.first().copied();
+        let Some((key, _)) = default.and_then(StageVariant::selector) else {
             return default;
         };
         let Some(value) = table.remove(key) else {
             return default;
         };
-        let words: Vec<_> = forms.iter().filter_map(|form| form.selector()).collect();
-        let words: Vec<_> = words.into_iter().map(|(_, word)| word).collect();
+        let selectors = variants.iter().filter_map(|variant| variant.selector());
+        let words: Vec<_> = selectors.map(|(_, word)| word).collect();
         let written = value.get_ref().as_str();
-        let place = words.iter().position(|word| Some(*word) == written);
-        if place.is_none() {
-            problems.push(advice::no_such_word(key, &value, &words));
+        let index = words.iter().position(|word| Some(*word) == written);
+        if index.is_none() {
+            problems.push(unknown_word(key, &value, &words));
         }
-        place.map(|place| forms[place])
+        index.map(|index| variants[index])
     }
 
-    /// Its table, for messages about its keys.
-    fn wanted(self) -> Wanted {
-        Wanted {
-            place: self.describe(),
+    /// Returns its keys, for messages about other ones.
+    fn expected_keys(self) -> ExpectedKeys {
+        ExpectedKeys {
+            table: self.describe(),
             common: self.common_keys(),
-            owner: Box::new(move |key| self.owner(key).map(Form::describe)),
+            owner: Box::new(move |key| self.owner(key).map(StageVariant::describe)),
         }
     }
 
-    /// Another form that has a key, first one of the same kind.
-    fn owner(self, key: &str) -> Option<Form> {
-        let has = |form: &Form| form.layout().has(key) || form.common_keys().contains(&key);
-        let same_kind = Form::of(self.kind()).into_iter().find(has);
-        same_kind.or_else(|| Form::all().find(has))
+    /// Returns another variant with a key, preferably of the same kind.
+    fn owner(self, key: &str) -> Option<StageVariant> {
+        let has = |variant: &StageVariant| {
+            variant.layout().has(key) || variant.common_keys().contains(&key)
+        };
+        let same_kind = StageVariant::of_kind(self.kind()).into_iter().find(has);
+        same_kind.or_else(|| StageVariant::all().find(has))
     }
 
-    /// The keys of a stage besides those of its form.
+    /// Returns the keys of a stage that are read before those of its variant.
     fn common_keys(self) -> Vec<&'static str> {
         let mut common = vec!["kind"];
         common.extend(self.selector().map(|(key, _)| key));
@@ -187,48 +193,53 @@ impl Form {
         common
     }
 
-    /// The keys of the form's table.
+    /// Returns the keys of its table.
     pub fn layout(self) -> &'static Layout {
         match self {
-            Form::Generate(method) => method.layout(),
-            Form::Solve => SolveTable::layout(),
-            Form::Measure => MeasureTable::layout(),
-            Form::Correct => CorrectTable::layout(),
-            Form::Fit(law) => law.layout(),
-            Form::Aggregate => AggregateTable::layout(),
+            StageVariant::Generate(method) => method.layout(),
+            StageVariant::Solve => SolveTable::layout(),
+            StageVariant::Measure => MeasureTable::layout(),
+            StageVariant::Correct => CorrectTable::layout(),
+            StageVariant::Fit(law) => law.layout(),
+            StageVariant::Aggregate => AggregateTable::layout(),
         }
     }
 
-    /// Reads a stage's table, from which the keys that all stages have, and the form's word, have
-    /// been taken.
-    pub fn read(self, table: DeTable, place: Span, problems: &mut Problems) -> Points {
-        let wanted = &self.wanted();
+    /// Reads the table of a stage, from which the keys that all stages have, and the word that
+    /// selects the variant, have been removed.
+    pub fn read(self, table: DeTable, span: Span, problems: &mut Problems) -> Points {
+        let expected = &self.expected_keys();
         match self {
-            Form::Generate(method) => Points::Generate(method.read(table, place, wanted, problems)),
-            Form::Solve => Points::Solve(reader::read(table, place, wanted, problems)),
-            Form::Measure => Points::Measure(reader::read(table, place, wanted, problems)),
-            Form::Correct => Points::Correct(reader::read(table, place, wanted, problems)),
-            Form::Fit(law) => Points::Fit(law.read(table, place, wanted, problems)),
-            Form::Aggregate => Points::Aggregate(reader::read(table, place, wanted, problems)),
+            StageVariant::Generate(method) => {
+                Points::Generate(method.read(table, span, expected, problems))
+            }
+            StageVariant::Solve => Points::Solve(reader::read(table, span, expected, problems)),
+            StageVariant::Measure => Points::Measure(reader::read(table, span, expected, problems)),
+            StageVariant::Correct => Points::Correct(reader::read(table, span, expected, problems)),
+            StageVariant::Fit(law) => Points::Fit(law.read(table, span, expected, problems)),
+            StageVariant::Aggregate => {
+                Points::Aggregate(reader::read(table, span, expected, problems))
+            }
         }
     }
 }
 
 impl Points {
-    /// What the points of the grid come to; whatever is wrong is reported.
-    pub fn work(&self, given: &mut Given) -> Option<Work> {
+    /// Checks the points and returns the tasks of the stage; mistakes are reported.
+    pub fn work(&self, context: &mut CheckContext) -> Option<Work> {
         let recipes = match self {
-            Points::Generate(points) => return points.surfaces(given).map(Work::Generate),
-            Points::Solve(section) => solve::keys::recipes(section, given),
-            Points::Measure(section) => measure::keys::recipes(section, given),
-            Points::Correct(section) => correct::recipes(section, given),
-            Points::Fit(points) => points.recipes(given),
-            Points::Aggregate(section) => aggregate::keys::recipes(section, given),
+            Points::Generate(points) => return points.surfaces(context).map(Work::Generate),
+            Points::Solve(section) => solve::keys::recipes(section, context),
+            Points::Measure(section) => measure::keys::recipes(section, context),
+            Points::Correct(section) => correct::recipes(section, context),
+            Points::Fit(points) => points.recipes(context),
+            Points::Aggregate(section) => aggregate::keys::recipes(section, context),
         };
         recipes.filter(|recipes| !recipes.is_empty()).map(Work::Evaluate)
     }
 
-    /// What such a stage can read, if not what others of its kind can.
+    /// Returns the rows that the stage can read, if they differ from those of other variants of its
+    /// kind.
     pub fn reads(&self) -> Option<Reads> {
         match self {
             Points::Generate(points) => points.reads(),
@@ -237,7 +248,8 @@ impl Points {
         }
     }
 
-    /// What its rows are about, if not the same as those of others of its kind.
+    /// Returns the rows that the stage makes, if they differ from those of other variants of its
+    /// kind.
     pub fn makes(&self) -> Option<Rows> {
         match self {
             Points::Generate(points) if points.lack_heights() => Some(Rows::Spectra),
@@ -246,7 +258,7 @@ impl Points {
         }
     }
 
-    /// Whether it looks at each of its inputs as a table of its own.
+    /// Returns whether the stage is a query, to which each of its inputs is a separate table.
     pub fn is_query(&self) -> bool {
         match self {
             Points::Aggregate(section) => aggregate::keys::is_query(section),
@@ -254,14 +266,13 @@ impl Points {
         }
     }
 
-    /// Its table without rows, found with those of its inputs; what is wrong with it shows before
-    /// anything is computed.
+    /// Checks the empty table that the stage computes from the empty tables of its inputs.
     pub fn validate_answer(
         &self,
-        answer: Result<StoredTable, StageError>,
-        inputs: &[(String, StoredTable)],
+        answer: Result<Table, StageError>,
+        inputs: &[(String, Table)],
         problems: &mut Problems,
-    ) -> Option<StoredTable> {
+    ) -> Option<Table> {
         match self {
             Points::Aggregate(section) => {
                 aggregate::keys::validate_answer(section, answer, inputs, problems)
@@ -271,25 +282,26 @@ impl Points {
     }
 }
 
-/// What must be known of the surfaces that a stage goes back to, with the stage that made them.
+/// Properties of the surfaces that a stage depends on, each with the name of the stage that has it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surfaces {
-    /// Measured maps that are not periodic and have not been made so.
+    /// The stage with measured maps that are not periodic and have not been made so.
     pub open: Option<String>,
-    /// Random surfaces that cannot be drawn again: their spectra are in tables.
+    /// The stage with random surfaces that cannot be drawn again, because their spectra are in
+    /// tables.
     pub kept_alone: Option<String>,
-    /// Surfaces whose nodes are not as far apart along x as along y, and Δx/Δy.
+    /// The stage whose cells are not square, and their Δx/Δy.
     pub oblong: Option<(String, f64)>,
-    /// A stage that presses them and counts no pressures.
+    /// A `solve` stage without a histogram of pressures.
     pub pressures_uncounted: Option<String>,
-    /// A stage that presses them and counts no gaps.
+    /// A `solve` stage without a histogram of gaps.
     pub gaps_uncounted: Option<String>,
-    /// The smallest and the largest rms slope, of surfaces that are drawn to have one.
+    /// The smallest and the largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
 }
 
 impl Surfaces {
-    /// Those that a stage makes, and what it finds out of them.
+    /// Returns the properties of the surfaces that a stage makes or presses.
     pub fn made_by(stage: &str, work: &Work) -> Surfaces {
         let surfaces = match work {
             Work::Generate(surfaces) => surfaces,
@@ -319,7 +331,7 @@ impl Surfaces {
         }
     }
 
-    /// What a stage counts of them, if it presses them.
+    /// Returns what a `solve` stage does not count.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
         let lacks = |bins: fn(&solve::Params) -> Option<EqualBins>| {
             let lacks = |recipe: &Recipe| match recipe {
@@ -335,7 +347,7 @@ impl Surfaces {
         }
     }
 
-    /// These and others; of maps and meshes one stands for all.
+    /// Combines the properties of two sets of surfaces; one stage stands for all with a property.
     pub fn and(self, other: &Surfaces) -> Surfaces {
         let slopes = self.slopes.into_iter().chain(other.slopes);
         Surfaces {
@@ -351,23 +363,23 @@ impl Surfaces {
     }
 }
 
-/// The range that holds both.
+/// Returns the smallest range that contains both.
 fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
 
-/// What is known when a stage's keys are checked.
-pub struct Given<'a> {
+/// The surroundings of a stage that the checks of its keys need.
+pub struct CheckContext<'a> {
+    /// The seed of the study.
     pub seed: u64,
     pub sources: &'a mut SurfaceFiles,
-    /// Whether it names stages that it reads.
+    /// True if the stage reads other stages.
     pub reads_stages: bool,
-    /// What the rows that the stage reads are about, where that can be told.
+    /// The kind of rows that the stage reads, if known.
     pub read: Option<Rows>,
-    /// What it reads, without rows, where that is known.
-    pub input: Option<&'a StoredTable>,
-    /// What must be known of the surfaces that it goes back to.
+    /// The empty table that the stage reads, if known.
+    pub input: Option<&'a Table>,
     pub surfaces: Surfaces,
-    /// Hears of whatever is wrong.
+    /// Receives the problems.
     pub problems: &'a mut Problems,
 }

@@ -1,4 +1,4 @@
-//! Draws a surface, or reads one, and describes it.
+//! `generate` stages: draw or read surfaces and describe them.
 
 mod description;
 pub mod files;
@@ -15,8 +15,9 @@ use std::borrow::Cow;
 
 use arrow::array::{AsArray, Float64Array};
 use arrow::datatypes::Float64Type;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use self::description::Description;
 use self::spectrum::{Source, SpectrumSurface};
@@ -32,7 +33,7 @@ use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::{counted, listed};
-use asperity_tables::column::{Column, Value, lists};
+use asperity_tables::column::{self, Column, lists};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::key::{Digest, TaskKey};
@@ -44,7 +45,7 @@ pub use self::origin::{MeasuredSurface, Origin, SeenMap};
 /// Version of the numbers, part of every key: raised whenever they change.
 pub const VERSION: u32 = 3;
 
-/// Draws surfaces or reads measured ones.
+/// The kind of stage that draws surfaces or reads measured ones.
 pub const STAGE: Definition = Definition {
     name: "generate",
     version: VERSION,
@@ -68,34 +69,44 @@ pub const STAGE: Definition = Definition {
     summary,
 };
 
-/// One surface.
+/// The recipe of a surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Params {
-    /// Whether the heights are stored, drawn again when needed, or never looked at.
+    /// Storage of the heights.
     pub heights: Heights,
-    /// Sides of the cell along x and y, in the user's unit of length; of a measured surface those of
-    /// the map in its file, before anything is done to it, and none where the file says them.
+    /// Sides of the cell along x and y, in the unit of length of the manifest. For a measured
+    /// surface the sides of the map in the file before its preparation, and none if the file has
+    /// them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<PerAxis<f64>>,
-    /// What the surface looks like.
+    /// Spectrum, file or shape of the surface.
     #[serde(flatten)]
     pub origin: Origin,
 }
 
-/// What becomes of the heights of a surface.
+/// The storage of the heights of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Heights {
     /// They are stored.
     Keep,
-    /// They are drawn again when needed.
+    /// They are drawn, or read from their file, again when needed.
     Redraw,
-    /// There are none, and nothing can press the surface or count its heights.
+    /// There are none. The surface cannot be pressed, and its heights cannot be counted.
     None,
 }
 
+impl Heights {
+    /// Removes `"none"` from a schema: only random surfaces can be described by their modes alone.
+    fn not_none(schema: &mut Schema) {
+        if let Some(words) = schema.get_mut("oneOf").and_then(Value::as_array_mut) {
+            words.retain(|word| word["const"] != "none");
+        }
+    }
+}
+
 impl Params {
-    /// The same surface of another realization; shapes and files have but one.
+    /// Returns another realization; shapes and files have only one.
     pub fn realization(&self, number: u32) -> Params {
         let mut params = self.clone();
         match &mut params.origin {
@@ -106,8 +117,8 @@ impl Params {
         params
     }
 
-    /// Draws the surface, or reads it; with the spectrum that another task has measured, if it has
-    /// such a one, and then with the name of the surface that it was measured of.
+    /// Draws or reads the surface. If another task has measured its spectrum, the returned recipe
+    /// has the name of the measured surface.
     fn made(
         &self,
         inputs: &[Input],
@@ -131,8 +142,8 @@ impl Params {
         Params { heights, ..self.clone() }
     }
 
-    /// Key that names the surface. It does not depend on whether heights are stored, nor on whether
-    /// a manifest writes an anisotropy ratio of 1 or none.
+    /// Returns the key after which the surface is named. It does not depend on how heights are
+    /// kept, nor on whether an anisotropy ratio of 1 is written.
     fn surface_key(&self) -> TaskKey {
         let mut params = self.with(Heights::Redraw);
         if let Origin::Random { has_unit_ratio, .. } = &mut params.origin {
@@ -142,12 +153,12 @@ impl Params {
         TaskKey::new(Kind::Generate.name(), VERSION, Digest::from_params(&recipe), &[])
     }
 
-    /// Nodes along x and y.
+    /// Returns the nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.origin.nodes()
     }
 
-    /// Sides of its cell along x and y.
+    /// Returns the sides of its cell along x and y.
     pub fn size(&self) -> [f64; 2] {
         let PerAxis(size) = match &self.origin {
             Origin::File(file) => file.seen.side,
@@ -158,37 +169,37 @@ impl Params {
         size
     }
 
-    /// Where its nodes lie.
+    /// Returns the grid of its nodes.
     ///
     /// # Errors
-    /// When the recipe is not one that a study made, and has no such grid.
+    /// If nodes or sides are not valid, which cannot happen in a recipe from a study.
     pub fn grid(&self) -> Result<Grid, StageError> {
         grids::grid(self.nodes(), self.size())
     }
 
-    /// Sides that the manifest gives.
+    /// Returns the sides that the manifest gives.
     pub fn sides(&self) -> Option<[f64; 2]> {
         self.side.map(|PerAxis(sides)| sides)
     }
 
-    /// Draws the surface, or reads it.
+    /// Draws or reads the surface.
     ///
     /// # Errors
-    /// When the file is gone, has changed, or is no map of heights.
+    /// If the file is missing, has changed or cannot be read.
     pub fn draw(&self, sources: &SurfaceFiles, threads: &Threads) -> Result<Surface, StageError> {
         self.origin.draw(self.sides(), sources, threads)
     }
 
-    /// The row of this surface once it is drawn, but for its heights and what only its file tells.
+    /// Returns the row of this surface without its heights and without columns from its file.
     pub fn described(&self, surface: &Surface) -> Table {
         let description = Description::of_surface(&self.origin, surface, &Threads::one());
         Table::new(1, description.row(self, surface.grid()))
     }
 
-    /// The heights that `table` kept, or else the surface drawn again.
+    /// Returns the surface from the heights in `table`, or draws it again.
     ///
     /// # Errors
-    /// As [`Params::draw`], and when the table is not one of this stage.
+    /// As [`Params::draw`], and if the table is not one of this stage.
     pub fn surface(
         &self,
         table: &Table,
@@ -205,7 +216,7 @@ impl Params {
     }
 }
 
-/// The columns that place a surface among others of its method.
+/// Returns the columns that distinguish a surface from others of its method.
 pub fn own_columns(origin: &Origin) -> Vec<Column> {
     let mut origin = origin.clone();
     if let Origin::Spectrum { surface, .. } = &mut origin
@@ -217,7 +228,7 @@ pub fn own_columns(origin: &Origin) -> Vec<Column> {
     coordinates.map(|(column, _)| column).collect()
 }
 
-/// What places a surface among others of its method, in one row.
+/// Returns one row with the coordinates that distinguish a surface from others of its method.
 pub fn own_row(origin: &Origin) -> Table {
     Table::row(&description::own_coordinates(origin))
 }
@@ -265,11 +276,11 @@ impl Stage for Params {
         Columns::All
     }
 
-    fn coordinates(&self) -> Vec<(Column, Value)> {
+    fn coordinates(&self) -> Vec<(Column, column::Value)> {
         description::coordinates(self)
     }
 
-    /// Drawing and describing take a few transforms, moments of modes none.
+    /// Drawing and describing take a few transforms; moments of modes take none.
     fn effort(&self, _: Extent) -> Effort {
         match (&self.origin, self.heights) {
             (Origin::Random { surface, .. }, Heights::None) => {
@@ -280,7 +291,7 @@ impl Stage for Params {
         }
     }
 
-    /// The peak of a run on one thread, at 512² and 1024².
+    /// Measured peak memory of a run on one thread, at 512² and 1024² nodes.
     fn footprint(&self) -> Footprint {
         Footprint {
             work: match (&self.origin, self.heights) {
@@ -303,15 +314,15 @@ impl Stage for Params {
         Some(self.nodes())
     }
 
-    /// The same row with its heights not kept. A surface without heights stays one, for its row
-    /// holds less.
+    /// Returns the recipe with redrawn heights. A surface without heights stays as it is, because
+    /// its row has fewer columns.
     fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_heights = self.heights == Heights::Keep;
         keeps_heights.then(|| Recipe::Generate(self.with(Heights::Redraw)))
     }
 }
 
-/// The table of these surfaces, without rows.
+/// Returns the table of these surfaces without rows.
 pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table {
     let mut columns = Vec::new();
     let mut add = |place: Vec<Column>| {
@@ -340,10 +351,10 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     Table::empty(&columns)
 }
 
-/// What surfaces were drawn or read, in a few words each.
+/// Returns the summary of a table of surfaces.
 ///
 /// # Errors
-/// When the table describes no surfaces.
+/// If the table is not one of a `generate` stage.
 fn summary(source: &TableSource) -> Result<Vec<String>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
     let parts = [
@@ -356,8 +367,7 @@ fn summary(source: &TableSource) -> Result<Vec<String>, StageError> {
     Ok(parts.into_iter().flatten().collect())
 }
 
-/// What was found in the files of measured surfaces: the map that was read where there are several,
-/// the nodes that were filled, the unit where the file says it.
+/// Summarises the files of measured surfaces: the maps that were read, units, and filled nodes.
 fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>, StageError> {
     if !table.has(FORMAT.name) && !table.has(FILLED_NODES.name) {
         return Ok(None);
@@ -382,7 +392,8 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
     Ok(Some(parts.join(", ")))
 }
 
-/// Of how many parameter points the theories do not speak, and why of the first.
+/// Returns the number of parameter points to which the theories do not apply, with the reason for
+/// the first one.
 fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
     let points = caveats::points(surfaces)?;
     let others: Vec<_> = points.iter().filter(|point| !point.departures.is_empty()).collect();

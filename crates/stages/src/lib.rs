@@ -46,7 +46,7 @@ use serde::{Deserialize, Serialize};
 
 use asperity_tables::column::Column;
 
-pub use form::Given;
+pub use form::CheckContext;
 pub use stage::{
     Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, StageError, Work,
     beside_coordinates, stacked,

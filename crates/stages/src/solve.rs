@@ -14,7 +14,8 @@ use std::io::Write;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
 
 use self::block::Block;
 use self::solved::OptionalColumns;
@@ -147,15 +148,16 @@ impl Params {
     }
 }
 
-/// Which pressure fields are stored.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// Pressure fields that are stored.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Pressures {
-    /// None.
+    /// No pressure field.
     None,
-    /// One per load.
+    /// The pressure field under every load.
     All,
-    /// Those at these loads, each one of `loads`.
+    /// Those under some of the loads; a manifest gives them as a list.
+    #[serde(skip_deserializing)]
     At(Vec<f64>),
 }
 

@@ -1,67 +1,74 @@
-//! Reads one table: every key is judged by itself, and what is swept goes to the grid.
+//! Reads one table: validates every value by itself and spreads swept lists into a grid.
 //!
-//! The grid is spread before anything is read into types: a value that is swept, a value of a case and
-//! a plain value are then one and the same thing, a value with a place.
+//! The grid is spread before anything is deserialised, so that swept values, values of cases and
+//! plain values are all values with a position in the text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 
 use serde::de::DeserializeOwned;
-use serde_spanned::Spanned;
-use toml::de::{DeString, DeTable, DeValue};
+use serde_spanned::Spanned as TomlSpanned;
+use toml::de::{DeString, DeTable, DeValue, Error, ValueDeserializer};
 
+use super::expected_keys::ExpectedKeys;
+use super::on_axes::Pairs;
+use super::validation::{found, validate};
+use super::{KeyTable, Layout};
 use crate::diagnostics::{Problem, Problems, Span, listed};
-use crate::written::advice::Wanted;
-use crate::written::on_axes::Pairs;
-use crate::written::{Layout, Table, advice};
 
-type Entry<'i> = (Spanned<DeString<'i>>, Spanned<DeValue<'i>>);
+type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
 
-/// Points of one grid. More is a slip, and would take long to find out.
+/// Maximum number of points of a grid. A larger grid is a mistake, and checking it takes long.
 const MOST_POINTS: usize = 10_000;
-/// Values of all points of one grid together: a long list in each of many points fills memory.
+/// Maximum number of values in all points of a grid: a long list in each of many points fills
+/// memory.
 const MOST_VALUES: usize = 1_000_000;
 
-/// A table as written, spread into the points of its grid.
+/// A table, spread into the points of its grid.
 #[derive(Debug)]
 pub struct Section<T> {
-    /// Where the table begins.
-    pub place: Span,
-    /// The points, in the order of the cases, then of the swept keys, the last fastest.
+    /// Position of its name.
+    pub span: Span,
+    /// The points in the order of the cases, then of the swept keys; the last key varies fastest.
     pub points: Vec<Point<T>>,
-    /// Keys that are missing because what stands for them cannot be read, which is reported.
+    /// Keys whose values have been refused, so that they are not reported as missing.
     pub excused: BTreeSet<String>,
-    /// Whether lists that are read as pairs might have been meant to be swept.
+    /// True if lists that are read as pairs might have been meant to be swept.
     pub may_be_swept: bool,
 }
 
 /// One point of a grid.
 #[derive(Debug)]
 pub struct Point<T> {
-    /// What is said there.
+    /// The keys of the point.
     pub table: T,
-    /// Where: the case, or else the table.
-    pub place: Span,
+    /// Position of the case, or of the name of the table.
+    pub span: Span,
 }
 
 impl<T> Section<T> {
-    /// A table that cannot be read, which is reported.
-    pub fn unreadable(place: Span) -> Self {
-        Self { place, points: Vec::new(), excused: BTreeSet::new(), may_be_swept: false }
+    /// Returns a section without points for a table that cannot be read.
+    pub fn unreadable(span: Span) -> Self {
+        Self { span, points: Vec::new(), excused: BTreeSet::new(), may_be_swept: false }
     }
 }
 
-/// Reads a table whose common keys have been taken out.
-pub fn read<T: Table>(
+/// Deserialises a value of the parsed document; positions in it stay those of the text.
+pub fn deserialize<T: DeserializeOwned>(value: TomlSpanned<DeValue<'_>>) -> Result<T, Error> {
+    T::deserialize(ValueDeserializer::from(value))
+}
+
+/// Reads a table from which the keys that all stages have are removed.
+pub fn read<T: KeyTable>(
     table: DeTable<'_>,
-    place: Span,
-    wanted: &Wanted,
+    span: Span,
+    expected: &ExpectedKeys,
     problems: &mut Problems,
 ) -> Section<T> {
     let mut reader = Reader::<T> {
         layout: T::layout(),
         pairs: Pairs::among(&table, T::layout()),
-        wanted,
+        expected,
         problems,
         grid: Grid::default(),
         excused: BTreeSet::new(),
@@ -79,28 +86,28 @@ pub fn read<T: Table>(
         reader.cases(cases);
     }
     let (grid, excused, pairs) = (reader.grid, reader.excused, reader.pairs);
-    let points = grid.spread(&place).unwrap_or_else(|problem| {
+    let points = grid.spread(&span).unwrap_or_else(|problem| {
         problems.push(problem);
         Vec::new()
     });
-    Section { place, points, excused, may_be_swept: pairs.may_be_swept }
+    Section { span, points, excused, may_be_swept: pairs.may_be_swept }
 }
 
 struct Reader<'a, 'i, T> {
     layout: &'static Layout,
     pairs: Pairs,
-    wanted: &'a Wanted,
+    expected: &'a ExpectedKeys,
     problems: &'a mut Problems,
     grid: Grid<'i>,
     excused: BTreeSet<String>,
     table: PhantomData<T>,
 }
 
-impl<'i, T: Table> Reader<'_, 'i, T> {
-    fn entry(&mut self, key: Spanned<DeString<'i>>, value: Spanned<DeValue<'i>>) {
+impl<'i, T: KeyTable> Reader<'_, 'i, T> {
+    fn entry(&mut self, key: TomlSpanned<DeString<'i>>, value: TomlSpanned<DeValue<'i>>) {
         let name = key.get_ref().as_ref();
         if !self.layout.has(name) {
-            let (problem, meant) = self.wanted.unknown_key(self.layout, name, key.span());
+            let (problem, meant) = self.expected.unknown_key(self.layout, name, key.span());
             self.problems.push(problem);
             self.excused.extend(meant);
             return;
@@ -115,48 +122,53 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         }
     }
 
-    fn share(&mut self, key: Spanned<DeString<'i>>, value: Spanned<DeValue<'i>>) {
-        if self.is_readable(&key, &value) {
+    fn share(&mut self, key: TomlSpanned<DeString<'i>>, value: TomlSpanned<DeValue<'i>>) {
+        if self.is_valid(&key, &value) {
             self.grid.shared.insert(key, value);
         }
     }
 
-    /// A list whose items are tried one by one.
-    fn list(&mut self, key: Spanned<DeString<'i>>, list: Spanned<DeValue<'i>>) {
+    /// Adds a list without the items that are refused.
+    fn list(&mut self, key: TomlSpanned<DeString<'i>>, list: TomlSpanned<DeValue<'i>>) {
         let items: Vec<_> = list.get_ref().as_array().into_iter().flatten().collect();
-        let is_readable = |item: &&Spanned<DeValue<'i>>| {
+        let is_valid = |item: &&TomlSpanned<DeValue<'i>>| {
             let alone = DeValue::Array([(*item).clone()].into_iter().collect());
-            self.is_readable(&key, &Spanned::new(item.span(), alone))
+            self.is_valid(&key, &TomlSpanned::new(item.span(), alone))
         };
-        let readable: Vec<_> = items.iter().copied().filter(is_readable).cloned().collect();
-        if items.is_empty() || !readable.is_empty() {
-            let list = Spanned::new(list.span(), DeValue::Array(readable.into_iter().collect()));
-            self.grid.shared.insert(key, list);
+        let valid: Vec<_> = items.iter().copied().filter(is_valid).cloned().collect();
+        if items.is_empty() || !valid.is_empty() {
+            let valid = DeValue::Array(valid.into_iter().collect());
+            self.share(key, TomlSpanned::new(list.span(), valid));
         }
     }
 
-    fn axis(&mut self, axis: usize, key: Spanned<DeString<'i>>, value: Spanned<DeValue<'i>>) {
+    fn axis(
+        &mut self,
+        axis: usize,
+        key: TomlSpanned<DeString<'i>>,
+        value: TomlSpanned<DeValue<'i>>,
+    ) {
         let span = value.span();
         let DeValue::Array(values) = value.into_inner() else {
             return;
         };
         if values.is_empty() {
             let message = format!("`{}` is an empty list", key.get_ref());
-            let label = "a list is swept, and here is nothing to sweep";
+            let label = "must have at least one value to sweep";
             self.problems.push(Problem::new(message, span, label));
             self.excused.insert(key.get_ref().to_string());
             return;
         }
         let mut values: Vec<_> = values.into_iter().collect();
-        values.retain(|value| self.is_readable(&key, value));
+        values.retain(|value| self.is_valid(&key, value));
         self.remove_repeats(key.get_ref(), &mut values);
         if !values.is_empty() {
             self.grid.axes.insert(axis, Axis { key, values });
         }
     }
 
-    /// The same value twice in a swept list would count the same surfaces twice.
-    fn remove_repeats(&mut self, key: &str, values: &mut Vec<Spanned<DeValue<'i>>>) {
+    /// Reports values that a swept list has twice: their results would count twice.
+    fn remove_repeats(&mut self, key: &str, values: &mut Vec<TomlSpanned<DeValue<'i>>>) {
         let mut seen = BTreeMap::new();
         values.retain(|value| {
             let Some(before) = seen.insert(plain(value.get_ref()), value.span()) else {
@@ -169,9 +181,9 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         });
     }
 
-    fn cases(&mut self, value: Spanned<DeValue<'i>>) {
+    fn cases(&mut self, value: TomlSpanned<DeValue<'i>>) {
         let span = value.span();
-        let help = "a list of tables, each a point of the grid: `cases = [{ … }, { … }]`";
+        let help = "each table is a point of the grid: `cases = [{ … }, { … }]`";
         match value.into_inner() {
             DeValue::Array(cases) if !cases.is_empty() => {
                 let cases: Vec<_> = cases.into_iter().filter_map(|case| self.case(case)).collect();
@@ -180,7 +192,7 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
             other => {
                 let label = match &other {
                     DeValue::Array(_) => "this is an empty list".to_owned(),
-                    other => advice::found(other),
+                    other => found(other),
                 };
                 let problem = Problem::new("`cases` must be a list of tables", span, label);
                 self.problems.push(problem.help(help));
@@ -188,33 +200,33 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         }
     }
 
-    fn case(&mut self, case: Spanned<DeValue<'i>>) -> Option<(Span, DeTable<'i>)> {
+    fn case(&mut self, case: TomlSpanned<DeValue<'i>>) -> Option<(Span, DeTable<'i>)> {
         let span = case.span();
         match case.into_inner() {
             DeValue::Table(table) => {
                 let mut entries = DeTable::new();
                 for (key, value) in table {
-                    if self.is_case_key(&key) && self.is_readable(&key, &value) {
+                    if self.is_case_key(&key) && self.is_valid(&key, &value) {
                         entries.insert(key, value);
                     }
                 }
                 Some((span, entries))
             }
             other => {
-                let label = advice::found(&other);
+                let label = found(&other);
                 self.problems.push(Problem::new("a case must be a table", span, label));
                 None
             }
         }
     }
 
-    fn is_case_key(&mut self, key: &Spanned<DeString<'i>>) -> bool {
+    fn is_case_key(&mut self, key: &TomlSpanned<DeString<'i>>) -> bool {
         let name = key.get_ref().as_ref();
         let position = self.layout.swept.iter().position(|swept| *swept == name);
         if let Some(other) = self.grid.common_key(position, name) {
             let message = format!("`{name}` is given both by a case and for all cases");
             let problem = Problem::new(message, key.span(), "here for one case");
-            self.problems.push(problem.and(other, "here for all of them"));
+            self.problems.push(problem.and(other, "here for all cases"));
             return false;
         }
         if position.is_some() {
@@ -223,58 +235,45 @@ impl<'i, T: Table> Reader<'_, 'i, T> {
         let help = format!("cases may name {}", listed(self.layout.swept.iter().copied(), "and"));
         if self.layout.has(name) {
             let message = format!("`{name}` cannot differ from case to case");
-            let problem = Problem::new(message, key.span(), "say it once for the stage");
+            let problem = Problem::new(message, key.span(), "write it once for the stage");
             self.problems.push(problem.help(help));
         } else {
-            let (problem, meant) = self.wanted.unknown_key(self.layout, name, key.span());
+            let (problem, meant) = self.expected.unknown_key(self.layout, name, key.span());
             self.problems.push(problem);
             self.excused.extend(meant);
         }
         false
     }
 
-    /// Tries a value by itself, so that one that is wrong hides no other.
-    fn is_readable(&mut self, key: &Spanned<DeString<'i>>, value: &Spanned<DeValue<'i>>) -> bool {
+    /// Validates a value; reports all its mistakes.
+    fn is_valid(
+        &mut self,
+        key: &TomlSpanned<DeString<'i>>,
+        value: &TomlSpanned<DeValue<'i>>,
+    ) -> bool {
         let name = key.get_ref().as_ref();
-        if value.get_ref().is_datetime() {
-            let message = format!("`{name}` cannot be a date");
-            let problem = Problem::new(message, value.span(), advice::found(value.get_ref()));
-            self.problems.push(problem);
+        let mistakes = validate(self.layout, name, value);
+        let is_valid = mistakes.is_empty();
+        if !is_valid {
             self.excused.insert(name.to_owned());
-            return false;
         }
-        let alone = DeTable::from_iter([(key.clone(), value.clone())]);
-        let alone = Spanned::new(value.span(), DeValue::Table(alone));
-        let Err(error) = advice::deserialize::<T>(alone) else {
-            return true;
-        };
-        let is_list = value.get_ref().is_array() && error.span() == Some(value.span());
-        let is_sweep = is_list && !self.layout.takes_pairs(name);
-        let help = if is_sweep && !self.layout.swept.is_empty() {
-            let swept = listed(self.layout.swept.iter().copied(), "and");
-            Some(format!("lists are swept for {swept} only"))
-        } else {
-            self.layout.doc(name)
-        };
-        let problem = advice::unusable(name, value, &error, help);
-        self.problems.push(problem);
-        self.excused.insert(name.to_owned());
-        false
+        mistakes.into_iter().for_each(|mistake| self.problems.push(mistake));
+        is_valid
     }
 }
 
-/// A list, or a single value as a list of one.
-pub fn as_list(value: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
+/// Returns a list as it is, and any other value as a list of one.
+pub fn as_list(value: TomlSpanned<DeValue<'_>>) -> TomlSpanned<DeValue<'_>> {
     match value.get_ref() {
         DeValue::Array(_) => value,
         _ => {
             let span = value.span();
-            Spanned::new(span, DeValue::Array([value].into_iter().collect()))
+            TomlSpanned::new(span, DeValue::Array([value].into_iter().collect()))
         }
     }
 }
 
-/// A value in one notation: `1`, `1.0` and `1e0` are the same number.
+/// Returns a value in canonical notation: `1`, `1.0` and `1e0` are the same number.
 fn plain(value: &DeValue<'_>) -> String {
     let exact = |number: i128| number.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS;
     match value {
@@ -297,34 +296,31 @@ fn plain(value: &DeValue<'_>) -> String {
     }
 }
 
-/// What all points share, what is swept, and what cases say.
+/// The values that all points share, the swept ones, and those of the cases.
 #[derive(Default)]
 struct Grid<'i> {
     shared: DeTable<'i>,
-    /// By the key's position among the swept keys.
+    /// The swept lists by the index of their keys among the swept keys.
     axes: BTreeMap<usize, Axis<'i>>,
     cases: Option<Vec<(Span, DeTable<'i>)>>,
 }
 
 struct Axis<'i> {
-    key: Spanned<DeString<'i>>,
-    values: Vec<Spanned<DeValue<'i>>>,
+    key: TomlSpanned<DeString<'i>>,
+    values: Vec<TomlSpanned<DeValue<'i>>>,
 }
 
 impl<'i> Grid<'i> {
-    /// The value that all cases share for a key, or its list, if there is any.
+    /// Returns where a key is given for all cases, if it is.
     fn common_key(&self, axis: Option<usize>, name: &str) -> Option<Span> {
         let axis = axis.and_then(|axis| self.axes.get(&axis)).map(|axis| &axis.key);
         let shared = || self.shared.get_key_value(name).map(|(key, _)| key);
-        axis.or_else(shared).map(Spanned::span)
+        axis.or_else(shared).map(TomlSpanned::span)
     }
 
-    /// Every point of the grid.
-    ///
-    /// # Errors
-    /// When there are too many.
-    fn spread<T: DeserializeOwned>(self, place: &Span) -> Result<Vec<Point<T>>, Problem> {
-        let cases = self.cases.unwrap_or_else(|| vec![(place.clone(), DeTable::new())]);
+    /// Returns every point of the grid, or a problem if there are too many.
+    fn spread<T: DeserializeOwned>(self, span: &Span) -> Result<Vec<Point<T>>, Problem> {
+        let cases = self.cases.unwrap_or_else(|| vec![(span.clone(), DeTable::new())]);
         let axes: Vec<Axis> = self.axes.into_values().collect();
         let lengths = axes.iter().map(|axis| axis.values.len());
         let combinations = lengths.fold(1, usize::saturating_mul);
@@ -332,20 +328,20 @@ impl<'i> Grid<'i> {
         let shared = self.shared.values().map(|value| size(value.get_ref()));
         let values = points.saturating_mul(shared.sum::<usize>() + axes.len());
         if points > 1 && (points > MOST_POINTS || values > MOST_VALUES) {
-            return Err(too_many(points, values, place));
+            return Err(too_many(points, values, span));
         }
         let mut spread = Vec::with_capacity(points);
-        for (place, case) in &cases {
+        for (span, case) in &cases {
             for combination in 0..combinations {
                 let mut table = self.shared.clone();
                 table.extend(choose(&axes, combination));
                 table.extend(case.clone());
-                let value = Spanned::new(place.clone(), DeValue::Table(table));
-                let place = place.clone();
-                match advice::deserialize(value) {
-                    Ok(table) => spread.push(Point { table, place }),
-                    // Every value has been tried by itself, so that this is not to be expected.
-                    Err(error) => return Err(Problem::new(error.message(), place, "here")),
+                let value = TomlSpanned::new(span.clone(), DeValue::Table(table));
+                let span = span.clone();
+                match deserialize(value) {
+                    Ok(table) => spread.push(Point { table, span }),
+                    // Values that satisfy the schema can be deserialised; this is a safeguard.
+                    Err(error) => return Err(Problem::new(error.message(), span, "here")),
                 }
             }
         }
@@ -353,17 +349,17 @@ impl<'i> Grid<'i> {
     }
 }
 
-fn too_many(points: usize, values: usize, place: &Span) -> Problem {
+fn too_many(points: usize, values: usize, span: &Span) -> Problem {
     let message = if points > MOST_POINTS {
-        format!("the grid has {points} points, {MOST_POINTS} is the most")
+        format!("the grid has {points} points; the maximum is {MOST_POINTS}")
     } else {
-        format!("the grid has {values} values, {MOST_VALUES} is the most")
+        format!("the grid has {values} values; the maximum is {MOST_VALUES}")
     };
-    Problem::new(message, place.clone(), "the lists of this stage multiply")
-        .help("name the combinations that you want: `cases = [{ … }, { … }]`")
+    Problem::new(message, span.clone(), "swept lists are combined with each other")
+        .help("list the combinations that you need: `cases = [{ … }, { … }]`")
 }
 
-/// The values of one combination: a number in the mixed radix of the axes' lengths.
+/// Returns the values of one combination: its index is a number in the mixed radix of the lengths.
 fn choose<'i>(axes: &[Axis<'i>], mut combination: usize) -> Vec<Entry<'i>> {
     let choice = axes.iter().rev().map(|axis| {
         let index = combination % axis.values.len();
@@ -373,7 +369,7 @@ fn choose<'i>(axes: &[Axis<'i>], mut combination: usize) -> Vec<Entry<'i>> {
     choice.collect()
 }
 
-/// Number of plain values in a value.
+/// Returns the number of plain values in a value.
 fn size(value: &DeValue<'_>) -> usize {
     match value {
         DeValue::Array(list) => list.iter().map(|value| size(value.get_ref())).sum(),

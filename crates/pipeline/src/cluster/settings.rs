@@ -4,7 +4,6 @@
 //! Options of the command line override its keys. No key in the store depends on these settings.
 
 use std::io;
-use std::ops::Bound;
 use std::path::Path;
 
 use bytesize::ByteSize;
@@ -13,29 +12,37 @@ use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
 use crate::manifest::report_syntax;
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, did_you_mean};
-use asperity_manifest::written::advice::Wanted;
 use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, Section, Written, reader, table};
+use asperity_manifest::written::declare::list;
+use asperity_manifest::written::expected_keys::ExpectedKeys;
+use asperity_manifest::written::{Key, Section, Spanned, reader, table};
 use asperity_stages::surface_files::read_regular;
 
 /// Name of the settings file.
 pub const FILE: &str = "asperity.toml";
 
-/// Maximum size in bytes of a settings file that is read.
+/// Maximum size of the file in bytes.
 const MAX_BYTES: u64 = 1 << 20;
-/// Largest `time_limit` and `per_element` in hours: eleven years.
+/// Maximum of `time_limit` and `per_element` in hours: eleven years.
 const MAX_HOURS: f64 = 1e5;
+/// Maximum of `cores`.
+const MAX_CORES: u32 = 1024;
+/// Maximum of `at_most`.
+const MAX_ELEMENTS: u32 = 1_000_000;
+/// Maximum of `rounds`.
+const MAX_ROUNDS: u32 = 100;
 
-/// Declares the settings. A declaration has the documentation, the type in the file, the type of
-/// the value, the check and the command-line argument. The macro generates `ClusterTable` with the
-/// keys as written, and [`Settings`] with the values from a file or the command line.
+/// Declares each setting once: documentation, type and schema as a key of the file, type and
+/// conversion as a value, and the command-line argument. It defines `ClusterTable`, the keys of the
+/// file, and [`Settings`], the values from a file or from the command line.
 macro_rules! settings {
-    ($($(#[$about:meta])* $name:ident: $written:ty => $value:ty, $check:expr, {$($argument:tt)*};)*) => {
+    ($($(#[$declared:meta])* $name:ident: $written:ty => $value:ty, $check:expr, {$($argument:tt)*};)*) => {
         #[derive(Debug, Default, Deserialize, JsonSchema)]
         #[serde(default, deny_unknown_fields)]
         struct ClusterTable {
-            $($(#[$about])* $name: Key<$written>,)*
+            $($(#[$declared])* $name: Key<$written>,)*
         }
 
         // A doc comment here would appear in the help of the command.
@@ -54,7 +61,7 @@ macro_rules! settings {
 
         fn checked(section: &Section<ClusterTable>, problems: &mut Problems) -> Option<Settings> {
             let point = section.points.first()?;
-            let (table, checks) = (&point.table, &mut Checks::of(section, point, problems));
+            let (table, checks) = (&point.table, &mut Checks::new(section, point, problems));
             Some(Settings {
                 $($name: table.$name.written().and_then(|key| $check(checks, stringify!($name), key)),)*
             })
@@ -73,42 +80,49 @@ settings! {
     qos: String => String, word(name),
         { value_name = "NAME", value_parser = name, help = "Request this quality of service" };
     /// Cores per array element, each of which works on one surface; 1 when omitted.
-    cores: i64 => u32, whole(1, 1024),
-        { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024),
+    #[schemars(range(min = 1, max = MAX_CORES))]
+    cores: u32 => u32, number,
+        { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_CORES)),
           help = "Use this many cores per array element; each works on one surface" };
     /// Memory per array element, such as `"16GB"`; when omitted, enough for the largest task on
     /// each core.
     memory: String => ByteSize, word(size),
         { value_name = "SIZE", help = "Request this memory per array element, such as `16GB`" };
     /// Time limit of an array element in hours; twice the expected time when omitted.
+    #[schemars(range(max = MAX_HOURS), extend("exclusiveMinimum" = 0))]
     time_limit: f64 => f64, hours,
         { value_name = "HOURS", value_parser = parsed_hours,
           help = "Set the time limit of an array element, in hours" };
     /// Target duration of an array element in hours; 1 when omitted.
+    #[schemars(range(max = MAX_HOURS), extend("exclusiveMinimum" = 0))]
     per_element: f64 => f64, hours,
         { value_name = "HOURS", value_parser = parsed_hours,
           help = "Set the target duration of an array element, in hours" };
     /// Maximum number of array elements; the largest array that Slurm allows when omitted.
-    at_most: i64 => u32, whole(1, 1_000_000),
-        { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
+    #[schemars(range(min = 1, max = MAX_ELEMENTS))]
+    at_most: u32 => u32, number,
+        { value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ELEMENTS)),
           help = "Set the maximum number of array elements" };
     /// Number of times that missing tasks are submitted again; 3 when omitted.
-    rounds: i64 => u32, whole(0, 100),
-        { value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100),
+    #[schemars(range(min = 0, max = MAX_ROUNDS))]
+    rounds: u32 => u32, number,
+        { value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_ROUNDS)),
           help = "Set how many times missing tasks are submitted again" };
     /// Shell commands that run before asperity, such as `["module load rust"]`.
-    before: Vec<Written<String>> => Vec<String>, list(line),
+    #[schemars(transform = list)]
+    before: Vec<Spanned<String>> => Vec<String>, words(line),
         { value_name = "LINE", value_parser = line,
           help = "Run a shell command before asperity; can be repeated" };
     /// Additional options of `sbatch`, such as `["--constraint=avx2"]`.
-    directives: Vec<Written<String>> => Vec<String>, list(directive),
+    #[schemars(transform = list)]
+    directives: Vec<Spanned<String>> => Vec<String>, words(directive),
         { long = "directive", value_name = "OPTION", value_parser = directive,
           allow_hyphen_values = true,
           help = "Add an option of `sbatch`, such as `--directive=--constraint=avx2`; can be \
                   repeated" };
 }
 
-table!(ClusterTable, swept: [], lists: ["before", "directives"]);
+table!(ClusterTable);
 
 impl Settings {
     /// Reads the settings from a file. Returns `None` if there is no such file.
@@ -192,12 +206,8 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
         let (name, span) = (key.get_ref().to_string(), key.span());
         match value.into_inner() {
             DeValue::Table(table) if name == "cluster" => {
-                let wanted = Wanted {
-                    place: "`[cluster]`".to_owned(),
-                    common: Vec::new(),
-                    owner: Box::new(|_| None),
-                };
-                let section = reader::read::<ClusterTable>(table, span, &wanted, problems);
+                let expected = ExpectedKeys::of_table("`[cluster]`");
+                let section = reader::read::<ClusterTable>(table, span, &expected, problems);
                 settings = checked(&section, problems)?;
             }
             _ => {
@@ -213,32 +223,31 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
     Some(settings)
 }
 
-/// Function that checks a text and converts it. The error says what the text must be.
-type WordCheck<T> = fn(&str) -> Result<T, String>;
+/// Converts one word; the error says what the word must be.
+type Convert<T> = fn(&str) -> Result<T, String>;
 
-fn hours(checks: &mut Checks, name: &str, written: &Written<f64>) -> Option<f64> {
-    let bounds = (Bound::Excluded(0.0), Bound::Included(MAX_HOURS));
-    checks.is_in(name, written, bounds)
+fn hours(_: &mut Checks, _: &str, written: &Spanned<f64>) -> Option<f64> {
+    Some(decimal::nearest(written.value))
 }
 
-fn whole(least: u32, most: u32) -> impl Fn(&mut Checks, &str, &Written<i64>) -> Option<u32> {
-    move |checks, name, written| checks.is_whole_in(name, written, &(least..=most))
+fn number(_: &mut Checks, _: &str, written: &Spanned<u32>) -> Option<u32> {
+    Some(written.value)
 }
 
-fn word<T>(check: WordCheck<T>) -> impl Fn(&mut Checks, &str, &Written<String>) -> Option<T> {
+fn word<T>(convert: Convert<T>) -> impl Fn(&mut Checks, &str, &Spanned<String>) -> Option<T> {
     move |checks, name, written| {
         let refused = |must| {
             let message = format!("`{name}` is {:?}", written.value);
             checks.report(name, Problem::new(message, written.span.clone(), must));
         };
-        check(&written.value).map_err(refused).ok()
+        convert(&written.value).map_err(refused).ok()
     }
 }
 
-type Words = Written<Vec<Written<String>>>;
+type Words = Spanned<Vec<Spanned<String>>>;
 
-fn list(check: WordCheck<String>) -> impl Fn(&mut Checks, &str, &Words) -> Option<Vec<String>> {
-    let word = word(check);
+fn words(convert: Convert<String>) -> impl Fn(&mut Checks, &str, &Words) -> Option<Vec<String>> {
+    let word = word(convert);
     move |checks, name, words| words.value.iter().map(|item| word(checks, name, item)).collect()
 }
 

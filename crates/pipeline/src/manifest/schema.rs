@@ -4,12 +4,12 @@ use serde_json::{Map, Value, json};
 
 use super::StudyTable;
 use asperity_manifest::names;
-use asperity_manifest::written::Table;
-use asperity_stages::form::{Form, Reading};
+use asperity_manifest::written::KeyTable;
+use asperity_stages::form::{Reading, StageVariant};
 
 /// Returns the JSON Schema of manifests in draft 7, which the TOML extensions of editors support.
 pub fn schema() -> Value {
-    let stages: Vec<Value> = Form::all().map(stage).collect();
+    let stages: Vec<Value> = StageVariant::all().map(stage).collect();
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "asperity manifest",
@@ -30,28 +30,27 @@ pub fn schema() -> Value {
     })
 }
 
-/// Returns the schema of the table of one form of stage: a kind with its method or law.
-fn stage(form: Form) -> Value {
-    let layout = form.layout();
-    let (swept, lists, mut schema) = (layout.swept, layout.lists, layout.schema.clone());
-    let kind = form.kind();
+/// Returns the schema of the table of a stage.
+fn stage(variant: StageVariant) -> Value {
+    let layout = variant.layout();
+    let (swept, lists, mut schema) = (&layout.swept, &layout.lists, layout.schema.clone());
+    let kind = variant.kind();
     let mut properties = Map::new();
     let mut required = vec![json!("kind")];
     properties.insert(
         "kind".to_owned(),
         json!({ "description": "Kind of the stage.", "const": kind.name() }),
     );
-    if let Some((key, word)) = form.selector() {
-        properties.insert(key.to_owned(), json!({ "description": form.about(), "const": word }));
-        // The key may be omitted for the default form.
-        if !form.is_default() {
+    if let Some((key, word)) = variant.selector() {
+        properties.insert(key.to_owned(), json!({ "description": variant.about(), "const": word }));
+        if !variant.is_default() {
             required.push(json!(key));
         }
     }
-    if form.reading() != Reading::Nothing {
+    if variant.reading() != Reading::Nothing {
         properties.insert("from".to_owned(), from());
     }
-    if form.reading() == Reading::Stages {
+    if variant.reading() == Reading::Required {
         required.push(json!("from"));
     }
     let own = layout.properties();
@@ -76,16 +75,17 @@ fn stage(form: Form) -> Value {
         let either = json!([{ "required": must_or_cases }, { "required": ["cases"] }]);
         schema.insert("anyOf".to_owned(), either);
     }
-    schema.insert("title".to_owned(), json!(form.describe().replace('`', "")));
+    schema.insert("title".to_owned(), json!(variant.describe().replace('`', "")));
     schema.insert("properties".to_owned(), properties.into());
     schema.insert("required".to_owned(), required.into());
     schema.insert("additionalProperties".to_owned(), json!(false));
     schema.into()
 }
 
-fn from() -> Value {
+/// Returns the schema of the key `from`.
+pub fn from() -> Value {
     json!({
-        "description": "Name of the stage to read, or a list of names.",
+        "description": "Name of the stage that this one reads, or a list of names.",
         "anyOf": [
             { "type": "string" },
             { "type": "array", "items": { "type": "string" }, "minItems": 1, "uniqueItems": true },

@@ -7,7 +7,7 @@ use crate::manifest::StageTable;
 use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::names;
 use asperity_manifest::names::{LONGEST, is_plain};
-use asperity_manifest::written::Written;
+use asperity_manifest::written::Spanned;
 use asperity_stages::Rows;
 use asperity_stages::form::{Points, a_stage};
 
@@ -44,7 +44,7 @@ impl Graph {
 
 fn check_names(stages: &[StageTable], problems: &mut Problems) {
     let mut folded = BTreeMap::new();
-    for Written { value, span } in stages.iter().map(|stage| &stage.name) {
+    for Spanned { value, span } in stages.iter().map(|stage| &stage.name) {
         check_name("stage", value, span.clone(), problems);
         if value.eq_ignore_ascii_case(names::FAILURES) {
             let message = format!("a stage cannot be called `{value}`");
@@ -99,7 +99,7 @@ fn resolve(
     let mut inputs = Vec::new();
     let mut seen = BTreeMap::new();
     let mut complete = true;
-    for Written { value, span } in stage.from.as_ref()? {
+    for Spanned { value, span } in stage.from.as_ref()? {
         if problems.are_enough() {
             return None;
         }

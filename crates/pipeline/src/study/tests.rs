@@ -273,7 +273,7 @@ fn swept_numbers_that_differ_by_rounding_are_one() {
         format!("{surface}side = [1, 1.0000000000000002]\n"),
     ] {
         let page = message(&text);
-        assert!(page.contains("two cases come to the same"), "{page}");
+        assert!(page.contains("two cases are identical"), "{page}");
     }
     let computed = surfaces(&surface.replace("0.8", "0.30000000000000004"));
     assert_eq!(computed[0].1.spectrum.hurst, 0.3);
@@ -357,7 +357,7 @@ fn huge_grids_are_refused_without_being_spread() {
         list(1..33),
         list(1..2000)
     ));
-    assert!(message(&text).contains("10000 is the most"));
+    assert!(message(&text).contains("the maximum is 10000"));
     let many = surface("nodes = 64\nk_upper = 32\nk_lower = 1\nrealizations = 1000000\n");
     let twice = many.replace("hurst = 0.8", "hurst = [0.8, 0.9]");
     assert!(message(&twice).contains("at most 1000000 are allowed"));

@@ -8,12 +8,12 @@ use crate::study::graph::Graph;
 use crate::study::{ClaimNames, Stage, Study, Work, graph};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Section, Written};
+use asperity_manifest::written::{Section, Spanned};
 use asperity_stages::columns::SURFACE;
 use asperity_stages::form::{Points, Surfaces};
 use asperity_stages::generate::growth::{self, AT_LEAST, Growing, KnownMean, Until};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{Given, Kind, Rows, stacked};
+use asperity_stages::{CheckContext, Kind, Rows, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
@@ -71,8 +71,8 @@ fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Op
     let Some(point) = section.points.first() else {
         return (None, 0);
     };
-    let mut checks = Checks::of(section, point, problems);
-    let seed = checks.whole_or("seed", &point.table.seed, 0..=i64::MAX as u64, 0);
+    let mut checks = Checks::new(section, point, problems);
+    let seed = checks.value("seed", &point.table.seed);
     let name = checks.required("name", &point.table.name);
     if let Some(name) = name {
         graph::check_name("study", &name.value, name.span.clone(), problems);
@@ -134,7 +134,7 @@ impl Validator<'_> {
             Some(Kind::Generate) => Surfaces::default(),
             _ => above,
         };
-        let mut given = Given {
+        let mut given = CheckContext {
             surfaces: surfaces.clone(),
             seed: self.seed,
             sources: &mut self.sources,
@@ -195,7 +195,7 @@ impl Validator<'_> {
 struct Conditional<'a> {
     stage: usize,
     growing: &'a Growing,
-    written: &'a Written<String>,
+    written: &'a Spanned<String>,
     until: Until,
 }
 
@@ -212,7 +212,7 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
             return None;
         };
         let growing = points.growing()?;
-        let written = growing.until.written()?;
+        let written = &growing.until;
         let until = growth::parse(&written.value)?;
         Some(Conditional { stage, growing, written, until })
     })
@@ -293,7 +293,7 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
         return Some(condition.problem(message, &label).help(help));
     }
     let at_least = condition.growing.at_least.written();
-    let at_least = at_least.filter(|written| written.value < FEWEST_SURFACES as i64)?;
+    let at_least = at_least.filter(|written| (written.value as usize) < FEWEST_SURFACES)?;
     let message = format!("`at_least = {}` is too few for claims", at_least.value);
     let label = format!("at least {FEWEST_SURFACES} surfaces are needed to estimate their scatter");
     let help = format!("the default is {AT_LEAST}");

@@ -1,6 +1,4 @@
-//! Keys of the stages that reduce tables, and how they are checked.
-//!
-//! The comments of the keys are what editors show and what messages quote.
+//! Keys of `aggregate` stages. Their doc comments are shown by editors and quoted in messages.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,60 +8,68 @@ use serde::Deserialize;
 
 use super::sql::QueryError;
 use super::{Groups, Meaning, Model, OF_THE_SPECTRUM, Params, Sql, Statistic};
-use crate::{Given, Recipe, StageError};
+use crate::{CheckContext, Recipe, StageError};
 use asperity_manifest::diagnostics::{
     Problem, Problems, Span, chain, did_you_mean, listed, suggestion,
 };
 use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, Section, Written, table};
+use asperity_manifest::written::declare::list;
+use asperity_manifest::written::{Key, Section, Spanned, table};
 use asperity_tables::table::Table;
 
 /// Reduces tables to statistics.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AggregateTable {
-    /// A query over the stages named in `from`; it replaces the other keys. Rows that no `order by`
-    /// tells apart come in the order of the rows that they are made of.
+    /// SQL query over the stages in `from`, each as a table; it replaces the other keys. Rows that
+    /// no `order by` sorts keep the order of the rows that they are computed from.
     pub sql: Key<String>,
-    /// What columns of the query's answer mean, by their names: `{ unit = "…", meaning = "…" }`.
-    /// Columns called as in the tables that are read mean the same unless it is said here.
-    pub columns: Key<BTreeMap<String, Written<ColumnTable>>>,
-    /// Columns that name a group; every coordinate but surface, seed and realization when left out.
-    pub group_by: Key<Vec<Written<String>>>,
-    /// Columns to reduce.
-    pub over: Key<Vec<Written<String>>>,
-    /// What to compute of each: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`, `"median"`, quantiles
-    /// such as `"q05"`, confidence intervals of the mean such as `"ci95"` (Student's t). `"sem"`
-    /// and intervals count surfaces: rows of one seed and realization are one sample. Against
-    /// `load` the `"slope"` of the mean, the `"secant"`, and the `"approach"` of an area a to full
-    /// contact, −ln[(1 − a) y √(2π)]; and in groups that span several loads `"regr_slope"` and
-    /// `"regr_intercept"` of the least-squares line against `load`.
-    #[schemars(extend("default" = ["mean", "sd", "sem"]))]
-    pub statistics: Key<Vec<Written<String>>>,
-    /// Theories whose area stands beside, under each row's load, as `area_MODEL`; with the slope,
-    /// secant or approach to full contact where `statistics` ask for it. Asperity models take
-    /// Nayak's parameter α of the spectrum over the modes of the cell, as `nayak_lattice` has it.
-    pub models: Key<Vec<Written<Model>>>,
+    /// Descriptions of the columns of the query's result, by name: `{ unit = "…", meaning = "…" }`.
+    /// Other columns with the name of a column that the stage reads keep its description.
+    pub columns: Key<BTreeMap<String, Spanned<ColumnTable>>>,
+    /// Columns whose values define a group. The default is every coordinate except surface, seed
+    /// and realization.
+    #[schemars(length(min = 1), transform = list)]
+    pub group_by: Key<Vec<Spanned<String>>>,
+    /// Columns whose statistics are computed.
+    #[schemars(length(min = 1), transform = list)]
+    pub over: Key<Vec<Spanned<String>>>,
+    /// Statistics of each column: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`, `"median"`,
+    /// quantiles such as `"q05"`, confidence intervals of the mean such as `"ci95"` (Student's t).
+    /// `"sem"` and intervals count surfaces: rows with one seed and realization are one sample.
+    /// With respect to `load`: the `"slope"` of the mean, the `"secant"`, and the `"approach"` of
+    /// an area a to full contact, −ln[(1 − a) y √(2π)]. In groups with several loads:
+    /// `"regr_slope"` and `"regr_intercept"` of the least-squares line over `load`.
+    #[schemars(length(min = 1), extend("default" = ["mean", "sd", "sem"]), transform = list)]
+    pub statistics: Key<Vec<Spanned<String>>>,
+    /// Theories whose area under the load of each row is added as a column `area_MODEL`, with
+    /// slope, secant or approach to full contact if `statistics` contain them. Asperity models use
+    /// Nayak's parameter α of the modes of the cell, as in the column `nayak_lattice`.
+    #[schemars(transform = list)]
+    pub models: Key<Vec<Spanned<Model>>>,
 }
 
-table!(AggregateTable, swept: [], lists: ["group_by", "over", "statistics", "models"]);
+table!(AggregateTable);
 
-/// What a column of a query's answer means.
+/// The description of a column of a query's result.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnTable {
-    /// Unit of its values: `"1"` for pure numbers, empty where units make no sense.
+    /// Unit of its values: `"1"` for pure numbers, empty for values without a unit.
     #[serde(default)]
     pub unit: String,
-    /// One phrase that says what it means.
+    /// Meaning of the column in one phrase.
     pub meaning: String,
 }
 
-/// The reduction of a stage.
-pub fn recipes(section: &Section<AggregateTable>, given: &mut Given) -> Option<Vec<Recipe>> {
+/// Returns the task of a stage.
+pub fn recipes(
+    section: &Section<AggregateTable>,
+    context: &mut CheckContext,
+) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
-    let checks = &mut Checks::of(section, point, given.problems);
-    let params = params(&point.table, given.input, checks)?;
+    let checks = &mut Checks::new(section, point, context.problems);
+    let params = params(&point.table, context.input, checks)?;
     Some(vec![Recipe::Aggregate(Arc::new(params))])
 }
 
@@ -71,8 +77,8 @@ fn params(table: &AggregateTable, input: Option<&Table>, checks: &mut Checks) ->
     if let Some(sql) = table.sql.written() {
         return query(table, sql, checks);
     }
-    checks.forbidden("columns", &table.columns, "for the answer of a query")?;
-    let group_by = match table.group_by.written() {
+    checks.forbidden("columns", &table.columns, "describes the result of `sql`")?;
+    let group_by = match checks.optional("group_by", &table.group_by)? {
         None => Some(None),
         Some(written) => named_columns("group_by", written, input, checks).map(Some),
     };
@@ -89,29 +95,27 @@ fn params(table: &AggregateTable, input: Option<&Table>, checks: &mut Checks) ->
     Some(Params::Groups(groups))
 }
 
-fn query(table: &AggregateTable, sql: &Written<String>, checks: &mut Checks) -> Option<Params> {
-    let why = "`sql` says it all";
+fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> Option<Params> {
+    let why = "cannot be combined with `sql`";
     let group_by = checks.forbidden("group_by", &table.group_by, why);
     let over = checks.forbidden("over", &table.over, why);
     let statistics = checks.forbidden("statistics", &table.statistics, why);
     let models = checks.forbidden("models", &table.models, why);
     let columns = meanings(table, checks);
     if sql.value.trim().is_empty() {
-        let label = "must be a query";
-        checks.report("sql", Problem::new("`sql` is empty", sql.span.clone(), label));
-        return None;
+        return checks.refuse("sql", "`sql` is empty", &sql.span, "must be a query");
     }
     let clear = group_by.and(over).and(statistics).and(models);
     let columns = columns?;
     clear.map(|()| Params::Sql(Sql { query: sql.value.clone(), tables: Vec::new(), columns }))
 }
 
-/// What the manifest says of the columns of a query's answer.
+/// Returns the descriptions of the columns of a query's result.
 fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<String, Meaning>> {
     let mut clear = Some(());
     let written = table.columns.written();
     let columns = written.iter().flat_map(|columns| &columns.value);
-    let columns = columns.map(|(name, Written { value, span })| {
+    let columns = columns.map(|(name, Spanned { value, span })| {
         if value.meaning.trim().is_empty() {
             let message = format!("the `meaning` of {name:?} is empty");
             let problem = Problem::new(message, span.clone(), "must be a phrase");
@@ -125,25 +129,19 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
     clear.map(|()| columns)
 }
 
-/// Columns that every reduction adds.
+/// Columns that every `aggregate` stage without `sql` adds.
 const COUNTS: [&str; 3] = ["count", "surfaces", "unconverged"];
 
-/// Columns of the input, each once.
+/// Returns names of columns of the input, each once.
 fn named_columns(
     key: &str,
-    written: &Written<Vec<Written<String>>>,
+    written: &Spanned<Vec<Spanned<String>>>,
     input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<Vec<String>> {
-    if written.value.is_empty() {
-        let label = "must name at least one column";
-        let problem = Problem::new(format!("`{key}` is empty"), written.span.clone(), label);
-        checks.report(key, problem);
-        return None;
-    }
     let mut seen = BTreeMap::new();
     let mut complete = true;
-    for Written { value, span } in &written.value {
+    for Spanned { value, span } in &written.value {
         if let Some(before) = seen.insert(value.as_str(), span) {
             let message = format!("`{key}` names {value:?} twice");
             let problem = Problem::new(message, span.clone(), "here again");
@@ -167,17 +165,17 @@ fn named_columns(
     complete.then(|| written.value.iter().map(|column| column.value.clone()).collect())
 }
 
-/// Statistics are taken of numbers.
+/// Refuses columns of texts, which have no statistics.
 fn check_numbers(
-    written: &Written<Vec<Written<String>>>,
+    written: &Spanned<Vec<Spanned<String>>>,
     input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<()> {
     let mut clear = Some(());
-    for Written { value, span } in &written.value {
+    for Spanned { value, span } in &written.value {
         if input.is_some_and(|input| input.texts(value).is_ok()) {
             let message = format!("the column {value:?} holds texts");
-            let label = "has no mean, nor any other statistic";
+            let label = "must be a column of numbers";
             checks.problems.push(Problem::new(message, span.clone(), label));
             clear = None;
         }
@@ -185,39 +183,39 @@ fn check_numbers(
     clear
 }
 
-/// What comes out must not be called like a group's column.
+/// Refuses statistics whose columns would have the name of a column of the groups.
 fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -> Option<()> {
-    let written = |key: &Key<Vec<Written<String>>>, index: usize| {
+    let written = |key: &Key<Vec<Spanned<String>>>, index: usize| {
         key.written().map(|list| list.value[index].span.clone())
     };
     let grouping = groups.group_by.iter().flatten().enumerate();
     let mut clear = Some(());
     for (index, column) in grouping {
-        let place = written(&table.group_by, index)?;
+        let span = written(&table.group_by, index)?;
         if COUNTS.contains(&column.as_str()) {
-            let message = format!("{column:?} is a column that every reduction adds");
-            checks.problems.push(Problem::new(message, place, "cannot name a group"));
+            let message = format!("{column:?} is a column that the stage adds to its groups");
+            checks.problems.push(Problem::new(message, span, "cannot define groups"));
             clear = None;
             continue;
         }
         for (reduced, over) in groups.over.iter().enumerate() {
-            let place = place.clone();
-            let over_place = written(&table.over, reduced)?;
+            let span = span.clone();
+            let over_span = written(&table.over, reduced)?;
             let is_statistic = |name: &str| {
                 let mut statistics = groups.statistics.iter();
                 statistics.any(|one| one.suffixes().iter().any(|suffix| suffix == name))
             };
             let suffix = column.strip_prefix(over.as_str()).and_then(|rest| rest.strip_prefix('_'));
             let problem = if column == over {
-                let message = format!("{column:?} names a group and is reduced");
-                Problem::new(message, place, "constant within a group")
+                let message = format!("{column:?} is in `group_by` and in `over`");
+                Problem::new(message, span, "constant within a group")
             } else if suffix.is_some_and(is_statistic) {
                 let message = format!("two columns would be called {column:?}");
-                Problem::new(message, place, "a group's column")
+                Problem::new(message, span, "a column of the groups")
             } else {
                 continue;
             };
-            checks.problems.push(problem.and(over_place, "reduced here"));
+            checks.problems.push(problem.and(over_span, "its statistics are computed here"));
             clear = None;
         }
     }
@@ -230,25 +228,20 @@ fn has_load(group_by: Option<&[String]>) -> bool {
     group_by.is_none_or(|names| names.iter().any(is_load))
 }
 
-/// What is asked for, each once.
+/// Returns the statistics, each once.
 fn statistics(
-    key: &Key<Vec<Written<String>>>,
+    key: &Key<Vec<Spanned<String>>>,
     group_by: Option<&[String]>,
     input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<Vec<Statistic>> {
-    let Some(written) = key.written() else {
-        return Some(vec![Statistic::Mean, Statistic::Sd, Statistic::Sem]);
+    let Some(written) = checks.optional("statistics", key)? else {
+        let default: Vec<String> = checks.default_of("statistics");
+        return Some(default.iter().filter_map(|name| Statistic::named(name)).collect());
     };
-    if written.value.is_empty() {
-        let label = "must name at least one statistic";
-        let problem = Problem::new("`statistics` is empty", written.span.clone(), label);
-        checks.report("statistics", problem);
-        return None;
-    }
     let mut statistics: Vec<Statistic> = Vec::new();
     let mut complete = true;
-    for Written { value, span } in &written.value {
+    for Spanned { value, span } in &written.value {
         let Some(statistic) = Statistic::named(value) else {
             checks.problems.push(unknown_statistic(value, span.clone()));
             complete = false;
@@ -268,8 +261,9 @@ fn statistics(
     complete.then_some(statistics)
 }
 
-/// What keeps a statistic from being taken against the load, if it is one of those: slopes follow
-/// the groups of a curve from load to load, lines go through the loads within a group.
+/// Returns message and label for a statistic with respect to the load that cannot be computed.
+/// Slopes follow the groups from load to load; regression lines go through the loads within a
+/// group.
 fn misses_load(
     word: &str,
     statistic: Statistic,
@@ -282,16 +276,16 @@ fn misses_load(
         _ => return None,
     };
     if names_groups && !has_load(group_by) {
-        let message = format!("{word:?} is taken against `load`, which names no group");
-        return Some((message, "needs `load` in `group_by`"));
+        let message = format!("{word:?} needs `load` in `group_by`");
+        return Some((message, "follows the groups from load to load"));
     }
     if input.is_some_and(|input| !input.has("load")) {
-        let message = format!("{word:?} is taken against `load`, which the input has not");
+        let message = format!("{word:?} needs a column `load`, which the input does not have");
         return Some((message, "needs rows with a `load`"));
     }
     (!names_groups && has_load(group_by)).then(|| {
         let message =
-            format!("{word:?} is of a line through several loads, and `load` names groups");
+            format!("{word:?} needs groups with several loads, and `load` is in `group_by`");
         (message, "needs a `group_by` without `load`")
     })
 }
@@ -307,18 +301,18 @@ fn unknown_statistic(name: &str, span: Span) -> Problem {
     Problem::new(format!("there is no statistic {name:?}"), span, label).help(help)
 }
 
-/// The theories beside the means; each needs rows with a load, and asperity models a spectrum.
+/// Returns the theories. Each needs rows with a load, and asperity models need a spectrum.
 fn models(
     table: &AggregateTable,
     input: Option<&Table>,
     checks: &mut Checks,
 ) -> Option<Vec<Model>> {
-    let Some(written) = table.models.written() else {
+    let Some(written) = checks.optional("models", &table.models)? else {
         return Some(Vec::new());
     };
     let mut models = Vec::new();
     let mut clear = Some(());
-    for Written { value, span } in &written.value {
+    for Spanned { value, span } in &written.value {
         let model = *value;
         let mut report = |message: String, label: &str| {
             let problem = Problem::new(message, span.clone(), label);
@@ -326,42 +320,42 @@ fn models(
             clear = None;
         };
         if models.contains(&model) {
-            report("`models` names one twice".to_owned(), "here again");
+            report("`models` has the same model twice".to_owned(), "here again");
         }
-        let wanted: &[&str] = match model.asperities() {
+        let needed: &[&str] = match model.asperities() {
             Some(_) => &OF_THE_SPECTRUM,
             None => &[],
         };
         let is_read = |name: &str| input.is_none_or(|input| input.has(name));
         let is_grouped = |name: &str| {
-            let names = |column: &Written<String>| {
+            let names = |column: &Spanned<String>| {
                 column.value == name || (name == "load" && column.value == "pressure")
             };
             let written = table.group_by.written();
             written.is_none_or(|list| list.value.iter().any(names))
         };
-        let wanted = || wanted.iter().copied().chain(["load"]);
-        if !wanted().all(is_read) {
-            let missing = listed(wanted().filter(|name| !is_read(name)), "and");
-            let message = format!("a model needs {missing}, which the input has not");
-            report(message, "only for surfaces drawn from a spectrum, under loads");
-        } else if !wanted().all(is_grouped) {
-            let missing = listed(wanted().filter(|name| !is_grouped(name)), "and");
-            let message = format!("a model needs {missing}, which `group_by` leaves out");
-            report(message, "has one value per row only if these name the group");
+        let needed = || needed.iter().copied().chain(["load"]);
+        if !needed().all(is_read) {
+            let missing = listed(needed().filter(|name| !is_read(name)), "and");
+            let message = format!("the model needs {missing}, which the input does not have");
+            report(message, "needs loads on surfaces drawn from a spectrum");
+        } else if !needed().all(is_grouped) {
+            let missing = listed(needed().filter(|name| !is_grouped(name)), "and");
+            let message = format!("the model needs {missing} in `group_by`");
+            report(message, "needs one value of these for each group");
         }
         models.push(model);
     }
     clear.map(|()| models)
 }
 
-/// Whether a stage is a query: it looks at each of its inputs as a table of its own.
+/// Returns whether a stage is a query, to which each of its inputs is a separate table.
 pub fn is_query(section: &Section<AggregateTable>) -> bool {
     let mut points = section.points.iter();
     points.any(|point| point.table.sql.written().is_some())
 }
 
-/// Judges what a query answers to empty tables: what is wrong with it shows before anything is
+/// Checks the result of a query on empty tables, so that its mistakes show before anything is
 /// computed.
 pub fn validate_answer(
     section: &Section<AggregateTable>,
@@ -382,7 +376,7 @@ pub fn validate_answer(
     };
     for (name, column) in written.columns.written().iter().flat_map(|all| &all.value) {
         if !answer.has(name) {
-            let message = format!("the query answers with no column {name:?}");
+            let message = format!("the result of the query has no column {name:?}");
             let label = suggestion('"', name, answer.names(), "unknown column");
             let help = format!("its columns are {}", listed(answer.names(), "and"));
             problems.push(Problem::new(message, column.span.clone(), label).help(help));
@@ -391,14 +385,13 @@ pub fn validate_answer(
     Some(answer)
 }
 
-fn no_answer(error: &StageError, query: &Written<String>, tables: &[(String, Table)]) -> Problem {
+fn no_answer(error: &StageError, query: &Spanned<String>, tables: &[(String, Table)]) -> Problem {
     let span = query.span.clone();
     if let StageError::Query(QueryError::Unknown { message, name, known }) = error {
         let known = || known.iter().map(String::as_str);
         let label = suggestion('`', name, known(), "this query");
-        let help = format!("there is {}", listed(known(), "and"));
-        return Problem::new(format!("the query cannot be answered: {message}"), span, label)
-            .help(help);
+        let help = format!("the known names are {}", listed(known(), "and"));
+        return Problem::new(format!("the query cannot be run: {message}"), span, label).help(help);
     }
     let reason = match error {
         StageError::Query(error) => error.to_string(),
@@ -406,7 +399,8 @@ fn no_answer(error: &StageError, query: &Written<String>, tables: &[(String, Tab
     };
     let names = listed(tables.iter().map(|(name, _)| name.as_str()), "and");
     let help = format!(
-        "the query, in the SQL of polars, sees {names}; a name with `-` needs double quotes"
+        "the query can use the tables {names} in the SQL of polars; a name with `-` needs double \
+         quotes"
     );
-    Problem::new(format!("the query cannot be answered: {reason}"), span, "this query").help(help)
+    Problem::new(format!("the query cannot be run: {reason}"), span, "this query").help(help)
 }

@@ -42,30 +42,32 @@ const MU: Parameter = Parameter::number(
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "contact-evolution")]
 pub struct EvolutionChoices {
-    /// What the residuals are taken of.
+    /// The data that the law is fitted to.
     pub to: Datum,
-    /// What is known of κ.
+    /// How κ is found.
     pub kappa: Kappa,
 }
 
-/// What a fit compares.
+/// The data that the law is fitted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Datum {
-    /// The slope of the mean curve, by differences.
+    /// The slope of the mean curve, from finite differences.
     Slope,
     /// The mean curve.
     Area,
 }
 
-/// What is known of κ.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// How κ is found.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kappa {
+    /// It has this value; a manifest gives it as a number.
+    #[serde(skip_deserializing)]
     Given(f64),
-    /// Nothing: it is fitted too.
+    /// It is fitted like the other parameters.
     Free,
-    /// The smallest one for which the slopes of all curves of the stage are convex.
+    /// It is the smallest value for which the slopes of all curves of the stage are convex.
     MinimalConvex,
 }
 

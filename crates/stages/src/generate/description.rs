@@ -1,4 +1,4 @@
-//! One row that describes a surface: where it belongs, and what is worth knowing of it.
+//! The row of a surface: its coordinates and its descriptors.
 
 use arrow::array::ArrayRef;
 
@@ -20,29 +20,29 @@ use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
 
-/// What is known of a surface.
+/// The description of a surface.
 pub struct Description {
     moments: Moments,
     rms_slope: f64,
-    /// How many modes there are; none of a map that is not periodic.
+    /// Number of modes; none for a map that is not periodic.
     effective_modes: Option<f64>,
-    /// What the spectrum of a random surface says.
+    /// Reference values of the spectrum of a random surface.
     expected: Option<Expected>,
-    /// What only heights on a mesh can tell.
+    /// Descriptors that need heights on a mesh.
     seen: Option<Seen>,
 }
 
-/// What only heights on a mesh can tell.
+/// Descriptors that need heights on a mesh.
 struct Seen {
     skewness: Option<f64>,
     excess_kurtosis: Option<f64>,
-    /// In units of the slope that the row states; none where no formula has it.
+    /// Load of full contact over E* × the slope of the row; none where no formula gives it.
     full_contact_load: Option<f64>,
 }
 
 /// Reference values of a spectrum.
 struct Expected {
-    /// Closed forms know no grain.
+    /// None for an anisotropic spectrum, for which there is no closed form.
     continuum: Option<Continuum>,
     k_rolloff: f64,
     /// Of modes that have their mean power.
@@ -55,7 +55,7 @@ impl Description {
         let (moments, lattice) = surface.realized_and_expected_moments(cell);
         Description {
             moments,
-            // The scale is set so that this holds to rounding; rows of one spectrum must agree.
+            // The scaled surface has this slope to rounding; rows of one spectrum must be equal.
             rms_slope: surface.rms_slope,
             effective_modes: Some(moments.effective_modes()),
             expected: Some(Expected {
@@ -70,7 +70,7 @@ impl Description {
         }
     }
 
-    /// Describes a surface by its heights, and a random one by its modes too.
+    /// Describes a surface by its heights, and a random one also by its modes.
     pub fn of_surface(origin: &Origin, surface: &Surface, threads: &Threads) -> Description {
         if origin.is_open() {
             return Description::of_open_map(surface);
@@ -82,14 +82,14 @@ impl Description {
             }
             Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => Description {
                 moments: seen.moments,
-                // What a surface is scaled to holds to rounding.
+                // The slope of a scaled surface differs from the given one only by rounding.
                 rms_slope: rms_slope_given(origin).unwrap_or(seen.rms_slope),
                 effective_modes: Some(seen.moments.effective_modes()),
                 expected: None,
                 seen: None,
             },
         };
-        // The mesh may see a slope slightly different from that of the modes.
+        // The slope on the mesh may differ slightly from that of the modes.
         let unit = if known.rms_slope > 0.0 { seen.rms_slope / known.rms_slope } else { 1.0 };
         Description {
             seen: Some(Seen {
@@ -101,7 +101,7 @@ impl Description {
         }
     }
 
-    /// Describes a map that is not periodic by differences between its nodes.
+    /// Describes a map that is not periodic by finite differences.
     fn of_open_map(surface: &Surface) -> Description {
         let moments = differences::moments(surface);
         let (skewness, excess_kurtosis) = skewness_and_excess_kurtosis(surface).unzip();
@@ -114,7 +114,7 @@ impl Description {
         }
     }
 
-    /// The surface's row.
+    /// Returns the columns of the row of a surface.
     pub fn row(&self, params: &Params, grid: Grid) -> Vec<(Column, ArrayRef)> {
         let rms_slope = Some(self.rms_slope);
         let place = coordinates_of(params, grid.nodes(), grid.cell().size(), rms_slope).into_iter();
@@ -163,18 +163,18 @@ impl Expected {
     }
 }
 
-/// What places a surface among others, as far as it is known before it is drawn.
+/// Returns the coordinates of a surface that are known before it is drawn.
 pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
     let rms_slope = rms_slope_given(&params.origin);
     let mut place = coordinates_of(params, params.nodes(), params.size(), rms_slope);
     if is_unread(&params.origin) {
-        // It is named by what it reads.
+        // The surface is named after the table that it reads.
         place.retain(|(column, _)| *column != SURFACE);
     }
     place
 }
 
-/// The slope that a surface is scaled to, if it is.
+/// Returns the slope to which a surface is scaled, if it is.
 fn rms_slope_given(origin: &Origin) -> Option<f64> {
     match origin {
         Origin::Random { surface, .. } => Some(surface.rms_slope),
@@ -187,13 +187,13 @@ fn is_unread(origin: &Origin) -> bool {
     matches!(origin, Origin::Spectrum { surface, .. } if surface.source.is_unread())
 }
 
-/// The columns that say where its nodes lie.
+/// Returns the columns of nodes and sides.
 pub fn columns_of_grid(params: &Params) -> Vec<Column> {
     let cells = grids::coordinates(params.nodes(), params.size()).into_iter();
     cells.map(|(column, _)| column).collect()
 }
 
-/// The column of the slope, which says how it is taken.
+/// Returns the column of the slope, whose description says how the slope is computed.
 pub fn column_of_slope(origin: &Origin) -> Column {
     match origin {
         Origin::Spectrum { surface, .. } if surface.rms_slope.is_none() => RMS_SLOPE_OF_SURFACE,
@@ -210,7 +210,7 @@ fn coordinates_of(
 ) -> Vec<(Column, Value)> {
     let mut place = vec![
         (SURFACE, Value::Text(params.surface_key().to_string())),
-        (METHOD, Value::Text(Method::of(&params.origin).word().to_owned())),
+        (METHOD, Value::Text(Method::from_origin(&params.origin).word().to_owned())),
     ];
     place.extend(grids::coordinates(nodes, size));
     let slope = column_of_slope(&params.origin);
@@ -219,7 +219,7 @@ fn coordinates_of(
     place
 }
 
-/// What is done to a map, as far as it was asked for.
+/// Returns the columns of the preparation of a map, for the keys that are given.
 fn asked_of(preparation: &Preparation) -> Vec<(Column, Value)> {
     let mut columns = Vec::new();
     if let Some(Crop { from, size }) = preparation.crop {
@@ -240,8 +240,8 @@ fn asked_of(preparation: &Preparation) -> Vec<(Column, Value)> {
     columns
 }
 
-/// The columns that say what was found in a surface's file. Of a NumPy array there is nothing to be
-/// found but holes.
+/// Returns the columns of what was found in the file of a surface. A NumPy array only has missing
+/// points.
 pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
     let Origin::File(file) = origin else {
         return vec![];
@@ -256,7 +256,7 @@ pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
     columns
 }
 
-/// What was found in a surface's file, in one row.
+/// Returns the columns of what was found in the file of a surface.
 pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column, ArrayRef)> {
     let mut columns = Vec::new();
     if let Some(reader) = &file.reader {
@@ -270,7 +270,7 @@ pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column
     columns
 }
 
-/// What places a surface among others of its method.
+/// Returns the coordinates that distinguish a surface from others of its method.
 pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
     let real = |column: Column, value: f64| (column, Value::Real(value));

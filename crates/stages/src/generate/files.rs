@@ -1,166 +1,147 @@
-//! Measured surfaces: the keys of the stages that read them, and checks of these and of the files.
+//! Measured surfaces: their keys, and checks of the keys and of the files.
 //!
-//! The comments of the keys are what editors show and what messages quote.
+//! The doc comments of keys are shown by editors and quoted in messages.
 
 mod map_checks;
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::ops::Bound;
 use std::path::Path;
 use std::rc::Rc;
 
 use schemars::JsonSchema;
-use serde::de::{Error, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use self::map_checks::{Lengths, lengths, part, preparation};
 use super::growth::PlannedSurfaces;
 use super::map_file::{ChannelChoice, MapFile, MapFileError, Reader};
-use super::mesh::{FEWEST_NODES, MOST_NODES};
-use super::method::{KeptHeights, single, surfaces};
-use super::{MeasuredSurface, Origin, Params, PerAxis, SeenMap};
-use crate::Given;
+use super::mesh::{MAX_NODES, MIN_NODES};
+use super::method::{single, surfaces};
+use super::{Heights, MeasuredSurface, Origin, Params, PerAxis, SeenMap};
+use crate::CheckContext;
 use crate::surface_files::{ContentHash, Recalled, SurfaceFileError, SurfaceFiles};
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::Preparation;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean};
-use asperity_manifest::written::checks::{Checks, QUANTITY};
-use asperity_manifest::written::on_axes::{OnAxes, or_a_pair};
-use asperity_manifest::written::{Key, Point, Section, Table, Written, deserialize_either, table};
+use asperity_manifest::written::checks::Checks;
+use asperity_manifest::written::declare::{always_pair, positive_items, required, swept};
+use asperity_manifest::written::{Key, KeyTable, OnAxes, Point, Section, Spanned, table};
 use asperity_topography_files::ChannelError;
 
-/// A measured surface, of the file that the instrument wrote. What is asked for is done in this
-/// order: channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, `resample`,
-/// `edges`.
+/// A measured surface, from the file of the instrument. Its keys are applied in this order:
+/// channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, `resample`, `edges`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {
-    /// A file of surface topography, relative to the manifest: x3p, sur, gwy, gsf, sdf, opd, al3d,
-    /// Nanoscope, Igor, MetroPro, netCDF, text and more, known by its content (`asperity surface` says
-    /// what it holds), or a NumPy array with x along its first axis.
-    #[schemars(required)]
+    /// File of a height map, relative to the manifest: x3p, sur, gwy, gsf, sdf, opd, al3d,
+    /// Nanoscope, Igor, MetroPro, netCDF, text and more, recognised by content
+    /// (`asperity surface FILE` describes it), or a NumPy array with x along its first axis.
+    #[schemars(transform = swept, transform = required)]
     pub path: Key<String>,
-    /// Which map of a file that has several, by its name, or by its number from 1 on; when left out the
-    /// first that holds heights.
-    pub channel: Key<Channel>,
-    /// Side of the map in the file, where that does not say it: nodes × step, in any unit of length; of
-    /// a rectangle those along x and along y, `[2.0, 1.0]`. In metres where the file has a unit.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = or_a_pair)]
+    /// Map to read from a file with several: its name, or its number starting at 1. The default is
+    /// the first map of heights.
+    #[schemars(transform = swept)]
+    pub channel: Key<ChannelChoice>,
+    /// Side of the map in the file, nodes × step, for files that do not contain it. Any unit of
+    /// length, but metres if the file has a unit. Of a rectangle the sides along x and along y,
+    /// `[2.0, 1.0]`; a list of two numbers is a pair and not swept.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = always_pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
-    /// Name of the unit of length, where the file has none; a label, it converts nothing. Lengths of a
-    /// file with a unit are in `"m"`.
-    #[schemars(extend("default" = ""))]
+    /// Name of the unit of length, for files without one. It is a label and converts nothing.
+    /// Lengths of a file with a unit are in `"m"`.
+    #[schemars(extend("default" = ""), transform = swept)]
     pub unit: Key<String>,
-    /// What heights are multiplied by to be in the unit of `side`.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    /// Factor that converts the heights of the file to the unit of `side`.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
     pub height_scale: Key<f64>,
-    /// Whether `side` and `unit` hold where the file says otherwise. Without it that is an error.
+    /// Part of a map that is not periodic, rounded to its nodes: `{ from = [x, y], size = [a, b] }`
+    /// in the unit of `side`. The default is the whole map.
+    #[schemars(transform = swept)]
+    pub crop: Key<Part>,
+    /// Form that is subtracted, fitted to the measured points by least squares: `"mean"`, `"plane"`
+    /// or `"quadric"`. The default `"none"` subtracts nothing.
+    #[schemars(transform = swept)]
+    pub level: Key<Level>,
+    /// Heights of points that were not measured: `"harmonic"` solves Laplace's equation in the
+    /// holes, `"nearest"` takes the height of the nearest measured point, `"lowest"` the lowest
+    /// height of the map. The default `"error"` refuses a map with such points.
+    #[schemars(transform = swept)]
+    pub fill: Key<Fill>,
+    /// Wavelength above which waves are removed, in the unit of `side`, by the areal Gaussian
+    /// filter of ISO 16610-61. Half of the amplitude of a wave of this length remains. The default
+    /// removes none.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    pub high_pass: Key<f64>,
+    /// Wavelength below which waves are removed by the same filter, in the unit of `side`: at least
+    /// two steps of the map, and below `high_pass`. The default removes none.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    pub low_pass: Key<f64>,
+    /// Number of nodes per side on which a periodic map is interpolated by its Fourier modes; of a
+    /// rectangle those along x and along y, `[512, 256]`. A list of two numbers is a pair and not
+    /// swept. The default keeps the nodes of the map.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES), transform = always_pair, transform = swept)]
+    pub resample: Key<OnAxes<u32>>,
+    /// Method that makes a map periodic, after its mean plane has been subtracted. Without this key
+    /// a map that is not periodic can only be pressed with `boundary = "free"`.
+    #[schemars(transform = swept)]
+    pub edges: Key<WrittenEdges>,
+    /// Fraction of the side over which `edges = "taper"` fades the heights, at each edge.
+    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0, "default" = 0.1))]
+    #[schemars(transform = swept)]
+    pub taper_fraction: Key<f64>,
+    /// `true` lets `side` and `unit` replace those of the file. Otherwise a contradiction is an
+    /// error.
     #[serde(rename = "override")]
     #[schemars(extend("default" = false))]
     pub overrides: Key<bool>,
-    /// Whether the map, without the form that `level` takes away, repeats itself beyond its edges.
-    #[schemars(required)]
+    /// `true` for a map that is periodic once the form that `level` names has been subtracted.
+    #[schemars(transform = required)]
     pub periodic: Key<bool>,
-    /// A part of a map that is not periodic, rounded to its nodes: `{ from = [x, y], size = [a, b] }` in
-    /// the unit of `side`.
-    pub crop: Key<Part>,
-    /// Which form is taken away, fitted to the measured points by least squares: `"mean"`, `"plane"` or
-    /// `"quadric"`; none when left out or `"none"`.
-    pub level: Key<Level>,
-    /// What becomes of points that were not measured: `"harmonic"` solves Laplace's equation in the
-    /// holes, `"nearest"` takes the height of the nearest measured point, `"lowest"` the lowest of the
-    /// map; when left out, or `"error"`, a map that lacks points is refused.
-    pub fill: Key<Fill>,
-    /// Wavelength above which waves are removed, in the unit of `side`, by the areal Gaussian filter of
-    /// ISO 16610-61: half of a wave of that length is left.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub high_pass: Key<f64>,
-    /// Wavelength below which waves are removed, by the same filter; two steps or more, and below
-    /// `high_pass`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub low_pass: Key<f64>,
-    /// Nodes per side that a periodic map is interpolated on, by its Fourier modes; along x and along
-    /// y, `[512, 256]`, of a rectangle. A list of two numbers is a pair and not swept.
-    #[schemars(range(min = FEWEST_NODES, max = MOST_NODES), transform = or_a_pair)]
-    pub resample: Key<OnAxes<i64>>,
-    /// How the edges of a map that is not periodic are made to meet, its mean plane removed. When
-    /// left out it stays as it is, and can be pressed with `boundary = "free"` alone.
-    pub edges: Key<WrittenEdges>,
-    /// Share of the side over which `edges = "taper"` lets the heights fade, at each edge.
-    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0, "default" = 0.1))]
-    pub taper_fraction: Key<f64>,
-    /// Whether heights are stored or read again when needed.
-    #[schemars(extend("default" = "keep"))]
-    pub heights: Key<KeptHeights>,
+    /// Storage of the heights: kept in the table, or read again when needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
 }
 
-table!(
-    FileTable,
-    swept: [
-        "path", "channel", "side", "unit", "height_scale", "crop", "level", "fill", "high_pass",
-        "low_pass", "resample", "edges", "taper_fraction"
-    ],
-    lists: [],
-    pairs: [],
-    always_pairs: ["side", "resample"]
-);
-
-/// Which map of a file.
-#[derive(Debug, Clone, JsonSchema)]
-#[schemars(untagged)]
-pub enum Channel {
-    /// By its place, from 1 on.
-    Number(#[schemars(range(min = 1, max = u16::MAX))] i64),
-    /// By its name.
-    Name(String),
-}
-
-deserialize_either! {
-    'de, Channel, "the name of a channel, or its number from 1 on",
-
-    fn visit_i64<E: Error>(self, number: i64) -> Result<Channel, E> {
-        Ok(Channel::Number(number))
-    }
-
-    fn visit_str<E: Error>(self, name: &str) -> Result<Channel, E> {
-        Ok(Channel::Name(name.to_owned()))
-    }
-}
+table!(FileTable);
 
 /// A rectangle of a map.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
-    /// Where it begins, along x and along y.
+    /// Corner with the smallest coordinates, along x and along y.
     pub from: [f64; 2],
-    /// Its sides along x and along y.
+    /// Sides along x and along y.
+    #[schemars(transform = positive_items)]
     pub size: [f64; 2],
 }
 
-/// How the edges of a map that is not periodic are made to meet.
+/// A method that makes a map periodic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WrittenEdges {
-    /// The map is mirrored along both axes: a cell of twice the side.
+    /// The map is mirrored along both axes, which doubles its sides.
     Mirror,
     /// The heights fade to zero near the edges.
     Taper,
 }
 
-pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
-    let mut reading = Reading::new(given.sources);
+/// Returns the measured surfaces of a stage.
+pub fn files(
+    section: &Section<FileTable>,
+    context: &mut CheckContext,
+) -> Option<Vec<PlannedSurfaces>> {
+    let mut reading = Reading::new(context.sources);
     let mut resolved = Vec::new();
-    let planned = surfaces(section, given.problems, |table, checks| {
+    let planned = surfaces(section, context.problems, |table, checks| {
         let path = checks.required("path", &table.path);
-        let height_scale = checks.number_or("height_scale", &table.height_scale, QUANTITY, 1.0);
+        let height_scale = checks.number("height_scale", &table.height_scale);
         let edges = edges(table, checks);
         let preparation = preparation(table, checks);
+        let heights = checks.value("heights", &table.heights);
         let path = path?;
-        let channel = channel(table, checks);
-        let found = reading.map(path, table, channel.as_ref()?.as_ref());
+        let channel = checks.optional("channel", &table.channel)?.map(|channel| &channel.value);
+        let found = reading.map(path, table, channel);
         let found = found.map_err(|problem| checks.problems.push(problem)).ok()?;
         let asked = Asked {
             path,
@@ -175,7 +156,7 @@ pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<Plan
             height_scale: asked.height_scale,
             edges: asked.edges,
             reader,
-            channel: channel.clone().flatten(),
+            channel: channel.cloned(),
             preparation: asked.preparation.clone(),
             seen,
         };
@@ -191,26 +172,26 @@ pub fn files(section: &Section<FileTable>, given: &mut Given) -> Option<Vec<Plan
                 (of_recalled(recalled, table, surface), side)
             }
         };
-        // What is wrong with other keys has been reported.
+        // Problems with other keys have been reported.
         let (_, _, _) = (height_scale?, edges?, preparation?);
-        let planned = single(&table.heights, side, Origin::File(Box::new(surface)));
+        let planned = single(heights?, side, Origin::File(Box::new(surface)));
         resolved.push(without_synonyms(&planned.params));
         Some(planned)
     })?;
-    report_synonyms(section, &resolved, given.problems);
+    report_synonyms(section, &resolved, context.problems);
     Some(planned)
 }
 
-/// What a point asks of a file.
+/// The keys of a point that concern its file.
 struct Asked<'a> {
-    path: &'a Written<String>,
+    path: &'a Spanned<String>,
     table: &'a FileTable,
     height_scale: f64,
     edges: Edges,
     preparation: Preparation,
 }
 
-/// Reports points that come to the same in other words: they would count one surface twice.
+/// Reports points with identical surfaces but different keys: their results would count twice.
 fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: &mut Problems) {
     let mut seen: BTreeMap<String, &Point<FileTable>> = BTreeMap::new();
     for (point, params) in section.points.iter().zip(resolved) {
@@ -222,22 +203,19 @@ fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: 
         let mut both = one.iter().zip(&other);
         let differing = both.find(|(one, other)| one != other);
         problems.push(match differing {
-            // Points that agree in every word have been reported.
+            // Points with equal keys have been reported.
             None => continue,
             Some(((name, Some(first)), (_, Some(again)))) => {
-                let message = format!("two values of `{name}` come to the same surface");
+                let message = format!("two values of `{name}` give the same surface");
                 Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
             }
-            Some(_) => {
-                let place = point.place.clone();
-                Problem::new("two cases come to the same", place, "this case")
-                    .and(before.place.clone(), "is equal to this one")
-            }
+            Some(_) => Problem::new("two cases are identical", point.span.clone(), "this case")
+                .and(before.span.clone(), "is equal to this one"),
         });
     }
 }
 
-/// Where what can be said in several ways is written.
+/// Returns the spans of the keys for which different values can give the same surface.
 fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
     fn span<T>(key: &Key<T>) -> Option<Span> {
         key.written().map(|written| written.span.clone())
@@ -251,9 +229,8 @@ fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
     ]
 }
 
-/// A surface as its recipe would be if everything in it were written out: the map by its number, the
-/// part by its nodes, and nothing that does nothing. Two points that come to the same have one such
-/// recipe, in whichever words.
+/// Returns the canonical form of a surface, used to detect duplicate points: the map by its number,
+/// the crop in nodes, and without keys that change nothing.
 fn without_synonyms(params: &Params) -> Params {
     let mut params = params.clone();
     if let Origin::File(file) = &mut params.origin {
@@ -294,57 +271,40 @@ fn of_recalled(
     )
 }
 
+/// Returns how the edges are treated; keys that do not fit together are reported.
 fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
-    let fraction = (Bound::Excluded(0.0), Bound::Included(0.5));
-    let fraction = checks.number_or("taper_fraction", &table.taper_fraction, fraction, 0.1);
+    let taper_fraction = checks.number("taper_fraction", &table.taper_fraction);
     let is_periodic = checks.required("periodic", &table.periodic)?.value;
-    let untapered = "only with `edges = \"taper\"`";
-    match (is_periodic, table.edges.value()) {
-        (true, _) => {
-            let why = "the map is periodic: its edges meet already";
-            let edges = checks.forbidden("edges", &table.edges, why);
-            checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
-            edges.map(|()| Edges::Periodic)
-        }
-        (false, Some(WrittenEdges::Mirror)) => {
-            checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
-            Some(Edges::Mirror)
-        }
-        (false, Some(WrittenEdges::Taper)) => Some(Edges::Taper { taper_fraction: fraction? }),
-        (false, None) => {
-            checks.forbidden("taper_fraction", &table.taper_fraction, untapered)?;
-            Some(Edges::Open)
-        }
+    let edges = checks.optional("edges", &table.edges)?.map(|edges| edges.value);
+    if !is_periodic && edges == Some(WrittenEdges::Taper) {
+        return Some(Edges::Taper { taper_fraction: taper_fraction? });
     }
+    let why = "needs `edges = \"taper\"`";
+    let untapered = checks.forbidden("taper_fraction", &table.taper_fraction, why);
+    if is_periodic {
+        let why = "the map is already periodic";
+        return checks
+            .forbidden("edges", &table.edges, why)
+            .and(untapered)
+            .map(|()| Edges::Periodic);
+    }
+    let treatment = if edges.is_some() { Edges::Mirror } else { Edges::Open };
+    untapered.map(|()| treatment)
 }
 
-/// The channel that is asked for, if any.
-fn channel(table: &FileTable, checks: &mut Checks) -> Option<Option<ChannelChoice>> {
-    let Some(written) = table.channel.written() else {
-        return (!checks.is_excused("channel")).then_some(None);
-    };
-    Some(Some(match &written.value {
-        Channel::Name(name) => ChannelChoice::Name(name.clone()),
-        Channel::Number(number) => {
-            let number = Written { value: *number, span: written.span.clone() };
-            let number = checks.is_whole_in("channel", &number, &(1..=u32::from(u16::MAX)))?;
-            ChannelChoice::Number(number)
-        }
-    }))
-}
-
-/// What is known of a file's map.
+/// A map that is in a file, or was there when the study ran.
 enum Found {
-    /// It can be read.
+    /// The map, and the hash of its file.
     Map(ContentHash, Rc<MapFile>),
-    /// It cannot be read now.
+    /// The record of a map whose file cannot be read now.
     Recalled(Recalled),
 }
 
-/// The files of a stage, each read once however many points of the grid it is prepared for.
+/// Reads the files of a stage. Points of the grid that only prepare a map differently share one
+/// reading.
 struct Reading<'a> {
     sources: &'a mut SurfaceFiles,
-    /// The map that was read last: paths and channels change slower than what is done to maps.
+    /// The map that was read last. Paths and channels come first in the order of the grid.
     last: Option<(String, Option<ChannelChoice>, ContentHash, Rc<MapFile>)>,
     seen: BTreeMap<ContentHash, (String, Span)>,
 }
@@ -354,10 +314,10 @@ impl Reading<'_> {
         Reading { sources, last: None, seen: BTreeMap::new() }
     }
 
-    /// Reads a map, to find now what would otherwise be found in the middle of a run.
+    /// Reads a map, so that its problems show before a run.
     fn map(
         &mut self,
-        path: &Written<String>,
+        path: &Spanned<String>,
         table: &FileTable,
         channel: Option<&ChannelChoice>,
     ) -> Result<Found, Problem> {
@@ -393,15 +353,15 @@ impl Reading<'_> {
                 Ok(Found::Map(content, map))
             }
             Err(MapFileError::Channel(error)) => Err(no_channel(path, table, &error)),
-            Err(error) => refuse(format!("is no map of heights: {}", chain(&error)), "this file"),
+            Err(error) => refuse(format!("cannot be read: {}", chain(&error)), "this file"),
         }
     }
 
-    /// Two paths to one content would count one surface as two.
+    /// Refuses two paths to the same content: the surface would count twice.
     fn check_distinct(
         &mut self,
         content: ContentHash,
-        path: &Written<String>,
+        path: &Spanned<String>,
         checks: &mut Checks,
     ) -> Option<()> {
         let here = (path.value.clone(), path.span.clone());
@@ -411,13 +371,13 @@ impl Reading<'_> {
         if span == path.span {
             return Some(());
         }
-        let message = format!("{:?} and {other:?} are the same surface, byte for byte", path.value);
+        let message = format!("{:?} and {other:?} have the same content", path.value);
         let problem = Problem::new(message, path.span.clone(), "this file");
         checks.reject(problem.and(span, "and this one"))
     }
 }
 
-fn no_channel(path: &Written<String>, table: &FileTable, error: &ChannelError) -> Problem {
+fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -> Problem {
     let message = format!("{:?}: {error}", path.value);
     let channel = table.channel.written().map(|channel| &channel.span);
     let place = channel.unwrap_or(&path.span).clone();
@@ -428,7 +388,7 @@ fn no_channel(path: &Written<String>, table: &FileTable, error: &ChannelError) -
             let names = names.iter().map(String::as_str);
             let meant = did_you_mean(wanted, names.clone());
             let meant = meant.map_or_else(String::new, |meant| format!("did you mean `{meant}`? "));
-            let numbered = names.enumerate().map(|(at, name)| format!("{} `{name}`", at + 1));
+            let numbered = names.enumerate().map(|(index, name)| format!("{} `{name}`", index + 1));
             let all: Vec<_> = numbered.collect();
             problem.help(format!("{meant}its channels are {}", all.join(", ")))
         }

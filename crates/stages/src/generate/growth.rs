@@ -1,119 +1,108 @@
-//! How many surfaces a point has, and until when their number grows: keys, checks, and the plan.
+//! Number of surfaces of a parameter point: fixed, or growing until a condition holds.
 //!
-//! The comments of the keys are what editors show and what messages quote.
+//! The doc comments of keys are shown by editors and quoted in messages.
 
 use std::fmt;
 use std::ops::Mul;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Error, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use super::Params;
 use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, Written, deserialize_either};
+use asperity_manifest::written::{Key, Spanned, deserialize_either};
 
-/// The most surfaces of one point.
-const MOST: u32 = 1_000_000;
-/// The fewest surfaces that have a scatter.
-const FEWEST: u32 = 2;
-/// Surfaces to begin with, when nothing is said.
+/// Maximum number of surfaces of a point.
+const MAX: u32 = 1_000_000;
+/// Minimum number of surfaces that have a standard error.
+const MIN: u32 = 2;
+/// Default of `at_least`.
 pub const AT_LEAST: u32 = 10;
-/// The condition on all claims.
+/// Condition that all claims are decided.
 const CLAIMS_DECIDED: &str = "claims decided";
 
-/// How many surfaces are drawn for each point of the grid.
+/// The number of surfaces of each point of the grid.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Realizations {
-    /// So many.
-    Number(#[schemars(range(min = 1, max = MOST))] i64),
-    /// As many as it takes to know a mean, or to decide claims.
+    /// A fixed number.
+    Number(#[schemars(range(min = 1, max = MAX))] u32),
+    /// As many as a condition needs.
     Until(Growing),
 }
 
-/// As many surfaces as it takes to know a mean, or to decide claims.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+/// As many surfaces as a condition on a mean or on claims needs.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Growing {
-    /// Surfaces to begin with.
-    #[schemars(range(min = FEWEST, max = MOST), extend("default" = AT_LEAST))]
-    pub at_least: Key<i64>,
-    /// Surfaces at which to give up.
-    #[schemars(required, range(min = FEWEST, max = MOST))]
-    pub at_most: Key<i64>,
-    /// What must hold at each point and each load: `"sem(STAGE.COLUMN) < 0.5 %"` of the mean, or
-    /// without `%` in the unit of the column. `sem` is the standard error of the mean over surfaces.
-    /// Or `"claims decided"`: all claims that the study can judge are decided; or
-    /// `"decided(CLAIM, …)"`, those of these names, as `asperity claims` lists them. Then `at_least` is
-    /// 5 or more.
-    #[schemars(required)]
-    pub until: Key<String>,
+    /// Number of surfaces at the start.
+    #[serde(default)]
+    #[schemars(range(min = MIN, max = MAX), extend("default" = AT_LEAST))]
+    pub at_least: Key<u32>,
+    /// Number of surfaces at which sampling stops in any case.
+    #[schemars(range(min = MIN, max = MAX))]
+    pub at_most: Spanned<u32>,
+    /// Condition that ends sampling. `"sem(STAGE.COLUMN) < 0.5 %"` bounds the standard error of the
+    /// mean over surfaces, at each point and each load, relative to the mean; without `%` the bound
+    /// is in the unit of the column. `"claims decided"` waits for all claims that the study can
+    /// judge, and `"decided(CLAIM, …)"` for those that it names (`asperity claims` lists them).
+    /// Claims need `at_least` of 5 or more.
+    pub until: Spanned<String>,
 }
 
-deserialize_either! {
-    'de, Realizations, "a whole number or a table `{ at_least, at_most, until }`",
-
-    fn visit_i64<E: Error>(self, number: i64) -> Result<Realizations, E> {
-        Ok(Realizations::Number(number))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Realizations, A::Error> {
-        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Realizations::Until)
-    }
-}
+deserialize_either!(Realizations { whole => Number, table => Until });
 
 /// Surfaces that differ by their realization only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedSurfaces {
     /// The first of them.
     pub params: Params,
-    /// How many there are, at least one; at first, if their number grows.
+    /// Number of surfaces, at least one; the number at the start if it grows.
     pub realizations: u32,
-    /// Until when more are drawn, if their number is not given. Equal for all of a stage.
+    /// Growth of the number, if it grows. Equal for all points of a stage.
     pub growth: Option<Arc<Growth>>,
-    /// Whether the lists that were read as its nodes and sides might have been meant to be swept.
+    /// True if the lists that were read as pairs of nodes and sides might have been meant to be
+    /// swept.
     pub may_be_swept: bool,
 }
 
-/// How the number of surfaces of a stage grows.
+/// The growth of the number of surfaces of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
-    /// Where it begins.
+    /// Number of surfaces at the start.
     pub at_least: u32,
-    /// Where it ends in any case.
+    /// Number of surfaces at which sampling stops in any case.
     pub at_most: u32,
-    /// What is to be reached.
+    /// Condition that ends sampling.
     pub until: Until,
 }
 
 impl PlannedSurfaces {
-    /// The most surfaces that there may be.
+    /// Returns the maximum number of surfaces.
     pub fn at_most(&self) -> u32 {
         let growth = self.growth.as_ref();
         growth.map_or(self.realizations, |growth| growth.at_most)
     }
 }
 
-/// What is to be reached.
+/// A condition that ends sampling.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Until {
-    /// A mean is known well enough.
+    /// A mean is known with a given precision.
     Mean(KnownMean),
-    /// The claims of these names are decided; without any, all that the study can judge.
+    /// The named claims are decided; an empty list stands for all that the study can judge.
     Claims(Vec<String>),
 }
 
-/// When a mean is known well enough: `sem(area.area_fraction) < 0.5 %`.
+/// A bound of the standard error of a mean: `sem(area.area_fraction) < 0.5 %`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownMean {
     /// The stage whose table has the column.
     pub stage: String,
-    /// The column whose mean over surfaces it is about, at each point and each load.
+    /// The column whose mean over surfaces is bounded, at each point and each load.
     pub column: String,
-    /// What the standard error of the mean must be below.
+    /// Upper bound of the standard error of the mean.
     pub limit: Limit,
 }
 
@@ -122,7 +111,7 @@ pub struct KnownMean {
 pub enum Limit {
     /// In the column's unit.
     Absolute(f64),
-    /// As a share of the mean.
+    /// Relative to the mean.
     Relative(f64),
 }
 
@@ -147,13 +136,13 @@ impl fmt::Display for Limit {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Limit::Absolute(limit) => write!(formatter, "{limit}"),
-            // A hundredth of a percentage may have a digit too many.
-            Limit::Relative(share) => write!(formatter, "{} %", (share * 1e8).round() / 1e6),
+            // The product may have spurious last digits.
+            Limit::Relative(ratio) => write!(formatter, "{} %", (ratio * 1e8).round() / 1e6),
         }
     }
 }
 
-/// So many times a limit, with three digits: more mean nothing.
+/// Multiplies a limit and rounds it to three digits.
 impl Mul<f64> for Limit {
     type Output = Limit;
 
@@ -164,53 +153,44 @@ impl Mul<f64> for Limit {
         };
         match self {
             Limit::Absolute(limit) => Limit::Absolute(times(limit)),
-            Limit::Relative(share) => Limit::Relative(times(share)),
+            Limit::Relative(ratio) => Limit::Relative(times(ratio)),
         }
     }
 }
 
-/// How many surfaces a point has at first, and what decides whether there will be more.
+/// Returns the number of surfaces at the start, and how it grows.
 pub fn realizations(
     key: &Key<Realizations>,
     checks: &mut Checks,
 ) -> Option<(u32, Option<Arc<Growth>>)> {
-    let Some(written) = key.written() else {
-        return Some((1, None));
+    let Some(written) = checks.optional("realizations", key)? else {
+        return Some((checks.default_of("realizations"), None));
     };
     let growing = match &written.value {
-        Realizations::Number(number) => {
-            let number = Written { value: *number, span: written.span.clone() };
-            return Some((checks.is_whole_in("realizations", &number, &(1..=MOST))?, None));
-        }
+        Realizations::Number(number) => return Some((*number, None)),
         Realizations::Until(growing) => growing,
     };
-    let at_least = checks.whole_or("at_least", &growing.at_least, FEWEST..=MOST, AT_LEAST);
-    let here = ("realizations", &written.span);
-    let written_most = checks.required_in(here, "at_most", &growing.at_most);
-    let until = checks.required_in(here, "until", &growing.until);
-    let at_most =
-        written_most.and_then(|most| checks.is_whole_in("at_most", most, &(FEWEST..=MOST)));
-    let until = until.and_then(|until| checked(until, checks));
-    let (at_least, at_most, until) = (at_least?, at_most?, until?);
-    if at_least > at_most {
-        let message = format!("`at_least = {at_least}` lies above `at_most = {at_most}`");
-        return checks.refuse("realizations", message, &written_most?.span, "larger");
+    let at_least = checks.value("realizations.at_least", &growing.at_least)?;
+    let Spanned { value: at_most, span } = &growing.at_most;
+    let until = checked(&growing.until, checks)?;
+    if at_least > *at_most {
+        let message = format!("`at_least = {at_least}` is above `at_most = {at_most}`");
+        return checks.refuse("realizations", message, span, "must be at least `at_least`");
     }
-    let growth = Growth { at_least, at_most, until };
+    let growth = Growth { at_least, at_most: *at_most, until };
     Some((at_least, Some(Arc::new(growth))))
 }
 
-/// The condition, if it can be read.
-fn checked(written: &Written<String>, checks: &mut Checks) -> Option<Until> {
+fn checked(written: &Spanned<String>, checks: &mut Checks) -> Option<Until> {
     parse(&written.value).or_else(|| {
-        let message = format!("{:?} is no condition on surfaces", written.value);
-        let label = "must be `sem(STAGE.COLUMN) < 0.5 %`, or without `%` in the column's unit; or `claims \
-                     decided`, or `decided(CLAIM, …)`";
-        checks.refuse("realizations", message, &written.span, label)
+        let message = format!("cannot read the condition {:?}", written.value);
+        let label = "must be `sem(STAGE.COLUMN) < 0.5 %` (without `%` in the unit of the column), `claims \
+                     decided` or `decided(CLAIM, …)`";
+        checks.refuse("realizations.until", message, &written.span, label)
     })
 }
 
-/// A condition, if the text is one.
+/// Reads a condition; returns none if the text is not one.
 pub fn parse(text: &str) -> Option<Until> {
     let text = text.trim();
     if text.split_whitespace().eq(CLAIMS_DECIDED.split_whitespace()) {
@@ -233,7 +213,7 @@ fn known_mean(text: &str) -> Option<KnownMean> {
     let (mean, rest) = inside.split_once(')')?;
     let (stage, column) = mean.split_once('.')?;
     let number = rest.trim_start().strip_prefix('<')?.trim();
-    let (number, is_share) = match number.strip_suffix('%') {
+    let (number, is_relative) = match number.strip_suffix('%') {
         Some(number) => (number.trim_end(), true),
         None => (number, false),
     };
@@ -241,10 +221,7 @@ fn known_mean(text: &str) -> Option<KnownMean> {
     Some(KnownMean {
         stage: stage.trim().to_owned(),
         column: column.trim().to_owned(),
-        limit: match is_share {
-            true => Limit::Relative(limit / 100.0),
-            false => Limit::Absolute(limit),
-        },
+        limit: if is_relative { Limit::Relative(limit / 100.0) } else { Limit::Absolute(limit) },
     })
 }
 

@@ -1,9 +1,10 @@
-//! The map of heights that a file holds, before anything is done to it.
+//! The height map of a file, before its preparation.
 //!
-//! NumPy arrays are read as they always were: no unit, no size, and a recipe that names no reader.
-//! Recipes of all other formats name format and version of the reader, so that what a corrected one
-//! reads is computed again.
+//! NumPy arrays have no unit and no size, and their recipes name no reader. Recipes of all other
+//! formats have the format and the version of its reader, so that maps are read again when a reader
+//! is corrected.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -13,54 +14,54 @@ use asperity_topography_files::{
     ChannelError, NpyError, Quantity, Size, TopographyFileError, formats, npy_array, read,
 };
 
-/// What has read a file.
+/// The reader of a file format.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Reader {
-    /// The format's name.
+    /// Name of the format.
     pub format: String,
-    /// The version of its reader.
+    /// Version of the reader of this format.
     pub version: u32,
 }
 
-/// Which map of a file, as a manifest says it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+/// The map of a file that a manifest asks for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ChannelChoice {
-    /// By its place, from 1 on.
-    Number(u32),
-    /// By its name.
+    /// The number of the map, starting at 1.
+    Number(#[schemars(range(min = 1, max = u16::MAX))] u32),
+    /// The name of the map.
     Name(String),
 }
 
-/// A map of a file.
+/// A height map in a file.
 #[derive(Debug, Clone)]
 pub struct MapFile {
-    /// What has read it; none of a NumPy array.
+    /// The reader of the format; none for a NumPy array.
     pub reader: Option<Reader>,
     /// The map that was read.
     pub channel: ChannelRead,
-    /// What its numbers are.
+    /// Physical quantity of its numbers.
     pub quantity: Quantity,
-    /// Sides that the file gives.
+    /// Sides of the map, if the file has them.
     pub size: Size,
     /// Nodes along x and y.
     pub nodes: [usize; 2],
-    /// A number for each, row-major; what is not finite is missing.
+    /// Heights of the nodes, row-major; missing points are not finite.
     pub heights: Vec<f64>,
 }
 
-/// Which map of a file was read.
+/// The map of a file that was read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelRead {
-    /// Its place, from 1 on.
+    /// Number of the map in the file, starting at 1.
     pub number: usize,
-    /// What the file calls it.
+    /// Name of the map in the file.
     pub name: String,
-    /// How many the file has.
+    /// Number of maps in the file.
     pub of: usize,
 }
 
-/// Why a file holds no such map.
+/// The reason why a map cannot be read from a file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum MapFileError {
@@ -72,7 +73,7 @@ pub enum MapFileError {
     Channel(ChannelError),
     #[error("none of its channels holds heights: {}", channels.join(", "))]
     NoHeights {
-        /// Each with its unit.
+        /// Names and units of the channels.
         channels: Vec<String>,
     },
     #[error("it does not say how large its map is")]
@@ -82,14 +83,14 @@ pub enum MapFileError {
 }
 
 impl Reader {
-    /// The reader of a format, by the name of that; one that is no longer there has version zero.
+    /// Returns the reader of a format. The reader of an unknown format has version zero.
     pub fn of_format(name: &str) -> Reader {
         let format = formats().iter().find(|format| format.name() == name);
         Reader { format: name.to_owned(), version: format.map_or(0, |format| format.version()) }
     }
 }
 
-/// As a manifest has it.
+/// Writes the number or the name as in a manifest.
 impl std::fmt::Display for ChannelChoice {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -100,10 +101,10 @@ impl std::fmt::Display for ChannelChoice {
 }
 
 impl MapFile {
-    /// Reads the map that is asked for, or else the first that holds heights.
+    /// Reads the chosen map, or the first one with heights.
     ///
     /// # Errors
-    /// When the bytes are no file of any format, or of a damaged one, or have no such map.
+    /// If the format is unknown, the file is damaged, or it has no such map.
     pub fn read(bytes: &[u8], choice: Option<&ChannelChoice>) -> Result<MapFile, MapFileError> {
         if bytes.starts_with(b"\x93NUMPY") {
             return MapFile::of_npy(bytes, choice);
@@ -144,7 +145,7 @@ impl MapFile {
                 _ => Err(ChannelError::Unknown { wanted: name.to_owned(), names: names() }),
             })?;
         }
-        // As before there were holes: an array without nodes is none.
+        // An array without nodes is not a map.
         Grid::new(nodes, Cell::square(1.0).expect("a side of one")).map_err(SurfaceError::from)?;
         Ok(MapFile {
             reader: None,
@@ -156,10 +157,10 @@ impl MapFile {
         })
     }
 
-    /// The map on a cell of the given sides, or else of those that the file gives.
+    /// Returns the map on a cell with the given sides, or with those of the file.
     ///
     /// # Errors
-    /// When nobody knows the sides, or a height leaves the range of floating-point numbers.
+    /// If neither has sides, or a scaled height is out of the range of floating-point numbers.
     pub fn scan(self, side: Option<[f64; 2]>, height_scale: f64) -> Result<Scan, MapFileError> {
         let side = side.or(self.size.sides()).ok_or(MapFileError::NoSize)?;
         let cell = Cell::new(side).map_err(SurfaceError::from)?;
@@ -177,7 +178,7 @@ impl MapFile {
     }
 }
 
-/// The place of a channel among so many.
+/// Returns the index of a channel.
 fn place_of(
     choice: &ChannelChoice,
     count: usize,
@@ -187,7 +188,7 @@ fn place_of(
         ChannelChoice::Name(name) => find(name).map_err(MapFileError::Channel),
         ChannelChoice::Number(number) => match *number as usize {
             number @ 1.. if number <= count => Ok(number - 1),
-            // Names count first where a channel is called by a number; here none is asked for.
+            // A number never selects a channel by its name.
             number => Err(MapFileError::Channel(ChannelError::OutOfRange { number, count })),
         },
     }

@@ -1,34 +1,29 @@
-//! Nodes and sides along x and y: as recipes hold them, and checks of those that a manifest gives.
-
-use std::ops::RangeInclusive;
+//! Nodes and sides along x and y, in recipes and in manifests.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use asperity_contact::grid::Cell;
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
-use asperity_manifest::written::checks::{Checks, QUANTITY};
-use asperity_manifest::written::{Key, OnAxes, Written};
+use asperity_manifest::written::checks::Checks;
+use asperity_manifest::written::{Key, OnAxes};
 
-/// The fewest nodes per side of a mesh.
-pub const FEWEST_NODES: u32 = 4;
-/// The most nodes per side of a mesh.
-pub const MOST_NODES: u32 = 16384;
-/// Nodes per side of a mesh.
-pub const NODES: RangeInclusive<u32> = FEWEST_NODES..=MOST_NODES;
-/// The most waves along a side.
-pub const MOST_WAVES: u32 = MOST_NODES / 2;
-/// Cutoffs, in waves along the longer side.
-pub const WAVENUMBERS: RangeInclusive<u32> = 1..=MOST_WAVES;
+/// Minimum number of nodes per side.
+pub const MIN_NODES: u32 = 4;
+/// Maximum number of nodes per side.
+pub const MAX_NODES: u32 = 16384;
+/// Maximum number of waves along a side, and of cutoff wavenumbers in waves along the longer side.
+pub const MAX_WAVES: u32 = MAX_NODES / 2;
 
 /// One number along x and one along y.
 ///
-/// Written as one number where both are equal: the recipe of a square, and so its key, is what it was
+/// It is serialised as one number if both are equal, so that the keys of squares stay as they were
 /// before there were rectangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PerAxis<T>(pub [T; 2]);
 
 impl<T: Copy> PerAxis<T> {
-    /// The same number along both.
+    /// Returns the same number along both axes.
     pub fn same(value: T) -> Self {
         Self([value; 2])
     }
@@ -59,7 +54,7 @@ impl<'de, T: Deserialize<'de> + Copy> Deserialize<'de> for PerAxis<T> {
     }
 }
 
-/// Nodes and sides along x and y, each within its bounds.
+/// Nodes and sides along x and y.
 #[derive(Debug, Clone, Copy)]
 pub struct Mesh {
     pub nodes: PerAxis<u32>,
@@ -67,107 +62,88 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The cell that it fills.
+    /// Returns the cell of the mesh.
     pub fn cell(&self) -> Cell {
         Cell::new(self.side.0).expect("sides were checked")
     }
 }
 
-/// A wave that a mesh is to show.
+/// A wave that the mesh must resolve.
 pub struct Wave<'a> {
-    /// As it is written: `k_upper = 32`.
+    /// The key and its value: `k_upper = 32`.
     pub written: String,
     pub span: &'a Span,
-    /// The most waves along x and y.
+    /// Maximum number of waves along x and y.
     pub waves: [u32; 2],
 }
 
-/// Nodes and sides; of a pair beside a single number nobody can tell what cells it is to have.
+/// Returns nodes and sides, and refuses a pair beside a single number: the shape of the cells is
+/// unknown.
 pub fn mesh(
-    nodes: &Key<OnAxes<i64>>,
+    nodes: &Key<OnAxes<u32>>,
     side: &Key<OnAxes<f64>>,
     checks: &mut Checks,
 ) -> Option<Mesh> {
-    let nodes = checks.required("nodes", nodes);
-    let counts = nodes.and_then(|nodes| nodes_within(nodes, checks));
-    let sides = side.written();
-    let lengths = match sides {
-        Some(sides) => sides_within(sides, checks),
-        None => Some([1.0; 2]),
-    };
-    let (nodes, counts, lengths) = (nodes?, counts?, lengths?);
-    let problem = match (nodes.value, sides.map(|sides| sides.value)) {
-        (OnAxes::Both(_), None | Some(OnAxes::Both(_)))
-        | (OnAxes::Each(_), Some(OnAxes::Each(_))) => {
-            return Some(Mesh { nodes: PerAxis(counts), side: PerAxis(lengths) });
+    let (counts, lengths) = (checks.value("nodes", nodes), checks.value("side", side));
+    let (counts, lengths) = (counts?, lengths?);
+    let mesh =
+        Mesh { nodes: PerAxis(counts.pair()), side: PerAxis(lengths.pair().map(decimal::nearest)) };
+    let nodes_span = &nodes.written()?.span;
+    let side_span = side.written().map(|side| &side.span);
+    match (counts, lengths) {
+        (OnAxes::Both(_), OnAxes::Both(_)) | (OnAxes::Each(_), OnAxes::Each(_)) => Some(mesh),
+        (OnAxes::Each(_), OnAxes::Both(length)) => {
+            checks.reject(lacks_sides(counts, nodes_span, decimal::nearest(length), side_span))
         }
-        (OnAxes::Each(_), _) => lacks_sides(nodes, sides, counts, lengths[0]),
-        (OnAxes::Both(_), Some(_)) => lacks_nodes(nodes, sides?, counts[0], lengths),
-    };
-    checks.reject(problem)
-}
-
-fn nodes_within(written: &Written<OnAxes<i64>>, checks: &mut Checks) -> Option<[u32; 2]> {
-    let [x, y] = written.on_either();
-    let along_x = checks.is_whole_in("nodes", &x, &NODES)?;
-    Some([along_x, checks.is_whole_in("nodes", &y, &NODES)?])
-}
-
-/// Sides of a cell, as they are written.
-pub fn sides_within(written: &Written<OnAxes<f64>>, checks: &mut Checks) -> Option<[f64; 2]> {
-    let [x, y] = written.on_either();
-    let along_x = checks.is_in("side", &x, QUANTITY)?;
-    Some([along_x, checks.is_in("side", &y, QUANTITY)?])
+        (OnAxes::Both(count), OnAxes::Each(_)) => {
+            checks.reject(lacks_nodes(count, nodes_span, mesh.side.0, side_span?))
+        }
+    }
 }
 
 fn lacks_sides(
-    nodes: &Written<OnAxes<i64>>,
-    sides: Option<&Written<OnAxes<f64>>>,
-    counts: [u32; 2],
+    nodes: OnAxes<u32>,
+    nodes_span: &Span,
     longer_side: f64,
+    side_span: Option<&Span>,
 ) -> Problem {
-    let message = format!("`nodes = {}` is a rectangle, and `side` is not", nodes.value);
-    let problem = Problem::new(message, nodes.span.clone(), "along x and along y");
-    let problem = match sides {
-        Some(sides) => problem.and(sides.span.clone(), "one number"),
+    let message = format!("`nodes = {nodes}` is a rectangle, and `side` is a square");
+    let problem = Problem::new(message, nodes_span.clone(), "along x and along y");
+    let problem = match side_span {
+        Some(span) => problem.and(span.clone(), "one number"),
         None => problem,
     };
-    let square = square_cells(counts, longer_side);
+    let square = square_cells(nodes.pair(), longer_side);
     problem.help(format!("give both sides; with `side = {square}` cells are square"))
 }
 
-/// The sides on which so many nodes have square cells.
+/// Returns the sides on which these nodes have square cells.
 pub fn square_cells(counts: [u32; 2], longer_side: f64) -> OnAxes<f64> {
     let most = f64::from(counts[0].max(counts[1]));
     OnAxes::Each(counts.map(|nodes| longer_side * (f64::from(nodes) / most)))
 }
 
-fn lacks_nodes(
-    nodes: &Written<OnAxes<i64>>,
-    sides: &Written<OnAxes<f64>>,
-    most: u32,
-    lengths: [f64; 2],
-) -> Problem {
-    let message = format!("`side = {}` is a rectangle, and `nodes` is not", sides.value);
-    let problem = Problem::new(message, sides.span.clone(), "along x and along y")
-        .and(nodes.span.clone(), "one number");
+fn lacks_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span) -> Problem {
+    let side = OnAxes::Each(lengths);
+    let message = format!("`side = {side}` is a rectangle, and `nodes` is a square");
+    let problem = Problem::new(message, side_span.clone(), "along x and along y")
+        .and(nodes_span.clone(), "one number");
     let longer_side = lengths[0].max(lengths[1]);
     let square = lengths.map(|length| f64::from(most) * (length / longer_side));
     let are_whole = square.iter().all(|nodes| nodes.fract() == 0.0);
-    problem.help(match are_whole {
-        true => format!(
-            "give the nodes along both; with `nodes = {}` cells are square",
-            OnAxes::Each(square)
-        ),
-        false => "give the nodes along both: `nodes = [along x, along y]`".to_owned(),
+    problem.help(if are_whole {
+        let square = OnAxes::Each(square);
+        format!("give the nodes along both axes; with `nodes = {square}` cells are square")
+    } else {
+        "give the nodes along both axes: `nodes = [along x, along y]`".to_owned()
     })
 }
 
-/// A mesh shows waves of two nodes or more. Where phases matter, one of two nodes is not enough:
-/// its other half falls between them.
+/// Refuses waves that are shorter than two nodes. If phases matter, two nodes are not enough
+/// either: the extrema may fall between them.
 pub fn check_waves(
     wave: &Wave,
-    key: &Key<OnAxes<i64>>,
+    key: &Key<OnAxes<u32>>,
     mesh: &Mesh,
     phases_matter: bool,
     checks: &mut Checks,
@@ -183,17 +159,17 @@ pub fn check_waves(
     let (message, label) = match written.value {
         OnAxes::Both(_) => (
             format!(
-                "`{}` needs at least {} nodes per side, `nodes` is {}",
+                "`{}` needs at least {} nodes per side, and `nodes` is {}",
                 wave.written, needed[0], nodes[0]
             ),
-            format!("carries wavenumbers up to {}", carried[0]),
+            format!("resolves wavenumbers up to {}", carried[0]),
         ),
         OnAxes::Each(_) => (
             format!(
-                "`{}` needs at least {} × {} nodes, `nodes` is {}",
+                "`{}` needs at least {} × {} nodes, and `nodes` is {}",
                 wave.written, needed[0], needed[1], written.value
             ),
-            format!("carries up to {} waves along x and {} along y", carried[0], carried[1]),
+            format!("resolves up to {} waves along x and {} along y", carried[0], carried[1]),
         ),
     };
     let problem = Problem::new(message, wave.span.clone(), "too fine for the mesh");

@@ -1,7 +1,5 @@
-//! The ways to make surfaces, and the keys of each.
+//! The methods of `generate` stages and their tables of keys.
 
-use schemars::JsonSchema;
-use serde::Deserialize;
 use toml::de::DeTable;
 
 use super::files::FileTable;
@@ -10,32 +8,32 @@ use super::random::RandomTable;
 use super::shapes::{ParaboloidTable, PunchTable, WaveShape, WaveTable};
 use super::spectrum::SpectrumTable;
 use super::{Heights, Origin, Params, PerAxis, files, random, shapes, spectrum};
-use crate::{Given, Reads, Rows};
+use crate::{CheckContext, Reads, Rows};
 use asperity_contact::topography::random::Amplitude;
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::{Problems, Span};
-use asperity_manifest::written::advice::Wanted;
 use asperity_manifest::written::checks::{Checks, report_equal_points};
-use asperity_manifest::written::{Key, Layout, Point, Section, Table, reader};
+use asperity_manifest::written::expected_keys::ExpectedKeys;
+use asperity_manifest::written::{KeyTable, Layout, Point, Section, reader};
 
-/// The word after `method =`.
+/// The value of `method`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// A random self-affine surface.
+    /// Random self-affine surfaces.
     Random(Amplitude),
-    /// A random one with a given spectrum.
+    /// Random surfaces with a given spectrum.
     Spectrum,
-    /// A measured one.
+    /// A measured surface.
     File,
     /// A paraboloid.
     Paraboloid,
     /// A wave.
     Wave(WaveShape),
-    /// A flat disc.
+    /// A flat punch.
     FlatPunch,
 }
 
-/// The points of a stage's grid, by what they say.
+/// The points of the grid of a `generate` stage.
 #[derive(Debug)]
 pub enum SurfacePoints {
     Random(Amplitude, Section<RandomTable>),
@@ -47,7 +45,7 @@ pub enum SurfacePoints {
 }
 
 impl Method {
-    /// Every one, the one that is meant when nothing is said first.
+    /// All methods; the first one is the default.
     pub const ALL: [Method; 9] = [
         Method::Random(Amplitude::Gaussian),
         Method::Random(Amplitude::Deterministic),
@@ -60,7 +58,7 @@ impl Method {
         Method::FlatPunch,
     ];
 
-    /// The word itself.
+    /// Returns the word for it in manifests.
     pub fn word(self) -> &'static str {
         match self {
             Method::Random(Amplitude::Gaussian) => "filter",
@@ -75,8 +73,8 @@ impl Method {
         }
     }
 
-    /// The method that makes a surface.
-    pub fn of(origin: &Origin) -> Method {
+    /// Returns the method that makes a surface.
+    pub fn from_origin(origin: &Origin) -> Method {
         match origin {
             Origin::Random { surface, .. } => Method::Random(surface.amplitude),
             Origin::Spectrum { .. } => Method::Spectrum,
@@ -91,43 +89,47 @@ impl Method {
         }
     }
 
-    /// What it makes, in a sentence for editors and the guide.
+    /// Returns a sentence about it for editors and the guide.
     pub fn about(self) -> &'static str {
         match self {
             Method::Random(Amplitude::Gaussian) => {
-                "Random self-affine surfaces, a plateau up to `k_rolloff` and a power law up to \
-                 `k_upper`: complex Gaussian amplitudes with the spectrum as their mean power."
+                "Random self-affine surfaces with a plateau up to `k_rolloff` and a power law up to \
+                 `k_upper`. The modes have complex Gaussian amplitudes whose mean power is the \
+                 spectrum."
             }
             Method::Random(Amplitude::Deterministic) => {
-                "The same with exactly the spectrum, and random phases."
+                "Random self-affine surfaces whose modes have exactly the power of the spectrum, and \
+                 random phases."
             }
             Method::Spectrum => {
                 "Gaussian random surfaces with a given isotropic power spectral density C(q), \
                  normalised so that ∫ C d²q/(2π)² is their mean square height."
             }
             Method::File => {
-                "A measured surface, of the file that the instrument wrote. What is asked for is done \
-                 in this order: channel, unit and side, `crop`, `level`, `fill`, `high_pass`, \
-                 `low_pass`, `resample`, `edges`."
+                "A measured surface, from the file of the instrument. Its keys are applied in this order: \
+                 channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, `resample`, \
+                 `edges`."
             }
-            Method::Paraboloid => "A paraboloid, −r²/(2R): the contact of Hertz.",
-            Method::Wave(WaveShape::Single) => "Δ cos(2πnx/L): the contact of Westergaard.",
+            Method::Paraboloid => "Paraboloid −r²/(2R), for Hertz contact.",
+            Method::Wave(WaveShape::Single) => {
+                "Wave Δ cos(2πnx/L), for the contact of Westergaard."
+            }
             Method::Wave(WaveShape::Product) => {
-                "Δ cos(2πnx/L) cos(2πny/L): the contact of Johnson, Greenwood & Higginson."
+                "Wave Δ cos(2πnx/L) cos(2πny/L), for the contact of Johnson, Greenwood & Higginson."
             }
             Method::Wave(WaveShape::Sum) => {
-                "Δ (cos(2πnx/L) + cos(2πny/L)): the same, turned by 45°."
+                "Wave Δ (cos(2πnx/L) + cos(2πny/L)): `\"wave-product\"` turned by 45°."
             }
-            Method::FlatPunch => "A flat disc in the middle of the cell.",
+            Method::FlatPunch => "Flat disc in the middle of the cell.",
         }
     }
 
-    /// Whether a stage may be read, which `from` names.
+    /// Returns whether the stage may have a key `from`.
     pub fn may_read(self) -> bool {
         self == Method::Spectrum
     }
 
-    /// The keys beside it.
+    /// Returns the keys of its table.
     pub fn layout(self) -> &'static Layout {
         match self {
             Method::Random(_) => RandomTable::layout(),
@@ -139,44 +141,46 @@ impl Method {
         }
     }
 
-    /// Reads them.
+    /// Reads its table.
     pub fn read(
         self,
         table: DeTable,
-        place: Span,
-        wanted: &Wanted,
+        span: Span,
+        expected: &ExpectedKeys,
         problems: &mut Problems,
     ) -> SurfacePoints {
         use SurfacePoints as Points;
         match self {
             Method::Random(amplitude) => {
-                Points::Random(amplitude, reader::read(table, place, wanted, problems))
+                Points::Random(amplitude, reader::read(table, span, expected, problems))
             }
-            Method::Spectrum => Points::Spectrum(reader::read(table, place, wanted, problems)),
-            Method::File => Points::File(reader::read(table, place, wanted, problems)),
-            Method::Paraboloid => Points::Paraboloid(reader::read(table, place, wanted, problems)),
+            Method::Spectrum => Points::Spectrum(reader::read(table, span, expected, problems)),
+            Method::File => Points::File(reader::read(table, span, expected, problems)),
+            Method::Paraboloid => Points::Paraboloid(reader::read(table, span, expected, problems)),
             Method::Wave(shape) => {
-                Points::Wave(shape, reader::read(table, place, wanted, problems))
+                Points::Wave(shape, reader::read(table, span, expected, problems))
             }
-            Method::FlatPunch => Points::FlatPunch(reader::read(table, place, wanted, problems)),
+            Method::FlatPunch => Points::FlatPunch(reader::read(table, span, expected, problems)),
         }
     }
 }
 
 impl SurfacePoints {
-    /// The surfaces, point by point of the grid.
-    pub fn surfaces(&self, given: &mut Given) -> Option<Vec<PlannedSurfaces>> {
+    /// Returns the surfaces, one entry for each point of the grid.
+    pub fn surfaces(&self, context: &mut CheckContext) -> Option<Vec<PlannedSurfaces>> {
         match self {
-            SurfacePoints::Random(amplitude, section) => random::random(*amplitude, section, given),
-            SurfacePoints::Spectrum(section) => spectrum::spectra(section, given),
-            SurfacePoints::File(section) => files::files(section, given),
-            SurfacePoints::Paraboloid(section) => shapes::paraboloid(section, given.problems),
-            SurfacePoints::Wave(shape, section) => shapes::wave(*shape, section, given.problems),
-            SurfacePoints::FlatPunch(section) => shapes::punch(section, given.problems),
+            SurfacePoints::Random(amplitude, section) => {
+                random::random(*amplitude, section, context)
+            }
+            SurfacePoints::Spectrum(section) => spectrum::spectra(section, context),
+            SurfacePoints::File(section) => files::files(section, context),
+            SurfacePoints::Paraboloid(section) => shapes::paraboloid(section, context.problems),
+            SurfacePoints::Wave(shape, section) => shapes::wave(*shape, section, context.problems),
+            SurfacePoints::FlatPunch(section) => shapes::punch(section, context.problems),
         }
     }
 
-    /// Whether none of the surfaces can be pressed: they are described by their modes alone.
+    /// Returns whether surfaces are described by their modes alone, so that they cannot be pressed.
     pub fn lack_heights(&self) -> bool {
         let SurfacePoints::Random(_, section) = self else {
             return false;
@@ -184,7 +188,7 @@ impl SurfacePoints {
         section.points.iter().any(|point| point.table.heights.value() == Some(Heights::None))
     }
 
-    /// What the method reads of other stages; most read nothing.
+    /// Returns the rows that the method reads from other stages, if it can read any.
     pub fn reads(&self) -> Option<Reads> {
         matches!(self, SurfacePoints::Spectrum(_)).then(|| Reads {
             rows: &[Rows::PowerSpectra],
@@ -193,7 +197,7 @@ impl SurfacePoints {
         })
     }
 
-    /// How the number of surfaces grows, as it is written; the points of a grid share it.
+    /// Returns how the number of surfaces grows, if it does; all points of a grid share it.
     pub fn growing(&self) -> Option<&Growing> {
         let realizations = match self {
             SurfacePoints::Random(_, section) => &section.points.first()?.table.realizations,
@@ -207,33 +211,14 @@ impl SurfacePoints {
     }
 }
 
-/// What becomes of the heights of a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum KeptHeights {
-    /// They are stored.
-    Keep,
-    /// They are drawn, or read, again when needed.
-    Redraw,
-}
-
-impl From<KeptHeights> for Heights {
-    fn from(kept: KeptHeights) -> Heights {
-        match kept {
-            KeptHeights::Keep => Heights::Keep,
-            KeptHeights::Redraw => Heights::Redraw,
-        }
-    }
-}
-
-/// The surfaces of a stage, point by point of its grid.
-pub fn surfaces<T: Table>(
+/// Returns the surfaces of a stage, one entry for each point of its grid.
+pub fn surfaces<T: KeyTable>(
     section: &Section<T>,
     problems: &mut Problems,
     mut surfaces: impl FnMut(&T, &mut Checks) -> Option<PlannedSurfaces>,
 ) -> Option<Vec<PlannedSurfaces>> {
     let mut checked =
-        |point: &Point<T>| surfaces(&point.table, &mut Checks::of(section, point, problems));
+        |point: &Point<T>| surfaces(&point.table, &mut Checks::new(section, point, problems));
     let planned: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
     let planned: Vec<_> = planned.into_iter().collect::<Option<_>>()?;
     let params = planned.iter().map(|surfaces| &surfaces.params);
@@ -241,18 +226,10 @@ pub fn surfaces<T: Table>(
     Some(planned)
 }
 
-/// A surface of which there is one.
-pub fn single(
-    heights: &Key<KeptHeights>,
-    side: Option<PerAxis<f64>>,
-    origin: Origin,
-) -> PlannedSurfaces {
+/// Returns a surface without realizations.
+pub fn single(heights: Heights, side: Option<PerAxis<f64>>, origin: Origin) -> PlannedSurfaces {
     PlannedSurfaces {
-        params: Params {
-            heights: heights.value().map_or(Heights::Keep, Heights::from),
-            side,
-            origin,
-        },
+        params: Params { heights, side, origin },
         realizations: 1,
         growth: None,
         may_be_swept: false,

@@ -1,4 +1,4 @@
-//! Where a surface comes from.
+//! The origin of a surface: its spectrum, its file or its shape.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::{Scan, Surface};
 
-/// Where a surface comes from.
+/// The origin of a surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Origin {
@@ -27,8 +27,8 @@ pub enum Origin {
         /// Spectrum, draw and scale.
         #[serde(flatten)]
         surface: RandomSurface,
-        /// Whether the manifest gives the surface the anisotropy ratio 1, which its row then
-        /// states. Recipes leave it out where it is false, so that their keys stay valid.
+        /// True if the manifest gives the anisotropy ratio 1, which is then a coordinate of the
+        /// row. Omitted from recipes if false, so that existing keys stay valid.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         has_unit_ratio: bool,
     },
@@ -46,59 +46,59 @@ pub enum Origin {
     Shape {
         /// Nodes along x and y.
         nodes: PerAxis<u32>,
-        /// Which one.
+        /// Shape and its dimensions.
         #[serde(flatten)]
         shape: Shape,
     },
 }
 
-/// A map of heights in a file.
+/// A height map in a file, with its preparation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename = "file")]
 pub struct MeasuredSurface {
-    /// Hash of the file's content; its path decides nothing.
+    /// Hash of the content of the file; the path is not part of the recipe.
     pub content: ContentHash,
-    /// Unit of length, a label.
+    /// Unit of length, which is only a label.
     pub unit: String,
-    /// Factor that turns the file's numbers into lengths.
+    /// Factor that converts the numbers of the file to lengths.
     pub height_scale: f64,
-    /// How the map's edges are made to meet.
+    /// Treatment of the edges of the map.
     #[serde(flatten)]
     pub edges: Edges,
-    /// What reads the file; nothing where that is a NumPy array.
+    /// Reader of the file; none for a NumPy array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reader: Option<Reader>,
-    /// Which of its maps is asked for.
+    /// The chosen map of the file; none for the first one with heights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channel: Option<ChannelChoice>,
-    /// What is done to it before its edges are made to meet.
+    /// Preparation of the map before the treatment of its edges.
     #[serde(flatten)]
     pub preparation: Preparation,
-    /// What the content had when the study was read: for forecasts and messages alone.
+    /// Properties of the map when the study was read, for forecasts and messages only.
     #[serde(skip)]
     pub seen: SeenMap,
 }
 
-/// A measured map as it was seen when the study was read.
+/// Properties of a measured map when the study was read.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SeenMap {
-    /// Nodes along x and y once it is prepared.
+    /// Nodes along x and y of the prepared map.
     pub nodes: PerAxis<u32>,
-    /// Sides of its cell then.
+    /// Sides of the prepared map along x and y.
     pub side: PerAxis<f64>,
-    /// Which map of the file it is; nothing where the file cannot be read.
+    /// The map that was read; none if the file cannot be read.
     pub channel: Option<ChannelRead>,
-    /// Points of its part that were not measured.
+    /// Number of points of the cropped map that were not measured.
     pub missing: usize,
-    /// Points of its part.
+    /// Number of points of the cropped map.
     pub points: usize,
-    /// Where the nodes of the map in the file lie.
+    /// Grid of the map in the file.
     pub file: Option<Grid>,
 }
 
 impl SeenMap {
-    /// Bytes that the file's map takes for each node of the prepared one, beyond those of a map that
-    /// is pressed as it is.
+    /// Returns the memory in bytes that the map in the file takes for each node of the prepared
+    /// map, in addition to that of a map without preparation.
     pub fn read_besides(&self) -> f64 {
         let PerAxis([nodes_x, nodes_y]) = self.nodes;
         let prepared = f64::from(nodes_x) * f64::from(nodes_y);
@@ -107,16 +107,16 @@ impl SeenMap {
     }
 }
 
-/// A measured surface, and what was found in its file.
+/// A measured surface with the map that was read.
 pub struct ReadSurface {
-    /// The prepared surface.
+    /// The surface after its preparation.
     pub prepared: Prepared,
-    /// Which map of the file it is.
+    /// The map of the file that was read.
     pub channel: ChannelRead,
 }
 
 impl Origin {
-    /// Nodes along x and y.
+    /// Returns the nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         let PerAxis(nodes) = match self {
             Origin::Random { nodes, .. }
@@ -127,21 +127,20 @@ impl Origin {
         nodes.map(|nodes| nodes as usize)
     }
 
-    /// Whether it is a measured map that is not periodic and has not been made so.
+    /// Returns whether it is a measured map that is not periodic and has not been made so.
     pub fn is_open(&self) -> bool {
         matches!(self, Origin::File(file) if file.edges == Edges::Open)
     }
 
-    /// Whether its spectrum is in the table of another task, which must be read to draw it.
+    /// Returns whether its spectrum is in the table of another task.
     pub fn reads_stage(&self) -> bool {
         matches!(self, Origin::Spectrum { surface, .. } if surface.source.is_stage())
     }
 
-    /// Draws the surface, or reads it.
+    /// Draws or reads the surface.
     ///
-    /// # Errors
-    /// When the file is gone, has changed, or is no map of heights or no spectrum; and where the
-    /// spectrum is another task's.
+    /// # Errors If the file is missing, has changed, or cannot be read, or if the spectrum is in
+    /// the table of another task.
     pub fn draw(
         &self,
         side: Option<[f64; 2]>,
@@ -162,11 +161,10 @@ impl Origin {
 }
 
 impl MeasuredSurface {
-    /// Reads the map, and prepares it; `side` is that of the map in the file, where that does not say
-    /// it.
+    /// Reads and prepares the map; `side` is for files without the side of their map.
     ///
     /// # Errors
-    /// When the file is gone, has changed, or holds no map that can be prepared so.
+    /// If the file is missing, has changed or cannot be read, or the map cannot be prepared.
     pub fn read(
         &self,
         side: Option<[f64; 2]>,
@@ -176,10 +174,10 @@ impl MeasuredSurface {
         Ok(ReadSurface { prepared: self.prepare(scan, sources)?, channel })
     }
 
-    /// Reads the map as the file has it, and which of its maps that is.
+    /// Reads the map without preparing it.
     ///
     /// # Errors
-    /// When the file is gone, has changed, or holds no such map.
+    /// If the file is missing, has changed or has no such map.
     pub fn scan(
         &self,
         side: Option<[f64; 2]>,
@@ -196,13 +194,13 @@ impl MeasuredSurface {
         Ok((scan, channel))
     }
 
-    /// The map as it is to be pressed.
+    /// Prepares a map that has been read.
     pub fn prepare(&self, scan: Scan, sources: &SurfaceFiles) -> Result<Prepared, StageError> {
         let prepared = self.preparation.prepare(scan, self.edges);
         prepared.map_err(|source| StageError::Preparation { path: self.path(sources), source })
     }
 
-    /// Where the file is, for messages.
+    /// Returns the path of the file for messages.
     fn path(&self, sources: &SurfaceFiles) -> String {
         let path = sources.path_of(&self.content);
         path.map(|path| path.display().to_string()).unwrap_or_default()

@@ -1,124 +1,112 @@
-//! Shapes with a closed-form solution: their keys and the checks of these.
+//! Shapes with a closed-form solution, and their keys.
 //!
-//! The comments of the keys are what editors show and what messages quote.
-
-use std::ops::Bound;
+//! The doc comments of keys are shown by editors and quoted in messages.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::growth::PlannedSurfaces;
-use super::mesh::{
-    self, FEWEST_NODES, MOST_NODES, MOST_WAVES, Mesh, WAVENUMBERS, Wave, check_waves,
-};
-use super::method::{KeptHeights, single, surfaces};
-use super::{Origin, PerAxis};
+use super::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Mesh, Wave, check_waves};
+use super::method::{single, surfaces};
+use super::{Heights, Origin, PerAxis};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::Problems;
-use asperity_manifest::written::checks::QUANTITY;
-use asperity_manifest::written::on_axes::{OnAxes, or_a_pair};
-use asperity_manifest::written::{Key, Section, table};
+use asperity_manifest::written::declare::{pair, required, swept};
+use asperity_manifest::written::{Key, OnAxes, Section, table};
 
-/// A paraboloid, for the contact of Hertz.
+/// Paraboloid, for Hertz contact.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ParaboloidTable {
-    /// Nodes per side of the mesh; of a rectangle those along x and along y, `[1024, 512]`, beside
-    /// a pair for `side`.
-    #[schemars(required, range(min = FEWEST_NODES, max = MOST_NODES), transform = or_a_pair)]
-    pub nodes: Key<OnAxes<i64>>,
+    /// Number of nodes per side; of a rectangle those along x and along y, `[1024, 512]`, together
+    /// with a pair for `side`.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub nodes: Key<OnAxes<u32>>,
     /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = or_a_pair)]
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(transform = pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
     /// Radius of curvature of the summit, in the unit of `side`.
-    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub radius: Key<f64>,
-    /// Whether heights are stored or drawn again when needed.
-    #[schemars(extend("default" = "keep"))]
-    pub heights: Key<KeptHeights>,
+    /// Storage of the heights: kept in the table, or drawn again when needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
 }
 
-table!(
-    ParaboloidTable,
-    swept: ["nodes", "side", "radius"],
-    lists: [],
-    pairs: ["nodes", "side"]
-);
+table!(ParaboloidTable);
 
-/// A wave along one direction or two.
+/// Wave along one direction or two.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WaveTable {
-    /// Nodes per side of the mesh, more than twice `waves`; of a rectangle those along x and along
-    /// y, `[1024, 512]`, beside a pair for `side`.
-    #[schemars(required, range(min = FEWEST_NODES, max = MOST_NODES), transform = or_a_pair)]
-    pub nodes: Key<OnAxes<i64>>,
+    /// Number of nodes per side, more than twice `waves`; of a rectangle those along x and along y,
+    /// `[1024, 512]`, together with a pair for `side`.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub nodes: Key<OnAxes<u32>>,
     /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = or_a_pair)]
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(transform = pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
     /// Amplitude of the wave, or of each wave, in the unit of `side`.
-    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub amplitude: Key<f64>,
-    /// Wavelengths per side, along either axis.
-    #[schemars(range(min = 1, max = MOST_WAVES), extend("default" = 1))]
-    pub waves: Key<i64>,
-    /// Whether heights are stored or drawn again when needed.
-    #[schemars(extend("default" = "keep"))]
-    pub heights: Key<KeptHeights>,
+    /// Number of wavelengths along each side.
+    #[schemars(range(min = 1, max = MAX_WAVES), extend("default" = 1), transform = swept)]
+    pub waves: Key<u32>,
+    /// Storage of the heights: kept in the table, or drawn again when needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
 }
 
-table!(
-    WaveTable,
-    swept: ["nodes", "side", "amplitude", "waves"],
-    lists: [],
-    pairs: ["nodes", "side"]
-);
+table!(WaveTable);
 
-/// A flat disc in the middle of the cell.
+/// Flat disc in the middle of the cell.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PunchTable {
-    /// Nodes per side of the mesh; of a rectangle those along x and along y, `[1024, 512]`, beside
-    /// a pair for `side`.
-    #[schemars(required, range(min = FEWEST_NODES, max = MOST_NODES), transform = or_a_pair)]
-    pub nodes: Key<OnAxes<i64>>,
+    /// Number of nodes per side; of a rectangle those along x and along y, `[1024, 512]`, together
+    /// with a pair for `side`.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub nodes: Key<OnAxes<u32>>,
     /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = or_a_pair)]
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(transform = pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
-    /// Radius of the disc, less than half of `side`, of a rectangle the shorter one.
-    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    /// Radius of the disc, in the unit of `side`: less than half of the shorter side.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub radius: Key<f64>,
-    /// How far the surface lies below the disc outside it, in the unit of `side`.
-    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    /// Depth of the surface around the disc below it, in the unit of `side`.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub depth: Key<f64>,
-    /// Whether heights are stored or drawn again when needed.
-    #[schemars(extend("default" = "keep"))]
-    pub heights: Key<KeptHeights>,
+    /// Storage of the heights: kept in the table, or drawn again when needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
 }
 
-table!(
-    PunchTable,
-    swept: ["nodes", "side", "radius", "depth"],
-    lists: [],
-    pairs: ["nodes", "side"]
-);
+table!(PunchTable);
 
+/// Returns the paraboloids of a stage.
 pub fn paraboloid(
     section: &Section<ParaboloidTable>,
     problems: &mut Problems,
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
-        let radius = checks.number("radius", &table.radius, QUANTITY);
+        let radius = checks.number("radius", &table.radius);
+        let heights = checks.value("heights", &table.heights)?;
         let shape = Shape::Paraboloid { radius: radius? };
-        Some(on_mesh(mesh?, shape, &table.heights, section.may_be_swept))
+        Some(on_mesh(mesh?, shape, heights, section.may_be_swept))
     })
 }
 
-/// How waves along two directions go together.
+/// The combination of waves along two directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WaveShape {
-    /// There is but one.
+    /// There is only the wave along x.
     Single,
     /// Their product.
     Product,
@@ -126,6 +114,7 @@ pub enum WaveShape {
     Sum,
 }
 
+/// Returns the waves of a stage.
 pub fn wave(
     shape: WaveShape,
     section: &Section<WaveTable>,
@@ -133,8 +122,9 @@ pub fn wave(
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
-        let amplitude = checks.number("amplitude", &table.amplitude, QUANTITY);
-        let waves = checks.whole_or("waves", &table.waves, WAVENUMBERS, 1);
+        let amplitude = checks.number("amplitude", &table.amplitude);
+        let waves = checks.value("waves", &table.waves);
+        let heights = checks.value("heights", &table.heights)?;
         let (mesh, amplitude, waves) = (mesh?, amplitude?, waves?);
         if let Some(written) = table.waves.written() {
             let along_y = if shape == WaveShape::Single { 0 } else { waves };
@@ -150,34 +140,33 @@ pub fn wave(
             WaveShape::Product => Shape::WaveProduct { amplitude, waves },
             WaveShape::Sum => Shape::WaveSum { amplitude, waves },
         };
-        Some(on_mesh(mesh, shape, &table.heights, section.may_be_swept))
+        Some(on_mesh(mesh, shape, heights, section.may_be_swept))
     })
 }
 
+/// Returns the flat punches of a stage.
 pub fn punch(
     section: &Section<PunchTable>,
     problems: &mut Problems,
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
-        let half = mesh.map_or(Bound::Unbounded, |mesh| {
-            let PerAxis([side_x, side_y]) = mesh.side;
-            Bound::Excluded(side_x.min(side_y) / 2.0)
-        });
-        let radius = checks.number("radius", &table.radius, (Bound::Excluded(0.0), half));
-        let depth = checks.number("depth", &table.depth, QUANTITY);
-        let (radius, depth) = (radius?, depth?);
-        let shape = Shape::Punch { radius, depth };
-        Some(on_mesh(mesh?, shape, &table.heights, section.may_be_swept))
+        let radius = checks.number("radius", &table.radius);
+        let depth = checks.number("depth", &table.depth);
+        let heights = checks.value("heights", &table.heights)?;
+        let (mesh, radius) = (mesh?, radius?);
+        let PerAxis([side_x, side_y]) = mesh.side;
+        let half = side_x.min(side_y) / 2.0;
+        if radius >= half {
+            let label = format!("must be below {half}, half of the side");
+            let span = &table.radius.written()?.span;
+            return checks.refuse("radius", format!("`radius` is {radius}"), span, label);
+        }
+        Some(on_mesh(mesh, Shape::Punch { radius, depth: depth? }, heights, section.may_be_swept))
     })
 }
 
-fn on_mesh(
-    mesh: Mesh,
-    shape: Shape,
-    heights: &Key<KeptHeights>,
-    may_be_swept: bool,
-) -> PlannedSurfaces {
+fn on_mesh(mesh: Mesh, shape: Shape, heights: Heights, may_be_swept: bool) -> PlannedSurfaces {
     let nodes = mesh.nodes;
     PlannedSurfaces {
         may_be_swept,

@@ -1,6 +1,6 @@
-//! Random surfaces with a given spectrum: their keys, the checks of these, and what recipes hold.
+//! Random surfaces with a given spectrum: their keys and their recipes.
 //!
-//! The comments of the keys are what editors show and what messages quote.
+//! The doc comments of keys are shown by editors and quoted in messages.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -9,111 +9,110 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::growth::{self, PlannedSurfaces, Realizations};
-use super::mesh::{self, FEWEST_NODES, MOST_NODES, Mesh};
-use super::method::{KeptHeights, surfaces};
+use super::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
+use super::method::surfaces;
 use super::{Heights, Origin, Params};
 use crate::columns::{SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
 use crate::surface_files::{ContentHash, SurfaceFileError, SurfaceFiles};
-use crate::{Given, StageError};
+use crate::{CheckContext, StageError};
 use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::written::checks::{Checks, QUANTITY};
-use asperity_manifest::written::on_axes::{OnAxes, or_a_pair};
-use asperity_manifest::written::{Key, Section, Written, table};
+use asperity_manifest::written::checks::Checks;
+use asperity_manifest::written::declare::{pair, required, swept};
+use asperity_manifest::written::{Key, OnAxes, Section, Spanned, table};
 use asperity_tables::table::Table;
 
 /// Gaussian random surfaces with a given isotropic power spectral density C(q), normalised so that
-/// ∫ C d²q/(2π)² is their mean square height: an ensemble for one measurement.
+/// ∫ C d²q/(2π)² is their mean square height.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SpectrumTable {
-    /// A CSV or Parquet file with columns `wavenumber` (angular, 2π/λ) and `density` or
-    /// `spectral_density`, relative to the manifest; between them the density is a power law from each
-    /// to the next, beyond them zero. Headers of a CSV file may name units: `wavenumber [1/µm]`,
-    /// `density [µm^4]`. Where the spectrum has been measured, `from` names the stage instead, and
-    /// modes have the densities of their rings.
+    /// CSV or Parquet file, relative to the manifest, with columns `wavenumber` (angular, 2π/λ) and
+    /// `density` or `spectral_density`. The density is a power law between two rows, and zero
+    /// beyond the first and the last. A CSV header may have units: `wavenumber [1/µm]`,
+    /// `density [µm^4]`. For a measured spectrum, name its stage in `from` instead; modes then have
+    /// the densities of their rings.
+    #[schemars(transform = swept)]
     pub path: Key<String>,
-    /// Name of the unit of length of `side`; when left out that of the file, which is converted where
-    /// it names another.
+    /// Number of nodes per side; of a rectangle those along x and along y, `[1024, 512]`, together
+    /// with a pair for `side`. Waves shorter than two nodes are left out.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub nodes: Key<OnAxes<u32>>,
+    /// Side of the periodic cell, in `unit` or, with `from`, in the unit of the measured surface;
+    /// of a rectangle those along x and along y. Waves longer than the cell are left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub side: Key<OnAxes<f64>>,
+    /// Root mean square slope to which each surface is scaled. By default nothing is scaled, and
+    /// height and slope follow from the spectrum.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    pub rms_slope: Key<f64>,
+    /// Seed of the random numbers; the default is the seed of the study.
+    #[schemars(transform = swept)]
+    pub seed: Key<u64>,
+    /// Name of the unit of length of `side`. The spectrum is converted if its file has another
+    /// unit. The default is the unit of the file.
     #[schemars(extend("default" = ""))]
     pub unit: Key<String>,
-    /// Nodes per side of the mesh; of a rectangle those along x and along y, `[1024, 512]`, beside
-    /// a pair for `side`. Waves of fewer than two nodes are left out.
-    #[schemars(required, range(min = FEWEST_NODES, max = MOST_NODES), transform = or_a_pair)]
-    pub nodes: Key<OnAxes<i64>>,
-    /// Side of the periodic cell, in `unit` or, with `from`, in that of the measured surface; of a
-    /// rectangle those along x and along y. Waves that are longer are left out.
-    #[schemars(required, extend("exclusiveMinimum" = 0), transform = or_a_pair)]
-    pub side: Key<OnAxes<f64>>,
-    /// Root mean square slope that each surface is scaled to; when left out nothing is scaled, and
-    /// height and slope follow from the spectrum.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub rms_slope: Key<f64>,
-    /// Seed of the draws; that of the study when left out.
-    #[schemars(range(min = 0))]
-    pub seed: Key<i64>,
-    /// Number of surfaces drawn for each point of the grid, or until when more are drawn:
-    /// `{ at_least, at_most, until }`. More of them change none before.
+    /// Number of surfaces for each point of the grid, or `{ at_least, at_most, until }` to draw
+    /// surfaces until a condition holds. Drawing more surfaces does not change the earlier ones.
     #[schemars(extend("default" = 1))]
     pub realizations: Key<Realizations>,
-    /// Whether heights are stored or drawn again when needed; with `from` they are stored.
-    #[schemars(extend("default" = "keep"))]
-    pub heights: Key<KeptHeights>,
+    /// Storage of the heights: kept in the table, or drawn again when needed; with `from` they are
+    /// always kept.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
 }
 
-table!(
-    SpectrumTable,
-    swept: ["path", "nodes", "side", "rms_slope", "seed"],
-    lists: [],
-    pairs: ["nodes", "side"]
-);
+table!(SpectrumTable);
 
 /// A random surface with a given power spectral density.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename = "spectrum")]
 pub struct SpectrumSurface {
-    /// Where the density comes from.
+    /// Source of the spectral density.
     #[serde(flatten)]
     pub source: Source,
-    /// √⟨|∇h|²⟩ that each surface is scaled to; where it is none, the density decides.
+    /// √⟨|∇h|²⟩ to which each surface is scaled; without it the density decides the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_slope: Option<f64>,
-    /// Names a family of draws.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Names one member of the family.
+    /// Number of the realization.
     pub realization: u32,
 }
 
-/// Where a power spectral density comes from.
+/// The source of a power spectral density.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Source {
     /// A table of wavenumbers and densities.
     File {
-        /// Hash of the file's content; its path decides nothing.
+        /// Hash of the content of the file; the path is not part of the recipe.
         content: ContentHash,
-        /// Unit of length of the surface; empty, where it is that of the table.
+        /// Unit of length of the surface; empty for the unit of the table.
         unit: String,
     },
-    /// The measured spectrum that the task reads.
+    /// A measured spectrum in the table of another task.
     Stage {
-        /// Name of the surface that it was measured of, once it has been read.
+        /// Name of the measured surface, once the table has been read.
         spectrum_of: Option<String>,
     },
 }
 
 impl Source {
-    /// Whether a task must read it from another's table.
+    /// Returns whether it is in the table of another task.
     pub fn is_stage(&self) -> bool {
         matches!(self, Source::Stage { .. })
     }
 
-    /// Whether no table has told yet whose spectrum it is.
+    /// Returns whether the table of the other task has not been read yet.
     pub fn is_unread(&self) -> bool {
         matches!(self, Source::Stage { spectrum_of: None })
     }
@@ -123,7 +122,7 @@ impl SpectrumSurface {
     /// Draws the surface on a grid.
     ///
     /// # Errors
-    /// When no mode of the grid has a density.
+    /// If no mode of the grid has a density.
     pub fn draw(
         &self,
         density: &SpectralDensity,
@@ -143,10 +142,10 @@ impl SpectrumSurface {
         Ok(surface.draw_on(threads, grid))
     }
 
-    /// The density that a file holds.
+    /// Returns the density from its file.
     ///
-    /// # Errors
-    /// When the file is gone, has changed, or holds none; and where the density is another task's.
+    /// # Errors If the file is missing, has changed or has no density, or the density is in the
+    /// table of another task.
     pub fn density_of_file(&self, sources: &SurfaceFiles) -> Result<SpectralDensity, StageError> {
         let Source::File { content, unit } = &self.source else {
             return Err(StageError::NotKept);
@@ -167,10 +166,10 @@ impl SpectrumSurface {
         Ok(density.in_unit(factor))
     }
 
-    /// The density of a measured spectrum, ring by ring.
+    /// Returns the density of a measured spectrum, ring by ring.
     ///
     /// # Errors
-    /// When the table holds none, or that of a flat surface.
+    /// If the table has no spectrum, or that of a flat surface.
     pub fn density_measured(table: &Table) -> Result<SpectralDensity, StageError> {
         let longer_side = Grids::of(table)?.grid(0)?.cell().longer_side();
         let step = TAU / longer_side;
@@ -182,32 +181,30 @@ impl SpectrumSurface {
     }
 }
 
-/// Surfaces with a given spectrum.
+/// Returns the surfaces with a given spectrum of a stage.
 pub fn spectra(
     section: &Section<SpectrumTable>,
-    given: &mut Given,
+    context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
-    let (study_seed, reads_stages) = (given.seed, given.reads_stages);
-    let sources = &mut *given.sources;
-    surfaces(section, given.problems, |table, checks| {
-        let side = checks.required("side", &table.side);
+    let (study_seed, reads_stages) = (context.seed, context.reads_stages);
+    let sources = &mut *context.sources;
+    surfaces(section, context.problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
-        let rms_slope = match table.rms_slope.written() {
-            Some(written) => checks.is_in("rms_slope", written, QUANTITY).map(Some),
-            None => Some(None),
-        };
-        let seed = checks.whole_or("seed", &table.seed, 0..=i64::MAX as u64, study_seed);
+        let rms_slope = checks.optional_number("rms_slope", &table.rms_slope);
+        let seed = checks.value_or("seed", &table.seed, study_seed);
         let realizations = growth::realizations(&table.realizations, checks);
-        let source = match reads_stages {
-            true => of_stage(table, checks),
-            false => of_file(table, mesh.as_ref(), sources, checks),
+        let heights = checks.value("heights", &table.heights);
+        let source = if reads_stages {
+            of_stage(table, checks)
+        } else {
+            of_file(table, mesh.as_ref(), sources, checks)
         };
-        let (_, mesh, (realizations, growth)) = (side?, mesh?, realizations?);
+        let (mesh, (realizations, growth)) = (mesh?, realizations?);
         let surface =
             SpectrumSurface { source: source?, rms_slope: rms_slope?, seed: seed?, realization: 0 };
         Some(PlannedSurfaces {
             params: Params {
-                heights: table.heights.value().map_or(Heights::Keep, Heights::from),
+                heights: heights?,
                 side: Some(mesh.side),
                 origin: Origin::Spectrum { nodes: mesh.nodes, surface },
             },
@@ -218,22 +215,22 @@ pub fn spectra(
     })
 }
 
-/// The spectrum that another stage has measured.
+/// Returns the spectrum that another stage measures.
 fn of_stage(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
-    let why = "the spectrum is that of the stage which `from` names";
+    let why = "`from` names the stage with the spectrum";
     let path = checks.forbidden("path", &table.path, why);
-    let why = "lengths are in the unit of the measured surface";
+    let why = "with `from` lengths are in the unit of the measured surface";
     let unit = checks.forbidden("unit", &table.unit, why);
     let heights = table.heights.written();
-    if let Some(written) = heights.filter(|heights| heights.value == KeptHeights::Redraw) {
-        let message = "these heights cannot be drawn again when needed";
-        let label = "must be `\"keep\"`: their spectrum is in another stage's table";
+    if let Some(written) = heights.filter(|heights| heights.value == Heights::Redraw) {
+        let message = "surfaces with a measured spectrum cannot be drawn again when needed";
+        let label = "must be \"keep\": the spectrum is in the table of another stage";
         return checks.refuse("heights", message, &written.span, label);
     }
     path.and(unit).map(|()| Source::Stage { spectrum_of: None })
 }
 
-/// Reads the file once, to find now what would otherwise be found in the middle of a run.
+/// Reads the file of a spectrum, so that its problems show before a run.
 fn of_file(
     table: &SpectrumTable,
     mesh: Option<&Mesh>,
@@ -277,27 +274,30 @@ fn written_unit(table: &SpectrumTable) -> String {
     unit.unwrap_or_default()
 }
 
-/// How many of the unit of length of the surface that of the file is.
+/// Returns the unit of length of the file in units of that of the surface.
 fn length_scale(
     table: &SpectrumTable,
-    path: &Written<String>,
+    path: &Spanned<String>,
     spectrum: &Spectrum,
     checks: &mut Checks,
 ) -> Option<f64> {
     let scale = spectrum.length_scale(&written_unit(table));
     if let (None, Some(written), Some(own)) = (scale, table.unit.written(), &spectrum.unit) {
-        let message = format!("`unit = {:?}` is no unit for a file in {own:?}", written.value);
+        let message = format!(
+            "`unit = {:?}` cannot be converted from the unit {own:?} of the file",
+            written.value
+        );
         let problem = Problem::new(message, written.span.clone(), "must be a unit of length")
-            .and(path.span.clone(), "names its own unit");
+            .and(path.span.clone(), "has another unit");
         checks.report("unit", problem);
     }
     scale
 }
 
-/// Some mode of the mesh must have a density.
+/// Refuses a spectrum without density for any mode of the mesh.
 fn check_occupied(
     density: &SpectralDensity,
-    path: &Written<String>,
+    path: &Spanned<String>,
     mesh: &Mesh,
     checks: &mut Checks,
 ) -> Option<()> {

@@ -1,8 +1,4 @@
-//! Keys of the stages that measure, and what they come to.
-//!
-//! The comments of the keys are what editors show and what messages quote.
-
-use std::ops::Bound;
+//! Keys of `measure` stages. Their doc comments are shown by editors and quoted in messages.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -11,88 +7,87 @@ use super::Params;
 use super::distributions::Distribution;
 use super::statistics::Statistic;
 use crate::form::Surfaces;
-use crate::{Given, Recipe, Rows};
+use crate::{CheckContext, Recipe, Rows};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Section, table};
 
-/// The largest `bins`.
-const MOST_BINS: u32 = 1_000_000;
-/// `bins` when left out.
+/// Maximum of `bins`.
+const MAX_BINS: u32 = 1_000_000;
+/// Default of `bins` for surfaces.
 const DEFAULT_BINS: u32 = 1000;
-/// The largest `bins` of clusters.
-const MOST_BINS_A_DECADE: u32 = 1000;
-/// `bins` of clusters when left out.
-const BINS_A_DECADE: u32 = 5;
-/// `range` when left out.
+/// Maximum of `bins` for clusters.
+const MAX_BINS_PER_DECADE: u32 = 1000;
+/// Default of `bins` for clusters.
+const DEFAULT_BINS_PER_DECADE: u32 = 5;
+/// Default of `range`.
 const DEFAULT_RANGE: f64 = 5.0;
 /// Bounds of `range`. No surface of n nodes is higher than √n rms heights, and bins narrower than
 /// the rounding of heights count nothing.
 const RANGES: [f64; 2] = [1e-6, 1e6];
 
-/// Counts contacts, or measures surfaces.
+/// Measures contacts or surfaces.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeasureTable {
-    /// What is measured. Of solved loads: their `"contacts"`, which is meant when nothing is said, or
-    /// how `"pressures"`, `"gaps"` or the areas of `"clusters"` of contact are distributed; the first
-    /// two where the `solve` stage has `pressure_bins` or `gap_bins`. Of surfaces: the distribution of
-    /// their `"heights"`, which is meant when nothing is said, their power `"spectrum"` C(q) averaged
-    /// over all directions, that of profiles along x and y (`"profile-spectrum"`), the
-    /// `"autocorrelation"`, slope and curvature by scale (`"scales"`), the `"bearing"` curve, or the
-    /// `"roughness"` parameters of ISO 25178.
+    /// Quantity that is measured. For loads: `"contacts"` (the default), or the distribution of
+    /// `"pressures"`, `"gaps"` or areas of `"clusters"`; pressures and gaps need `pressure_bins` or
+    /// `gap_bins` in the `solve` stage. For surfaces: the distribution of `"heights"` (the
+    /// default), the power `"spectrum"` C(q) averaged over all directions, the spectrum of profiles
+    /// along x and y (`"profile-spectrum"`), the `"autocorrelation"`, slope and curvature by scale
+    /// (`"scales"`), the `"bearing"` curve, or the `"roughness"` parameters of ISO 25178.
     #[schemars(extend("default" = "heights"))]
     pub what: Key<What>,
-    /// Bins of the histogram of heights, or steps between the planes of the bearing curve; of
-    /// clusters, bins for each factor of ten in their area, 5 when left out.
-    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = DEFAULT_BINS))]
-    pub bins: Key<i64>,
-    /// Half width of the histogram of heights, or of the bearing curve, in rms heights; for surfaces
-    /// only.
+    /// Number of bins of the height histogram, or of steps of the bearing curve. For clusters,
+    /// number of bins per decade of area, by default 5.
+    #[schemars(range(min = 1, max = MAX_BINS), extend("default" = DEFAULT_BINS))]
+    pub bins: Key<u32>,
+    /// Half width of the height histogram or of the bearing curve, in units of the rms height. For
+    /// surfaces only.
     #[schemars(extend("minimum" = RANGES[0], "maximum" = RANGES[1], "default" = DEFAULT_RANGE))]
     pub range: Key<f64>,
-    /// Whether all surfaces of a parameter point share one histogram, with mean and standard
-    /// deviation between them, instead of having one each; for surfaces only.
+    /// `true` gives all surfaces of a parameter point one height histogram, with the mean and the
+    /// standard deviation over surfaces. Otherwise each surface has its own. For surfaces only.
     #[schemars(extend("default" = false))]
     pub pool: Key<bool>,
-    /// Whether the incremental stiffness of the interface is measured beside its contacts: how fast
-    /// the pressure rises as the bodies approach, as a finite difference between neighbouring loads
-    /// of a block that differ by at most a tenth.
+    /// `true` adds the incremental stiffness of the interface to the contacts: the
+    /// derivative of the pressure with respect to the approach of the bodies, as a finite
+    /// difference between neighbouring loads of a block that differ by at most a tenth.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
 }
 
-table!(MeasureTable, swept: [], lists: []);
+table!(MeasureTable);
 
-/// What is measured.
+/// A quantity that is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum What {
     /// Area, perimeter, clusters and percolation of contact maps.
     Contacts,
-    /// How pressures in contact are distributed.
+    /// Distribution of pressures in contact.
     Pressures,
-    /// How gaps out of contact are distributed.
+    /// Distribution of gaps out of contact.
     Gaps,
-    /// How the areas of clusters of contact are distributed, and how long their edges are.
+    /// Distribution of the areas of contact clusters, with the lengths of their edges.
     Clusters,
-    /// How heights of surfaces are distributed.
+    /// Distribution of heights.
     Heights,
-    /// Their power spectral density, averaged over all directions.
+    /// Power spectral density of heights, averaged over all directions.
     Spectrum,
-    /// The power spectral density of profiles along x and y.
+    /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
-    /// The mean product of heights at a distance.
+    /// Mean product of heights at a distance.
     Autocorrelation,
-    /// Slope and curvature by the distance over which they are taken.
+    /// Slope and curvature as functions of the distance over which they are taken.
     Scales,
-    /// The share of the surface at or above a height.
+    /// Fraction of the surface at or above a height.
     Bearing,
-    /// Sq, Sa, Sz, Ssk, Sku and Sdq.
+    /// Roughness parameters Sq, Sa, Sz, Ssk, Sku and Sdq.
     Roughness,
 }
 
-/// What the rows are about, if what is measured is not what is meant when nothing is said.
+/// Returns the kind of rows, if `what` asks for another quantity than the default.
 pub fn makes(section: &Section<MeasureTable>) -> Option<Rows> {
     let what = section.points.first()?.table.what.value()?;
     match what.quantity(1, 1.0) {
@@ -102,7 +97,7 @@ pub fn makes(section: &Section<MeasureTable>) -> Option<Rows> {
     }
 }
 
-/// What the words mean.
+/// A quantity with its settings.
 enum Quantity {
     Contacts,
     Distribution(Distribution),
@@ -134,50 +129,47 @@ impl What {
     }
 }
 
-/// What is measured, which follows from what the stage reads.
-pub fn recipes(section: &Section<MeasureTable>, given: &mut Given) -> Option<Vec<Recipe>> {
+/// Returns the task of a stage; what it can measure depends on what it reads.
+pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
-    let checks = &mut Checks::of(section, point, given.problems);
-    let reads_surfaces = given.read? == Rows::Surfaces;
-    let params = match reads_surfaces {
-        true => of_surfaces(&point.table, given.surfaces.kept_alone.as_deref(), checks),
-        false => of_loads(&point.table, &given.surfaces, checks),
+    let checks = &mut Checks::new(section, point, context.problems);
+    let params = if context.read? == Rows::Surfaces {
+        of_surfaces(&point.table, context.surfaces.kept_alone.as_deref(), checks)
+    } else {
+        of_loads(&point.table, &context.surfaces, checks)
     };
     Some(vec![Recipe::Measure(params?)])
 }
 
-/// The word for what is measured, if there is one and the stage does not read what it is about.
-fn misplaced(table: &MeasureTable, of_loads: bool, checks: &mut Checks) -> Option<()> {
-    let written = table.what.written();
-    let Some(written) = written.filter(|what| what.value.is_of_loads() != of_loads) else {
+/// Refuses a quantity that cannot be measured on what the stage reads.
+fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) -> Option<()> {
+    let written = checks.optional("what", &table.what)?;
+    let Some(written) = written.filter(|what| what.value.is_of_loads() != reads_loads) else {
         return Some(());
     };
-    let (reads, words) = match of_loads {
-        true => ("loads", r#""contacts", "pressures", "gaps" and "clusters""#),
-        false => ("surfaces", r#""heights", "spectrum", "roughness" and the like"#),
+    let (reads, words) = if reads_loads {
+        ("loads", r#""contacts", "pressures", "gaps" or "clusters""#)
+    } else {
+        ("surfaces", r#""heights", "spectrum", "roughness" or another statistic of heights"#)
     };
-    let message = format!("this stage reads {reads}, and `what` asks for something else");
-    let label = format!("of {reads} there are {words}");
-    checks.refuse("what", message, &written.span, label)
+    let message = format!("this stage reads {reads}, and `what` cannot be measured on them");
+    checks.refuse("what", message, &written.span, format!("must be {words}"))
 }
 
 fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
-    misplaced(table, true, checks)?;
+    check_quantity(table, true, checks)?;
     let what = table.what.value().unwrap_or(What::Contacts);
-    let stiffness = table.stiffness.value() == Some(true);
+    let stiffness = checks.value("stiffness", &table.stiffness)?;
     let why = "for surfaces; this stage reads loads";
     let range = checks.forbidden("range", &table.range, why);
     let pool = checks.forbidden("pool", &table.pool, why);
-    if what != What::Clusters {
-        checks.forbidden("bins", &table.bins, "for surfaces and for clusters of contact")?;
-    }
-    let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS_A_DECADE, BINS_A_DECADE)?;
+    let bins = bins_per_decade(table, what, checks)?;
     range.and(pool)?;
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         return Some(Params::Contacts { stiffness });
     };
-    let why = "measured beside contacts, `what = \"contacts\"`";
     if stiffness {
+        let why = "needs `what = \"contacts\"`";
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
     let uncounted = match distribution {
@@ -188,12 +180,25 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let Some((stage, key)) = uncounted else {
         return Some(Params::Distribution(distribution));
     };
-    let place = &table.what.written()?.span;
-    let message = format!("stage `{stage}` does not count what is asked for");
-    let label = "needs counts of what is no longer there after the solution";
-    let problem = Problem::new(message, place.clone(), label);
-    let example = format!("`{key} = {{ count = 100, to = 5.0 }}` in stage `{stage}` counts them");
+    let message = format!("stage `{stage}` has no `{key}`");
+    let label = "needs counts that are made while the contact is solved";
+    let problem = Problem::new(message, table.what.written()?.span.clone(), label);
+    let example = format!("add `{key} = {{ count = 100, to = 5.0 }}` to stage `{stage}`");
     checks.reject(problem.help(example))
+}
+
+/// Returns the number of bins per decade of area, for clusters only.
+fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<u32> {
+    if what != What::Clusters {
+        checks.forbidden("bins", &table.bins, "for surfaces and for `what = \"clusters\"`")?;
+    }
+    let bins = checks.value_or("bins", &table.bins, DEFAULT_BINS_PER_DECADE)?;
+    let written = table.bins.written().filter(|_| bins > MAX_BINS_PER_DECADE);
+    let Some(written) = written else {
+        return Some(bins);
+    };
+    let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} for clusters");
+    checks.refuse("bins", format!("`bins` is {bins}"), &written.span, must)
 }
 
 fn of_surfaces(
@@ -201,16 +206,15 @@ fn of_surfaces(
     kept_alone: Option<&str>,
     checks: &mut Checks,
 ) -> Option<Params> {
-    let why = "for loads; this stage reads surfaces";
-    if table.stiffness.value() == Some(true) {
+    if checks.value("stiffness", &table.stiffness)? {
+        let why = "for loads; this stage reads surfaces";
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
-    let bins = checks.whole_or("bins", &table.bins, 1..=MOST_BINS, DEFAULT_BINS);
-    let ranges = (Bound::Included(RANGES[0]), Bound::Included(RANGES[1]));
-    let range = checks.number_or("range", &table.range, ranges, DEFAULT_RANGE);
-    misplaced(table, false, checks)?;
+    let bins = checks.value("bins", &table.bins);
+    let range = checks.number("range", &table.range);
+    check_quantity(table, false, checks)?;
     let (bins, range) = (bins?, range?);
-    let what = table.what.value().unwrap_or(What::Heights);
+    let what = checks.value("what", &table.what)?;
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
         return heights(table, bins, range, kept_alone, checks);
     };
@@ -231,14 +235,14 @@ fn heights(
     kept_alone: Option<&str>,
     checks: &mut Checks,
 ) -> Option<Params> {
-    let Some(pool) = table.pool.written().filter(|pool| pool.value) else {
+    if !checks.value("pool", &table.pool)? {
         return Some(Params::Heights { bins, range });
-    };
+    }
     let Some(stage) = kept_alone else {
         return Some(Params::Pool { bins, range });
     };
-    let message = "these surfaces cannot be drawn again to be pooled";
-    let label = format!("`{stage}` has their spectrum from another stage");
-    let problem = Problem::new(message, pool.span.clone(), label);
+    let message = "surfaces with a measured spectrum cannot be pooled: they cannot be drawn again";
+    let label = format!("stage `{stage}` reads the spectrum of another stage");
+    let problem = Problem::new(message, table.pool.written()?.span.clone(), label);
     checks.reject(problem.help("without `pool` each surface has its own histogram"))
 }

@@ -1,124 +1,125 @@
-//! Keys of the stages that press surfaces, and their checks.
-//!
-//! The comments of the keys are what editors show and what messages quote.
+//! Keys of `solve` stages. Their doc comments are shown by editors and quoted in messages.
 
-use std::ops::Bound;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::loads::{Bins, Loads, WrittenPressures};
+use super::loads::{Bins, Loads, StoredPressures};
 use super::units::PressureUnit;
 use super::{GivenHardness, Params, loads};
 use crate::form::Surfaces;
-use crate::{Given, Recipe};
+use crate::{CheckContext, Recipe};
 use asperity_contact::asperities::Interaction;
 use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
-use asperity_manifest::written::checks::{Checks, QUANTITY, SHARE, report_equal_points};
-use asperity_manifest::written::{Key, Section, Written, table};
+use asperity_manifest::written::checks::{Checks, report_equal_points};
+use asperity_manifest::written::declare::{required, swept};
+use asperity_manifest::written::{Key, Section, Spanned, table};
 
-/// The largest `max_pairs`.
-const MOST_PAIRS: u32 = 1_000_000;
-/// Loads of all points of a grid together.
-const MOST_LOADS_OF_A_STAGE: usize = 1_000_000;
-/// A hardness is one of a material, whatever its surface.
-const HARDNESS_UNIT: PressureUnit = PressureUnit::Absolute;
+/// Maximum of `max_pairs`.
+const MAX_PAIRS: u32 = 1_000_000;
+/// Maximum number of loads in all points of a grid.
+const MAX_LOADS_OF_STAGE: usize = 1_000_000;
 
-/// Presses surfaces through one block of loads.
+/// Presses surfaces under a sequence of loads.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolveTable {
-    /// Effective modulus E*, with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; `bodies` may stand instead.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    /// Effective modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂. Its unit is the
+    /// unit of pressure of the stage. Give either this key or `bodies`.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
     pub effective_modulus: Key<f64>,
-    /// The two bodies in contact, or one pressed against a rigid one; instead of
-    /// `effective_modulus`.
+    /// Stopping criterion of the solver: the largest gap in contact and the largest penetration
+    /// outside it, divided by rms slope × mesh step.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_TOLERANCE))]
+    #[schemars(transform = swept)]
+    pub tolerance: Key<f64>,
+    /// Boundary condition at the edges of the cell.
+    #[schemars(extend("default" = "periodic"), transform = swept)]
+    pub boundary: Key<Boundary>,
+    /// Highest pressure that the material bears, in the unit of `hardness_unit`; nodes under this
+    /// pressure yield. Every load must be below it, and loads can only increase. Without this key
+    /// the material is elastic.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    pub hardness: Key<f64>,
+    /// Interaction of the asperities with `method = "asperities"`; the default is `"explicit"`.
+    #[schemars(transform = swept)]
+    pub interaction: Key<Interaction>,
+    /// Elastic constants of the two bodies, or of one body that is pressed against a rigid one.
+    /// Give either this key or `effective_modulus`.
     #[schemars(length(min = 1, max = 2))]
-    pub bodies: Key<Vec<Written<Body>>>,
-    /// The loads, one after the other: a list, or `{ from, to, steps, spacing }`.
-    #[schemars(required)]
+    pub bodies: Key<Vec<Spanned<Body>>>,
+    /// Loads in ascending order, in the unit of `load_unit`: a list, or
+    /// `{ from, to, steps, spacing }`.
+    #[schemars(transform = required)]
     pub loads: Key<Loads>,
-    /// How contact is found: of every node, by boundary elements, or as Hertz' contacts of the summits of
-    /// the surface.
+    /// Contact model: boundary elements at every node, or Hertz contacts of the summits.
     #[schemars(extend("default" = "boundary-elements"))]
     pub method: Key<Method>,
-    /// How asperities act on each other, where `method` is "asperities": `"explicit"` when left out.
-    pub interaction: Key<Interaction>,
-    /// What lies beyond the edges of the surfaces: the same again, for ever, or nothing.
-    #[schemars(extend("default" = "periodic"))]
-    pub boundary: Key<Boundary>,
-    /// What `loads` and `pressures` are measured in.
+    /// Unit of `loads` and `pressures`.
     #[schemars(extend("default" = "relative"))]
     pub load_unit: Key<PressureUnit>,
-    /// The highest pressure that the material bears: where it is reached, the material yields, and
-    /// every load must be below it. For loading alone: unloading is another problem. None when left
-    /// out.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub hardness: Key<f64>,
-    /// What `hardness` is measured in.
+    /// Unit of `hardness`.
     #[schemars(extend("default" = "absolute"))]
     pub hardness_unit: Key<PressureUnit>,
-    /// When to stop: largest gap in contact and largest penetration outside it, over rms slope ×
-    /// mesh step.
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_TOLERANCE))]
-    pub tolerance: Key<f64>,
-    /// Pairs of Fourier transforms after which a load is given up; its row says so.
-    #[schemars(range(min = 1, max = MOST_PAIRS), extend("default" = DEFAULT_PAIR_LIMIT))]
-    pub max_pairs: Key<i64>,
-    /// Which pressure fields are stored: `"none"`, `"all"`, or those at some of the `loads`.
+    /// Number of pairs of Fourier transforms after which the solver gives up a load. The row of the
+    /// load records it.
+    #[schemars(range(min = 1, max = MAX_PAIRS), extend("default" = DEFAULT_PAIR_LIMIT))]
+    pub max_pairs: Key<u32>,
+    /// Pressure fields that are stored: `"none"`, `"all"`, or those under a list of some of the
+    /// `loads`.
     #[schemars(extend("default" = "none"))]
-    pub pressures: Key<WrittenPressures>,
-    /// Bins in which pressures are counted under each load, `{ count, to }`: so many equal ones from
-    /// zero to that pressure in units of E* × rms slope. A `measure` stage with `what = "pressures"`
-    /// tells their distribution, and no pressure has to be stored.
+    pub pressures: Key<StoredPressures>,
+    /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
+    /// the pressure `to`, in units of E* × rms slope. A `measure` stage with `what = "pressures"`
+    /// reads it; no pressure field needs to be stored. Without this key pressures are not counted.
     pub pressure_bins: Key<Bins>,
-    /// Bins in which gaps are counted under each load, `{ count, to }`: so many equal ones from zero
-    /// to that gap in rms heights. A `measure` stage with `what = "gaps"` tells their distribution. It
-    /// costs a pair of transforms a load.
+    /// Histogram of the gaps under each load, `{ count, to }`: `count` equal bins from zero to the
+    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it.
+    /// Counting gaps costs one pair of transforms a load. Without this key gaps are not counted.
     pub gap_bins: Key<Bins>,
-    /// Whether what flows through the gap is found under each load, along x and along y, by Reynolds'
-    /// equation on the mesh. It takes ten to twenty times as long as the loads themselves; surfaces must
-    /// repeat themselves.
+    /// `true` solves Reynolds' equation for the flow through the gap under each load, along x
+    /// and along y. This takes ten to twenty times as long as the contact and needs
+    /// `boundary = "periodic"`.
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,
 }
 
-table!(SolveTable, swept: ["effective_modulus", "tolerance", "boundary", "hardness", "interaction"], lists: []);
+table!(SolveTable);
 
-/// An elastic body.
+/// Elastic constants of a body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Young's modulus E.
+    /// Young's modulus E, in the unit of pressure of the stage.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub youngs_modulus: Written<f64>,
+    pub youngs_modulus: f64,
     /// Poisson's ratio ν, above −1 and at most 0.5.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
-    pub poisson_ratio: Written<f64>,
-    /// The highest pressure that it bears, in the unit of its modulus. It bounds nothing and changes no
-    /// result, as `hardness` of the stage does, but a run tells where the peak pressure passes it.
+    pub poisson_ratio: f64,
+    /// Highest pressure that the body bears, in the unit of its modulus. Unlike `hardness` of the
+    /// stage it changes no result: a run reports where the peak pressure exceeds it.
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub hardness: Key<f64>,
 }
 
-/// How contact is found.
+/// A contact model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// The contact of every node is solved.
     BoundaryElements,
-    /// Hertz' elliptic contacts of the summits.
+    /// Summits are in elliptic Hertz contact.
     Asperities,
 }
 
-/// The blocks of a stage, point by point of its grid.
-pub fn recipes(section: &Section<SolveTable>, given: &mut Given) -> Option<Vec<Recipe>> {
-    let blocks = blocks(section, &given.surfaces, given.problems)?;
+/// Returns the blocks of a stage, one for each point of its grid.
+pub fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+    let blocks = blocks(section, &context.surfaces, context.problems)?;
     let recipes = blocks.into_iter().map(|block| Recipe::Solve(Arc::new(block)));
     Some(recipes.collect())
 }
@@ -132,7 +133,7 @@ fn blocks(
     let mut blocks = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
-        let checks = &mut Checks::of(section, point, problems);
+        let checks = &mut Checks::new(section, point, problems);
         let boundary = boundary(&point.table, surfaces, section, checks);
         let block = block(&point.table, checks).zip(boundary);
         let block = block.map(|(block, boundary)| Params { boundary, ..block });
@@ -140,10 +141,10 @@ fn blocks(
             check_bearing(&point.table, block, surfaces, checks);
         }
         loads += block.as_ref().map_or(0, |block| block.loads.len());
-        if loads > MOST_LOADS_OF_A_STAGE {
-            let message = format!("the stage has more than {MOST_LOADS_OF_A_STAGE} loads");
-            let label = "the lists of this stage multiply";
-            problems.push(Problem::new(message, section.place.clone(), label));
+        if loads > MAX_LOADS_OF_STAGE {
+            let message = format!("the stage has more than {MAX_LOADS_OF_STAGE} loads");
+            let label = "swept lists are combined with each other";
+            problems.push(Problem::new(message, section.span.clone(), label));
             return None;
         }
         blocks.push(block);
@@ -153,38 +154,35 @@ fn blocks(
     Some(blocks)
 }
 
-/// What lies beyond the edges: a map that is not periodic must not be taken for one that is.
+/// Returns the boundary condition, and refuses periodic contact of a map that is not periodic.
 fn boundary(
     table: &SolveTable,
     surfaces: &Surfaces,
     section: &Section<SolveTable>,
     checks: &mut Checks,
 ) -> Option<Boundary> {
-    if table.boundary.value() == Some(Boundary::Free) {
-        return Some(Boundary::Free);
-    }
-    let Some(stage) = &surfaces.open else {
-        return Some(Boundary::Periodic);
+    let boundary = checks.value("boundary", &table.boundary)?;
+    let Some(stage) = surfaces.open.as_ref().filter(|_| boundary == Boundary::Periodic) else {
+        return Some(boundary);
     };
-    let message =
-        format!("the map of stage `{stage}` is not periodic, and pressed as if it repeated itself");
-    let place = table.boundary.written().map_or(&section.place, |written| &written.span);
-    let label = "`boundary` is \"periodic\" here";
-    let problem = Problem::new(message, place.clone(), label);
+    let message = format!(
+        "the map of stage `{stage}` is not periodic, but its contact is solved as periodic"
+    );
+    let span = table.boundary.written().map_or(&section.span, |written| &written.span);
+    let problem = Problem::new(message, span.clone(), "`boundary` is \"periodic\" here");
     checks.reject(problem.help(format!(
-        "`boundary = \"free\"` presses it as it is, with nothing beyond its edges; `edges = \
-         \"mirror\"` or `\"taper\"` in stage `{stage}` makes its edges meet"
+        "`boundary = \"free\"` presses the map as an isolated patch; `edges = \"mirror\"` or \
+         `\"taper\"` in stage `{stage}` makes it periodic"
     )))
 }
 
 fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
     let loads = loads::loads(table, checks);
+    let load_unit = checks.value("load_unit", &table.load_unit);
     let hardness = hardness(table, checks);
-    let softest_body = softest_body(table, checks);
-    let tolerance = checks.number_or("tolerance", &table.tolerance, SHARE, DEFAULT_TOLERANCE);
-    let max_pairs =
-        checks.whole_or("max_pairs", &table.max_pairs, 1..=MOST_PAIRS, DEFAULT_PAIR_LIMIT);
+    let tolerance = checks.number("tolerance", &table.tolerance);
+    let max_pairs = checks.value("max_pairs", &table.max_pairs);
     let pressures = loads::pressures(table, loads.as_deref(), checks);
     let pressure_bins =
         loads::bins("pressure_bins", &table.pressure_bins, loads.as_deref(), checks);
@@ -193,7 +191,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let asperities = asperities(table, checks);
     Some(Params {
         effective_modulus: effective_modulus?,
-        load_unit: table.load_unit.value().unwrap_or(PressureUnit::Relative),
+        load_unit: load_unit?,
         loads: loads?,
         tolerance: tolerance?,
         max_pairs: max_pairs?,
@@ -202,55 +200,50 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         hardness: hardness?,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
-        softest_body: softest_body?,
+        softest_body: softest_body(table),
         bodies: table.bodies.written().map_or(0, |bodies| bodies.value.len()),
         flow: flow?,
         asperities: asperities?,
     })
 }
 
-/// Whether the flow through the gap is asked for, of surfaces that repeat themselves.
+/// Returns whether the flow is solved, and refuses it without a periodic gap.
 fn flow(table: &SolveTable, checks: &mut Checks) -> Option<bool> {
-    let Some(written) = table.flow.written().filter(|flow| flow.value) else {
-        return Some(false);
-    };
-    if table.boundary.value() == Some(Boundary::Free) {
-        let message = "`flow` is true, and `boundary` is \"free\"";
-        let label = "is found where the gap repeats itself, with `boundary = \"periodic\"`";
-        return checks.refuse("flow", message, &written.span, label);
+    let flow = checks.value("flow", &table.flow)?;
+    if flow && table.boundary.value() == Some(Boundary::Free) {
+        let why = "the flow is solved in a periodic gap, and `boundary` is \"free\"";
+        checks.forbidden("flow", &table.flow, why)?;
     }
-    Some(true)
+    Some(flow)
 }
 
-/// How asperities act on each other, if summits are pressed: elastic ones, around the cell.
+/// Returns the interaction of asperities, if summits are pressed.
 fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interaction>> {
-    if table.method.value() != Some(Method::Asperities) {
-        let why = "goes with `method = \"asperities\"`";
+    if checks.value("method", &table.method)? != Method::Asperities {
+        let why = "needs `method = \"asperities\"`";
         return checks.forbidden("interaction", &table.interaction, why).map(|()| None);
     }
-    let why = "Hertz' contacts are elastic under any pressure";
+    let why = "Hertz contacts are elastic under any pressure";
     let elastic = checks.forbidden("hardness", &table.hardness, why);
     let why =
-        "counted of pressures and gaps of all nodes, which Hertz' contacts are not solved for";
+        "needs pressures and gaps at all nodes, which `method = \"asperities\"` does not solve for";
     let pressures = checks.forbidden("pressure_bins", &table.pressure_bins, why);
     let gaps = checks.forbidden("gap_bins", &table.gap_bins, why);
-    let why = "found of the gap of all nodes, which Hertz' contacts are not solved for";
     let flow = checks.forbidden("flow", &table.flow, why);
     elastic.and(pressures).and(gaps).and(flow)?;
-    let open = table.boundary.written().filter(|written| written.value == Boundary::Free);
-    if let Some(written) = open {
-        let message = "asperities are pressed around the cell, and `boundary` is \"free\"";
+    let free = table.boundary.written().filter(|written| written.value == Boundary::Free);
+    if let Some(written) = free {
+        let message = "asperities are pressed in a periodic cell, and `boundary` is \"free\"";
         let label = "must be \"periodic\" with `method = \"asperities\"`";
-        checks.report("boundary", Problem::new(message, written.span.clone(), label));
+        return checks.refuse("boundary", message, &written.span, label);
     }
-    let interaction = table.interaction.value().unwrap_or(Interaction::Explicit);
-    open.is_none().then_some(Some(interaction))
+    Some(Some(table.interaction.value().unwrap_or(Interaction::Explicit)))
 }
 
-/// E*, given or from the two bodies.
+/// Returns E*, as given or from the two bodies.
 fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
-    let Some(bodies) = table.bodies.written() else {
-        return checks.number_or("effective_modulus", &table.effective_modulus, QUANTITY, 1.0);
+    let Some(bodies) = checks.optional("bodies", &table.bodies)? else {
+        return checks.number("effective_modulus", &table.effective_modulus);
     };
     if let Some(modulus) = table.effective_modulus.written() {
         let message = "`effective_modulus` and `bodies` exclude each other";
@@ -259,80 +252,60 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
         checks.report("bodies", problem);
         return None;
     }
-    if !(1..=2).contains(&bodies.value.len()) {
-        let message = format!("`bodies` has {} entries", bodies.value.len());
-        let label = "must be two, or one against a rigid body";
-        return checks.refuse("bodies", message, &bodies.span, label);
-    }
-    let compliances: Vec<_> =
-        bodies.value.iter().map(|body| compliance(&body.value, checks)).collect();
-    let compliances: Option<Vec<f64>> = compliances.into_iter().collect();
-    let modulus = 1.0 / compliances?.iter().sum::<f64>();
+    let compliances = bodies.value.iter().map(|body| compliance(&body.value));
+    let modulus = 1.0 / compliances.sum::<f64>();
     if !(modulus.is_finite() && modulus > 0.0) {
-        let message = format!("the effective modulus of the bodies comes to {modulus:?}");
+        let message = format!("the effective modulus of the bodies is {modulus:?}");
         let label = "out of the range of numbers";
         return checks.refuse("bodies", message, &bodies.span, label);
     }
     Some(modulus)
 }
 
-/// (1 − ν²)/E.
-fn compliance(body: &Body, checks: &mut Checks) -> Option<f64> {
-    let modulus = checks.is_in("youngs_modulus", &body.youngs_modulus, QUANTITY);
-    let ratio = (Bound::Excluded(-1.0), Bound::Included(0.5));
-    let ratio = checks.is_in("poisson_ratio", &body.poisson_ratio, ratio);
-    let (modulus, ratio) = (modulus?, ratio?);
-    Some((1.0 - ratio * ratio) / modulus)
+/// Returns the compliance (1 − ν²)/E.
+fn compliance(body: &Body) -> f64 {
+    let ratio = decimal::nearest(body.poisson_ratio);
+    (1.0 - ratio * ratio) / decimal::nearest(body.youngs_modulus)
 }
 
-/// Refuses a unit of nothing, unless it is the default, which may be written out anywhere. Some points of
-/// a grid may have no hardness where others have one.
+/// Refuses the unit of a hardness that no point of the grid has, unless it is the default.
 fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
     let is_given = |table: &SolveTable| table.hardness.written().is_some();
     if section.points.iter().any(|point| is_given(&point.table)) {
         return;
     }
     for point in &section.points {
-        let checks = &mut Checks::of(section, point, problems);
-        let unit = point.table.hardness_unit.value().unwrap_or(HARDNESS_UNIT);
-        if unit != HARDNESS_UNIT && !checks.is_excused("hardness") {
-            let why = "there is no `hardness` to be measured in it";
+        let checks = &mut Checks::new(section, point, problems);
+        let unit = point.table.hardness_unit.value();
+        let is_other = unit.is_some_and(|unit| unit != checks.default_of("hardness_unit"));
+        if is_other && !checks.is_excused("hardness") {
+            let why = "there is no `hardness` with this unit";
             checks.forbidden("hardness_unit", &point.table.hardness_unit, why);
         }
     }
 }
 
-/// The hardness, where there is one.
+/// Returns the hardness of the material, if it is given.
 fn hardness(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenHardness>> {
-    let Some(written) = table.hardness.written() else {
-        return Some(None);
-    };
-    let pressure = checks.is_in("hardness", written, QUANTITY)?;
-    let unit = table.hardness_unit.value().unwrap_or(HARDNESS_UNIT);
-    Some(Some(GivenHardness { pressure, unit }))
+    let pressure = checks.optional_number("hardness", &table.hardness)?;
+    let unit = checks.value("hardness_unit", &table.hardness_unit)?;
+    Some(pressure.map(|pressure| GivenHardness { pressure, unit }))
 }
 
-/// The smallest hardness that a body has, where one has any.
-fn softest_body(table: &SolveTable, checks: &mut Checks) -> Option<Option<f64>> {
-    let bodies = table.bodies.written().into_iter();
-    let bodies = bodies.flat_map(|bodies| &bodies.value);
-    let written = bodies.filter_map(|body| body.value.hardness.written());
-    let hardnesses: Vec<_> =
-        written.map(|hardness| checks.is_in("bodies.hardness", hardness, QUANTITY)).collect();
-    let hardnesses: Vec<f64> = hardnesses.into_iter().collect::<Option<_>>()?;
-    Some(hardnesses.into_iter().reduce(f64::min))
+/// Returns the smallest hardness of the bodies, if one is given.
+fn softest_body(table: &SolveTable) -> Option<f64> {
+    let bodies = table.bodies.written().into_iter().flat_map(|bodies| &bodies.value);
+    let hardnesses = bodies.filter_map(|body| body.value.hardness.value());
+    hardnesses.map(decimal::nearest).reduce(f64::min)
 }
 
-/// Reports the heaviest load if it presses a surface by more than the material bears, as far as that
-/// is known before there is a surface.
+/// Reports the heaviest load if its mean pressure is not below the hardness, as far as the rms
+/// slopes of the surfaces are known.
 fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks: &mut Checks) {
     let (Some(hardness), Some(&heaviest)) = (block.hardness, block.loads.last()) else {
         return;
     };
-    let slopes = match hardness.unit == block.load_unit {
-        true => Some([1.0; 2]),
-        false => surfaces.slopes,
-    };
+    let slopes = if hardness.unit == block.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
     let pressure = |value: f64, unit: PressureUnit, slope: f64| match unit {
         PressureUnit::Absolute => value,
         PressureUnit::Relative => decimal::nearest(value * block.effective_modulus * slope),
@@ -343,7 +316,7 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
     let Some(slope) = slopes.find(|slope| of_load(*slope) >= of_hardness(*slope)) else {
         return;
     };
-    let told = |value: f64, unit: PressureUnit| match unit {
+    let shown = |value: f64, unit: PressureUnit| match unit {
         PressureUnit::Relative if hardness.unit != block.load_unit => {
             let pressure = pressure(value, unit, slope);
             format!("{value:?}, a pressure of {pressure:?} where the rms slope is {slope:?}")
@@ -352,26 +325,26 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
     };
     let message = format!(
         "`loads` holds {}, and `hardness` is {}",
-        told(heaviest, block.load_unit),
-        told(hardness.pressure, hardness.unit)
+        shown(heaviest, block.load_unit),
+        shown(hardness.pressure, hardness.unit)
     );
-    let Some((load, hardness)) = place_of_heaviest(table).zip(table.hardness.written()) else {
+    let Some((load, hardness)) = span_of_heaviest_load(table).zip(table.hardness.written()) else {
         return;
     };
     let limit = of_hardness(slope) / pressure(1.0, block.load_unit, slope);
-    let problem = Problem::new(message, load, "more than the material bears");
-    let problem = problem.and(hardness.span.clone(), "the highest pressure that it bears");
+    let problem = Problem::new(message, load, "not below the hardness");
+    let problem = problem.and(hardness.span.clone(), "the hardness");
     checks.problems.push(problem.help(format!(
-        "under a mean pressure of its hardness a material yields everywhere: each load must be below \
-         {:?} here",
+        "a material yields everywhere under a mean pressure equal to its hardness; each load must be \
+         below {:?} here",
         decimal::nearest(limit)
     )));
 }
 
-/// Where the heaviest load is written.
-fn place_of_heaviest(table: &SolveTable) -> Option<Span> {
+/// Returns the span of the heaviest load.
+fn span_of_heaviest_load(table: &SolveTable) -> Option<Span> {
     match &table.loads.written()?.value {
         Loads::List(list) => Some(list.last()?.span.clone()),
-        Loads::Range(range) => Some(range.to.written()?.span.clone()),
+        Loads::Range(range) => Some(range.to.span.clone()),
     }
 }

@@ -1,70 +1,60 @@
-//! Keys and checks of loads: they ascend, and pressures are kept or counted under some of them.
+//! Loads of `solve` stages, and the loads under which pressures are stored or counted.
 
-use std::fmt;
-
-use schemars::{JsonSchema, Schema};
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer, StrDeserializer};
-use serde::de::{Error, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::Pressures;
 use super::keys::SolveTable;
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::written::checks::{Checks, NOT_NEGATIVE, POSITIVE, QUANTITY};
-use asperity_manifest::written::{Key, Written, deserialize_either};
+use asperity_manifest::written::checks::Checks;
+use asperity_manifest::written::declare::positive_items;
+use asperity_manifest::written::{Key, Spanned, deserialize_either};
 
-/// The most loads of one block.
-const MOST_LOADS: u32 = 100_000;
-/// The most bins of a distribution.
-const MOST_BINS: u32 = 10_000;
-/// Bins of all loads of a block together: as many numbers as a map of 4096² nodes has.
-const MOST_BINS_OF_A_BLOCK: usize = 1 << 24;
+/// Maximum number of loads of a block.
+const MAX_LOADS: u32 = 100_000;
+/// Maximum number of bins of a distribution.
+const MAX_BINS: u32 = 10_000;
+/// Maximum number of bins under all loads of a block: the number of nodes of a map of 4096².
+const MAX_BINS_OF_BLOCK: usize = 1 << 24;
 
 /// The loads of a block.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Loads {
-    /// One by one, ascending.
-    List(#[schemars(length(min = 1), transform = positive_items)] Vec<Written<f64>>),
-    /// Between two loads.
+    /// A list in ascending order.
+    List(
+        #[schemars(length(min = 1, max = MAX_LOADS), transform = positive_items)] Vec<Spanned<f64>>,
+    ),
+    /// Equally spaced loads between two.
     Range(LoadRange),
 }
 
-deserialize_either! {
-    'de, Loads, "a list of loads or a table `{ from, to, steps, spacing }`",
+deserialize_either!(Loads { list => List, table => Range });
 
-    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Loads, A::Error> {
-        Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(Loads::List)
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Loads, A::Error> {
-        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Loads::Range)
-    }
-}
-
-/// Loads between two, the first of which is left out and the last included.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+/// Loads between two; the first one is left out and the last one is included.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct LoadRange {
-    /// Where the block starts; no load itself, so that blocks join without a repetition.
+    /// Start of the range. It is not a load itself, so that blocks join without a repetition.
+    #[serde(default)]
     #[schemars(range(min = 0), extend("default" = 0.0))]
     pub from: Key<f64>,
     /// The last load.
-    #[schemars(required, extend("exclusiveMinimum" = 0))]
-    pub to: Key<f64>,
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub to: Spanned<f64>,
     /// Number of loads.
-    #[schemars(required, range(min = 1, max = MOST_LOADS))]
-    pub steps: Key<i64>,
-    /// Equal differences, or equal ratios.
+    #[schemars(range(min = 1, max = MAX_LOADS))]
+    pub steps: u32,
+    /// Spacing of the loads: equal differences or equal ratios.
+    #[serde(default)]
     #[schemars(extend("default" = "linear"))]
     pub spacing: Key<Spacing>,
 }
 
-/// How loads are spaced.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+/// Spacing of loads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Spacing {
     /// Equal differences.
@@ -73,142 +63,93 @@ pub enum Spacing {
     Geometric,
 }
 
-/// Which pressure fields are stored.
+/// Pressure fields that are stored.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
-pub enum WrittenPressures {
-    /// None or all.
-    Word(PressuresWord),
-    /// Those at some loads.
-    At(#[schemars(length(min = 1), transform = positive_items)] Vec<Written<f64>>),
+pub enum StoredPressures {
+    /// All of them or none.
+    Word(Pressures),
+    /// Those under some of the loads.
+    At(#[schemars(length(min = 1), transform = positive_items)] Vec<Spanned<f64>>),
 }
 
-deserialize_either! {
-    'de, WrittenPressures, "`\"none\"`, `\"all\"` or a list of loads",
+deserialize_either!(StoredPressures { word => Word, list => At });
 
-    fn visit_str<E: Error>(self, word: &str) -> Result<WrittenPressures, E> {
-        PressuresWord::deserialize(StrDeserializer::new(word)).map(WrittenPressures::Word)
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<WrittenPressures, A::Error> {
-        Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(WrittenPressures::At)
-    }
-}
-
-fn positive_items(schema: &mut Schema) {
-    let items = schema.get_mut("items").and_then(Value::as_object_mut);
-    if let Some(items) = items {
-        items.insert("exclusiveMinimum".to_owned(), 0.into());
-    }
-}
-
-/// All pressure fields, or none.
+/// Equal bins that begin at zero.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum PressuresWord {
-    /// No pressure field.
-    None,
-    /// The pressure field of every load.
-    All,
-}
-
-/// Equal bins from zero on.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(deny_unknown_fields)]
 pub struct Bins {
-    /// How many there are.
-    #[schemars(required, range(min = 1, max = MOST_BINS))]
-    pub count: Key<i64>,
-    /// Where the last one ends.
-    #[schemars(required, extend("exclusiveMinimum" = 0))]
-    pub to: Key<f64>,
+    /// Number of bins.
+    #[schemars(range(min = 1, max = MAX_BINS))]
+    pub count: u32,
+    /// End of the last bin.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub to: f64,
 }
 
-/// The loads of a block, ascending.
+/// Returns the loads of a block, ascending.
 pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
     let written = checks.required("loads", &table.loads)?;
     match &written.value {
-        Loads::List(list) if list.is_empty() => {
-            let label = "must hold at least one load";
-            checks.refuse("loads", "`loads` is empty", &written.span, label)
-        }
         Loads::List(list) => listed(list, checks),
         Loads::Range(range) => spaced(range, written, checks),
     }
 }
 
-fn listed(list: &[Written<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
-    let loads: Vec<_> = list.iter().map(|load| checks.holds("loads", load, QUANTITY)).collect();
-    let loads: Vec<f64> = loads.into_iter().collect::<Option<_>>()?;
-    if let Some(index) = (1..loads.len()).find(|&index| !ascends(&loads[index - 1..=index])) {
-        let [before, after] = [index - 1, index].map(|index| list[index].value);
-        let place = list[index].span.clone();
-        let differ_by_rounding = before != after && decimal::is_same(before, after);
-        let problem = match differ_by_rounding {
-            true => Problem::new(
-                format!("`loads` holds {before:?} and {after:?}, one load but for rounding"),
-                place,
-                "no step above the load before",
-            )
-            .help("slopes between them would be noise: leave one of them out"),
-            false => Problem::new(
-                format!("`loads` must ascend: {after:?} follows {before:?}"),
-                place,
-                "not above the load before",
-            )
-            .help("each load starts from the contact of the load before it"),
-        };
-        return checks.reject(problem);
-    }
-    if list.len() > MOST_LOADS as usize {
-        let message = format!("`loads` holds {} loads", list.len());
-        let label = format!("at most {MOST_LOADS} fit in a block");
-        return checks.reject(Problem::new(message, list[0].span.clone(), label));
-    }
-    Some(loads)
+fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
+    let loads: Vec<f64> = list.iter().map(|load| decimal::nearest(load.value)).collect();
+    let Some(index) = (1..loads.len()).find(|&index| !ascends(&loads[index - 1..=index])) else {
+        return Some(loads);
+    };
+    let [before, after] = [index - 1, index].map(|index| list[index].value);
+    let differ_by_rounding = before != after && decimal::is_same(before, after);
+    let (message, label, help) = if differ_by_rounding {
+        (
+            format!("`loads` holds {before:?} and {after:?}, which differ only by rounding"),
+            "equal to the load before it",
+            "remove one of them: slopes between them would be noise",
+        )
+    } else {
+        (
+            format!("`loads` must ascend: {after:?} follows {before:?}"),
+            "not above the load before it",
+            "each load starts from the contact under the load before it",
+        )
+    };
+    checks.reject(Problem::new(message, list[index].span.clone(), label).help(help))
 }
 
-/// Whether each load is above the one before by more than rounding.
+/// Returns whether each load is above the one before it by more than rounding.
 fn ascends(loads: &[f64]) -> bool {
     loads.is_sorted_by(|before, after| before < after && !decimal::is_same(*before, *after))
 }
 
-/// Loads between two, as a person would write them, the last of them as it is given.
-fn spaced(range: &LoadRange, written: &Written<Loads>, checks: &mut Checks) -> Option<Vec<f64>> {
-    let from = checks.number_or("from", &range.from, NOT_NEGATIVE, 0.0);
-    let to = checks.required_in(("loads", &written.span), "to", &range.to);
-    let steps = checks.required_in(("loads", &written.span), "steps", &range.steps);
-    let to = to.and_then(|to| checks.is_in("to", to, QUANTITY));
-    let steps = steps.and_then(|steps| checks.is_whole_in("steps", steps, &(1..=MOST_LOADS)));
-    let (from, to, steps) = (from?, to?, steps?);
+/// Returns equally spaced loads, rounded to the decimals that were meant.
+fn spaced(range: &LoadRange, written: &Spanned<Loads>, checks: &mut Checks) -> Option<Vec<f64>> {
+    let from = checks.number("loads.from", &range.from)?;
+    let spacing = checks.value("loads.spacing", &range.spacing)?;
+    let (to, steps) = (decimal::nearest(range.to.value), range.steps);
     if from >= to {
-        let place = range.to.written()?.span.clone();
-        let mut problem = Problem::new(
-            format!("`loads` must ascend: `to = {to:?}` is not above `from = {from:?}`"),
-            place,
-            "not above `from`",
-        );
-        if let Some(from) = range.from.written() {
-            problem = problem.and(from.span.clone(), "`from`");
-        }
-        return checks.reject(problem);
+        let message = format!("`loads` must ascend: `to = {to:?}` is not above `from = {from:?}`");
+        let problem = Problem::new(message, range.to.span.clone(), "not above `from`");
+        return checks.reject(match range.from.written() {
+            Some(from) => problem.and(from.span.clone(), "`from`"),
+            None => problem,
+        });
     }
-    let load: Box<dyn Fn(f64) -> f64> = match range.spacing.value() {
-        Some(Spacing::Geometric) if from == 0.0 => {
-            let spacing = range.spacing.written()?;
-            let problem = Problem::new(
-                "geometric loads cannot start at zero",
-                spacing.span.clone(),
-                "needs `from` above 0",
-            );
-            let help = "equal ratios lead nowhere from zero: give the load that precedes the first";
-            return checks.reject(problem.help(help));
-        }
-        Some(Spacing::Geometric) => Box::new(move |share| from * libm::pow(to / from, share)),
-        Some(Spacing::Linear) | None => Box::new(move |share| from + (to - from) * share),
+    if let Some(spacing) = range.spacing.written().filter(|_| from == 0.0)
+        && spacing.value == Spacing::Geometric
+    {
+        let message = "geometric loads cannot start at zero";
+        let problem = Problem::new(message, spacing.span.clone(), "needs `from` above 0");
+        return checks.reject(problem.help("set `from` to the load before the first one"));
+    }
+    let load = |fraction: f64| match spacing {
+        Spacing::Geometric => from * libm::pow(to / from, fraction),
+        Spacing::Linear => from + (to - from) * fraction,
     };
-    let share = |step: u32| f64::from(step) / f64::from(steps);
-    let inner = (1..steps).map(|step| decimal::nearest(load(share(step))));
+    let fraction = |step: u32| f64::from(step) / f64::from(steps);
+    let inner = (1..steps).map(|step| decimal::nearest(load(fraction(step))));
     let loads: Vec<f64> = inner.chain([to]).collect();
     if loads[0] > from && ascends(&loads) {
         return Some(loads);
@@ -217,26 +158,20 @@ fn spaced(range: &LoadRange, written: &Written<Loads>, checks: &mut Checks) -> O
     checks.reject(Problem::new(message, written.span.clone(), "too many steps"))
 }
 
-/// What is kept of pressure fields. Chosen loads are those of the block to rounding, and are stored
-/// as the block has them.
+/// Returns the loads whose pressure fields are stored. They are those of the block to rounding, and
+/// are stored as the block has them.
 pub fn pressures(
     table: &SolveTable,
     loads: Option<&[f64]>,
     checks: &mut Checks,
 ) -> Option<Pressures> {
-    let Some(written) = table.pressures.written() else {
+    let Some(written) = checks.optional("pressures", &table.pressures)? else {
         return Some(Pressures::None);
     };
     let list = match &written.value {
-        WrittenPressures::Word(PressuresWord::None) => return Some(Pressures::None),
-        WrittenPressures::Word(PressuresWord::All) => return Some(Pressures::All),
-        WrittenPressures::At(list) => list,
+        StoredPressures::Word(pressures) => return Some(pressures.clone()),
+        StoredPressures::At(list) => list,
     };
-    if list.is_empty() {
-        let label = "for no pressure field at all write \"none\"";
-        let problem = Problem::new("`pressures` is empty", written.span.clone(), label);
-        return checks.reject(problem);
-    }
     let loads = loads?;
     let chosen: Vec<_> = list.iter().map(|load| chosen(load, loads, checks)).collect();
     let mut chosen: Vec<f64> = chosen.into_iter().collect::<Option<_>>()?;
@@ -245,52 +180,34 @@ pub fn pressures(
     Some(Pressures::At(chosen))
 }
 
-fn chosen(load: &Written<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64> {
-    let value = checks.holds("pressures", load, POSITIVE)?;
+fn chosen(load: &Spanned<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64> {
+    let value = decimal::nearest(load.value);
     let distance = |other: &&f64| (**other - value).abs();
     let nearest = *loads.iter().min_by(|one, other| distance(one).total_cmp(&distance(other)))?;
     if decimal::is_same(nearest, value) {
         return Some(nearest);
     }
-    let message = format!("`pressures` asks for the load {value:?}, which is not in `loads`");
+    let message = format!("`pressures` holds {value:?}, which is not in `loads`");
     let label = format!("the nearest load is {nearest:?}");
     checks.reject(Problem::new(message, load.span.clone(), label))
 }
 
-/// The bins of a key, if they are asked for.
+/// Returns the bins of a histogram, if it is asked for.
 pub fn bins(
     name: &str,
     key: &Key<Bins>,
     loads: Option<&[f64]>,
     checks: &mut Checks,
 ) -> Option<Option<EqualBins>> {
-    let Some(written) = key.written() else {
-        return (!checks.is_excused(name)).then_some(None);
+    let Some(written) = checks.optional(name, key)? else {
+        return Some(None);
     };
-    let Bins { count, to } = &written.value;
-    let count = part(name, "count", count, written, checks)
-        .and_then(|count| checks.is_whole_in("count", count, &(1..=MOST_BINS)));
-    let to = part(name, "to", to, written, checks).and_then(|to| checks.is_in("to", to, QUANTITY));
-    let bins = EqualBins { count: count?, to: to? };
+    let Bins { count, to } = written.value;
     let loads = loads.map_or(0, <[f64]>::len);
-    if loads.saturating_mul(bins.count as usize) > MOST_BINS_OF_A_BLOCK {
-        let message = format!("`{name}` asks for {} bins under each of {loads} loads", bins.count);
-        let label = format!("at most {MOST_BINS_OF_A_BLOCK} bins fit in a block");
+    if loads.saturating_mul(count as usize) > MAX_BINS_OF_BLOCK {
+        let message = format!("`{name}` has {count} bins under each of {loads} loads");
+        let label = format!("a block can have {MAX_BINS_OF_BLOCK} bins in all");
         return checks.refuse(name, message, &written.span, label);
     }
-    Some(Some(bins))
-}
-
-fn part<'k, T>(
-    name: &str,
-    part: &str,
-    key: &'k Key<T>,
-    written: &Written<Bins>,
-    checks: &mut Checks,
-) -> Option<&'k Written<T>> {
-    if key.written().is_none() {
-        let label = "`{ count, to }` says how many bins there are and where the last one ends";
-        return checks.refuse(name, format!("`{name}` lacks `{part}`"), &written.span, label);
-    }
-    key.written()
+    Some(Some(EqualBins { count, to: decimal::nearest(to) }))
 }

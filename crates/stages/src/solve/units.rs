@@ -112,8 +112,8 @@ impl Scales {
     }
 }
 
-/// Version of the numbers of loads that are solved under a hardness. It is a part of their recipes alone:
-/// where it is raised and that of the stage is not, elastic loads are not computed again.
+/// Version of the numbers of loads that are solved under a hardness. It is a part of their recipes
+/// alone: where it is raised and that of the stage is not, elastic loads are not computed again.
 const HARDNESS_VERSION: u32 = 3;
 
 /// The highest pressure that a material bears, as it is given.

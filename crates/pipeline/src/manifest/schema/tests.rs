@@ -141,47 +141,85 @@ fn mistakes_of_a_single_value_violate_the_schema() {
 
 #[test]
 fn swept_keys_and_lists_are_keys() {
-    for form in Form::all() {
-        let layout = form.layout();
-        let pairs = layout.pairs.iter().chain(layout.always_pairs);
-        for key in layout.swept.iter().chain(layout.lists).chain(pairs) {
-            assert!(layout.has(key), "{form:?} has no `{key}`");
+    for variant in StageVariant::all() {
+        let layout = variant.layout();
+        let pairs = layout.pairs.iter().chain(&layout.always_pairs);
+        for key in layout.swept.iter().chain(&layout.lists).chain(pairs) {
+            assert!(layout.has(key), "{variant:?} has no `{key}`");
         }
     }
+}
+
+/// Without bounds in the schema a number would not be checked at all.
+#[test]
+fn every_number_has_bounds() {
+    fn unbounded(schema: &Value, path: &str, found: &mut Vec<String>) {
+        let types = [&schema["type"], &schema["type"][0]];
+        let is_number =
+            ["number", "integer"].iter().any(|kind| types.iter().any(|one| one == kind));
+        let bounds = ["minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"];
+        if is_number && !bounds.iter().any(|bound| schema.get(bound).is_some()) {
+            found.push(path.to_owned());
+        }
+        for one in
+            ["anyOf", "oneOf"].iter().filter_map(|several| schema[several].as_array()).flatten()
+        {
+            unbounded(one, path, found);
+        }
+        if schema["items"].is_object() {
+            unbounded(&schema["items"], path, found);
+        }
+        for (name, key) in schema["properties"].as_object().into_iter().flatten() {
+            unbounded(key, &format!("{path}.{name}"), found);
+        }
+    }
+    let mut found = Vec::new();
+    for variant in StageVariant::all() {
+        for (name, key) in variant.layout().properties() {
+            unbounded(key, name, &mut found);
+        }
+    }
+    // The corner of a part of a map may have any coordinates.
+    found.retain(|path| path != "crop.from");
+    assert!(found.is_empty(), "{found:?}");
 }
 
 #[test]
 fn every_key_is_explained() {
-    for form in Form::all() {
-        for (key, about) in form.layout().properties() {
-            assert!(about["description"].is_string(), "{form:?}: `{key}`");
+    for variant in StageVariant::all() {
+        for (key, about) in variant.layout().properties() {
+            assert!(about["description"].is_string(), "{variant:?}: `{key}`");
         }
     }
 }
 
-/// Returns the required keys of each form.
-fn smallest(form: Form) -> &'static str {
-    match form {
-        Form::Generate(Method::Random(_)) => "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16",
-        Form::Generate(Method::Spectrum) => "path = \"maps/spectrum.csv\"\nnodes = 64\nside = 1",
-        Form::Generate(Method::File) => {
+/// Returns the required keys of each variant.
+fn smallest(variant: StageVariant) -> &'static str {
+    match variant {
+        StageVariant::Generate(Method::Random(_)) => {
+            "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16"
+        }
+        StageVariant::Generate(Method::Spectrum) => {
+            "path = \"maps/spectrum.csv\"\nnodes = 64\nside = 1"
+        }
+        StageVariant::Generate(Method::File) => {
             "path = \"maps/rough.npy\"\nside = 1\nperiodic = false\nedges = \"taper\""
         }
-        Form::Generate(Method::Paraboloid) => "nodes = 64\nradius = 0.4",
-        Form::Generate(Method::Wave(_)) => "nodes = 64\namplitude = 0.1",
-        Form::Generate(Method::FlatPunch) => "nodes = 64\nradius = 0.4\ndepth = 0.1",
-        Form::Solve => "loads = [0.1]",
-        Form::Aggregate => "over = \"load\"",
-        Form::Fit(LawWord::Limits) => "of = \"mean_gap\"\nterms = { of = \"1 / k_lower\" }",
+        StageVariant::Generate(Method::Paraboloid) => "nodes = 64\nradius = 0.4",
+        StageVariant::Generate(Method::Wave(_)) => "nodes = 64\namplitude = 0.1",
+        StageVariant::Generate(Method::FlatPunch) => "nodes = 64\nradius = 0.4\ndepth = 0.1",
+        StageVariant::Solve => "loads = [0.1]",
+        StageVariant::Aggregate => "over = \"load\"",
+        StageVariant::Fit(LawWord::Limits) => "of = \"mean_gap\"\nterms = { of = \"1 / k_lower\" }",
         _ => "",
     }
 }
 
-/// Returns a manifest whose last table has only the required keys of a form.
-fn manifest(form: Form) -> String {
+/// Returns a manifest whose last table has only the required keys of a variant.
+fn manifest(variant: StageVariant) -> String {
     let mut text = "[study]\nname = \"s\"\n".to_owned();
-    let can_read = |rows| form.kind().definition().reads.rows.contains(&rows);
-    let is_of_spectra = form.selector() == Some(("law", "self-affine"));
+    let can_read = |rows| variant.kind().definition().reads.rows.contains(&rows);
+    let is_of_spectra = variant.selector() == Some(("law", "self-affine"));
     let from = match () {
         () if is_of_spectra => "from = \"spectra\"",
         () if can_read(Rows::Contacts) => "from = \"contacts\"",
@@ -190,12 +228,13 @@ fn manifest(form: Form) -> String {
         () => "",
     };
     text += "[stage.surfaces]\nkind = \"generate\"\n";
-    text += smallest(Form::Generate(Method::ALL[0]));
+    text += smallest(StageVariant::Generate(Method::ALL[0]));
     text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
     text += "[stage.contacts]\nkind = \"measure\"\nfrom = \"loads\"\n";
     text += "[stage.spectra]\nkind = \"measure\"\nfrom = \"surfaces\"\nwhat = \"spectrum\"\n";
-    text += &format!("[stage.last]\nkind = \"{}\"\n{from}\n{}\n", form.kind(), smallest(form));
-    if let Some((key, word)) = form.selector() {
+    text +=
+        &format!("[stage.last]\nkind = \"{}\"\n{from}\n{}\n", variant.kind(), smallest(variant));
+    if let Some((key, word)) = variant.selector() {
         text += &format!("{key} = \"{word}\"\n");
     }
     text
@@ -203,28 +242,28 @@ fn manifest(form: Form) -> String {
 
 #[test]
 fn defaults_written_out_change_nothing() {
-    for form in Form::all() {
-        let left_out = manifest(form);
-        let layout = form.layout();
+    for variant in StageVariant::all() {
+        let left_out = manifest(variant);
+        let layout = variant.layout();
         let keys = layout.properties();
         let defaults = keys.iter().filter_map(|(key, about)| Some((key, about.get("default")?)));
         let defaults = defaults.map(|(key, value)| format!("{key} = {value}\n"));
         let written = left_out.clone() + &defaults.collect::<String>();
         let [left_out, written] = [left_out, written]
             .map(|text| study(&text).unwrap_or_else(|errors| panic!("{}", errors.render(false))));
-        assert_eq!(left_out, written, "{form:?}");
+        assert_eq!(left_out, written, "{variant:?}");
     }
 }
 
 #[test]
 fn bounds_of_the_schema_are_those_of_the_study() {
     let mut bounds = 0;
-    for form in Form::all() {
-        let layout = form.layout();
+    for variant in StageVariant::all() {
+        let layout = variant.layout();
         let keys = layout.properties();
         for (key, about) in keys {
-            let plain: Vec<_> = manifest(form).lines().map(str::to_owned).collect();
-            // The type of a number that may be a pair is a list.
+            let plain: Vec<_> = manifest(variant).lines().map(str::to_owned).collect();
+            // Numbers that may be pairs name both types.
             let is_whole = [&about["type"], &about["type"][0]].contains(&&json!("integer"));
             // Only the last table is changed.
             let start = plain.iter().position(|line| line == "[stage.last]").unwrap();
@@ -257,8 +296,8 @@ fn bounds_of_the_schema_are_those_of_the_study() {
                 // Numbers of a manifest are read to twelve digits.
                 let step = if is_whole { 1.0 } else { 1e-9 * bound.max(1.0) };
                 let (outside, inside) = (bound + outside * step, bound + inside * step);
-                assert!(refuses(outside), "{form:?}: {key} beyond {rule}");
-                assert!(!refuses(inside), "{form:?}: {key} within {rule}");
+                assert!(refuses(outside), "{variant:?}: {key} beyond {rule}");
+                assert!(!refuses(inside), "{variant:?}: {key} within {rule}");
                 bounds += 1;
             }
         }

@@ -104,18 +104,18 @@ fn rectangles_are_swept_as_lists_of_pairs() {
 fn half_a_rectangle_is_refused_with_the_other_half() {
     for (rest, parts) in [
         ("nodes = [[128, 64]]", ["`nodes = [128, 64]` is a rectangle", "`side = [1, 0.5]`"]),
-        ("nodes = [[128, 64], [64, 32]]\nside = 3.0", ["`side` is not", "`side = [3, 1.5]`"]),
+        ("nodes = [[128, 64], [64, 32]]\nside = 3.0", ["`side` is a square", "`side = [3, 1.5]`"]),
         (
             "nodes = 64\nside = [[2.0, 1.0]]",
             ["`side = [2, 1]` is a rectangle", "`nodes = [64, 32]`"],
         ),
-        ("nodes = [[128, 64], 64]\nside = [2.0, 1.0]", ["`nodes` is not", "`nodes = [64, 32]`"]),
         (
-            "nodes = [[128, 64, 32]]\nside = [[2.0, 1.0]]",
-            ["`nodes` cannot be read", "a pair has two numbers"],
+            "nodes = [[128, 64], 64]\nside = [2.0, 1.0]",
+            ["`nodes` is a square", "`nodes = [64, 32]`"],
         ),
-        ("nodes = [[128, 2]]\nside = [[2.0, 1.0]]", ["`nodes` is 2", "from 4 to 16384"]),
-        ("nodes = [[128, 64]]\nside = [[2.0, -1.0]]", ["`side` is -1.0", "must be above 0"]),
+        ("nodes = [[128, 64, 32]]\nside = [[2.0, 1.0]]", ["`nodes` has 3 entries", "must have 2"]),
+        ("nodes = [[128, 2]]\nside = [[2.0, 1.0]]", ["`nodes` holds 2", "from 4 to 16384"]),
+        ("nodes = [[128, 64]]\nside = [[2.0, -1.0]]", ["`side` holds -1.0", "must be above 0"]),
         (
             "nodes = [[128, 64], [128, 64]]\nside = [2.0, 1.0]",
             ["swept over the same value twice", "first here"],
@@ -134,7 +134,7 @@ fn waves_must_fit_both_sides() {
     assert_eq!(of(ROUGH, fits), [([128, 64], [2.0, 1.0])]);
     let message = message(ROUGH, &fits.replace("64]", "62]"));
     for part in [
-        "`k_upper = 64` needs at least 128 × 64 nodes, `nodes` is [128, 62]",
+        "`k_upper = 64` needs at least 128 × 64 nodes, and `nodes` is [128, 62]",
         "64 waves along x and 31 along y",
     ] {
         assert!(message.contains(part), "{part} in {message}");
@@ -164,9 +164,12 @@ fn cutoffs_are_waves_along_the_longer_side_or_wavelengths() {
         ),
         (
             "longest_wavelength = 0.05\nshortest_wavelength = 0.5\n",
-            ["`longest_wavelength = 0.05` lies above `shortest_wavelength = 0.5`", "larger"],
+            ["`longest_wavelength = 0.05` is above `shortest_wavelength = 0.5`", "larger"],
         ),
-        ("k_upper = 8\n", ["`k_lower` is not given", "`longest_wavelength` may stand"]),
+        (
+            "k_upper = 8\n",
+            ["`k_lower` is not given", "Give either this key or `longest_wavelength`"],
+        ),
     ] {
         let message = message(head, &format!("{cutoffs}{rectangle}"));
         for part in parts {
@@ -184,7 +187,7 @@ fn a_map_of_more_nodes_along_one_axis_has_two_sides() {
     let mirrored = head.replace("true", "false\nedges = \"mirror\"");
     assert_eq!(of(&mirrored, "side = [3.0, 2.0]"), [([12, 8], [6.0, 4.0])]);
     let message = message(head, "side = 3.0");
-    for part in ["is a rectangle, and `side` is not", "`side = [3, 2]`"] {
+    for part in ["is a rectangle, and `side` is a square", "`side = [3, 2]`"] {
         assert!(message.contains(part), "{part} in {message}");
     }
 }
@@ -224,7 +227,7 @@ fn corrections_of_square_cells_are_refused_on_others() {
     for correction in ["\"2017\"", "\"pi/8\"", "0.1", "[\"none\", 0.1]"] {
         let message = message(ROUGH, &format!("{stages}{correction}"));
         for part in
-            ["is of square cells, and those of stage `s` have Δx/Δy = 2.0000", "mesh-convergence"]
+            ["is for square cells, and those of stage `s` have Δx/Δy = 2.0000", "mesh-convergence"]
         {
             assert!(message.contains(part), "{part} in {message}");
         }

@@ -1,10 +1,10 @@
-//! Checks of the map in a file: its unit and sides, what is done to it, and what is left of it.
+//! Checks of the map in a file: its unit, its sides and its preparation.
 
-use std::ops::{Bound, RangeBounds};
+use std::ops::RangeBounds;
 
 use super::{Asked, FileTable};
 use crate::generate::map_file::MapFile;
-use crate::generate::mesh::{NODES, sides_within, square_cells};
+use crate::generate::mesh::{MAX_NODES, MIN_NODES, square_cells};
 use crate::generate::{PerAxis, SeenMap};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::fill::Fill;
@@ -14,32 +14,31 @@ use asperity_contact::topography::preparation::{Crop, Preparation, spread};
 use asperity_contact::topography::surface::Scan;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::written::checks::{Checks, QUANTITY};
-use asperity_manifest::written::{Key, OnAxes, Written};
+use asperity_manifest::written::checks::Checks;
+use asperity_manifest::written::validation::QUANTITY;
+use asperity_manifest::written::{Key, OnAxes, Spanned};
 use asperity_topography_files::{Quantity, Size, is_metre};
 
-/// How far sides that a person has written may be from those of the file, as a share of these.
+/// Relative tolerance between sides in the manifest and in the file.
 const SAME: f64 = 1e-6;
 
-/// What lengths of a map are.
+/// The unit and the sides of a map.
 pub struct Lengths {
-    /// Their unit.
+    /// Unit of length.
     pub unit: String,
-    /// Sides as the manifest has them, if it does.
+    /// Sides that the manifest gives.
     pub side: Option<PerAxis<f64>>,
-    /// The cell that the map in the file fills.
+    /// Cell of the map in the file.
     pub cell: Cell,
 }
 
-/// The sides that the manifest gives, if it does.
+/// Returns the sides that the manifest gives.
 pub fn written_side(table: &FileTable, checks: &mut Checks) -> Option<Option<PerAxis<f64>>> {
-    match table.side.written() {
-        Some(sides) => Some(Some(PerAxis(sides_within(sides, checks)?))),
-        None => (!checks.is_excused("side")).then_some(None),
-    }
+    let sides = checks.optional("side", &table.side)?;
+    Some(sides.map(|sides| PerAxis(sides.value.pair().map(decimal::nearest))))
 }
 
-/// Unit and sides of a map; contradictions are reported.
+/// Returns unit and sides of a map; contradictions are reported.
 pub fn lengths(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
     let written = written_side(asked.table, checks);
     let unit = unit(asked, map, checks)?;
@@ -59,15 +58,15 @@ pub fn lengths(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Leng
     };
     if let Some(side) = sides.into_iter().find(|side| !QUANTITY.contains(side)) {
         let message = format!("{:?} has a side of {side:?}", asked.path.value);
-        let label = "must be from 1e-30 to 1e30";
+        let label = "sides must be from 1e-30 to 1e30";
         return checks.reject(Problem::new(message, asked.path.span.clone(), label));
     }
     let cell = Cell::new(sides).expect("sides were checked");
     Some(Lengths { unit, side, cell })
 }
 
-/// Whether lengths are those of the file in metres: its heights are, or its sides beside heights of
-/// no unit.
+/// Returns whether lengths are in metres: the heights are, or the heights have no unit and the
+/// sides are.
 fn is_in_metres(map: &MapFile) -> bool {
     match map.quantity {
         Quantity::Height => true,
@@ -80,7 +79,7 @@ fn overrides(table: &FileTable) -> bool {
     table.overrides.value() == Some(true)
 }
 
-/// Whether the manifest gives a unit in place of the file's.
+/// Returns whether the manifest replaces the unit of the file.
 fn has_other_unit(table: &FileTable) -> bool {
     let unit = table.unit.written();
     overrides(table) && unit.is_some_and(|unit| !is_metre(&unit.value))
@@ -94,14 +93,14 @@ fn unit(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<String> {
     {
         let channel = &map.channel;
         let message = format!(
-            "channel {}, `{}`, of {:?} is in `{unit}` and holds no heights",
+            "channel {}, `{}`, of {:?} has the unit `{unit}` and holds no heights",
             channel.number, channel.name, path.value
         );
-        let place = table.channel.written().map_or(&path.span, |channel| &channel.span);
-        let problem = Problem::new(message, place.clone(), "this channel");
+        let span = table.channel.written().map_or(&path.span, |channel| &channel.span);
+        let problem = Problem::new(message, span.clone(), "this channel");
         return checks.reject(problem.help(
-            "choose another; where these are heights all the same, `override = true` with `unit` and \
-             `height_scale` says so",
+            "choose another channel; if these are heights, set `override = true`, `unit` and \
+             `height_scale`",
         ));
     }
     let Some(written) = written else {
@@ -118,14 +117,14 @@ fn unit(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<String> {
         written.value, path.value
     );
     let problem = Problem::new(message, written.span.clone(), "this unit")
-        .and(path.span.clone(), "has a unit of its own");
+        .and(path.span.clone(), "has another unit");
     checks.reject(problem.help(
-        "leave `unit` out: lengths of a file that names any unit become metres; if it names a wrong \
-         one, `override = true` makes this the unit of `side` and of heights × `height_scale`",
+        "remove `unit`: lengths of a file with a unit are converted to metres; if the unit of the file is \
+         wrong, `override = true` makes this the unit of `side` and of heights × `height_scale`",
     ))
 }
 
-/// The sides that the file gives in the unit of the map, if it does.
+/// Returns the sides that the file gives in the unit of the map.
 fn sides_of_file(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Option<[f64; 2]>> {
     if has_other_unit(asked.table) && matches!(map.size, Size::Metres(_)) {
         return Some(None);
@@ -136,12 +135,14 @@ fn sides_of_file(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Op
         (Quantity::Unitless, Size::Metres(sides)) => {
             let is_said = asked.table.height_scale.written().is_some() || overrides(asked.table);
             if !is_said {
-                let message =
-                    format!("{:?} has sides in metres, and heights in no unit", asked.path.value);
+                let message = format!(
+                    "{:?} has sides in metres and heights without a unit",
+                    asked.path.value
+                );
                 let problem = Problem::new(message, asked.path.span.clone(), "this file");
                 return checks.reject(problem.help(
-                    "say what its heights are multiplied by to be metres: `height_scale = 1e-6` of \
-                     micrometres, `height_scale = 1` of metres",
+                    "set the factor that converts its heights to metres: `height_scale = 1e-6` for \
+                     micrometres, `height_scale = 1` for metres",
                 ));
             }
             Some(sides)
@@ -150,10 +151,10 @@ fn sides_of_file(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Op
     })
 }
 
-/// Sides that are given twice agree, unless the manifest overrides the file.
+/// Refuses sides in the manifest that differ from those of the file, unless it overrides the file.
 fn check_same(
     asked: &Asked,
-    written: &Written<OnAxes<f64>>,
+    written: &Spanned<OnAxes<f64>>,
     sides: [f64; 2],
     known: [f64; 2],
     unit: &str,
@@ -169,18 +170,18 @@ fn check_same(
         [x, y] => format!("[{x:?}, {y:?}]"),
     };
     let message = format!(
-        "`side = {}` contradicts {:?}, which says {said}{unit}",
+        "`side = {}` contradicts {:?}, which has {said}{unit}",
         written.value, asked.path.value
     );
     let problem = Problem::new(message, written.span.clone(), "this side")
-        .and(asked.path.span.clone(), "has sides of its own");
-    checks.reject(problem.help("leave `side` out, or say `override = true` if the file is wrong"))
+        .and(asked.path.span.clone(), "has other sides");
+    checks.reject(problem.help("remove `side`, or set `override = true` if the file is wrong"))
 }
 
-/// A map of more nodes along one axis has two sides, and only its owner knows them.
+/// Refuses one side for a map with more nodes along one axis: the shape of its cells is unknown.
 fn check_both(
-    path: &Written<String>,
-    sides: &Written<OnAxes<f64>>,
+    path: &Spanned<String>,
+    sides: &Spanned<OnAxes<f64>>,
     [nodes_x, nodes_y]: [usize; 2],
     checks: &mut Checks,
 ) -> Option<()> {
@@ -190,7 +191,7 @@ fn check_both(
     if nodes_x == nodes_y {
         return Some(());
     }
-    let message = format!("{:?} is a rectangle, and `side` is not", path.value);
+    let message = format!("{:?} is a rectangle, and `side` is a square", path.value);
     let problem = Problem::new(message, sides.span.clone(), "one number")
         .and(path.span.clone(), "has more nodes along one axis");
     let counts = [nodes_x, nodes_y].map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
@@ -203,20 +204,20 @@ fn check_both(
 
 fn lacks_side(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
     let says = match map.size {
-        Size::Unitless([x, y]) => format!("says {x} × {y} in no unit"),
-        Size::Metres([x, y]) => format!("says {x:?} × {y:?} m, not in the unit of the manifest"),
-        Size::Unknown => "does not say it".to_owned(),
+        Size::Unitless([x, y]) => format!("has {x} × {y} without a unit"),
+        Size::Metres([x, y]) => format!("has {x:?} × {y:?} m, not in the unit of the manifest"),
+        Size::Unknown => "does not contain it".to_owned(),
     };
     let message = format!("`side` is not given, and {:?} {says}", asked.path.value);
-    checks.refuse("side", message, &asked.path.span, "how large is its map?")
+    checks.refuse("side", message, &asked.path.span, "needs `side`")
 }
 
-/// What is asked for, as far as it can be judged without the map.
+/// Returns the preparation of the map, checked as far as possible without the map.
 pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation> {
     let crop = crop(table, checks);
     let resample = resample(table, checks);
-    let high_pass = cutoff("high_pass", &table.high_pass, checks);
-    let low_pass = cutoff("low_pass", &table.low_pass, checks);
+    let high_pass = checks.optional_number("high_pass", &table.high_pass);
+    let low_pass = checks.optional_number("low_pass", &table.low_pass);
     let (high_pass, low_pass) = (high_pass?, low_pass?);
     check_band(table, [low_pass, high_pass], checks)?;
     let (level, fill) = (table.level.value(), table.fill.value());
@@ -224,34 +225,20 @@ pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation
 }
 
 fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
-    let Some(written) = table.crop.written() else {
-        return (!checks.is_excused("crop")).then_some(None);
+    let Some(written) = checks.optional("crop", &table.crop)? else {
+        return Some(None);
     };
     if let Some(periodic) = table.periodic.written().filter(|periodic| periodic.value) {
-        let message = "a part of a map does not repeat itself, `periodic` says that it does";
-        let problem = Problem::new(message, written.span.clone(), "cuts out a part");
-        return checks.reject(problem.and(periodic.span.clone(), "must be `false` beside it"));
+        let message = "a part of a map is not periodic, and `periodic` is true";
+        let problem = Problem::new(message, written.span.clone(), "crops the map");
+        return checks.reject(problem.and(periodic.span.clone(), "must be `false` with `crop`"));
     }
-    let of = |lengths: [f64; 2]| lengths.map(|value| Written { value, span: written.span.clone() });
-    let mut held = |name: &str, lengths: [f64; 2], bounds| {
-        let [x, y] = of(lengths);
-        let x = checks.holds(name, &x, bounds)?;
-        Some([x, checks.holds(name, &y, bounds)?])
-    };
-    let anything = (Bound::Unbounded, Bound::Unbounded);
-    let from = held("crop", written.value.from, anything);
-    let size = held("crop", written.value.size, QUANTITY);
-    Some(Some(Crop { from: from?, size: size? }))
+    let [from, size] =
+        [written.value.from, written.value.size].map(|pair| pair.map(decimal::nearest));
+    Some(Some(Crop { from, size }))
 }
 
-fn cutoff(name: &str, key: &Key<f64>, checks: &mut Checks) -> Option<Option<f64>> {
-    match key.written() {
-        Some(written) => checks.is_in(name, written, QUANTITY).map(Some),
-        None => (!checks.is_excused(name)).then_some(None),
-    }
-}
-
-/// What passes both filters has wavelengths from the low pass to the high pass.
+/// Refuses filters that leave no wavelengths between them.
 fn check_band(table: &FileTable, cutoffs: [Option<f64>; 2], checks: &mut Checks) -> Option<()> {
     let [Some(low), Some(high)] = cutoffs else {
         return Some(());
@@ -263,47 +250,45 @@ fn check_band(table: &FileTable, cutoffs: [Option<f64>; 2], checks: &mut Checks)
     let [low, high] = [&table.low_pass, &table.high_pass].map(Key::written);
     let problem = Problem::new(message, low?.span.clone(), "removes shorter waves")
         .and(high?.span.clone(), "removes longer ones");
-    checks.reject(problem.help(
-        "these are wavelengths: what is left lies between `low_pass` and a longer `high_pass`",
-    ))
+    checks.reject(
+        problem
+            .help("both are wavelengths: waves between `low_pass` and a longer `high_pass` remain"),
+    )
 }
 
 fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> {
-    let Some(written) = table.resample.written() else {
-        return (!checks.is_excused("resample")).then_some(None);
+    let Some(written) = checks.optional("resample", &table.resample)? else {
+        return Some(None);
     };
-    let [x, y] = written.on_either();
-    let along_x = checks.is_whole_in("resample", &x, &NODES)?;
-    let along_y = checks.is_whole_in("resample", &y, &NODES)?;
     let open = table.periodic.written().filter(|periodic| !periodic.value);
     if let Some(open) = open {
         let message = format!("`resample = {}` needs a periodic map", written.value);
         let problem = Problem::new(message, written.span.clone(), "interpolates Fourier modes")
-            .and(open.span.clone(), "says that it is none");
+            .and(open.span.clone(), "the map is not periodic");
         return checks.reject(problem.help(
-            "leave it out; with `low_pass` a map that is not periodic loses its short waves and keeps \
-             its nodes",
+            "remove it; `low_pass` removes the short waves of a map that is not periodic and keeps its \
+             nodes",
         ));
     }
-    Some(Some([along_x, along_y]))
+    Some(Some(written.value.pair()))
 }
 
-/// What is left of the map once it is prepared; whatever leaves nothing is reported.
+/// Returns the prepared map; problems with its preparation are reported.
 pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Option<SeenMap> {
     let grid = Grid::new(map.nodes, cell).expect("the file has as many numbers");
     let scan = match map.clone().scan(Some(cell.size()), asked.height_scale) {
         Ok(scan) => scan,
-        Err(error) => return refuse(asked, format!("is no map of heights: {error}"), checks),
+        Err(error) => return refuse(asked, format!("cannot be read: {error}"), checks),
     };
     let before = spread(scan.heights());
     let crop = asked.table.crop.written();
     let levelled = match asked.preparation.levelled(scan) {
         Ok(levelled) => levelled,
         Err(error) => {
-            let message = format!("`crop` is no part of {:?}: {error}", asked.path.value);
-            let place = crop.map_or(&asked.path.span, |crop| &crop.span).clone();
+            let message = format!("`crop` is not a part of {:?}: {error}", asked.path.value);
+            let span = crop.map_or(&asked.path.span, |crop| &crop.span).clone();
             let [x, y] = cell.size().map(decimal::nearest);
-            let problem = Problem::new(message, place, "must lie within the map");
+            let problem = Problem::new(message, span, "must lie within the map");
             let sides = format!("the map has sides of {x:?} and {y:?}");
             return checks.reject(problem.help(sides));
         }
@@ -324,20 +309,20 @@ pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Op
     })
 }
 
-/// Refuses a file, and says what would be one.
+/// Refuses a file, with the description of `path`.
 fn refuse<T>(asked: &Asked, reason: String, checks: &mut Checks) -> Option<T> {
     let message = format!("{:?} {reason}", asked.path.value);
     checks.refuse("path", message, &asked.path.span, "this file")
 }
 
-/// Nodes along either axis so many times over where the map is mirrored.
+/// Returns how many copies of the map lie along each axis.
 fn copies(asked: &Asked) -> u32 {
     if asked.edges == Edges::Mirror { 2 } else { 1 }
 }
 
 fn check_nodes(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
-    let most = NODES.end() / copies(asked);
-    let can_be = *NODES.start() as usize..=most as usize;
+    let max = MAX_NODES / copies(asked);
+    let can_be = MIN_NODES as usize..=max as usize;
     let nodes = grid.nodes();
     if nodes.iter().all(|nodes| can_be.contains(nodes)) {
         return Some(());
@@ -347,31 +332,30 @@ fn check_nodes(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
         [x, y] => format!("{x} × {y} nodes"),
     };
     let found = match asked.table.crop.written() {
-        Some(_) => format!("has {found} in the part that is cut out"),
+        Some(_) => format!("has {found} in the cropped part"),
         None => format!("has {found}"),
     };
-    let least = NODES.start();
-    refuse(asked, format!("{found}, here it must be from {least} to {most}"), checks)
+    refuse(asked, format!("{found}; it must have from {MIN_NODES} to {max} here"), checks)
 }
 
-/// Points that were not measured need a word.
+/// Refuses a map with points that were not measured, unless they are filled.
 fn check_holes(asked: &Asked, scan: &Scan, checks: &mut Checks) -> Option<()> {
     let (missing, points) = (scan.missing(), scan.grid().count());
     if missing == 0 {
         return Some(());
     }
     if missing == points {
-        return refuse(asked, "holds no measured point".to_owned(), checks);
+        return refuse(asked, "has no measured point".to_owned(), checks);
     }
     if asked.preparation.fill.unwrap_or_default() != Fill::Error {
         return Some(());
     }
-    let share = 100.0 * missing as f64 / points as f64;
+    let percentage = 100.0 * missing as f64 / points as f64;
     let message =
-        format!("{:?} lacks {missing} of {points} points, {share:.3} %", asked.path.value);
+        format!("{:?} lacks {missing} of {points} points, {percentage:.3} %", asked.path.value);
     let fill = asked.table.fill.written().map(|fill| &fill.span);
-    let place = fill.unwrap_or(&asked.path.span);
-    checks.refuse("fill", message, place, "not all of it was measured")
+    let span = fill.unwrap_or(&asked.path.span);
+    checks.refuse("fill", message, span, "some points were not measured")
 }
 
 fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Checks) -> Option<()> {
@@ -380,7 +364,8 @@ fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Check
         let label = "must be from 1e-30 to 1e30; another unit may help";
         return checks.refuse("path", message, &asked.path.span, label);
     }
-    // Edges are made to meet without the mean plane: an inclined plane has no roughness.
+    // The mean plane is subtracted before edges are made periodic: an inclined plane has no
+    // roughness.
     let left = match asked.edges {
         Edges::Mirror | Edges::Taper { .. } => Level::Plane.level(levelled.clone()),
         Edges::Periodic | Edges::Open => levelled.clone(),
@@ -389,13 +374,13 @@ fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Check
         return Some(());
     }
     let when = match (asked.preparation.level, asked.edges) {
-        (Some(Level::Plane | Level::Quadric), _) => "once it is levelled",
-        _ => "once its edges meet",
+        (Some(Level::Plane | Level::Quadric), _) => "after levelling",
+        _ => "after its edges are made periodic",
     };
-    refuse(asked, format!("is flat: no roughness is left {when}"), checks)
+    refuse(asked, format!("is flat: it has no roughness {when}"), checks)
 }
 
-/// Waves that are cut off lie between two steps and the longer side.
+/// Refuses cutoffs that are not between two steps and the longer side.
 fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
     let [x, y] = grid.spacing();
     let least = decimal::nearest(2.0 * x.max(y));
@@ -410,12 +395,12 @@ fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
         let Some((cutoff, written)) = cutoff.zip(key.written()) else {
             continue;
         };
-        // Two steps, or a side, that a person has written with a few digits.
+        // Two steps, or a side, may be written with a few digits.
         let rounding = 1e-6;
         if cutoff >= least * (1.0 - rounding) && cutoff <= most * (1.0 + rounding) {
             continue;
         }
-        let message = format!("`{name} = {cutoff}` is no wavelength of {:?}", asked.path.value);
+        let message = format!("`{name} = {cutoff}` is not a wavelength of {:?}", asked.path.value);
         let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
         checks.report(name, Problem::new(message, written.span.clone(), label));
         all = None;
@@ -423,7 +408,7 @@ fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
     all
 }
 
-/// Of a rectangle nobody can tell what cells one number of nodes is to make.
+/// Refuses one number of nodes for a rectangle: the shape of the cells is unknown.
 fn check_resampled(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
     let Some(written) = asked.table.resample.written() else {
         return Some(());
@@ -435,9 +420,9 @@ fn check_resampled(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()>
     if (side_x - side_y).abs() <= 1e-9 * side_x {
         return Some(());
     }
-    let message = format!("{:?} is a rectangle, and `resample` is not", asked.path.value);
+    let message = format!("{:?} is a rectangle, and `resample` is a square", asked.path.value);
     let longer = side_x.max(side_y);
-    let square = [side_x, side_y].map(|side| (nodes as f64 * side / longer).round());
+    let square = [side_x, side_y].map(|side| (f64::from(nodes) * side / longer).round());
     let problem = Problem::new(message, written.span.clone(), "one number");
     checks.reject(problem.help(format!(
         "give the nodes along x and along y; with `resample = {}` cells are square, or nearly so",
@@ -445,7 +430,7 @@ fn check_resampled(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()>
     )))
 }
 
-/// Nodes and sides once edges meet.
+/// Returns nodes and sides of the prepared map.
 fn prepared(asked: &Asked, grid: Grid) -> ([u32; 2], [f64; 2]) {
     let nodes = grid.nodes().map(|nodes| nodes as u32);
     let nodes = asked.preparation.resample.unwrap_or(nodes);
