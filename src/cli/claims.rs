@@ -346,7 +346,7 @@ fn fit_text(fit: &AdvisedFit) -> String {
     );
     text += &format!(
         "  {:28}  {:>6}  {:>18}  {:>14}  {}\n",
-        "one more octave of", "points", "cost", "standard error", "doubling"
+        "small parameter halved", "points", "cost", "standard error", "by doubling"
     );
     let best = fit.steps.iter().filter_map(AdvisedStep::gain).fold(0.0, f64::max);
     for step in &fit.steps {

@@ -33,8 +33,8 @@ pub struct RunArguments {
     /// Memory limit, such as `16GB` or `512MiB` (default: 7/8 of the available memory).
     ///
     /// The run computes fewer surfaces in parallel to stay below the limit. It does not start if a
-    /// single task needs more. The available memory is the free memory of the machine or,
-    /// if smaller, the memory limit of the process.
+    /// single task needs more. The available memory is the memory of the machine or, if
+    /// smaller, the memory limit of the process.
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
 
