@@ -71,7 +71,7 @@ pub struct PruneArguments {
 
     /// Delete even if receipts report array elements running on other machines.
     ///
-    /// Locks may not work across machines, so such an element could still need the files.
+    /// Locks may not work across machines, so such an array element could still need the files.
     #[arg(long, requires = "yes")]
     force: bool,
 
