@@ -1,4 +1,4 @@
-//! Reader of manifests.
+//! Reader of manifests, which leaves the values unchecked.
 //!
 //! The reader expands the table of each stage into its parameter points. It keeps the position of
 //! each value in the text, and it continues after an unreadable value so that all problems are
@@ -54,8 +54,8 @@ pub struct StageTable {
     pub kind: Option<Kind>,
     /// Names of the stages that this stage reads, or `None` if `from` is missing or invalid.
     pub from: Option<Vec<Spanned<String>>>,
-    /// All other keys, at each parameter point; `None` if the kind, which decides the valid keys, is
-    /// unknown.
+    /// All other keys, at each parameter point. `None` if the kind is unknown, because it decides
+    /// which keys are valid.
     pub points: Option<Points>,
 }
 

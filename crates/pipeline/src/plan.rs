@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
-use asperity_stages::{Reach, Recipe, Work};
+use asperity_stages::{InputScope, Recipe, Work};
 use asperity_tables::store::key::{Digest, Provenance, TaskKey};
 use asperity_tables::table::{Table, TableError};
 
@@ -235,10 +235,10 @@ impl Builder {
 
     /// Adds the tasks of a recipe and returns their indices.
     fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
-        let groups = match recipe.reach() {
-            Reach::Single => inputs.iter().map(|&input| vec![input]).collect(),
-            Reach::Point => self.by_point(inputs),
-            Reach::All => vec![inputs.to_vec()],
+        let groups = match recipe.input_scope() {
+            InputScope::Single => inputs.iter().map(|&input| vec![input]).collect(),
+            InputScope::ParameterPoint => self.by_point(inputs),
+            InputScope::All => vec![inputs.to_vec()],
         };
         let digests = Digests::new(recipe);
         let tasks = groups.into_iter();

@@ -39,7 +39,7 @@ pub fn no_claims() -> Vec<&'static str> {
 /// Maximum size of a manifest in bytes.
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 
-/// A valid study.
+/// A study whose manifest is valid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// Name of the study and of its folder of results.

@@ -14,7 +14,7 @@ use changes::{Cause, Field, PointChange, Shown, StageChanges, Why};
 use record::{GridPosition, Record, StageRecord};
 
 use crate::plan::Plan;
-use asperity_stages::{Kind, Reach};
+use asperity_stages::{InputScope, Kind};
 use asperity_tables::store::Store;
 
 /// Reasons why missing tasks would run, by stage.
@@ -243,7 +243,7 @@ impl<'a> Walk<'a> {
     /// Returns the causes that a task inherits from its inputs.
     fn inputs(&mut self, task: usize, stage_causes: &StageCauses) -> usize {
         let task = &self.plan.tasks[task];
-        let reach = task.recipe.reach();
+        let reach = task.recipe.input_scope();
         let mut set = EMPTY;
         for &input in &task.inputs {
             let seen = match self.passed_on[input] {
@@ -254,18 +254,18 @@ impl<'a> Walk<'a> {
                 seen => seen,
             };
             set = self.sets.union(set, seen);
-            if reach != Reach::Single {
+            if reach != InputScope::Single {
                 set = self.sets.union(set, self.fewer[input]);
             }
         }
-        if reach != Reach::Single {
+        if reach != InputScope::Single {
             set = self.sets.union(set, stage_causes.removals.others);
         }
-        if reach == Reach::All {
+        if reach == InputScope::All {
             set = self.sets.union(set, stage_causes.removals.surfaces);
         }
         match set {
-            EMPTY if reach == Reach::All => stage_causes.removals.order,
+            EMPTY if reach == InputScope::All => stage_causes.removals.order,
             _ => set,
         }
     }

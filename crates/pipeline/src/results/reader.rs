@@ -160,7 +160,7 @@ fn files(table: &Table) -> Result<Recollection, StageError> {
     let units = units.transpose()?;
     let formats = table.has(FORMAT.name).then(|| table.texts(FORMAT.name));
     let formats = formats.transpose()?;
-    let grids = Grids::of(table)?;
+    let grids = Grids::new(table)?;
     let file = |row: usize| {
         let grid = grids.grid(row).ok()?;
         let format = formats.filter(|formats| formats.is_valid(row));

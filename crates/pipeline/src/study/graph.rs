@@ -8,12 +8,12 @@ use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::names;
 use asperity_manifest::names::{LONGEST, is_plain};
 use asperity_manifest::written::Spanned;
-use asperity_stages::Rows;
+use asperity_stages::RowKind;
 use asperity_stages::form::{Points, a_stage};
 
 /// Directed graph of the stages of a manifest.
 pub struct Graph {
-    /// Indices of the inputs of each stage, in the order of the file; `None` if an input is invalid.
+    /// Indices of the inputs of each stage, in the order of the file. `None` if one is invalid.
     pub inputs: Vec<Option<Vec<usize>>>,
     /// Indices of the stages. Each comes after its inputs, otherwise the order is that of the file.
     pub order: Vec<usize>,
@@ -217,17 +217,17 @@ fn report_cycle(
 /// writes; `None` means that the kind is unknown.
 pub fn check_flow(
     stage: &StageTable,
-    inputs: &[(&str, Option<Rows>)],
+    inputs: &[(&str, Option<RowKind>)],
     mixes: bool,
     problems: &mut Problems,
-) -> (Option<Rows>, Option<Rows>) {
+) -> (Option<RowKind>, Option<RowKind>) {
     let Some(kind) = stage.kind else {
         return (None, None);
     };
     let points = stage.points.as_ref();
     let reads = points.and_then(Points::reads);
     let reads = reads.unwrap_or_else(|| kind.definition().reads.clone());
-    let mut read: Option<(&str, Rows)> = None;
+    let mut read: Option<(&str, RowKind)> = None;
     for (name, rows) in inputs {
         let from = stage.from.iter().flatten().find(|from| from.value == *name);
         let (Some(from), Some(rows)) = (from, *rows) else {
@@ -236,7 +236,7 @@ pub fn check_flow(
         let problem = |message| {
             let label = format!("this stage provides {}", rows.name());
             let help = match rows {
-                Rows::Spectra => {
+                RowKind::Spectra => {
                     "set `heights = \"redraw\"` in that stage so that it provides surfaces"
                         .to_owned()
                 }

@@ -1,5 +1,4 @@
-//! Validation of the stages, each after its inputs, and of the conditions that decide the numbers of
-//! surfaces.
+//! Validation of the stages, each after its inputs, and of the conditions on numbers of surfaces.
 
 use arrow::datatypes::DataType;
 
@@ -13,7 +12,7 @@ use asperity_stages::columns::SURFACE;
 use asperity_stages::form::{Points, Surfaces};
 use asperity_stages::generate::growth::{self, AT_LEAST, Growing, KnownMean, Until};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{CheckContext, Kind, Rows, stacked};
+use asperity_stages::{CheckContext, Kind, RowKind, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
@@ -83,7 +82,7 @@ fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Op
 /// Properties of a validated stage that the validation of later stages uses.
 #[derive(Default)]
 struct Validated {
-    rows: Option<Rows>,
+    rows: Option<RowKind>,
     surfaces: Surfaces,
     work: Option<Work>,
     /// Table of the stage without rows, if another stage reads it.

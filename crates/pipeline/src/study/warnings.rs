@@ -105,9 +105,11 @@ impl ShortestWave {
 impl Study {
     /// Returns the warnings about a study that are shown before it runs.
     ///
-    /// The study may have a mesh that overestimates the contact area, an ambiguous list of nodes
-    /// and sides, loads that were probably meant in another unit, two rough bodies that are not
-    /// pressed against each other, or a measured surface with several channels or missing points.
+    /// - A mesh overestimates the contact area.
+    /// - Lists of `nodes` and `side` are ambiguous.
+    /// - Loads were probably meant in another unit.
+    /// - Two rough bodies are not pressed against each other.
+    /// - The file of a measured surface has several channels or missing points.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(index, stage)| {
@@ -239,7 +241,7 @@ const HEAVY: f64 = 10.0;
 /// Smallest plausible load in units of E* × rms slope. On a large mesh, a single node can bear it.
 const LIGHT: f64 = 1e-7;
 
-/// Smallest and largest plausible mean pressures in units of E*, for rms slopes between 1e-4 and 10.
+/// Smallest and largest plausible mean pressure in units of E*, for rms slopes from 1e-4 to 10.
 const PRESSURES: [f64; 2] = [1e-4 * LIGHT, 10.0 * HEAVY];
 
 /// Warns if all loads of a stage are too large or too small to be intended.
@@ -400,7 +402,9 @@ mod tests {
         let corrected = format!("{PRESSED}{CORRECTED}");
         let warnings_at = |k_upper| warnings(&corrected.replace("[8, 16, 32]", k_upper));
         assert!(warnings_at("[8, 16, 21]").is_empty());
-        let [warning] = &warnings_at("32")[..] else { panic!("two nodes are too few for corrections") };
+        let [warning] = &warnings_at("32")[..] else {
+            panic!("two nodes are too few for corrections")
+        };
         assert!(warning.contains("up to 12 %"), "{warning}");
         // The correction "none" and corrections of other contacts do not count.
         let none = corrected.replace("[\"none\", \"2017\"]", "\"none\"");

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::study::Study;
 use asperity_manifest::diagnostics::ManifestErrors;
-use asperity_stages::Rows;
+use asperity_stages::RowKind;
 use asperity_stages::fit::keys::LawWord;
 use asperity_stages::generate::method::Method;
 
@@ -222,9 +222,9 @@ fn manifest(variant: StageVariant) -> String {
     let is_of_spectra = variant.selector() == Some(("law", "self-affine"));
     let from = match () {
         () if is_of_spectra => "from = \"spectra\"",
-        () if can_read(Rows::Contacts) => "from = \"contacts\"",
-        () if can_read(Rows::Surfaces) => "from = \"surfaces\"",
-        () if can_read(Rows::Loads) => "from = \"loads\"",
+        () if can_read(RowKind::Contacts) => "from = \"contacts\"",
+        () if can_read(RowKind::Surfaces) => "from = \"surfaces\"",
+        () if can_read(RowKind::Loads) => "from = \"loads\"",
         () => "",
     };
     text += "[stage.surfaces]\nkind = \"generate\"\n";
