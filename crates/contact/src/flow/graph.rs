@@ -4,8 +4,8 @@
 //! regular. No current flows to the ground if the given currents sum to zero. Access to the matrix
 //! dominates the time, so the flows along x and y are solved together, as pairs of values.
 //!
-//! [`Factors`] solves a small graph directly. [`ConjugateDirection`] computes the steps of conjugate
-//! gradients on a large graph.
+//! [`Factors`] solves a small graph directly. [`ConjugateDirection`] computes the steps of the
+//! conjugate-gradient method on a large graph.
 
 /// Values for the flow along x and for the flow along y.
 pub type Pair = [f64; 2];

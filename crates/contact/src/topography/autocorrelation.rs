@@ -28,7 +28,7 @@ use crate::grid::{Boundary, Grid};
 /// ```
 pub struct Autocorrelation {
     grid: Grid,
-    /// Numbers of nodes of the mesh that holds the values, with zero padding if not periodic.
+    /// Numbers of rows and columns of `values`, including the zero padding of a free map.
     nodes: [usize; 2],
     values: Vec<f64>,
 }
@@ -36,7 +36,7 @@ pub struct Autocorrelation {
 /// Mean of A(r) over lags of about the same length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LagRing {
-    /// Length of the lag, in units of max(Δx, Δy).
+    /// Rounded length of the lags, in units of max(Δx, Δy).
     pub steps: u32,
     /// Mean of A(r) over all directions, in length².
     pub value: f64,
@@ -75,7 +75,7 @@ impl Autocorrelation {
         correlation
     }
 
-    /// Divides the unnormalised transform by its length and by the number of pairs of each lag.
+    /// Divides the transform by its length, and each value by the number of pairs with its lag.
     fn normalize(&mut self, boundary: Boundary) {
         let (map, nodes) = (self.grid.nodes(), self.nodes);
         let count = (nodes[0] * nodes[1]) as f64;
@@ -83,7 +83,7 @@ impl Autocorrelation {
             let lag = [index / nodes[1], index % nodes[1]];
             let pairs = |axis: usize| match boundary {
                 Boundary::Periodic => map[axis],
-                // At least one avoids a division by zero for lags without pairs, which are unused.
+                // Lags without pairs are unused; the lower bound of one avoids a division by zero.
                 Boundary::Free => {
                     let lag = lag[axis].min(nodes[axis] - lag[axis]);
                     (map[axis] - lag).max(1)
@@ -108,7 +108,7 @@ impl Autocorrelation {
         let step = spacing[0].max(spacing[1]);
         let [half_x, half_y] = self.grid.nodes().map(|nodes| nodes / 2);
         let longest = (half_x as f64 * spacing[0]).min(half_y as f64 * spacing[1]) / step;
-        // The margin keeps the last ring in spite of rounding.
+        // The margin keeps the last ring if rounding makes `longest` too small.
         let mut sums = vec![(0.0, 0.0); (longest + 1e-9) as usize + 1];
         for i in 0..=half_x {
             for (j, weight) in self.weighted_lags(i) {
@@ -127,10 +127,10 @@ impl Autocorrelation {
         means.filter_map(ring).collect()
     }
 
-    /// Iterates over the lags (i, j) along y, with their weights.
+    /// Iterates over the indices j of the lags (i, j), with the weights of these lags in means.
     ///
-    /// Each lag also represents its opposite. With i = 0, the opposite is in the same list, and the
-    /// weight is one half.
+    /// A lag also represents its opposite (−i, −j). With i = 0, the opposite is in the same list,
+    /// and the weight is one half.
     fn weighted_lags(&self, i: usize) -> impl Iterator<Item = (isize, f64)> + use<> {
         let half = self.grid.nodes()[1] / 2;
         let half = half as isize;
@@ -156,7 +156,7 @@ mod tests {
         Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap()
     }
 
-    /// Computes A from its definition.
+    /// Computes A directly from its definition.
     fn directly(surface: &Surface, [lag_x, lag_y]: [usize; 2], wraps: bool) -> f64 {
         let [nodes_x, nodes_y] = surface.grid().nodes();
         let heights = surface.heights();

@@ -92,7 +92,7 @@ impl Descriptors {
     }
 }
 
-/// Returns the heights relative to the first node; those of a flat surface are exactly zero.
+/// Returns the heights relative to the first node, which are exactly zero for a flat surface.
 pub(super) fn from_first_node(heights: &[f64]) -> Vec<f64> {
     heights.iter().map(|height| height - heights[0]).collect()
 }
@@ -121,7 +121,7 @@ fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
     })
 }
 
-/// Converts the unnormalised spectrum of heights to that of full-contact pressures, in units of E*.
+/// Converts the spectrum of heights to the spectrum of full-contact pressures, in units of E*.
 fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>], grid: Grid) {
     let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
     let factor = 0.5 * TAU / cell.longer_side() / grid.count() as f64;
@@ -200,29 +200,29 @@ impl Roughness {
     }
 }
 
-/// Largest ratio of moments along two directions of an isotropic surface.
+/// Maximum ratio of the moments along x and y for which a surface counts as isotropic.
 ///
 /// None of 1600 random isotropic surfaces with H = 0.3 and 0.8, k_lower = 1, 2, 4 and 8 and
 /// k_upper = 32 reached it.
 const ISOTROPIC: f64 = 1.5;
 
-/// Largest |skewness| of a Gaussian surface.
+/// Maximum |skewness| for which a surface counts as Gaussian.
 ///
 /// With H = 0.8 and k_lower = 1, 12 % of random surfaces exceed it, because they have about five
 /// effective modes. With k_lower = 2, 1 % exceed it; with k_lower ≥ 4, none.
 const SYMMETRIC: f64 = 0.5;
 
-/// Largest |excess kurtosis| of a Gaussian surface.
+/// Maximum |excess kurtosis| for which a surface counts as Gaussian.
 ///
 /// With k_lower = 1, 1.5 % of the same random surfaces exceed it; with larger k_lower, none.
 const MESOKURTIC: f64 = 1.0;
 
-/// Least effective number of modes of a single surface with a Gaussian height distribution.
+/// Minimum effective number of modes for which a surface counts as Gaussian.
 ///
 /// With n modes of fixed amplitude, the excess kurtosis is −1.5/n.
 const ENOUGH_MODES: f64 = 10.0;
 
-/// Statistics that indicate anisotropy and non-Gaussian heights, as means over surfaces.
+/// Statistics, averaged over surfaces, that indicate anisotropy and non-Gaussian heights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Spectral moments m₂₀ and m₀₂: mean square slopes along x and y.
@@ -231,16 +231,16 @@ pub struct Statistics {
     pub curvatures: [f64; 2],
     /// Spectral moment m₂₂, which is m₄/3 for isotropic surfaces.
     pub mixed: f64,
-    /// Skewness of the heights, or `None` if unknown.
+    /// Skewness of the heights, or `None` if it is unknown.
     pub skewness: Option<f64>,
-    /// Excess kurtosis of the heights; `None` if unknown.
+    /// Excess kurtosis of the heights, or `None` if it is unknown.
     pub excess_kurtosis: Option<f64>,
     /// Effective number of independent modes, see [`Moments::effective_modes`].
     pub effective_modes: f64,
 }
 
 impl Statistics {
-    /// Describes each departure from isotropic Gaussian roughness with its value.
+    /// Returns each statistic that contradicts isotropic Gaussian roughness, as name and value.
     ///
     /// The list is empty if the statistics are compatible with isotropic Gaussian roughness.
     pub fn departures(&self) -> Vec<String> {
@@ -285,7 +285,7 @@ mod tests {
         assert!((found - exact).abs() < 1e-12, "{found} should be {exact}");
     }
 
-    /// Returns a rough surface of unit rms slope without random numbers, to compare programs.
+    /// Returns a rough surface of unit rms slope that any program can reproduce.
     fn golden_surface(nodes: usize) -> Surface {
         let mut heights = vec![0.0; nodes * nodes];
         let mut square_slope = 0.0;
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn full_contact_load_of_a_known_surface_agrees_with_another_program() {
-        // Golden values of an independent implementation in Python.
+        // The loads are results of an independent implementation in Python.
         for (nodes, load) in [(64, 1.3257859146181756), (128, 1.3326186670460385)] {
             let surface = golden_surface(nodes);
             let descriptors = Descriptors::from_surface(&surface);
@@ -323,7 +323,7 @@ mod tests {
 
     #[test]
     fn a_wavy_surface_is_flattened_by_its_westergaard_pressure() {
-        // Wave: p* = πE*Δ/λ and h′ = √2 πΔ/λ. Product of two waves: p* = √2 πE*Δ/λ.
+        // A wave has p* = πE*Δ/λ and h′ = √2 πΔ/λ. A product of two waves has p* = √2 πE*Δ/λ.
         let (amplitude, waves) = (0.01, 3);
         let wave =
             Descriptors::from_surface(&Shape::Wave { amplitude, waves }.draw(square(48, 2.0)));
@@ -349,8 +349,8 @@ mod tests {
 
     #[test]
     fn kurtosis_of_a_ring_of_modes_falls_as_their_number() {
-        // Two wavevectors of one length are determined by their sum: no resonances, and the
-        // relation is exact. Rings of radius 5 and 25 hold 6 and 10 pairs of modes.
+        // The sum of two wavevectors of equal length determines both, so no other modes contribute
+        // to ⟨h⁴⟩ and the relation is exact. Rings of radius 5 and 25 have 6 and 10 pairs of modes.
         for (radius, pairs) in [(1, 2.0), (5, 6.0), (25, 10.0)] {
             let ring = RandomSurface {
                 amplitude: Amplitude::Deterministic,
@@ -365,7 +365,7 @@ mod tests {
 
     #[test]
     fn a_flat_surface_has_no_shape_and_zeros_elsewhere() {
-        // Heights whose mean is not exactly representable.
+        // The mean of these heights is not exactly representable.
         for (nodes, height) in [(1, 5.0), (7, 0.1), (12, -1e9 / 3.0)] {
             let flat = Surface::new(square(nodes, 2.0), vec![height; nodes * nodes]).unwrap();
             let expected = Descriptors {

@@ -2,13 +2,13 @@
 //!
 //! Opposite edges of a measured map do not match. The steps between them do not belong to the
 //! surface, but would dominate the slopes of a trigonometric interpolant. Finite differences inside
-//! the map do not depend on them. They have the definition of the package SurfaceTopography:
+//! the map do not depend on these steps. They are defined as in the package SurfaceTopography:
 //! forward differences at nodes with a next node along both axes, and second differences at inner
-//! nodes. On steps Δ, they multiply the slope of waves of length λ by sinc(Δ/λ); the loss is half a
-//! per cent at 18 nodes per wave.
+//! nodes. With the grid step Δ, they multiply the slope of a wave of length λ by sinc(Δ/λ). The
+//! loss is half a per cent at 18 nodes per wave.
 //!
-//! [`along`] computes differences over larger distances: scale-dependent roughness parameters,
-//! Sanner et al. 2022, doi:10.1016/j.apsadv.2021.100190.
+//! [`along`] computes differences over larger distances, the scale-dependent roughness parameters
+//! of Sanner et al. 2022, doi:10.1016/j.apsadv.2021.100190.
 
 use super::moments::Moments;
 use super::surface::{Axis, Surface, for_each_line};
@@ -61,7 +61,7 @@ pub fn moments(surface: &Surface) -> Moments {
     }
 }
 
-/// Returns the mean of `value(i, j)` over nodes; zero without nodes.
+/// Returns the mean of `value(i, j)` over all nodes, or zero if there are no nodes.
 fn mean_over([nodes_x, nodes_y]: [usize; 2], value: impl Fn(usize, usize) -> f64) -> f64 {
     let nodes = (0..nodes_x).flat_map(|i| (0..nodes_y).map(move |j| (i, j)));
     let sum = nodes.fold(0.0, |sum, (i, j)| sum + value(i, j));
@@ -148,7 +148,7 @@ impl MeanSquare {
     }
 }
 
-/// First and second differences over one distance.
+/// Mean squares of the first and second differences over one distance.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     first: MeanSquare,
@@ -212,8 +212,8 @@ mod tests {
 
     #[test]
     fn a_long_wave_has_the_moments_of_its_modes() {
-        // With 200 nodes per wave, differences keep 1 − (π/200)²/3 of the square slope. One node in
-        // 400 at either edge has no neighbour; its square curvature is twice the mean.
+        // With 200 nodes per wave, differences keep 1 − (π/200)²/3 of the square slope. At each
+        // edge, one node in 400 is omitted, where the square curvature is twice the mean.
         let (amplitude, waves) = (0.1, 2);
         let surface =
             Shape::WaveProduct { amplitude, waves }.draw(rectangle([400, 400], [1.0, 2.0]));
@@ -255,7 +255,7 @@ mod tests {
         for scale in along(&wave, Axis::X, Boundary::Periodic) {
             let half = PI * 2.0 * scale.steps as f64 / 64.0;
             let length = 3.0 * scale.steps as f64 / 64.0;
-            // h(x + ℓ) − h(x) has the amplitude 2 Δ sin(qℓ/2), twice differenced 4 Δ sin²(qℓ/2).
+            // The first difference has the amplitude 2 Δ sin(qℓ/2), the second 4 Δ sin²(qℓ/2).
             let chord = 2.0 * amplitude * half.sin().abs() / 2_f64.sqrt() / length;
             let bend = 4.0 * amplitude * half.sin().powi(2) / 2_f64.sqrt() / length.powi(2);
             assert!((scale.slope - chord).abs() < 1e-13);
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn one_step_gives_differences_of_neighbours() {
-        // All lines are equal, so that omitting the last one does not change means.
+        // All lines are equal, so that omitting the last line does not change means.
         let grid = rectangle([12, 9], [2.0, 1.0]);
         let height = |node: usize| libm::sin((grid.indices(node)[0] as f64).powi(2));
         let surface = Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap();

@@ -16,10 +16,10 @@ use rustfft::num_complex::Complex;
 use crate::fft::Transform;
 use crate::threads::Threads;
 
-/// Separates these draws from other uses of the same seed; the digit is a version.
+/// Part of the key that separates these draws from other uses of the seed; the digit is a version.
 const DOMAIN: [u8; 20] = *b"asperity mode draws1";
 
-/// Number of 32-bit words of the stream for each mode: two numbers of 53 bits.
+/// Number of 32-bit words of the stream for each mode; they give two numbers of 53 bits.
 const WORDS_PER_MODE: u128 = 4;
 
 /// Random numbers of all modes of one realization.
@@ -28,7 +28,7 @@ pub struct Draws {
     key: [u8; 32],
 }
 
-/// Two independent uniform random numbers of one mode, from which a complex Gaussian follows.
+/// Two independent uniform random numbers of one mode, which give a complex Gaussian number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeDraw {
     /// Uniform random number in (0, 1].
@@ -51,7 +51,7 @@ impl Draws {
         ModeDraw::next(&mut self.generator(k_x, k_y))
     }
 
-    /// Iterates over the draws of modes (k_x, first), (k_x, first + 1), …
+    /// Iterates over the draws of the modes (k_x, first), (k_x, first + 1), …
     pub fn row(&self, k_x: i32, first: u32) -> impl Iterator<Item = ModeDraw> + use<> {
         let mut generator = self.generator(k_x, first);
         std::iter::repeat_with(move || ModeDraw::next(&mut generator))
@@ -84,7 +84,7 @@ impl ModeDraw {
         let mut integer = || (generator.next_u64() >> 11) as f64;
         let scale = f64::EPSILON / 2.0;
         Self {
-            // Not zero, because `power` takes the logarithm.
+            // The number is never zero, because `power` takes its logarithm.
             magnitude: (integer() + 1.0) * scale,
             turn: integer() * scale,
         }
@@ -117,8 +117,8 @@ impl Waves {
         let columns = self.transform.spectrum_columns();
         let k_y = k_y as usize;
         self.half[row_of(k_x, nodes_x) * columns + k_y] += coefficient;
-        // The half spectrum stores the opposite mode −k only in these columns. Where k and −k are
-        // the same entry, it holds 2 Re(c), the sample of the wave on any finer mesh.
+        // The half spectrum stores the opposite mode −k only in these columns. If k and −k share an
+        // entry, the sum 2 Re(c) gives the same heights at the nodes as on a finer mesh.
         if k_y == 0 || 2 * k_y == nodes_y {
             self.half[row_of(-k_x, nodes_x) * columns + k_y] += coefficient.conj();
         }
@@ -198,7 +198,7 @@ mod tests {
             }
         }
         let mean = |sum: f64| sum / f64::from(count);
-        // Four standard errors of each mean: the variances are 1, 2, 1, 20 and 6 in turn.
+        // The tolerances are four standard errors; the variances are 1, 2, 1, 20 and 6 in turn.
         let tolerance = |variance: f64| 4.0 * (variance / f64::from(count)).sqrt();
         assert!(mean(sum.norm()) < tolerance(1.0));
         assert!(mean(square.norm()) < tolerance(2.0));
@@ -215,7 +215,7 @@ mod tests {
         let powers: f64 = row.windows(2).map(product).sum();
         let phases: Complex<f64> =
             row.windows(2).map(|pair| pair[0].phase() * pair[1].phase().conj()).sum();
-        // Four standard errors of a sum of 20 000 terms of unit variance.
+        // The tolerances are four standard errors of a sum of 20 000 terms of unit variance.
         assert!(powers.abs() < 4.0 * 20_000_f64.sqrt());
         assert!(phases.norm() < 4.0 * 20_000_f64.sqrt());
     }
@@ -227,7 +227,7 @@ mod tests {
             let draw = Draws::new(2015, 0).mode(k_x, k_y);
             (draw.magnitude, draw.turn)
         });
-        // Computed from the definition of ChaCha8 apart from this program.
+        // An independent implementation of ChaCha8 computed these numbers.
         let expected = [
             (0.6030630787277061, 0.9425794694386633),
             (0.6734914596882503, 0.6233259838074692),

@@ -5,9 +5,9 @@
 //! default is therefore an error, and [`Prepared`](super::preparation::Prepared) counts the filled
 //! nodes.
 //!
-//! The nearest point is nearest in length, not in nodes. It is found first within each line along
-//! y, then among the lines, from the line of the node outwards. Of equally near points, the one on
-//! the nearest line is chosen, then the one of smaller x, then of smaller y.
+//! [`Fill::Nearest`] measures the distance in length, not in nodes. It first searches each line
+//! along y, then compares the lines, from the line of the missing point outwards. Of equally near
+//! points, it takes the one on the nearest line, then the one of smaller x, then of smaller y.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,20 +17,21 @@ mod harmonic;
 
 /// Method to fill missing points.
 ///
-/// The solution of Laplace's equation in a hole is the smoothest surface between its edges, and its
-/// heights lie between theirs. The lowest height of the map makes contact last.
+/// The solution of Laplace's equation is the smoothest surface in a hole, and its heights are
+/// between the lowest and the highest edge of the hole. Points at the lowest height of the map make
+/// contact last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
-    /// Missing points are an error.
+    /// No filling; missing points are an error.
     #[default]
     Error,
-    /// The solution of Laplace's equation in each hole.
+    /// Solution of Laplace's equation in each hole.
     Harmonic,
-    /// The height of the nearest measured point.
+    /// Height of the nearest measured point.
     Nearest,
-    /// The lowest height of the map.
+    /// Lowest height of the map.
     Lowest,
 }
 
@@ -104,7 +105,7 @@ fn filled(scan: Scan, is_periodic: bool) -> Scan {
     scan.with(found)
 }
 
-/// Returns the lines at a distance of `lines` from a line, the lower index first.
+/// Returns the indices of the two lines at a distance of `lines` from a line, in ascending order.
 fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<usize>; 2] {
     let (below, above) = if is_periodic {
         (Some((line + of - lines) % of), Some((line + lines) % of))
@@ -116,11 +117,11 @@ fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<us
     both
 }
 
-/// Returns, for each node, the nearest measured node in its line along y: distance in steps, and j.
+/// Finds, for each node, the nearest measured node of the same x: its distance in steps and its j.
 fn nearest_in_lines(scan: &Scan, is_periodic: bool) -> Vec<Option<(u32, u32)>> {
     let nodes_y = scan.grid().nodes()[1];
     let mut nearest = vec![None; scan.heights().len()];
-    // Two turns, so that the search continues across the edges.
+    // A second turn along the line lets the search continue across the edges.
     let turns = if is_periodic { 2 } else { 1 };
     for (line, nearest) in
         scan.heights().chunks_exact(nodes_y).zip(nearest.chunks_exact_mut(nodes_y))
@@ -218,7 +219,7 @@ mod tests {
 
     #[test]
     fn every_hole_gets_the_height_of_a_nearest_point() {
-        // Each node has a different height, which identifies it.
+        // Each node has a different height, which identifies the node.
         let name = |x: f64, y: f64| 1e3 * x + y;
         let is_missing = |i: usize, j: usize| (i * i + 3 * j * j) % 13 > 2 || (6..12).contains(&i);
         for size in [[2.0, 1.5], [1.0, 9.0]] {

@@ -17,7 +17,7 @@ use super::moments::signed_wavenumber;
 use super::surface::Surface;
 use crate::fft::Transform;
 
-/// Exponent beyond which weights are omitted: e^(−40) = 4e−18 is below rounding.
+/// Exponent beyond which weights are omitted, because e^(−40) = 4e−18 is below rounding.
 const NEGLIGIBLE: f64 = 40.0;
 
 /// Returns the factor by which [`low_pass`] multiplies the amplitude of a wave.
@@ -35,7 +35,7 @@ pub fn transmission(cutoff: f64, wavelength: f64) -> f64 {
     libm::exp(-LN_2 * (cutoff / wavelength).powi(2))
 }
 
-/// Returns the waviness of a map: attenuates waves shorter than the cutoff.
+/// Returns the waviness of a map, in which waves shorter than the cutoff are attenuated.
 ///
 /// The cutoff is in the unit of the sides. `is_periodic` selects the filter for periodic maps.
 pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
@@ -47,9 +47,9 @@ pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     Surface::new(surface.grid(), means).expect("means of finite heights are finite")
 }
 
-/// Returns the roughness of a map, its heights minus those of [`low_pass`].
+/// Returns the roughness of a map, which is the map minus the result of [`low_pass`].
 ///
-/// This attenuates waves longer than the cutoff and removes the mean height.
+/// Waves longer than the cutoff are attenuated, and the mean height is removed.
 pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     let waviness = low_pass(surface, cutoff, is_periodic);
     let heights = surface.heights().iter().zip(waviness.heights());
@@ -79,12 +79,12 @@ fn filter_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     heights
 }
 
-/// Returns the weighted means over the nodes inside the map.
+/// Returns, for each node, the weighted mean over the nodes inside the map.
 fn average_inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();
     let [along_x, along_y] = [0, 1].map(|axis| weights(cutoff / grid.spacing()[axis]));
-    // Relative to the first height, rounding errors do not depend on the mean height.
+    // With heights relative to the first one, rounding errors do not depend on the mean height.
     let reference = surface.heights()[0];
     let heights: Vec<f64> = surface.heights().iter().map(|height| height - reference).collect();
     let mut rows = vec![0.0; heights.len()];
@@ -118,7 +118,7 @@ fn weights(cutoff: f64) -> Vec<f64> {
     exponents.map(|exponent| libm::exp(-exponent)).collect()
 }
 
-/// Iterates over the nodes with a weight in the mean at `node`, ascending, with their weights.
+/// Iterates over the nodes that contribute to the mean at `node`, ascending, with their weights.
 fn neighbours(node: usize, nodes: usize, weights: &[f64]) -> impl Iterator<Item = (usize, f64)> {
     let reach = weights.len() - 1;
     let within = node.saturating_sub(reach)..=(node + reach).min(nodes - 1);
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn far_from_the_edges_of_an_open_map_waves_pass_as_those_of_a_periodic_one() {
-        // Sums over nodes differ from integrals by 2^(−(λ_c/Δ − λ_c/λ)²), 2^(−196) at 15 steps.
+        // Sums over nodes differ from integrals by 2^(−(λ_c/Δ − λ_c/λ)²): 2^(−196) at 15 steps.
         let wave = surface([240, 90], [24.0, 9.0], |x, _| libm::cos(TAU * x / 1.5));
         for cutoff in [1.5, 3.0] {
             let passed = low_pass(&wave, cutoff, false);

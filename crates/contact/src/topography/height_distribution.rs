@@ -1,8 +1,9 @@
 //! Histograms of the heights of one or several surfaces, and the bearing area curve.
 //!
 //! [`Histogram`] counts the heights of a surface in units of its rms height. [`HistogramPool`]
-//! gives mean and standard deviation over several surfaces. [`bearing_curve`] is the bearing area
-//! curve (Abbott–Firestone curve): the fraction of the surface at or above each height.
+//! computes the mean and the standard deviation of the density over several surfaces.
+//! [`bearing_curve`] returns the bearing area curve (Abbott–Firestone curve): the fraction of the
+//! surface at or above each height.
 
 use std::f64::consts::SQRT_2;
 
@@ -22,14 +23,14 @@ pub struct Histogram {
     pub outside: usize,
 }
 
-/// Bin of a [`Histogram`]; contains its lower end, and the last bin also contains its upper end.
+/// Bin of a [`Histogram`], which contains its lower end; the last bin also contains its upper end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bin {
     /// Centre of the bin, in units of the rms height.
     pub center: f64,
     /// Number of nodes in the bin.
     pub count: usize,
-    /// Probability density, which is `count` divided by the number of all nodes and by the width.
+    /// Probability density: `count`/(number of all nodes × width of a bin).
     pub density: f64,
 }
 
@@ -138,7 +139,7 @@ impl HistogramPool {
     /// Returns the bins in ascending order.
     pub fn bins(&self) -> Vec<PooledBin> {
         let surfaces = f64::from(self.surfaces);
-        // Contribution of one node of one surface to the density.
+        // The density of one surface to which a single node contributes.
         let density = surfaces / (self.nodes as f64 * self.width);
         let bin = |sums: &Sums| PooledBin {
             center: sums.center,
@@ -149,7 +150,7 @@ impl HistogramPool {
         self.bins.iter().map(bin).collect()
     }
 
-    /// Returns the sample variance of the count of a bin; integers avoid cancellation.
+    /// Returns the sample variance of the counts of a bin; integer sums avoid cancellation.
     fn variance(&self, sums: &Sums) -> Option<f64> {
         let surfaces = u128::from(self.surfaces);
         let pairs = surfaces * surfaces.saturating_sub(1);
@@ -183,8 +184,8 @@ pub struct BearingPoint {
 
 /// Computes the bearing area curve at `steps` + 1 equidistant heights, in descending order.
 ///
-/// The heights are from +`range` to −`range` rms heights about the mean. All nodes of a flat
-/// surface are at its mean.
+/// The heights range from `range` rms heights above the mean to `range` rms heights below it. All
+/// nodes of a flat surface are at its mean.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -263,8 +264,8 @@ mod tests {
         for bin in Histogram::from_surface(&random.draw(square(256, 1.0)), 20, 5.0).bins {
             let normal = libm::erf((bin.center + 0.25) / 2_f64.sqrt())
                 - libm::erf((bin.center - 0.25) / 2_f64.sqrt());
-            // Neighbouring nodes are correlated: the effective sample is some thousand heights, and
-            // the density is at most 0.4.
+            // The density is at most 0.4. Neighbouring nodes are correlated, so that the effective
+            // sample is a few thousand heights.
             assert!((bin.density - normal).abs() < 0.02, "{bin:?}");
         }
     }

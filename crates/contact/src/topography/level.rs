@@ -11,33 +11,35 @@ use super::periodic::detrend;
 use super::surface::Scan;
 use crate::grid::Grid;
 
-/// Form that is removed from a map: the first 0, 1, 3 or 6 terms of c₀ + c₁x + c₂y + c₃x² + c₄xy +
-/// c₅y².
+/// Form that is removed from a map.
 ///
-/// A quadric fits the bow of a scanner, cylinders and spheres.
+/// The forms have the first 0, 1, 3 or 6 terms of c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y². A quadric
+/// fits the bow of a scanner, cylinders and spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
     /// No form, so that the map stays unchanged.
     None,
-    /// The mean height of the map.
+    /// Mean height of the map.
     Mean,
-    /// The least-squares plane of the map.
+    /// Least-squares plane of the map.
     Plane,
-    /// The least-squares quadric of the map.
+    /// Least-squares quadric of the map.
     Quadric,
 }
 
 /// Number of coefficients of a quadric.
 const MAX_TERMS: usize = 6;
 
-/// Number of solutions of the normal equations; each after the first corrects the residual.
+/// Number of times that the normal equations are solved, the first time for the heights.
+///
+/// Each later solution is for the remaining residuals and corrects rounding errors.
 const ROUNDS: usize = 3;
 
-/// Least fraction of the sum of squares of a term that is independent of the preceding terms.
+/// Minimum fraction of the square norm of a term that is orthogonal to the preceding terms.
 ///
-/// A term below this is omitted. This occurs if, for example, all points lie on one line.
+/// A term below this fraction is omitted, for example if all points lie on one line.
 const INDEPENDENT: f64 = 1e-12;
 
 type Terms = [f64; MAX_TERMS];
@@ -66,7 +68,7 @@ impl Level {
     pub fn level(self, scan: Scan) -> Scan {
         match self {
             Level::None => scan,
-            // Gives the same bits as the `detrend` of `Edges::close`.
+            // The result has the same bits as that of `detrend` in `Edges::close`.
             Level::Plane if scan.missing() == 0 => match scan.into_surface() {
                 Ok(surface) => detrend(&surface).into(),
                 Err(_) => unreachable!("no point is missing"),
@@ -101,7 +103,7 @@ fn without_form(scan: &Scan, terms: usize) -> Scan {
     scan.map_measured(|node, height| residual(node, height, &coefficients).1)
 }
 
-/// Legendre polynomials of x and y, where the map is [−1, 1] × [−1, 1].
+/// Products of Legendre polynomials of x and y, with the map scaled to [−1, 1] × [−1, 1].
 struct Basis {
     grid: Grid,
     middle: [f64; 2],
@@ -128,8 +130,8 @@ impl Basis {
 
 /// Cholesky factor of the normal equations, lower triangular and row-major.
 ///
-/// A row whose diagonal is zero belongs to a term that depends linearly on the preceding terms. Its
-/// coefficient is zero.
+/// A row has a zero diagonal if its term depends linearly on the preceding terms. The coefficient
+/// of this term is zero.
 struct NormalEquations {
     terms: usize,
     factor: [Terms; MAX_TERMS],
@@ -191,7 +193,7 @@ mod tests {
 
     const LEVELS: [Level; 3] = [Level::Mean, Level::Plane, Level::Quadric];
 
-    /// Returns the terms of c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y² that a level removes.
+    /// Returns a function of x and y that consists of the terms that `level` removes.
     fn form(level: Level) -> impl Fn(f64, f64) -> f64 {
         let terms = level.terms();
         move |x, y| {

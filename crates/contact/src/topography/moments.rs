@@ -15,8 +15,8 @@ use crate::grid::{Cell, Grid};
 ///
 /// The sum is over all modes q = 2π (k_x/L_x, k_y/L_y) except the mean. Derivatives are those of
 /// the trigonometric interpolant, so m20 + m02 is the mean square gradient without the bias of
-/// finite differences. All moments here are even; the sign of the Nyquist wavenumber does not
-/// matter.
+/// finite differences. The exponents p and q are even, so that the sign of the Nyquist wavenumber
+/// does not matter.
 ///
 /// ```
 /// use std::f64::consts::PI;
@@ -185,7 +185,9 @@ impl MomentSum {
     }
 }
 
-/// Returns the number of waves along x of row `i` of a half spectrum; positive at Nyquist.
+/// Returns the signed number of waves along x of row `i` of a half spectrum.
+///
+/// The number is positive at the Nyquist wavenumber.
 pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
     if 2 * i <= nodes { i as f64 } else { i as f64 - nodes as f64 }
 }
@@ -193,8 +195,8 @@ pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
 /// Returns the number of modes of the full spectrum that entry (i, k_y) of a half spectrum
 /// represents.
 ///
-/// This is two in general, and one if k and −k coincide on the mesh. It is zero for the mean, and
-/// if the entry of −k already represents both.
+/// The number is two in general, and one if k and −k coincide on the mesh. It is zero for the mean,
+/// and zero if the entry of −k already represents both modes.
 pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     let alone = |index: usize, nodes: usize| index == 0 || 2 * index == nodes;
     match (alone(k_y, nodes_y), alone(i, nodes_x)) {
@@ -209,13 +211,13 @@ pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2])
 ///
 /// The density has a plateau from k_lower to k_rolloff and a power law from there to k_upper.
 /// Nayak's parameter and the density of summits depend on the ratios of the cutoffs and on the
-/// Hurst exponent: appendix A of Yastrebov, Anciaux & Molinari 2015. Sums over the discrete modes
-/// of a periodic cell differ from them, the more the smaller k_lower is.
+/// Hurst exponent (appendix A of Yastrebov, Anciaux & Molinari 2015). For the discrete modes of a
+/// periodic cell, both differ from these values, most for small k_lower.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Continuum {
     /// Hurst exponent, from 0 to 1 inclusive.
     pub hurst: f64,
-    /// Ratio ξ = k_lower / k_rolloff, from 0 to 1; 1 without plateau.
+    /// Ratio ξ = k_lower / k_rolloff, from 0 to 1; it is 1 without a plateau.
     pub plateau: f64,
     /// Magnification ζ = k_upper / k_rolloff, at least 1.
     pub magnification: f64,
@@ -232,20 +234,20 @@ impl Continuum {
 
     /// Returns the density of summits D = √3/(18π) m4/m2.
     ///
-    /// With the angular wavenumber as `k_rolloff`, D is the number of summits per unit area. With
-    /// the integer wavenumber, it is the value tabulated in the paper, the number of summits in the
+    /// If `k_rolloff` is an angular wavenumber, D is the number of summits per unit area. If it is
+    /// an integer wavenumber, D is the value tabulated in the paper: the number of summits in the
     /// cell divided by (2π)².
     pub fn summit_density(&self, k_rolloff: f64) -> f64 {
         let ratio = if self.is_ring() { 1.0 } else { self.moment(4.0) / self.moment(2.0) };
         3_f64.sqrt() / (24.0 * PI) * k_rolloff * k_rolloff * ratio
     }
 
-    /// Returns `true` for a single wavenumber, where moments vanish but their ratios have limits.
+    /// Returns `true` for a single wavenumber: all moments vanish, but their ratios have limits.
     fn is_ring(&self) -> bool {
         self.plateau == 1.0 && self.magnification == 1.0
     }
 
-    /// Returns ∫ Φ k^(order + 1) dk with wavenumbers in units of k_rolloff.
+    /// Returns ∫ Φ k^(order + 1) dk of the density Φ, with k in units of k_rolloff.
     fn moment(&self, order: f64) -> f64 {
         let plateau = -libm::expm1((order + 2.0) * libm::log(self.plateau)) / (order + 2.0);
         let log_magnification = libm::log(self.magnification);
@@ -266,7 +268,7 @@ mod tests {
     use crate::grid::samples::{cell, rectangle, square};
     use crate::topography::shapes::Shape;
 
-    /// Returns heights without symmetry.
+    /// Returns a surface without symmetry.
     fn rough(nodes: usize, side: f64) -> Surface {
         let height = |node| libm::sin(7.0 + (node * node) as f64);
         Surface::new(square(nodes, side), (0..nodes * nodes).map(height).collect()).unwrap()
@@ -291,7 +293,7 @@ mod tests {
 
     #[test]
     fn moments_of_a_wave_are_powers_of_its_wavenumber() {
-        // The last one is at the Nyquist wavenumber, where the cosine is ±1 on the nodes.
+        // Eight waves are at the Nyquist wavenumber, where the cosine is ±1 on the nodes.
         for (waves, mean_square) in [(1, 0.5), (5, 0.5), (8, 1.0)] {
             let amplitude = 0.1;
             let moments =
@@ -326,13 +328,13 @@ mod tests {
     #[test]
     fn equal_waves_count_as_many_modes_as_there_are() {
         let (amplitude, waves) = (0.1, 3);
-        // cos·cos is the sum of waves along (1, 1) and (1, −1), cos + cos along the axes.
+        // cos·cos is the sum of waves along (1, 1) and (1, −1); cos + cos has waves along the axes.
         for shape in [Shape::WaveProduct { amplitude, waves }, Shape::WaveSum { amplitude, waves }]
         {
             let moments = Moments::from_surface(&shape.draw(square(16, 1.0)));
             assert_close(moments.effective_modes(), 2.0);
-            // All modes on one circle: m2 and m4 are half the square slope and, along the axes,
-            // half the square curvature, along the diagonals a quarter.
+            // All modes have the same |q|: m2 is half the square slope. For waves along the axes,
+            // m4 is half the square curvature, for waves along the diagonals a quarter.
             let diagonal = matches!(shape, Shape::WaveProduct { .. });
             assert_close(moments.nayak().unwrap(), if diagonal { 1.0 } else { 2.0 });
         }
@@ -379,7 +381,7 @@ mod tests {
         Continuum { hurst, plateau: 1.0, magnification }
     }
 
-    /// D in units of its value on a ring of radius k_rolloff.
+    /// Returns D in units of the density of summits of a ring of radius k_rolloff.
     fn relative_density(continuum: Continuum) -> f64 {
         continuum.summit_density(1.0) / (3_f64.sqrt() / (24.0 * PI))
     }

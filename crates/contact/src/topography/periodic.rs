@@ -6,9 +6,9 @@
 //! steps; each affects the statistics of the map.
 //!
 //! [`resampled`] samples the trigonometric interpolant of a periodic map on another grid. Modes
-//! that both grids resolve do not change; all other modes are zero. On an even number of nodes, the
-//! entry at the Nyquist wavenumber is the sum of both directions ±k. A finer grid assigns half of
-//! it to each; a coarser grid adds both.
+//! that both grids resolve do not change; all other modes are zero. With an even number of nodes,
+//! the entry at the Nyquist wavenumber is the sum of the modes k and −k. On a finer grid, each of
+//! the two modes gets half of it. On a coarser grid, both modes are added.
 
 use std::cmp::Ordering;
 use std::f64::consts::PI;
@@ -24,13 +24,13 @@ use crate::grid::{Cell, Grid, magnitude};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "edges", rename_all = "lowercase")]
 pub enum Edges {
-    /// The map is periodic and stays unchanged.
+    /// No change of a periodic map.
     Periodic,
-    /// The map is not periodic and stays unchanged.
+    /// No change of a map that is not periodic.
     Open,
-    /// Continuation by mirror images after removal of the mean plane, see [`mirror`].
+    /// Removal of the mean plane, then continuation by mirror images; see [`mirror`].
     Mirror,
-    /// Fade to the mean height at the edges after removal of the mean plane, see [`taper`].
+    /// Removal of the mean plane, then fading to the mean height at the edges; see [`taper`].
     Taper {
         /// Fraction of each side over which the map fades at each edge, at most one half.
         taper_fraction: f64,
@@ -76,7 +76,7 @@ pub fn detrend(surface: &Surface) -> Surface {
         along_x += x * height;
         along_y += y * height;
     }
-    // On a complete grid, x, y and 1 are orthogonal.
+    // On a complete grid, 1, x and y are orthogonal, so that each slope follows from one sum.
     let mean = sum / grid.count() as f64;
     let [nodes_x, nodes_y] = grid.nodes();
     let slope_x = along_x / (nodes_y as f64 * square_offsets(nodes_x)).max(f64::MIN_POSITIVE);
@@ -95,10 +95,9 @@ fn square_offsets(nodes: usize) -> f64 {
 
 /// Continues a map by its three mirror images, on a cell of twice the sides.
 ///
-/// The heights match at all edges and their distribution does not change. Slopes are discontinuous
-/// where the map has a slope across its edge. The four images are correlated: the larger cell has
-/// no more independent asperities than the map. The directions +45° and −45° of an anisotropic map
-/// are mixed.
+/// The heights match at all edges, and their distribution does not change. If the map has a slope
+/// across an edge, the slope is discontinuous there. The larger cell has no more independent
+/// asperities than the map. For an anisotropic map, the directions +45° and −45° are mixed.
 pub fn mirror(surface: &Surface) -> Surface {
     let grid = surface.grid();
     let nodes = grid.nodes();
@@ -117,10 +116,10 @@ pub fn mirror(surface: &Surface) -> Surface {
 
 /// Fades a map to its mean height near its edges with a Tukey window.
 ///
-/// `edge` is the fraction of each side over which the map fades at each edge, at most one half;
-/// with one half it is the Hann window. Heights and slopes match at the edges, and the interior
-/// does not change. The faded rim has lower peaks, which reduces rms height and slope. The Hann
-/// window reduces the variance to (3/8)² on average. The fade adds slopes of order rms height /
+/// `edge` is the fraction of each side over which the map fades at each edge, at most one half.
+/// With one half, the window is the Hann window, which reduces the variance to (3/8)² on average.
+/// Heights and slopes match at the edges, and the interior does not change. The faded rim has lower
+/// peaks, which reduces rms height and slope, and additional slopes of order rms height /
 /// (`edge` × side).
 pub fn taper(surface: &Surface, edge: f64) -> Surface {
     let grid = surface.grid();
@@ -170,7 +169,7 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
         if column < columns {
             spectrum[row * columns + column]
         } else {
-            // The spectrum of a real map is Hermitian.
+            // The mode −k is the complex conjugate of the mode k, because heights are real.
             spectrum[(nodes_x - row) % nodes_x * columns + nodes_y - column].conj()
         }
     };
@@ -198,8 +197,10 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
 /// Index of an entry of a spectrum, and its weight.
 type Source = Option<(usize, f64)>;
 
-/// Returns, for each entry of a spectrum of `after` numbers, the weighted entries of that of
-/// `before` numbers whose sum it is.
+/// Maps each Fourier coefficient of a spectrum of length `after` to the contributing coefficients
+/// of the spectrum of length `before`, with their weights.
+///
+/// Coefficients at the Nyquist wavenumber are split into halves or summed.
 fn sources(before: usize, after: usize) -> Vec<[Source; 2]> {
     let resolved = before.min(after);
     let source = |entry: usize| {
@@ -227,7 +228,7 @@ mod tests {
     use crate::grid::samples::rectangle;
     use crate::topography::moments::Moments;
 
-    /// Returns `height(i, j)` on a grid of square cells whose side along x is one.
+    /// Samples `height(i, j)` on a grid of square cells whose side along x is one.
     fn surface(nodes: [usize; 2], height: impl Fn(f64, f64) -> f64) -> Surface {
         let grid = rectangle(nodes, [1.0, nodes[1] as f64 / nodes[0] as f64]);
         let height = |node: usize| {
@@ -307,7 +308,7 @@ mod tests {
                 assert!((before - after).abs() < 1e-14);
             }
             if depth_x == 0 || depth_y == 0 {
-                // sin² of half a node out of sixteen.
+                // The weight of these nodes is sin² of half a node out of sixteen.
                 assert!((after - mean).abs() < 0.0025 * (before - mean).abs() + 1e-14);
             }
         }

@@ -1,4 +1,4 @@
-//! Power spectral densities of a map: the radial average, and those of profiles along an axis.
+//! Power spectral densities of a map and of its profiles along an axis.
 //!
 //! Wavenumbers q = 2π/λ are angular. The density C(q) of a map is normalised so that
 //! ∫ C d²q/(2π)² over the plane is the mean square height. The density C₁(q) of profiles is
@@ -20,7 +20,7 @@ use super::surface::{Axis, Surface, for_each_line};
 use crate::fft::Transform;
 use crate::grid::Boundary;
 
-/// Number of independent modes under the Hann window, divided by the number of modes.
+/// Ratio of the number of independent modes to the number of modes, under the Hann window.
 ///
 /// The equivalent noise bandwidth of the window is 3/2 modes along each axis (Harris 1978).
 pub const INDEPENDENT_FRACTION: f64 = 4.0 / 9.0;
@@ -45,7 +45,7 @@ impl Ring {
     }
 }
 
-/// Computes the radial average of the power spectral density, for each ring that has modes.
+/// Computes the radial average of the power spectral density in each ring that contains modes.
 ///
 /// Rings extend to the corners of the spectrum. Beyond the Nyquist wavenumber, they lack the modes
 /// along the axes. For a periodic map, Σ C × modes / (L_x L_y) is the mean square height about the
@@ -94,12 +94,12 @@ pub fn rings(surface: &Surface, boundary: Boundary) -> Vec<Ring> {
     sums.into_iter().enumerate().filter_map(ring).collect()
 }
 
-/// Computes the power spectral density C₁(q) of profiles at q = 2πn/L for n = 1, …, N/2, in
-/// length³.
+/// Computes the power spectral density C₁(q) of the profiles along an axis, in length³.
 ///
-/// This is the mean of |ĥ|² L over all lines along the axis, each relative to its own mean. For a
-/// periodic map, (2 Σ C₁ − C₁(πN/L) [N even])/L is the mean square height of the profiles about
-/// their means.
+/// The wavenumbers are q = 2πn/L with n = 1, …, N/2, for N nodes on the side L along the axis. The
+/// density is the mean of |ĥ|² L over all profiles, each relative to its own mean. For a periodic
+/// map, the mean square height of the profiles about their means is (2 Σ C₁)/L for odd N, and
+/// (2 Σ C₁ − C₁(πN/L))/L for even N.
 pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
     let nodes = axis.select(surface.grid().nodes());
     let side = axis.select(surface.grid().cell().size());
@@ -125,9 +125,9 @@ pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
     sums.into_iter().map(|sum| unit * sum).collect()
 }
 
-/// Returns the windowed heights about their mean, and the mean square of the window.
+/// Multiplies the heights about their mean by the window; returns them and its mean square.
 ///
-/// A periodic map has no window.
+/// The window of a periodic map is one everywhere.
 fn windowed(surface: &Surface, boundary: Boundary) -> (Vec<f64>, f64) {
     let grid = surface.grid();
     let mut heights = from_first_node(surface.heights());
@@ -220,7 +220,7 @@ mod tests {
         let wave = Shape::Wave { amplitude: 0.2, waves: 5 };
         let surface = wave.draw(rectangle([32, 16], [2.0, 1.0]));
         let densities = profiles(&surface, Axis::X, Boundary::Periodic);
-        // Δ²/2 = 2 C₁/L.
+        // The mean square height is Δ²/2 = 2 C₁/L.
         assert_close(densities[4], 0.02);
         let along_y = profiles(&surface, Axis::Y, Boundary::Periodic);
         assert!(along_y.iter().all(|density| *density < 1e-30));

@@ -7,8 +7,8 @@
 //!    filled heights must not enter the fit.
 //! 3. [`Fill`] gives heights to missing points. It follows [`Level`] so that the lowest point
 //!    belongs to the roughness and not to a tilt.
-//! 4. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes,
-//!    and without form, which distorts the results near the edges.
+//! 4. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes.
+//!    They follow [`Level`] because the form would distort the results near the edges.
 //! 5. [`resampled`] interpolates on another grid. It follows [`low_pass`], which determines the
 //!    shortest waves that the grid must resolve.
 //! 6. [`Edges`] makes the map periodic, or leaves it as it is.
@@ -25,8 +25,8 @@ use crate::grid::Grid;
 
 /// Steps that turn a measured map into a surface; a step that is `None` is skipped.
 ///
-/// `Some(Level::None)` also does nothing, but is recorded. It serves studies that compare several
-/// levels.
+/// `Some(Level::None)` removes nothing either, but is serialised. Studies that compare several
+/// levels need it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Preparation {
     /// Part of the map to keep.
@@ -38,10 +38,10 @@ pub struct Preparation {
     /// Method to fill missing points; `None` is the same as [`Fill::Error`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
-    /// Cutoff of the high pass: removes longer wavelengths; in the unit of the sides.
+    /// Cutoff wavelength of the high pass, which removes longer waves; in the unit of the sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high_pass: Option<f64>,
-    /// Cutoff of the low pass: removes shorter wavelengths; in the unit of the sides.
+    /// Cutoff wavelength of the low pass, which removes shorter waves; in the unit of the sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<f64>,
     /// Numbers of nodes along x and y after resampling, which treats the map as periodic.
@@ -49,7 +49,7 @@ pub struct Preparation {
     pub resample: Option<[u32; 2]>,
 }
 
-/// Result of a preparation, with a surface that can be pressed.
+/// Result of a preparation: a complete surface that is not flat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
     /// Heights after all steps of the preparation.
@@ -58,7 +58,7 @@ pub struct Prepared {
     pub filled: usize,
 }
 
-/// Error of the preparation of a map.
+/// Reason why the preparation of a map failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum PreparationError {
@@ -70,11 +70,11 @@ pub enum PreparationError {
     Flat,
 }
 
-/// Ratio of the height ranges after and before, below which only rounding errors remain.
+/// Ratio of the height range after to the range before, at which only rounding errors remain.
 const FLAT: f64 = 1e-12;
 
 impl Preparation {
-    /// Returns the cropped map without its form; points may be missing.
+    /// Crops the map and removes its form; points may still be missing.
     ///
     /// # Errors
     /// Fails if the crop is not inside the map.
@@ -116,7 +116,7 @@ impl Preparation {
     }
 }
 
-/// Returns the difference between the highest and the lowest height; ignores missing points.
+/// Returns the difference between the highest and the lowest height, ignoring missing points.
 pub fn spread(heights: &[f64]) -> f64 {
     let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
     heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
@@ -139,11 +139,11 @@ pub fn spread(heights: &[f64]) -> f64 {
 pub struct Crop {
     /// Position of the first node, relative to the first node of the map.
     pub from: [f64; 2],
-    /// Sides of the rectangle, nodes × step.
+    /// Sides of the rectangle, equal to number of nodes × step.
     pub size: [f64; 2],
 }
 
-/// Error of a crop that does not fit the map.
+/// Reason why a crop does not fit the map.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum CropError {
@@ -154,7 +154,7 @@ pub enum CropError {
 }
 
 impl Crop {
-    /// Returns the nodes of the rectangle; rounds its first node and its number of nodes.
+    /// Returns the nodes of the rectangle, with first node and number of nodes rounded.
     ///
     /// # Errors
     /// Fails if the rectangle reaches beyond the map by half a step or more, or has no node.
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_tilted_wave_with_a_hole_becomes_the_wave_of_half_the_amplitude() {
-        // The crop holds whole waves, so that its mean plane is nearly the tilt.
+        // The crop contains whole waves, so that its mean plane is nearly the tilt.
         let height = |x: f64, y: f64| 0.01 * libm::cos(TAU * x / 0.5) + 3.0 * x - y;
         let is_missing = |i: usize, j: usize| (i, j) == (40, 9);
         let map = scan([96, 24], [3.0, 0.75], height, is_missing);

@@ -12,7 +12,7 @@ use crate::threads::Threads;
 /// Distribution of the moduli of the Fourier coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Amplitude {
-    /// Complex Gaussian coefficients, as of filtered white noise (Hu & Tonder 1992).
+    /// Complex Gaussian coefficients, as in filtered white noise (Hu & Tonder 1992).
     ///
     /// The mean power follows the spectral density; moments scatter between realizations.
     #[serde(rename = "filter")]
@@ -22,7 +22,7 @@ pub enum Amplitude {
     Deterministic,
 }
 
-/// A random surface, defined by its modes; a mesh only samples it.
+/// Random surface that is defined by its modes, independently of any mesh.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -44,17 +44,17 @@ pub enum Amplitude {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RandomSurface {
-    /// Power spectral density, which gives the mean power of the modes up to a factor.
+    /// Power spectral density, to which the mean power of the modes is proportional.
     #[serde(flatten)]
     pub spectrum: Spectrum,
-    /// Distribution of the power of each mode.
+    /// Distribution of the modulus of each mode.
     #[serde(rename = "method")]
     pub amplitude: Amplitude,
     /// Rms slope √⟨|∇h|²⟩ of each realization (not of the ensemble).
     pub rms_slope: f64,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Index of an independent realization of the surface.
+    /// Index of the realization; realizations are statistically independent.
     pub realization: u32,
 }
 
@@ -74,9 +74,10 @@ pub struct Ring {
 impl RandomSurface {
     /// Samples the surface on a grid, with heights in the unit of the grid's sides.
     ///
-    /// Grids have the same heights at shared nodes. The rms slope is that of the modes. If the
-    /// shortest waves have exactly two nodes, the Fourier transform of the grid gives a slightly
-    /// different slope, because it cannot resolve the phases at the Nyquist wavenumber.
+    /// Different grids have the same heights at shared nodes. [`RandomSurface::rms_slope`] is the
+    /// rms slope of the modes. If the shortest waves have exactly two nodes, the Fourier transform
+    /// of the heights gives a slightly different slope, because it cannot resolve the phases at the
+    /// Nyquist wavenumber.
     ///
     /// # Panics
     /// Panics if the shortest wave along an axis has fewer than two nodes.
@@ -107,10 +108,10 @@ impl RandomSurface {
         self.realized_and_expected_moments(cell).0
     }
 
-    /// Returns the spectral moments of the realization and those of the expected power.
+    /// Returns the spectral moments of the realization, and the expected moments.
     ///
-    /// Both have the same rms slope. The second are sums over all modes with their mean power; the
-    /// moments of realizations scatter around them.
+    /// Both have the same rms slope. The expected moments are sums over all modes with their mean
+    /// power; the moments of realizations scatter around them.
     pub fn realized_and_expected_moments(&self, cell: Cell) -> (Moments, Moments) {
         let [mut drawn, mut mean] = [MomentSum::new(cell); 2];
         self.for_each_pair(cell, |k_x, k_y, density, draw| {
@@ -151,7 +152,9 @@ impl RandomSurface {
         sums.into_iter().enumerate().filter_map(ring).collect()
     }
 
-    /// Calls `visit(k_x, k_y, density, draw)` for one mode of each pair ±k, before scaling.
+    /// Calls `visit(k_x, k_y, density, draw)` for one mode of each pair ±k.
+    ///
+    /// The densities are not yet scaled to the rms slope.
     fn for_each_pair(&self, cell: Cell, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
         let mut densities = self.spectrum.densities();
         let square_length = self.spectrum.square_length();
@@ -166,7 +169,7 @@ impl RandomSurface {
         }
     }
 
-    /// Returns |c|² of a mode before scaling.
+    /// Returns |c|² of a mode, not yet scaled to the rms slope.
     fn power(&self, density: f64, draw: &ModeDraw) -> f64 {
         match self.amplitude {
             Amplitude::Gaussian => density * draw.power(),
@@ -185,7 +188,7 @@ impl RandomSurface {
 pub(crate) mod samples {
     use super::*;
 
-    /// Returns a surface of Hurst exponent 0.8 and unit rms slope.
+    /// Returns a random surface of Hurst exponent 0.8 and unit rms slope.
     pub fn random(k_lower: u32, k_upper: u32, seed: u64) -> RandomSurface {
         RandomSurface {
             spectrum: Spectrum {
@@ -238,7 +241,7 @@ mod tests {
         let rings = random(Amplitude::Deterministic, 4, 64).rings(cell(1.0));
         let at = |wavenumber: usize| rings[wavenumber - 4];
         assert_eq!(at(32).power, at(32).mean_power);
-        // A ring is one wavenumber wide, and the power falls by a ninth across that at 32.
+        // A ring is one wavenumber wide. At 32, the power falls by a ninth across a ring.
         let expected = 2_f64.powf(-2.0 * (1.0 + 0.8));
         assert_close(at(60).power / at(30).power, expected, 0.01);
     }
@@ -254,7 +257,7 @@ mod tests {
                 let step = 512 / nodes;
                 for (node, height) in random.draw(square(nodes, 1.0)).heights().iter().enumerate() {
                     let shared = step * (node / nodes) * 512 + step * (node % nodes);
-                    // Rounding of sums over ten thousand modes.
+                    // The tolerance allows for rounding of sums over ten thousand modes.
                     assert!((height - fine.heights()[shared]).abs() < 1e-12 * rms_height);
                 }
             }
@@ -349,7 +352,7 @@ mod tests {
         let moments = random(Amplitude::Deterministic, 4, 64).moments(cell(1.0));
         assert_close(moments.m20, moments.m02, 1e-13);
         assert_close(moments.m40, moments.m04, 1e-13);
-        // Over a circle ⟨cos² sin²⟩ is a third of ⟨cos⁴⟩; the lattice is nearly as round.
+        // Over a circle, ⟨cos² sin²⟩ is a third of ⟨cos⁴⟩; the lattice is nearly isotropic.
         assert_close(3.0 * moments.m22, moments.m40, 0.02);
     }
 
@@ -371,7 +374,7 @@ mod tests {
         assert_close(along_y.m04, along_x.m40, 1e-12);
         let between = moments(2.0, 45.0);
         assert_close(between.m20, between.m02, 1e-12);
-        // m₂₂ : m₄₀ = (1/16 − 1/6 + 1) : (1/16 + 1/2 + 1) of a stretched isotropic spectrum.
+        // A stretched isotropic spectrum has m₂₂ : m₄₀ = (1/16 − 1/6 + 1) : (1/16 + 1/2 + 1).
         assert_close(between.m22 / between.m40, 43.0 / 75.0, 0.02);
     }
 
@@ -388,7 +391,7 @@ mod tests {
         let [one, other] = [isotropic, stretched].map(|surface| surface.draw(square(64, 1.0)));
         let rms_height = isotropic.moments(cell(1.0)).rms_height();
         for (one, other) in one.heights().iter().zip(other.heights()) {
-            // The anisotropy removes modes on the cutoffs, a hundredth of all.
+            // The anisotropy removes a hundredth of all modes, those on the cutoffs.
             assert!((one - other).abs() < rms_height);
         }
         let product: f64 = one.heights().iter().zip(other.heights()).map(|(a, b)| a * b).sum();

@@ -10,7 +10,7 @@ use crate::grid::Grid;
 const X: usize = 0;
 const Y: usize = 1;
 
-/// A surface of simple shape, peaks up; lengths are in the unit of the sides of the cell.
+/// Simple shape of a surface, with lengths in the unit of the sides of the cell.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -28,18 +28,22 @@ const Y: usize = 1;
 #[serde(tag = "method", rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "the formulas document the fields")]
 pub enum Shape {
-    /// h = −r²/(2R) around the centre of the cell: Hertz contact, if the contact is much smaller
-    /// than the cell.
+    /// Paraboloid h = −r²/(2R) around the centre of the cell.
+    ///
+    /// If the contact is much smaller than the cell, it is a Hertz contact.
     Paraboloid { radius: f64 },
-    /// h = Δ cos(2π n x/L_x), with n = `waves`: the contact of Westergaard 1939.
+    /// Wave h = Δ cos(2π n x/L_x) with n = `waves`, the contact of Westergaard 1939.
     Wave { amplitude: f64, waves: u32 },
-    /// h = Δ cos(2π n x/L_x) cos(2π n y/L_y): on a square, the contact of Johnson, Greenwood &
-    /// Higginson 1985.
+    /// Product of two waves, h = Δ cos(2π n x/L_x) cos(2π n y/L_y).
+    ///
+    /// On a square, this is the contact of Johnson, Greenwood & Higginson 1985.
     WaveProduct { amplitude: f64, waves: u32 },
-    /// h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)]: on a square, `WaveProduct` of twice the
-    /// amplitude, rotated by 45°, with wavelengths longer by √2.
+    /// Sum of two waves, h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)].
+    ///
+    /// On a square, this is a `WaveProduct` of twice the amplitude, rotated by 45°, with
+    /// wavelengths longer by √2.
     WaveSum { amplitude: f64, waves: u32 },
-    /// Flat punch with h = 0 within `radius` of the centre of the cell, −`depth` outside.
+    /// Flat punch, h = 0 within `radius` of the centre of the cell and h = −`depth` outside.
     #[serde(rename = "flat-punch")]
     Punch { radius: f64, depth: f64 },
 }
@@ -48,7 +52,7 @@ impl Shape {
     /// Samples the heights on a grid.
     ///
     /// # Panics
-    /// Panics if a height is not finite, as with an infinite length or a radius R = 0.
+    /// Panics if a height is not finite, for example with an infinite length or a radius R = 0.
     pub fn draw(&self, grid: Grid) -> Surface {
         let heights = (0..grid.count()).map(|node| self.height(grid, grid.indices(node))).collect();
         Surface::new(grid, heights).expect("lengths are finite and radii positive")
@@ -62,7 +66,7 @@ impl Shape {
             from_centre(X).powi(2) + from_centre(Y).powi(2)
         };
         let wave = |axis: usize, waves: u32| {
-            // Modulo one period, so that all waves of a surface have the same bits.
+            // The phase is modulo one period, so that all periods have the same bits.
             let phase = (indices[axis] * waves as usize) % nodes[axis];
             libm::cos(TAU * phase as f64 / nodes[axis] as f64)
         };
@@ -128,7 +132,8 @@ mod tests {
         let at = |shape: Shape, i: usize, j: usize| shape.draw(grid).heights()[i * 20 + j];
         let bowl = Shape::Paraboloid { radius: 0.5 };
         assert_eq!(at(bowl, 6, 10), 0.0);
-        // Three steps of 1/12 along x, five of 1/10 along y; r²/(2R) = r².
+        // The nodes are three steps of 1/12 from the centre along x, five of 1/10 along y;
+        // r²/(2R) = r².
         assert!((at(bowl, 9, 10) + 0.0625).abs() < 1e-15);
         assert!((at(bowl, 6, 15) + 0.25).abs() < 1e-15);
         let (amplitude, waves) = (1.0, 2);
@@ -145,7 +150,8 @@ mod tests {
         let bottom = surface.heights().iter().filter(|&&h| h == -2.0).count();
         assert_eq!(top + bottom, 256 * 256);
         let fraction = top as f64 / (256.0 * 256.0);
-        // The count of nodes in a disc of 77 nodes is right to a few nodes along its edge of 480.
+        // The disc has a radius of 77 nodes; its number of nodes is accurate to a few of the 480 on
+        // its edge.
         assert!((fraction / (TAU / 2.0 * 0.09) - 1.0).abs() < 2e-3);
     }
 }

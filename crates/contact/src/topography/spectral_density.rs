@@ -15,10 +15,12 @@ use super::surface::Surface;
 use crate::grid::Grid;
 use crate::threads::Threads;
 
-/// Relative difference below which two wavenumbers are equal; allows for values rounded to text.
+/// Relative difference up to which two wavenumbers count as equal.
+///
+/// It allows for values that were rounded when they were written as text.
 const ROUNDING: f64 = 1e-9;
 
-/// An isotropic power spectral density C(q), given by a table.
+/// Isotropic power spectral density C(q) that is given by a table.
 ///
 /// Wavenumbers are positive and ascending. Densities are finite and not negative, and at least one
 /// is positive.
@@ -27,23 +29,28 @@ pub struct SpectralDensity(Shape);
 
 #[derive(Debug, Clone, PartialEq)]
 enum Shape {
-    /// Wavenumbers and densities with log-log linear interpolation.
+    /// Points (q, C), between which ln C is interpolated linearly in ln q.
     ///
-    /// The density is zero between two points if one of them is zero.
+    /// Between two points of which one has zero density, the density is zero.
     Points(Vec<[f64; 2]>),
-    /// Densities of rings, where ring n holds the wavenumbers that round to n steps.
+    /// Densities of rings; ring n contains the wavenumbers that round to n × `step`.
     Rings { step: f64, densities: Vec<f64> },
 }
 
-/// Error of a table that is not a spectral density.
+/// Reason why a table is not a spectral density.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum SpectralDensityError {
     #[error("the spectral density has {found} wavenumbers; it needs at least 2")]
     TooFew { found: usize },
-    #[error("wavenumber {number} is {wavenumber:?}; wavenumbers must be positive and ascending")]
+    #[error(
+        "the wavenumber at point {number} is {wavenumber:?}; wavenumbers must be positive and \
+         ascending"
+    )]
     Wavenumber { number: usize, wavenumber: f64 },
-    #[error("density {number} is {density:?}; it must be finite and not negative")]
+    #[error(
+        "the density at point {number} is {density:?}; densities must be finite and not negative"
+    )]
     Density { number: usize, density: f64 },
     #[error("every density is zero; at least one must be positive")]
     Flat,
@@ -76,9 +83,9 @@ impl SpectralDensity {
     /// Ring n contains the wavenumbers that round to n × `step`. Omitted rings have a density of
     /// zero.
     ///
-    /// On a cell of side L = 2π/`step`, the mean density of every ring of the surfaces is then C.
-    /// Interpolation between the rings would not give this, because the density falls by more than
-    /// half within each of the first rings.
+    /// On a cell of side L = 2π/`step`, the expected density of the surfaces in every ring is then
+    /// C. Interpolation between rings would change it, because the density falls by more than half
+    /// within each of the first rings.
     ///
     /// # Errors
     /// Fails if a density is negative or not finite, or if all densities are zero.
@@ -136,7 +143,7 @@ impl SpectralDensity {
         }
     }
 
-    /// Returns the smallest and the largest wavenumber of the table.
+    /// Returns the smallest and the largest wavenumber that the table covers.
     pub fn range(&self) -> [f64; 2] {
         match &self.0 {
             Shape::Points(points) => [points[0][0], points[points.len() - 1][0]],
@@ -145,7 +152,7 @@ impl SpectralDensity {
     }
 }
 
-/// Interpolates between two points by a power law.
+/// Interpolates the density between two points (q, C) by a power law.
 fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f64 {
     if low == 0.0 || high == 0.0 {
         return 0.0;
@@ -156,7 +163,7 @@ fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f
     if factor.is_finite() && factor > 0.0 { low * factor } else { libm::exp(libm::log(low) + rise) }
 }
 
-/// Returns ln(a/b), also if a/b overflows or underflows.
+/// Returns ln(a/b), even if a/b overflows or underflows.
 fn log_ratio(a: f64, b: f64) -> f64 {
     let ratio = a / b;
     if ratio.is_finite() && ratio > 0.0 { libm::log(ratio) } else { libm::log(a) - libm::log(b) }
@@ -173,11 +180,11 @@ fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralD
     if is_flat { Err(SpectralDensityError::Flat) } else { Ok(()) }
 }
 
-/// A Gaussian random surface with a tabulated spectral density.
+/// Gaussian random surface with a tabulated spectral density.
 ///
 /// The random numbers depend only on seed, realization and mode. On two grids of one cell, the
-/// surfaces therefore differ only by the waves that the coarser grid cannot resolve. Of two modes
-/// that coincide at the Nyquist wavenumber of a grid, the surface contains one.
+/// surfaces therefore differ only by the waves that the coarser grid cannot resolve. If two modes
+/// coincide at the Nyquist wavenumber of a grid, the surface contains only one of them.
 ///
 /// ```
 /// use std::f64::consts::TAU;
@@ -186,7 +193,7 @@ fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralD
 /// use asperity_contact::topography::spectral_density::TabulatedSurface;
 /// use asperity_contact::topography::spectral_density::SpectralDensity;
 ///
-/// // White from 4 to 12 waves along a side of one.
+/// // The density is constant from 4 to 12 waves along a side of one.
 /// let density = SpectralDensity::from_points(vec![[TAU * 4.0, 1e-6], [TAU * 12.0, 1e-6]])?;
 /// let surface = TabulatedSurface { density: &density, rms_slope: None, seed: 1, realization: 0 };
 /// let grid = Grid::square(32, 1.0).unwrap();
@@ -199,16 +206,16 @@ fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralD
 pub struct TabulatedSurface<'a> {
     /// Power spectral density, in the unit of the grid's sides.
     pub density: &'a SpectralDensity,
-    /// Rms slope √⟨|∇h|²⟩ to which the heights are scaled; `None` keeps the heights of the density.
+    /// Rms slope √⟨|∇h|²⟩ to which the heights are scaled; `None` does not scale them.
     pub rms_slope: Option<f64>,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Index of an independent realization of the surface.
+    /// Index of the realization; realizations are statistically independent.
     pub realization: u32,
 }
 
 impl TabulatedSurface<'_> {
-    /// Draws the heights on a grid; the surface is flat if no mode has a density.
+    /// Draws the heights on a grid; they are zero if no mode has a positive density.
     pub fn draw(&self, grid: Grid) -> Surface {
         self.draw_on(&Threads::one(), grid)
     }
@@ -245,7 +252,7 @@ pub fn occupies(density: &SpectralDensity, grid: Grid) -> bool {
     modes.any(|(k_x, mut columns)| columns.any(|k_y| density.at(wavenumber(grid, k_x, k_y)) > 0.0))
 }
 
-/// Coefficient of a wave, and its mean square height on the grid.
+/// Complex coefficient of a wave, and the mean square height of the wave on the grid.
 struct Wave {
     coefficient: Complex<f64>,
     power: f64,
@@ -256,7 +263,7 @@ impl Wave {
         let coefficient = (mean_power * draw.power()).sqrt() * draw.phase();
         let [x, y] = [0, 1].map(|axis| is_own_opposite(waves[axis], grid.nodes()[axis]));
         if x && y {
-            // A single mode, with the heights ±2 Re(c) on the grid.
+            // k and −k are the same mode, with the heights ±2 Re(c) on the grid.
             let coefficient = FRAC_1_SQRT_2 * coefficient;
             Wave { coefficient, power: (2.0 * coefficient.re).powi(2) }
         } else {
@@ -270,9 +277,9 @@ fn is_own_opposite(waves: i32, nodes: usize) -> bool {
     waves == 0 || 2 * waves.unsigned_abs() as usize == nodes
 }
 
-/// Iterates over one mode of each pair ±k of a grid, except the mean: k_x with a range of k_y.
+/// Iterates over one mode of each pair ±k of a grid, as k_x with a range of k_y.
 ///
-/// The wavenumber along either axis is at most `max_wavenumber`.
+/// The mean is omitted. The wavenumber along either axis is at most `max_wavenumber`.
 fn modes(grid: Grid, max_wavenumber: f64) -> impl Iterator<Item = (i32, RangeInclusive<i32>)> {
     let size = grid.cell().size();
     let max_waves = |axis: usize| {
@@ -402,7 +409,7 @@ mod tests {
     #[test]
     fn a_mesh_without_modes_in_the_range_is_known() {
         let density = power_law(2.0, [1.1, 1.3]);
-        // Wavenumbers of 1 and √2, but none between.
+        // This cell has the wavenumbers 1 and √2, but none between them.
         assert!(!occupies(&density, square(16, 1.0)));
         assert!(occupies(&density, square(16, 2.0)), "√5 of half the wavenumber");
         assert!(surface(&density, 0).draw(square(16, 1.0)).heights() == [0.0; 256]);
@@ -435,7 +442,8 @@ mod tests {
                     continue;
                 }
                 let exact = f64::from(ring.waves).powi(-3);
-                // Exponential powers of modes/2 pairs on each surface; four standard errors.
+                // Each surface has modes/2 pairs with exponentially distributed powers. The
+                // tolerance is four standard errors.
                 let error = (2.0 / f64::from(ring.modes * surfaces)).sqrt();
                 let deviation = ring.density / exact - 1.0;
                 assert!(deviation.abs() < 4.0 * error, "{ring:?}: {deviation}");

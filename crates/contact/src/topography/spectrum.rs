@@ -13,22 +13,21 @@ use crate::grid::Cell;
 ///
 /// The density is constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))`
 /// for `k_rolloff ≤ |k| ≤ k_upper`, and zero elsewhere. The modes at both cutoffs belong to the
-/// spectrum; with them it reproduces the Nayak parameters tabulated in the paper. Wavenumbers are
-/// in units of 2π/L, where L is the longer side of the cell, and
-/// `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
+/// spectrum, as in the paper, whose tabulated Nayak parameters it reproduces. Wavenumbers are in
+/// units of 2π/L, where L is the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// Hurst exponent, between 0 and 1.
     pub hurst: f64,
     /// Lower cutoff, in units of 2π/L.
     pub k_lower: u32,
-    /// Roll-off wavenumber, at the end of the plateau; equal to `k_lower` without plateau.
+    /// Roll-off wavenumber at the end of the plateau; equal to `k_lower` without a plateau.
     pub k_rolloff: u32,
     /// Upper cutoff, in units of 2π/L.
     pub k_upper: u32,
     /// Anisotropy of the surface, or `None` for an isotropic surface.
     ///
-    /// The wavenumbers above are those across the grain.
+    /// For an anisotropic surface, the cutoffs apply to wavevectors across the grain.
     #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
     pub anisotropy: Option<Anisotropy>,
 }
@@ -39,15 +38,15 @@ pub struct Spectrum {
 #[derive(Debug, Clone)]
 pub struct Densities {
     spectrum: Spectrum,
-    /// Densities indexed by whole |k|², as on a square cell; NaN if not computed yet.
+    /// Densities indexed by |k|², which is an integer on a square cell; NaN if not computed yet.
     cached: Vec<f64>,
 }
 
-/// Largest |k|² in the cache; limits its memory to 8 MiB.
+/// Largest |k|² in the cache, whose memory is therefore at most 8 MiB.
 const MAX_CACHED: u32 = 1 << 20;
 
 impl Densities {
-    /// Returns [`Spectrum::density`], bit for bit.
+    /// Returns the density at |k|² with the same bits as [`Spectrum::density`].
     pub fn at(&mut self, k_squared: f64) -> f64 {
         let whole = (k_squared.fract() == 0.0).then_some(k_squared as usize);
         let Some(cached) = whole.and_then(|whole| self.cached.get_mut(whole)) else {
@@ -65,12 +64,12 @@ impl Densities {
 pub struct ModeRow {
     /// Signed number of waves along x.
     pub k_x: i32,
-    /// Numbers of waves along y.
+    /// Range of the numbers of waves along y.
     pub k_y: RangeInclusive<u32>,
 }
 
 impl Spectrum {
-    /// Returns the density at `|k|² = k_squared`, relative to the plateau.
+    /// Returns the density at `|k|² = k_squared`, in units of the density of the plateau.
     ///
     /// `k_squared` must lie between the squared cutoffs.
     pub fn density(&self, k_squared: f64) -> f64 {
@@ -88,7 +87,7 @@ impl Spectrum {
         Densities { spectrum: *self, cached: vec![f64::NAN; lengths] }
     }
 
-    /// Returns the quadratic form |k′|² on which the density depends.
+    /// Returns the quadratic form |k′|² of the wavevector, on which the density depends.
     pub(super) fn square_length(&self) -> SquareLength {
         let stretched = self.anisotropy.map(|grain| grain.square_length());
         stretched.unwrap_or(SquareLength::ISOTROPIC)
@@ -101,7 +100,7 @@ impl Spectrum {
     pub fn rows(&self, cell: Cell) -> impl Iterator<Item = ModeRow> + use<> {
         let (lower, upper) = (square(self.k_lower), square(self.k_upper));
         let [max_x, max_y] = self.max_waves(cell);
-        // Exact on a square, where wavenumbers are integers and their squares far below 2⁵³.
+        // On a square this is exact: wavenumbers are integers, and their squares far below 2⁵³.
         let square_length = self.square_length();
         let k_squared =
             move |k_x: i32, k_y: u32| square_length.at(cell.wavevector([k_x.into(), k_y.into()]));
@@ -109,7 +108,7 @@ impl Spectrum {
         (-(max_x as i32)..=max_x as i32).flat_map(move |k_x| {
             let k_y = u32::from(k_x <= 0)..max_y + 1;
             let rows = if has_grain {
-                // |k′|² need not ascend with k_y, and a row may cross the annulus twice.
+                // |k′|² may decrease with k_y, and a row may cross the annulus of modes twice.
                 runs(k_y, |k_y| (lower..=upper).contains(&k_squared(k_x, k_y)))
             } else {
                 let first = partition_point(k_y.clone(), |k_y| k_squared(k_x, k_y) < lower);
@@ -123,22 +122,22 @@ impl Spectrum {
 
     /// Returns the largest numbers of waves of a mode along x and y.
     pub fn max_waves(&self, cell: Cell) -> [u32; 2] {
-        // At most `k_upper`, because `aspect` is at least one.
+        // The numbers are at most `k_upper`, because `aspect` is at least one.
         let aspect = cell.aspect();
         let Some(_) = self.anisotropy else {
             return aspect.map(|aspect| (f64::from(self.k_upper) / aspect) as u32);
         };
         let most = self.square_length().unit_extents();
-        // The margin keeps modes on the cutoff in spite of rounding.
+        // The margin keeps modes on the cutoff if rounding makes the product too small.
         let waves = |axis: usize| f64::from(self.k_upper) * most[axis] / aspect[axis];
         [waves(0), waves(1)].map(|waves| (waves * (1.0 + 1e-12)) as u32)
     }
 
     /// Returns the spectral moments over the modes of a cell, up to a common factor.
     ///
-    /// Each mode has its mean power. Ratios such as Nayak's parameter differ from those of
-    /// [`Spectrum::continuum`], because a cell has few modes near `k_lower`. With `k_lower = 1` the
-    /// two Nayak parameters differ by half.
+    /// Each mode has its mean power. Nayak's parameter differs from that of
+    /// [`Spectrum::continuum`], because a cell has few modes near `k_lower`. With `k_lower = 1` it
+    /// is larger by about a half.
     ///
     /// ```
     /// use asperity_contact::grid::Cell;
@@ -165,14 +164,13 @@ impl Spectrum {
         sum.finish(1.0)
     }
 
-    /// Returns Nayak's parameter over the modes of a square cell; `None` for a spectrum without
-    /// modes.
+    /// Returns Nayak's parameter of the modes of a square cell, or `None` if there are no modes.
     pub fn nayak_on_a_square(&self) -> Option<f64> {
         let cell = Cell::square(1.0).expect("1 is the side of a cell");
         self.moments(cell).nayak()
     }
 
-    /// Returns the isotropic density over continuous wavenumbers, whose moments have closed forms.
+    /// Returns the isotropic spectrum over continuous wavenumbers, whose moments have closed forms.
     pub fn continuum(&self) -> Continuum {
         let rolloff = f64::from(self.k_rolloff);
         Continuum {
@@ -213,13 +211,13 @@ fn partition_point(numbers: Range<u32>, before: impl Fn(u32) -> bool) -> u32 {
     end
 }
 
-/// Anisotropy of an isotropic surface that is stretched along one direction, the grain.
+/// Anisotropy that arises if an isotropic surface is stretched along one direction, the grain.
 ///
-/// The power spectral density at the wavevector k is that of the isotropic surface at
-/// k′ = (ratio × k∥, k⊥). The component k∥ = k_x cos θ + k_y sin θ is along the grain,
-/// k⊥ = k_y cos θ − k_x sin θ is across. The stretch multiplies wavelengths and correlation lengths
-/// along the grain by `ratio`; those across do not change. The mean square slope along the grain is
-/// 1/ratio² of that across.
+/// The power spectral density at the wavevector k equals the isotropic density at
+/// k′ = (ratio × k∥, k⊥). The component k∥ = k_x cos θ + k_y sin θ is along the grain, and
+/// k⊥ = k_y cos θ − k_x sin θ is across it. The stretch multiplies wavelengths and correlation
+/// lengths along the grain by `ratio`; lengths across the grain do not change. The mean square
+/// slope along the grain is 1/ratio² of the mean square slope across it.
 ///
 /// The ratio is greater than one, and the angle is in [0°, 180°).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -241,8 +239,8 @@ pub(super) struct SquareLength {
 impl Anisotropy {
     /// Creates an anisotropy from its ratio and the angle of the grain to the x axis, in degrees.
     ///
-    /// Returns `None` for a ratio of one, the isotropic surface. A ratio below one is equivalent to
-    /// its inverse with the grain rotated by 90°.
+    /// Returns `None` if the ratio is one, because the surface is then isotropic. A ratio below one
+    /// is equivalent to its inverse with the grain rotated by 90°.
     ///
     /// ```
     /// use asperity_contact::topography::spectrum::Anisotropy;
@@ -269,7 +267,7 @@ impl Anisotropy {
 
     pub(super) fn square_length(&self) -> SquareLength {
         let (sine, cosine) = match self.angle {
-            // Exact values, so that modes on the cutoffs are not lost to rounding.
+            // With exact values, modes on the cutoffs are not lost to rounding.
             45.0 => (FRAC_1_SQRT_2, FRAC_1_SQRT_2),
             90.0 => (1.0, 0.0),
             135.0 => (FRAC_1_SQRT_2, -FRAC_1_SQRT_2),
@@ -294,7 +292,7 @@ impl SquareLength {
         self.xx * (x * x) + self.yy * (y * y) + 2.0 * self.xy * (x * y)
     }
 
-    /// Returns the largest components of wavevectors with |k′| ≤ 1.
+    /// Returns the largest components along x and y of all wavevectors with |k′| ≤ 1.
     pub fn unit_extents(&self) -> [f64; 2] {
         let determinant = self.xx * self.yy - self.xy * self.xy;
         [self.yy, self.xx].map(|other| (other / determinant).sqrt())
@@ -335,7 +333,7 @@ mod tests {
 
     #[test]
     fn nayak_parameters_over_the_modes_of_a_cell_are_those_of_an_independent_sum() {
-        // H = 0.8; docs/findings.md has more of these cells, to the printed digits.
+        // The Hurst exponent is 0.8. docs/findings.md lists more of these values.
         for (k_lower, k_upper, nayak) in [(1, 32, 43.91), (4, 64, 12.34), (16, 128, 5.264)] {
             let moments = spectrum(k_lower, k_lower, k_upper).moments(cell(0.3));
             let found = moments.nayak().unwrap();
@@ -345,14 +343,14 @@ mod tests {
 
     #[test]
     fn a_single_ring_of_four_modes_has_a_nayak_parameter_of_two() {
-        // k = (±1, 0), (0, ±1): m20 = m02, m4 = m2 and m0 = 2 m2 in integer wavenumbers.
+        // The modes are (±1, 0) and (0, ±1): in integer wavenumbers, m4 = m2 and m0 = 2 m2.
         let nayak = spectrum(1, 1, 1).moments(cell(1.0)).nayak().unwrap();
         assert!((nayak - 2.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_rectangle_has_the_modes_within_its_ellipses() {
-        // Half as long along x: wavenumbers there are twice the number of waves.
+        // Along a side of half the length, the wavenumber is twice the number of waves.
         for (size, [step_x, step_y]) in [([1.0, 2.0], [2, 1]), ([3.0, 1.0], [1, 3])] {
             let cell = rectangle([1, 1], size).cell();
             let expected: Vec<_> = (-9..=9)
@@ -422,7 +420,7 @@ mod tests {
         assert_eq!(spectrum.density(4.0), 1.0);
         assert_eq!(spectrum.density(15.0), 1.0);
         assert_eq!(spectrum.density(16.0), 1.0);
-        // Ten times the wavenumber of the rolloff: 10^(−3.6).
+        // At ten times the roll-off wavenumber, the density is 10^(−3.6).
         let fallen = spectrum.density(1600.0);
         assert!((fallen / 10_f64.powf(-3.6) - 1.0).abs() < 1e-15);
     }

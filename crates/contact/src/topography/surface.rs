@@ -1,12 +1,12 @@
-//! Heights on the nodes of a grid: [`Surface`] is complete, [`Scan`] may have missing points.
+//! Heights on the nodes of a grid, complete ([`Surface`]) or with missing points ([`Scan`]).
 
 use thiserror::Error;
 
 use crate::grid::{Cell, Grid, GridError};
 
-/// Heights of a surface on the nodes of a grid, peaks up.
+/// Heights of a surface on the nodes of a grid, positive towards the elastic body.
 ///
-/// There is one finite height for each node.
+/// Each node has a finite height.
 ///
 /// ```
 /// use asperity_contact::grid::{Cell, Grid};
@@ -26,7 +26,7 @@ pub struct Surface {
     heights: Vec<f64>,
 }
 
-/// Error of heights that do not form a surface.
+/// Reason why heights do not form a surface.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum SurfaceError {
@@ -43,10 +43,10 @@ pub enum SurfaceError {
     TooHigh { row: usize, column: usize, height: f64 },
 }
 
-/// Largest magnitude of an input height; results computed from such heights remain finite.
+/// Maximum magnitude of an input height, up to which all computed results remain finite.
 pub const HIGHEST: f64 = 1e100;
 
-/// Checks the magnitude of input heights; ignores heights that are not finite.
+/// Checks the magnitude of input heights, ignoring heights that are not finite.
 ///
 /// # Errors
 /// Fails if the magnitude of a height exceeds [`HIGHEST`].
@@ -60,7 +60,7 @@ pub fn check_range(grid: Grid, heights: &[f64]) -> Result<(), SurfaceError> {
 }
 
 impl Surface {
-    /// Creates a surface from one height per node, row-major, in the unit of the grid's sides.
+    /// Creates a surface from one height per node, row-major and in the unit of the grid's sides.
     ///
     /// # Errors
     /// Fails if the number of heights is not the number of nodes, or if a height is not finite.
@@ -130,7 +130,7 @@ impl Axis {
     }
 }
 
-/// Calls `visit` with the heights of every line along an axis, in the order of the other axis.
+/// Calls `visit` with the heights of each line along an axis, in the order of the other axis.
 pub(super) fn for_each_line(surface: &Surface, axis: Axis, mut visit: impl FnMut(&[f64])) {
     let [nodes_x, nodes_y] = surface.grid().nodes();
     match axis {
@@ -147,7 +147,7 @@ pub(super) fn for_each_line(surface: &Surface, axis: Axis, mut visit: impl FnMut
     }
 }
 
-/// Heights measured by an instrument on the nodes of a grid, peaks up.
+/// Heights measured by an instrument on the nodes of a grid, positive towards the elastic body.
 ///
 /// Measured nodes have a finite height, missing points have NaN.
 ///
@@ -168,7 +168,7 @@ pub struct Scan {
     heights: Vec<f64>,
 }
 
-/// Error of a map with missing points where a complete surface is required.
+/// Error for a map with missing points where a complete surface is required.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("{missing} of {count} points are missing; fill them, or crop the map")]
 pub struct MissingPoints {
@@ -178,7 +178,7 @@ pub struct MissingPoints {
     pub count: usize,
 }
 
-/// A rectangle of nodes of a grid.
+/// Rectangle of nodes of a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Window {
     /// Indices of the first node along x and y.
@@ -188,9 +188,9 @@ pub struct Window {
 }
 
 impl Scan {
-    /// Creates a map from one number per node, row-major, in the unit of the grid's sides.
+    /// Creates a map from one height per node, row-major and in the unit of the grid's sides.
     ///
-    /// A number that is not finite marks a missing point.
+    /// A height that is not finite marks a missing point.
     ///
     /// # Errors
     /// Fails if the number of heights is not the number of nodes.
@@ -237,7 +237,7 @@ impl Scan {
         Scan { grid: self.grid, heights: heights.collect() }
     }
 
-    /// Sets the heights of some nodes.
+    /// Sets the heights of the given nodes.
     pub(super) fn with(mut self, heights: impl IntoIterator<Item = (usize, f64)>) -> Scan {
         for (node, height) in heights {
             self.heights[node] = height;
@@ -258,7 +258,7 @@ impl Scan {
         let spacing = self.grid.spacing();
         let size = [0, 1].map(|axis| {
             if window.nodes[axis] == self.grid.nodes()[axis] {
-                // Keeps every bit of the side; step × nodes may round differently.
+                // The side keeps all its bits; step × nodes may round differently.
                 self.grid.cell().size()[axis]
             } else {
                 spacing[axis] * window.nodes[axis] as f64

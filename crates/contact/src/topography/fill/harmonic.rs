@@ -11,7 +11,7 @@
 
 use crate::topography::surface::Scan;
 
-/// Tolerance of the norm of the residual divided by that of the right-hand side.
+/// Tolerance of the residual relative to the right-hand side, both as Euclidean norms.
 ///
 /// Heights are relative to the mean of the measured neighbours of the hole.
 const TOLERANCE: f64 = 1e-15;
@@ -34,7 +34,7 @@ pub fn filled(scan: Scan, is_periodic: bool) -> Scan {
     scan.with(solved)
 }
 
-/// Index in a hole of a node that was measured or has not been visited.
+/// Marker in `index_in_hole` of a node that was measured or has not been visited.
 const NONE: u32 = u32::MAX;
 
 /// Neighbours of the nodes of a grid, and their weights.
@@ -75,8 +75,9 @@ impl Lattice {
         ]
     }
 
-    /// Returns the nodes of the hole that contains
-    /// `node`, ascending, and sets their `index_in_hole`.
+    /// Returns the nodes of the hole that contains `node`, in ascending order.
+    ///
+    /// Sets the entries of these nodes in `index_in_hole`.
     fn hole(&self, node: usize, scan: &Scan, index_in_hole: &mut [u32]) -> Vec<usize> {
         let mut nodes = vec![node];
         index_in_hole[node] = 0;
@@ -100,7 +101,7 @@ impl Lattice {
 
 /// Linear system of one hole.
 struct Hole {
-    /// Indices and weights of the unknown neighbours of each unknown.
+    /// Indices and weights of the neighbours of each unknown that are also unknown.
     ///
     /// A measured neighbour is replaced by the unknown itself, with a weight of zero.
     neighbours: Vec<[(u32, f64); 4]>,
@@ -108,7 +109,7 @@ struct Hole {
     /// Diagonal of the incomplete factor.
     pivots: Vec<f64>,
     right_side: Vec<f64>,
-    /// Mean of the measured neighbours, to which the unknown heights are relative.
+    /// Mean height of the measured neighbours; the unknown heights are relative to it.
     reference: f64,
 }
 
@@ -161,8 +162,7 @@ impl Hole {
         solution.iter().map(|height| self.reference + height).collect()
     }
 
-    /// Solves the system by conjugate gradients from zero, until the residual is within
-    /// `tolerance`.
+    /// Solves the system by conjugate gradients from zero, to a residual norm of `tolerance`.
     fn conjugate_gradients(&self, mut residual: Vec<f64>, tolerance: f64) -> Vec<f64> {
         let mut solution = vec![0.0; residual.len()];
         let mut direction = self.preconditioned(&residual);
@@ -227,14 +227,14 @@ impl Hole {
 
 /// Returns the diagonal D of the modified incomplete Cholesky factor (D + L) D⁻¹ (D + Lᵀ).
 ///
-/// L is the lower triangle of the matrix. The fraction `FILL_IN` of the neglected fill-in is
+/// L is the strict lower triangle of the matrix. The fraction `FILL_IN` of the neglected fill-in is
 /// subtracted from the diagonal, which makes the factor accurate for smooth heights (Gustafsson
 /// 1978).
 fn pivots(neighbours: &[[(u32, f64); 4]], diagonal: &[f64]) -> Vec<f64> {
     const FILL_IN: f64 = 0.97;
     const LEAST: f64 = 0.25;
     let mut pivots: Vec<f64> = Vec::with_capacity(diagonal.len());
-    // Σ w over the neighbours with larger indices.
+    // The entries are Σ w over the neighbours with larger indices.
     let mut later: Vec<f64> = Vec::with_capacity(diagonal.len());
     for (at, neighbours) in neighbours.iter().enumerate() {
         let (mut pivot, mut after) = (diagonal[at], 0.0);
@@ -299,7 +299,7 @@ mod tests {
 
     #[test]
     fn the_normal_derivative_at_the_edge_of_an_open_map_is_zero() {
-        // A line along y with a hole at one edge.
+        // The map is a line along y with a hole at one edge.
         let form = |_: f64, y: f64| libm::sin(6.0 * y);
         let row = scan([1, 40], [0.1, 2.0], form, |_, j| j < 10);
         let open = filled(row.clone(), false);
