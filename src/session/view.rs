@@ -293,7 +293,7 @@ impl FinishedTask {
     }
 
     fn grid(&self) -> Result<Grid, SessionError> {
-        Ok(Grids::of(&self.table)?.grid(0)?)
+        Ok(Grids::new(&self.table)?.grid(0)?)
     }
 
     fn picture(&self, map: Map, raster: Raster, grid: Grid) -> Picture {

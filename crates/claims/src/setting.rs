@@ -198,7 +198,7 @@ pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableErro
     }
     let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));
     // The paper only has squares.
-    let Some(nodes) = Meshes::of(table)?.of_square(row) else {
+    let Some(nodes) = Meshes::new(table)?.of_square(row) else {
         return Ok(None);
     };
     Ok(Some(Spectrum {

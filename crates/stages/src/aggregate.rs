@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::columns::STOP;
 use super::fit::rows::STATUS;
 use super::{
-    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
+    Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, Recipe, RowKind, Stage,
     StageError, stacked,
 };
 use asperity_manifest::diagnostics::counted;
@@ -36,10 +36,10 @@ pub const STAGE: Definition = Definition {
     name: "aggregate",
     version: VERSION,
     reads: Reads {
-        rows: &Rows::ALL,
+        rows: &RowKind::ALL,
         from: Cow::Borrowed("stages of any one kind, or with `sql` any stages"),
     },
-    makes: |_| Some(Rows::Statistics),
+    makes: |_| Some(RowKind::Statistics),
     columns,
     summary: |table| {
         let columns = table.schema().fields().len();
@@ -110,8 +110,8 @@ impl Stage for Params {
         }
     }
 
-    fn reach(&self) -> Reach {
-        Reach::All
+    fn input_scope(&self) -> InputScope {
+        InputScope::All
     }
 
     /// Keeps all columns for theories and queries, which read further columns.

@@ -14,7 +14,7 @@ use crate::form::Surfaces;
 use crate::grids::Meshes;
 use crate::stage::distinct;
 use crate::{
-    CheckContext, Context, Definition, Effort, Extent, Input, Kind, Reads, Recipe, Rows, Stage,
+    CheckContext, Context, Definition, Effort, Extent, Input, Kind, Reads, Recipe, RowKind, Stage,
     StageError, beside_coordinates,
 };
 use asperity_contact::morphology::area::{CountedArea, PI_OVER_EIGHT, YASTREBOV_2017};
@@ -34,10 +34,10 @@ pub const STAGE: Definition = Definition {
     name: "correct",
     version: VERSION,
     reads: Reads {
-        rows: &[Rows::Contacts],
+        rows: &[RowKind::Contacts],
         from: Cow::Borrowed("`measure` stages that read contacts"),
     },
-    makes: |_| Some(Rows::Corrections),
+    makes: |_| Some(RowKind::Corrections),
     columns: || CORRECTED.to_vec(),
     summary: |table| {
         let corrections = distinct(table, CORRECTION.name)?;
@@ -156,7 +156,7 @@ impl Stage for Params {
 }
 
 fn counted_areas(measured: &Table) -> Result<Vec<CountedArea>, StageError> {
-    let meshes = Meshes::of(measured)?;
+    let meshes = Meshes::new(measured)?;
     let contact_nodes = measured.integers(CONTACT_NODES.name)?;
     let switches = measured.integers(SWITCHES.name)?;
     let counted = |row| CountedArea {

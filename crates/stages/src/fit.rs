@@ -26,8 +26,8 @@ use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::solve::GIVEN_UP;
 use crate::stage::range;
 use crate::{
-    Context, Definition, Effort, Extent, Input, Kind, Reach, Reads, Rows, Stage, StageError,
-    stacked,
+    Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage,
+    StageError, stacked,
 };
 use asperity_manifest::diagnostics::counted;
 use asperity_statistics::FitError;
@@ -45,10 +45,10 @@ pub const STAGE: Definition = Definition {
     name: "fit",
     version: VERSION,
     reads: Reads {
-        rows: &[Rows::Contacts, Rows::Corrections],
+        rows: &[RowKind::Contacts, RowKind::Corrections],
         from: Cow::Borrowed("either `measure` stages that read contacts or `correct` stages"),
     },
-    makes: |_| Some(Rows::Fits),
+    makes: |_| Some(RowKind::Fits),
     columns,
     summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
@@ -106,15 +106,17 @@ impl Stage for Params {
         true
     }
 
-    fn reach(&self) -> Reach {
+    fn input_scope(&self) -> InputScope {
         let law = match &self.law {
-            Law::ContactEvolution(law) => return law.reach(),
-            Law::Limits(_) => return Reach::All,
+            Law::ContactEvolution(law) => return law.input_scope(),
+            Law::Limits(_) => return InputScope::All,
             Law::Plain(law) => law.definition(),
         };
         match law.fits {
-            Fits::Areas(_) | Fits::Gaps(_) | Fits::Percolation | Fits::Spectra => Reach::Point,
-            Fits::Meshes => Reach::All,
+            Fits::Areas(_) | Fits::Gaps(_) | Fits::Percolation | Fits::Spectra => {
+                InputScope::ParameterPoint
+            }
+            Fits::Meshes => InputScope::All,
         }
     }
 
@@ -129,7 +131,7 @@ impl Stage for Params {
                 let loads = choices.loads.len().max(extent.rows.min(1));
                 1e-4 * (choices.combinations().len() * loads) as f64
             }
-            _ if self.reach() == Reach::All => 3e-3,
+            _ if self.input_scope() == InputScope::All => 3e-3,
             Law::ContactEvolution(EvolutionChoices { kappa: Kappa::Free, .. }) => {
                 1e-4 * extent.rows as f64
             }

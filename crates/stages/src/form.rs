@@ -10,7 +10,7 @@ use crate::generate::method::{Method, SurfacePoints};
 use crate::measure::keys::MeasureTable;
 use crate::solve::keys::SolveTable;
 use crate::surface_files::SurfaceFiles;
-use crate::{Kind, Reads, Recipe, Rows, StageError, Work, aggregate, correct, measure, solve};
+use crate::{Kind, Reads, Recipe, RowKind, StageError, Work, aggregate, correct, measure, solve};
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::diagnostics::{Problems, Span};
 use asperity_manifest::written::expected_keys::ExpectedKeys;
@@ -250,9 +250,9 @@ impl Points {
 
     /// Returns the rows that the stage makes, if they differ from those of other variants of its
     /// kind.
-    pub fn makes(&self) -> Option<Rows> {
+    pub fn makes(&self) -> Option<RowKind> {
         match self {
-            Points::Generate(points) if points.lack_heights() => Some(Rows::Spectra),
+            Points::Generate(points) if points.lack_heights() => Some(RowKind::Spectra),
             Points::Measure(section) => measure::keys::makes(section),
             _ => None,
         }
@@ -376,7 +376,7 @@ pub struct CheckContext<'a> {
     /// True if the stage reads other stages.
     pub reads_stages: bool,
     /// The kind of rows that the stage reads, if known.
-    pub read: Option<Rows>,
+    pub read: Option<RowKind>,
     /// The empty table that the stage reads, if known.
     pub input: Option<&'a Table>,
     pub surfaces: Surfaces,

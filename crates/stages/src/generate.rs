@@ -26,7 +26,7 @@ use crate::grids::{self, Grids};
 use crate::stage::{distinct, range};
 use crate::surface_files::SurfaceFiles;
 use crate::{
-    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
     StageError, caveats,
 };
 use asperity_contact::grid::Grid;
@@ -50,7 +50,7 @@ pub const STAGE: Definition = Definition {
     name: "generate",
     version: VERSION,
     reads: Reads { rows: &[], from: Cow::Borrowed("nothing") },
-    makes: |_| Some(Rows::Surfaces),
+    makes: |_| Some(RowKind::Surfaces),
     columns: || {
         let lists: [&[Column]; 10] = [
             &[SURFACE, METHOD, NODES, SIDE],
@@ -211,7 +211,7 @@ impl Params {
         }
         let list = table.lists(HEIGHTS.name)?.value(0);
         let heights = list.as_primitive::<Float64Type>().values().to_vec();
-        let grid = Grids::of(table)?.grid(0)?;
+        let grid = Grids::new(table)?.grid(0)?;
         Surface::new(grid, heights).map_err(StageError::Heights)
     }
 }

@@ -41,7 +41,7 @@ impl<'a> Meshes<'a> {
     ///
     /// # Errors
     /// Returns an error if the table has neither the columns of squares nor those of rectangles.
-    pub fn of(table: &'a Table) -> Result<Self, TableError> {
+    pub fn new(table: &'a Table) -> Result<Self, TableError> {
         if !has_rectangles(table) {
             return Ok(Self { square: Some(table.integers(NODES.name)?), rectangle: None });
         }
@@ -82,8 +82,8 @@ impl<'a> Grids<'a> {
     ///
     /// # Errors
     /// Returns an error if the table has neither the columns of squares nor those of rectangles.
-    pub fn of(table: &'a Table) -> Result<Self, TableError> {
-        let meshes = Meshes::of(table)?;
+    pub fn new(table: &'a Table) -> Result<Self, TableError> {
+        let meshes = Meshes::new(table)?;
         if !has_rectangles(table) {
             return Ok(Self { meshes, square: Some(table.reals(SIDE.name)?), rectangle: None });
         }
@@ -140,14 +140,14 @@ mod tests {
         let rows = grids.map(|(nodes, size)| row(nodes, size));
         for tables in [&rows[..], &rows[..1], &rows[1..2], &rows[1..]] {
             let table = Table::stack(tables).unwrap();
-            let grids = Grids::of(&table).unwrap();
+            let grids = Grids::new(&table).unwrap();
             for (at, one) in tables.iter().enumerate() {
-                let alone = Grids::of(one).unwrap().grid(0).unwrap();
+                let alone = Grids::new(one).unwrap().grid(0).unwrap();
                 assert_eq!(grids.grid(at).unwrap(), alone);
             }
         }
         let second = Table::stack(&rows).unwrap();
-        let meshes = Meshes::of(&second).unwrap();
+        let meshes = Meshes::new(&second).unwrap();
         assert_eq!(meshes.nodes(1), [8, 4]);
         assert_eq!([0, 1, 2].map(|row| meshes.of_square(row)), [Some(8), None, Some(16)]);
     }
@@ -155,6 +155,6 @@ mod tests {
     #[test]
     fn a_table_without_surfaces_has_no_grids() {
         let load = Table::row(&[(crate::columns::LOAD, Value::Real(0.1))]);
-        assert!(Grids::of(&load).is_err());
+        assert!(Grids::new(&load).is_err());
     }
 }

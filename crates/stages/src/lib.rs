@@ -48,8 +48,8 @@ use asperity_tables::column::Column;
 
 pub use form::CheckContext;
 pub use stage::{
-    Context, Definition, Effort, Extent, Footprint, Input, Reach, Reads, Stage, StageError, Work,
-    beside_coordinates, stacked,
+    Context, Definition, Effort, Extent, Footprint, Input, InputScope, Reads, Stage, StageError,
+    Work, beside_coordinates, stacked,
 };
 
 /// Kind of a stage, as given by `kind =` in a manifest.
@@ -105,7 +105,7 @@ pub fn columns_of(kind: Kind) -> Vec<Column> {
 
 /// Content of the rows of a stage's table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rows {
+pub enum RowKind {
     Surfaces,
     Spectra,
     Loads,
@@ -125,47 +125,47 @@ pub enum Rows {
     Statistics,
 }
 
-impl Rows {
-    pub const ALL: [Rows; 17] = [
-        Rows::Surfaces,
-        Rows::Spectra,
-        Rows::Loads,
-        Rows::Contacts,
-        Rows::PressureDistributions,
-        Rows::GapDistributions,
-        Rows::ClusterDistributions,
-        Rows::Heights,
-        Rows::PowerSpectra,
-        Rows::ProfileSpectra,
-        Rows::Autocorrelations,
-        Rows::Scales,
-        Rows::BearingCurves,
-        Rows::Roughness,
-        Rows::Corrections,
-        Rows::Fits,
-        Rows::Statistics,
+impl RowKind {
+    pub const ALL: [RowKind; 17] = [
+        RowKind::Surfaces,
+        RowKind::Spectra,
+        RowKind::Loads,
+        RowKind::Contacts,
+        RowKind::PressureDistributions,
+        RowKind::GapDistributions,
+        RowKind::ClusterDistributions,
+        RowKind::Heights,
+        RowKind::PowerSpectra,
+        RowKind::ProfileSpectra,
+        RowKind::Autocorrelations,
+        RowKind::Scales,
+        RowKind::BearingCurves,
+        RowKind::Roughness,
+        RowKind::Corrections,
+        RowKind::Fits,
+        RowKind::Statistics,
     ];
 
     /// Returns the name of such rows in messages.
     pub fn name(self) -> &'static str {
         match self {
-            Rows::Surfaces => "surfaces",
-            Rows::Spectra => "surfaces without heights",
-            Rows::Loads => "solved loads",
-            Rows::Contacts => "measured contacts",
-            Rows::PressureDistributions => "distributions of pressures",
-            Rows::GapDistributions => "distributions of gaps",
-            Rows::ClusterDistributions => "distributions of clusters",
-            Rows::Heights => "measured heights",
-            Rows::PowerSpectra => "power spectra",
-            Rows::ProfileSpectra => "power spectra of profiles",
-            Rows::Autocorrelations => "autocorrelations",
-            Rows::Scales => "slopes and curvatures by scale",
-            Rows::BearingCurves => "bearing curves",
-            Rows::Roughness => "roughness parameters",
-            Rows::Corrections => "corrected areas",
-            Rows::Fits => "fits",
-            Rows::Statistics => "statistics",
+            RowKind::Surfaces => "surfaces",
+            RowKind::Spectra => "surfaces without heights",
+            RowKind::Loads => "solved loads",
+            RowKind::Contacts => "measured contacts",
+            RowKind::PressureDistributions => "distributions of pressures",
+            RowKind::GapDistributions => "distributions of gaps",
+            RowKind::ClusterDistributions => "distributions of clusters",
+            RowKind::Heights => "measured heights",
+            RowKind::PowerSpectra => "power spectra",
+            RowKind::ProfileSpectra => "power spectra of profiles",
+            RowKind::Autocorrelations => "autocorrelations",
+            RowKind::Scales => "slopes and curvatures by scale",
+            RowKind::BearingCurves => "bearing curves",
+            RowKind::Roughness => "roughness parameters",
+            RowKind::Corrections => "corrected areas",
+            RowKind::Fits => "fits",
+            RowKind::Statistics => "statistics",
         }
     }
 }
@@ -217,6 +217,6 @@ impl Recipe {
 
     /// Returns whether one task draws all surfaces of a parameter point.
     pub fn pools_surfaces(&self) -> bool {
-        self.reach() == Reach::Point && self.footprint() != Footprint::NONE
+        self.input_scope() == InputScope::ParameterPoint && self.footprint() != Footprint::NONE
     }
 }

@@ -17,8 +17,8 @@ use serde::Serialize;
 use super::columns::*;
 use super::stage::range;
 use super::{
-    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reach, Reads, Recipe, Rows, Stage,
-    StageError, beside_coordinates, generate, grids, stacked,
+    Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
+    RowKind, Stage, StageError, beside_coordinates, generate, grids, stacked,
 };
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::height_distribution::{Histogram, HistogramPool};
@@ -39,12 +39,12 @@ pub const STAGE: Definition = Definition {
     name: "measure",
     version: VERSION,
     reads: Reads {
-        rows: &[Rows::Loads, Rows::Surfaces],
+        rows: &[RowKind::Loads, RowKind::Surfaces],
         from: Cow::Borrowed("either `solve` or `generate` stages"),
     },
     makes: |read| match read? {
-        Rows::Surfaces => Some(Rows::Heights),
-        _ => Some(Rows::Contacts),
+        RowKind::Surfaces => Some(RowKind::Heights),
+        _ => Some(RowKind::Contacts),
     },
     columns: || {
         let contacts = contacts::columns(OptionalColumns {
@@ -150,13 +150,13 @@ impl Stage for Params {
         })
     }
 
-    fn reach(&self) -> Reach {
+    fn input_scope(&self) -> InputScope {
         match self {
             Params::Contacts { .. }
             | Params::Distribution(_)
             | Params::Heights { .. }
-            | Params::Surface(_) => Reach::Single,
-            Params::Pool { .. } => Reach::Point,
+            | Params::Surface(_) => InputScope::Single,
+            Params::Pool { .. } => InputScope::ParameterPoint,
         }
     }
 

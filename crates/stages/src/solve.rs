@@ -23,7 +23,7 @@ pub use self::units::{GivenHardness, PressureUnit};
 use crate::columns::*;
 use crate::stage::range;
 use crate::{
-    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, Rows, Stage,
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
     StageError, beside_coordinates,
 };
 use asperity_contact::asperities::Interaction;
@@ -44,8 +44,8 @@ pub const VERSION: u32 = 16;
 pub const STAGE: Definition = Definition {
     name: "solve",
     version: VERSION,
-    reads: Reads { rows: &[Rows::Surfaces], from: Cow::Borrowed("`generate` stages") },
-    makes: |_| Some(Rows::Loads),
+    reads: Reads { rows: &[RowKind::Surfaces], from: Cow::Borrowed("`generate` stages") },
+    makes: |_| Some(RowKind::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
         let all = OptionalColumns {

@@ -8,7 +8,7 @@ use crate::aggregate::sql::QueryError;
 use crate::generate::growth::PlannedSurfaces;
 use crate::generate::map_file::MapFileError;
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
-use crate::{Kind, Recipe, Rows, generate};
+use crate::{Kind, Recipe, RowKind, generate};
 use asperity_contact::asperities::NoSummits;
 use asperity_contact::morphology::map::MapError;
 use asperity_contact::solver::HardnessError;
@@ -32,7 +32,7 @@ pub struct Definition {
     pub reads: Reads,
     /// Returns the content of the rows for the content of the rows that the stage reads; `None` if
     /// it depends on parameters.
-    pub makes: fn(Option<Rows>) -> Option<Rows>,
+    pub makes: fn(Option<RowKind>) -> Option<RowKind>,
     /// Returns all columns that the stage may add to the coordinates of its inputs.
     pub columns: fn() -> Vec<Column>,
     /// Returns short statements that summarize a table of the stage.
@@ -43,7 +43,7 @@ pub struct Definition {
 #[derive(Debug, Clone)]
 pub struct Reads {
     /// Accepted contents of the rows.
-    pub rows: &'static [Rows],
+    pub rows: &'static [RowKind],
     /// Kinds of stage that have such rows, for messages.
     pub from: Cow<'static, str>,
 }
@@ -77,8 +77,8 @@ pub trait Stage {
     fn effort(&self, extent: Extent) -> Effort;
 
     /// Returns which tables one task reads.
-    fn reach(&self) -> Reach {
-        Reach::Single
+    fn input_scope(&self) -> InputScope {
+        InputScope::Single
     }
 
     /// Returns which columns of its inputs the task reads: heights and contact maps are large.
@@ -152,11 +152,11 @@ pub fn stacked(inputs: &[(String, Table)]) -> Result<Table, TableError> {
 
 /// Tables of earlier stages that one task reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reach {
+pub enum InputScope {
     /// One table of one stage.
     Single,
     /// The tables of one parameter point.
-    Point,
+    ParameterPoint,
     /// All tables of all inputs.
     All,
 }
@@ -276,9 +276,9 @@ impl Work {
                 tasks.fold(0, usize::saturating_add)
             }
             Work::Evaluate(recipes) => {
-                let tasks = recipes.iter().map(|recipe| match recipe.reach() {
-                    Reach::Single | Reach::Point => inputs,
-                    Reach::All => 1,
+                let tasks = recipes.iter().map(|recipe| match recipe.input_scope() {
+                    InputScope::Single | InputScope::ParameterPoint => inputs,
+                    InputScope::All => 1,
                 });
                 tasks.fold(0, usize::saturating_add)
             }

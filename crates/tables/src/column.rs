@@ -203,7 +203,7 @@ impl Role {
     }
 
     /// Reads the role from a field's metadata; `None` for columns of other programs.
-    pub fn of(field: &Field) -> Option<Role> {
+    pub fn from_field(field: &Field) -> Option<Role> {
         let name = field.metadata().get(ROLE)?;
         Role::ALL.into_iter().find(|role| role.name() == name)
     }

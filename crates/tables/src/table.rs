@@ -247,7 +247,7 @@ impl Table {
         let chosen: Vec<usize> = (0..schema.fields().len())
             .filter(|&index| {
                 let field = schema.field(index);
-                wanted(field.name(), Role::of(field))
+                wanted(field.name(), Role::from_field(field))
             })
             .collect();
         let batch = self.0.project(&chosen);
@@ -377,7 +377,7 @@ impl Stacking {
             match known.find(|known| known.name() == field.name()) {
                 None => self.fields.push(field.clone()),
                 Some(known) => {
-                    let roles = [field.as_ref(), known.as_ref()].map(Role::of);
+                    let roles = [field.as_ref(), known.as_ref()].map(Role::from_field);
                     if let [Some(new), Some(old)] = roles
                         && new.prevails_over(old)
                     {

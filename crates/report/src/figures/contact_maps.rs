@@ -143,7 +143,7 @@ impl Pressed {
         self.point = ensembles::point(block, 0);
         let (loads, gaps) = (block.reals(LOAD.name)?, block.reals(MEAN_GAP.name)?);
         let bits = block.bytes(CONTACT.name)?;
-        let grids = Grids::of(block)?;
+        let grids = Grids::new(block)?;
         for row in 0..block.rows() {
             let grid = grids.grid(row).map_err(ReportError::Surface)?;
             self.size = grid.cell().size();

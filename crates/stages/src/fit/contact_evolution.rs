@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::rows::{Parameter, Row, names};
 use super::{CurvesOfPoint, Params};
-use crate::Reach;
+use crate::InputScope;
 use crate::ensemble::Member;
 use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::{Interval, Intervals};
@@ -97,10 +97,10 @@ impl EvolutionChoices {
 
     /// Returns which tables one task reads. The smallest κ that is convex at all points depends on
     /// all points.
-    pub fn reach(self) -> Reach {
+    pub fn input_scope(self) -> InputScope {
         match self.kappa {
-            Kappa::Given(_) | Kappa::Free => Reach::Point,
-            Kappa::MinimalConvex => Reach::All,
+            Kappa::Given(_) | Kappa::Free => InputScope::ParameterPoint,
+            Kappa::MinimalConvex => InputScope::All,
         }
     }
 

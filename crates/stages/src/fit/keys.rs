@@ -10,7 +10,7 @@ use super::contact_evolution::{self, Datum, EvolutionChoices, Kappa};
 use super::laws::{Fits, Law, PlainLaw};
 use super::limits::keys::LimitTable;
 use super::{Params, limits};
-use crate::{CheckContext, Reads, Recipe, Rows};
+use crate::{CheckContext, Reads, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problems, Span};
 use asperity_manifest::written::checks::{Checks, report_equal_points};
@@ -198,7 +198,7 @@ impl FitPoints {
         match law.fits {
             Fits::Areas(_) | Fits::Meshes => None,
             Fits::Spectra => Some(Reads {
-                rows: &[Rows::PowerSpectra],
+                rows: &[RowKind::PowerSpectra],
                 from: format!(
                     "`measure` stages with `what = \"spectrum\"`, where its law is `{}`",
                     law.word
@@ -207,7 +207,7 @@ impl FitPoints {
             }),
             // A correction applies to the area and has no gaps.
             Fits::Gaps(_) | Fits::Percolation => Some(Reads {
-                rows: &[Rows::Contacts],
+                rows: &[RowKind::Contacts],
                 from: format!(
                     "`measure` stages that read contacts, where its law is `{}`",
                     law.word
@@ -222,14 +222,14 @@ impl FitPoints {
 fn read_by_limits() -> Reads {
     Reads {
         rows: &[
-            Rows::Surfaces,
-            Rows::Spectra,
-            Rows::Loads,
-            Rows::Contacts,
-            Rows::Roughness,
-            Rows::Corrections,
-            Rows::Fits,
-            Rows::Statistics,
+            RowKind::Surfaces,
+            RowKind::Spectra,
+            RowKind::Loads,
+            RowKind::Contacts,
+            RowKind::Roughness,
+            RowKind::Corrections,
+            RowKind::Fits,
+            RowKind::Statistics,
         ],
         from: format!(
             "`generate`, `solve`, `measure`, `correct`, other `fit` stages and `aggregate` stages with `sql`, \

@@ -142,7 +142,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
 /// Returns an error if the table lacks the columns of measured contacts.
 pub fn refinements(table: &Table, window: Window) -> Result<Vec<RefinementsOfPoint>, TableError> {
     let areas = table.reals(AREA_FRACTION.name)?;
-    let (grids, switches) = (grids::Meshes::of(table)?, table.integers(SWITCHES.name)?);
+    let (grids, switches) = (grids::Meshes::new(table)?, table.integers(SWITCHES.name)?);
     let mut order: Vec<ensemble::ParameterPoint> = Vec::new();
     let mut points: Vec<Observed> = Vec::new();
     for ensemble in ensembles(table)? {

@@ -59,7 +59,7 @@ impl<'a> Measured<'a> {
     /// Returns an error if the table lacks the columns of measured contacts.
     pub fn new(table: &'a Table) -> Result<Self, TableError> {
         Ok(Self {
-            meshes: Meshes::of(table)?,
+            meshes: Meshes::new(table)?,
             loads: table.reals(LOAD.name)?,
             contact_nodes: table.integers(CONTACT_NODES.name)?,
             switches: table.integers(SWITCHES.name)?,

@@ -8,7 +8,7 @@ use super::random::RandomTable;
 use super::shapes::{ParaboloidTable, PunchTable, WaveShape, WaveTable};
 use super::spectrum::SpectrumTable;
 use super::{Heights, Origin, Params, PerAxis, files, random, shapes, spectrum};
-use crate::{CheckContext, Reads, Rows};
+use crate::{CheckContext, Reads, RowKind};
 use asperity_contact::topography::random::Amplitude;
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::{Problems, Span};
@@ -191,7 +191,7 @@ impl SurfacePoints {
     /// Returns the rows that the method reads from other stages, if it can read any.
     pub fn reads(&self) -> Option<Reads> {
         matches!(self, SurfacePoints::Spectrum(_)).then(|| Reads {
-            rows: &[Rows::PowerSpectra],
+            rows: &[RowKind::PowerSpectra],
             from: "`measure` stages with `what = \"spectrum\"`, where its method is `spectrum`"
                 .into(),
         })

@@ -171,7 +171,7 @@ impl SpectrumSurface {
     /// # Errors
     /// If the table has no spectrum, or that of a flat surface.
     pub fn density_measured(table: &Table) -> Result<SpectralDensity, StageError> {
-        let longer_side = Grids::of(table)?.grid(0)?.cell().longer_side();
+        let longer_side = Grids::new(table)?.grid(0)?.cell().longer_side();
         let step = TAU / longer_side;
         let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();
         let densities = table.reals(SPECTRAL_DENSITY.name)?.values().iter();

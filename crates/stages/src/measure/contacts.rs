@@ -66,7 +66,7 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
 pub fn measure(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
-    let grids = Grids::of(solved)?;
+    let grids = Grids::new(solved)?;
     let maps = solved.bytes(CONTACT.name)?;
     let boundary = solve::boundary_of(solved);
     let measured = (0..solved.rows())

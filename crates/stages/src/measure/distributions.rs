@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::columns::*;
 use crate::grids::Grids;
-use crate::{Input, Recipe, Rows, StageError, solve};
+use crate::{Input, Recipe, RowKind, StageError, solve};
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::clusters::Cluster;
@@ -44,11 +44,11 @@ pub fn all_columns() -> Vec<Column> {
 
 impl Distribution {
     /// Returns the content of the rows.
-    pub fn rows(&self) -> Rows {
+    pub fn rows(&self) -> RowKind {
         match self {
-            Distribution::Pressures => Rows::PressureDistributions,
-            Distribution::Gaps => Rows::GapDistributions,
-            Distribution::Clusters { .. } => Rows::ClusterDistributions,
+            Distribution::Pressures => RowKind::PressureDistributions,
+            Distribution::Gaps => RowKind::GapDistributions,
+            Distribution::Clusters { .. } => RowKind::ClusterDistributions,
         }
     }
 
@@ -95,7 +95,7 @@ struct Counted {
 
 /// Reads the counts of a column by load and bin.
 fn counted(solved: &Table, column: Column, bins: EqualBins) -> Result<Vec<Counted>, StageError> {
-    let grids = Grids::of(solved)?;
+    let grids = Grids::new(solved)?;
     let lists = solved.lists(column.name)?;
     let mut counted = Vec::with_capacity(lists.len() * bins.count as usize);
     for load in 0..lists.len() {
@@ -164,7 +164,7 @@ struct InBin {
 }
 
 fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageError> {
-    let grids = Grids::of(solved)?;
+    let grids = Grids::new(solved)?;
     let maps = solved.bytes(CONTACT.name)?;
     let boundary = solve::boundary_of(solved);
     let (mut loads, mut centers, mut found) = (Vec::new(), Vec::new(), Vec::new());

@@ -7,7 +7,7 @@ use super::Params;
 use super::distributions::Distribution;
 use super::statistics::Statistic;
 use crate::form::Surfaces;
-use crate::{CheckContext, Recipe, Rows};
+use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Section, table};
@@ -88,7 +88,7 @@ pub enum What {
 }
 
 /// Returns the kind of rows, if `what` asks for another quantity than the default.
-pub fn makes(section: &Section<MeasureTable>) -> Option<Rows> {
+pub fn makes(section: &Section<MeasureTable>) -> Option<RowKind> {
     let what = section.points.first()?.table.what.value()?;
     match what.quantity(1, 1.0) {
         Quantity::Contacts | Quantity::Heights => None,
@@ -133,7 +133,7 @@ impl What {
 pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
-    let params = if context.read? == Rows::Surfaces {
+    let params = if context.read? == RowKind::Surfaces {
         of_surfaces(&point.table, context.surfaces.kept_alone.as_deref(), checks)
     } else {
         of_loads(&point.table, &context.surfaces, checks)

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use arrow::array::ArrayRef;
 use serde::Serialize;
 
-use crate::Rows;
+use crate::RowKind;
 use crate::columns::*;
 use crate::generate::Origin;
 use asperity_contact::grid::Boundary;
@@ -68,14 +68,14 @@ impl Statistic {
     ];
 
     /// Returns the content of the rows.
-    pub fn rows(&self) -> Rows {
+    pub fn rows(&self) -> RowKind {
         match self {
-            Statistic::Spectrum => Rows::PowerSpectra,
-            Statistic::ProfileSpectrum => Rows::ProfileSpectra,
-            Statistic::Autocorrelation => Rows::Autocorrelations,
-            Statistic::Scales => Rows::Scales,
-            Statistic::Bearing { .. } => Rows::BearingCurves,
-            Statistic::Roughness => Rows::Roughness,
+            Statistic::Spectrum => RowKind::PowerSpectra,
+            Statistic::ProfileSpectrum => RowKind::ProfileSpectra,
+            Statistic::Autocorrelation => RowKind::Autocorrelations,
+            Statistic::Scales => RowKind::Scales,
+            Statistic::Bearing { .. } => RowKind::BearingCurves,
+            Statistic::Roughness => RowKind::Roughness,
         }
     }
 

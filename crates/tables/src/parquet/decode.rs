@@ -270,7 +270,7 @@ fn check(schema: &Schema) -> Result<(), ParquetError> {
 }
 
 fn light(schema: &Schema) -> Chosen {
-    let is_light = |&index: &usize| Role::of(schema.field(index)) != Some(Role::Heavy);
+    let is_light = |&index: &usize| Role::from_field(schema.field(index)) != Some(Role::Heavy);
     let indices: Arc<[usize]> = (0..schema.fields().len()).filter(is_light).collect();
     let fields: Vec<_> = indices.iter().map(|&index| schema.fields()[index].clone()).collect();
     (indices, Arc::new(Schema::new(fields)))
@@ -369,8 +369,8 @@ mod tests {
         let parquet = Schema::new(schema().fields()[..2].to_vec());
         let restored = restored(&parquet, stored).unwrap();
         assert_eq!(restored.field(0).metadata().len(), 1);
-        assert_eq!(Role::of(restored.field(0)), Some(Role::Parameter));
-        assert_eq!(Role::of(restored.field(1)), None);
+        assert_eq!(Role::from_field(restored.field(0)), Some(Role::Parameter));
+        assert_eq!(Role::from_field(restored.field(1)), None);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::{Form, LimitChoices, MOST_COMBINATIONS, MOST_TERMS, Term, WINDOW};
 use crate::columns::{LOAD, SURFACE};
 use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
 use crate::fit::laws::Law;
-use crate::{CheckContext, Recipe, Rows};
+use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, did_you_mean, listed};
 use asperity_manifest::expression::Expression;
@@ -129,7 +129,7 @@ pub fn recipes(section: &Section<LimitTable>, context: &mut CheckContext) -> Opt
 /// The rows that a fit reads, as far as they are known.
 struct Input<'a> {
     table: Option<&'a Table>,
-    rows: Option<Rows>,
+    rows: Option<RowKind>,
 }
 
 fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<LimitChoices> {
@@ -199,7 +199,7 @@ fn is_usable(
     };
     let problem = if !table.has(name) {
         let usable = table.batch().schema_ref().fields().iter();
-        let usable = usable.filter(|field| role.is_none() || Role::of(field) == role);
+        let usable = usable.filter(|field| role.is_none() || Role::from_field(field) == role);
         let names: Vec<&str> = usable.map(|field| field.name().as_str()).collect();
         let message = format!("the stages in `from` have no column {name:?}");
         match did_you_mean(name, names.iter().copied()) {
@@ -229,7 +229,7 @@ fn is_usable(
 fn observable(of: &Spanned<String>, input: &Input, checks: &mut Checks) -> Option<Expression> {
     let read = expression(of, input, None, checks)?;
     let lacks_surfaces = input.table.is_some_and(|table| !table.has(SURFACE.name));
-    if input.rows == Some(Rows::Statistics) && lacks_surfaces {
+    if input.rows == Some(RowKind::Statistics) && lacks_surfaces {
         let message = "the rows of the `aggregate` stage in `from` do not describe single surfaces";
         let label = "needs the values of every surface";
         let problem = Problem::new(message, of.span.clone(), label);
@@ -240,7 +240,7 @@ fn observable(of: &Spanned<String>, input: &Input, checks: &mut Checks) -> Optio
         return None;
     }
     let lacks_loads = input.table.is_some_and(|table| !table.has(LOAD.name));
-    if read.has_slope() && (lacks_loads || input.rows == Some(Rows::Fits)) {
+    if read.has_slope() && (lacks_loads || input.rows == Some(RowKind::Fits)) {
         let message =
             "`slope` is the derivative with respect to `load`, which these rows do not have";
         let label = "needs rows of surfaces under loads";
@@ -258,7 +258,7 @@ fn error(
     input: &Input,
     checks: &mut Checks,
 ) -> Option<Option<String>> {
-    if input.rows != Some(Rows::Fits) {
+    if input.rows != Some(RowKind::Fits) {
         return Some(None);
     }
     let column = match of {
