@@ -42,7 +42,7 @@ fn available_sets() -> Vec<String> {
         .unwrap();
     assert_eq!(refused.status.code(), Some(2));
     let message = text(&refused.stderr);
-    let (_, names) = message.split_once("this processor has ").expect(&message);
+    let (_, names) = message.split_once("available on this processor: ").expect(&message);
     let names = names.split('`').skip(1).step_by(2);
     names.map(str::to_owned).collect()
 }

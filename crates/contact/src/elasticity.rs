@@ -1,16 +1,16 @@
-//! Elastic bodies: the displacement that a pressure on the surface causes, and the inverse
-//! stiffness.
+//! Elastic bodies, described by the displacement of the surface under a pressure and by the inverse
+//! relation, the stiffness.
 //!
-//! - [`ElasticOperator`]: the trait that the solver uses;
-//! - [`PeriodicHalfSpace`]: the isotropic half-space under a periodic pressure;
-//! - [`FreeHalfSpace`]: the same under a pressure that is zero outside the map.
+//! - [`ElasticOperator`]: trait that the solver uses;
+//! - [`PeriodicHalfSpace`]: isotropic half-space under a periodic pressure;
+//! - [`FreeHalfSpace`]: isotropic half-space under a pressure that is zero outside the map.
 //!
 //! Lengths are in units of the cell's longer side L and pressures in units of E*, so a wavenumber
 //! of the mesh is |q| = 2πk.
 //!
 //! A periodic pressure p lowers the surface of the half-space by u. For each wavenumber û = 2 p̂ /
-//! (E* |q|) (Johnson, *Contact Mechanics*, 1985, §13.2; Stanley & Kato 1997), and û(0) = 0: a
-//! uniform pressure moves the far field and does not change the shape of the surface.
+//! (E* |q|) (Johnson, *Contact Mechanics*, 1985, §13.2; Stanley & Kato 1997). û(0) is set to 0,
+//! because a uniform pressure moves the far field and does not change the shape of the surface.
 
 use std::f64::consts::PI;
 
@@ -24,22 +24,23 @@ pub use free::FreeHalfSpace;
 
 /// Elastic body under the pressures on a grid.
 ///
-/// Pressure p lowers its surface by u. The map from p to u is a convolution with an even kernel: a
-/// factor for each wave of the mesh on which pressures are convolved. Threads may share the
-/// operator.
+/// A pressure p lowers the surface by u. u is the convolution of p with an even kernel, which has
+/// one factor for each wave of the mesh of the convolution. Several threads may use the operator at
+/// the same time.
 pub trait ElasticOperator: Send + Sync {
     /// Returns the grid on which pressures act.
     fn grid(&self) -> Grid;
 
-    /// Returns the same body on a coarser grid, if the solution there is a useful initial guess.
+    /// Returns the same body on a coarser grid, or `None` if the solution there is no useful
+    /// initial guess.
     ///
-    /// It is `None` where pressures rise without bound towards the edges of a map, because no
-    /// interpolation reproduces that.
+    /// This is so if pressures diverge towards the edges of a map, because interpolation does not
+    /// reproduce the divergence.
     fn on_coarser(&self, _: Grid) -> Option<Box<dyn ElasticOperator>> {
         None
     }
 
-    /// Returns the nodes along x and y of the mesh on which pressures are convolved.
+    /// Returns the numbers of nodes along x and y of the mesh on which pressures are convolved.
     ///
     /// For periodic pressures these are the nodes of the grid. Otherwise the mesh is larger and
     /// padded with zeros.
@@ -47,20 +48,22 @@ pub trait ElasticOperator: Send + Sync {
         self.grid().nodes()
     }
 
-    /// Returns the displacement per unit pressure of a wave.
+    /// Returns the displacement of a pressure wave per unit pressure.
     ///
     /// `waves` counts the periods of the wave along x and y of the
     /// [mesh of the convolution](ElasticOperator::convolved_nodes).
     fn displacement(&self, waves: [usize; 2]) -> f64;
 
-    /// Returns the nodes along x and y of the mesh on which the stiffness acts.
+    /// Returns the numbers of nodes along x and y of the mesh on which displacements are convolved
+    /// with the stiffness.
     ///
-    /// They are the nodes of the grid, with a margin around them if the body is not periodic.
+    /// For periodic bodies these are the nodes of the grid. Otherwise there is a margin around the
+    /// grid.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.convolved_nodes()
     }
 
-    /// Returns the pressure per unit displacement of a wave, exact or approximate.
+    /// Returns the pressure of a displacement wave per unit displacement, exactly or approximately.
     ///
     /// `waves` counts the periods of the wave along x and y of the
     /// [mesh of the stiffness](ElasticOperator::stiffness_nodes). The solver uses the stiffness as
@@ -88,10 +91,11 @@ pub trait ElasticOperator: Send + Sync {
     /// If so, a pressure exists that flattens any heights, and contact can be full.
     fn stiffness_is_exact(&self) -> bool;
 
-    /// Returns whether a uniform pressure displaces no node, so that displacements have zero mean.
+    /// Returns whether a uniform pressure displaces no node, so that all displacements have zero
+    /// mean.
     ///
-    /// In such a body a uniform pressure moves only the far field, and this displacement is not
-    /// defined.
+    /// In such a body a uniform pressure moves only the far field. This displacement is not defined
+    /// and counts as zero.
     fn has_zero_mean_displacement(&self) -> bool;
 
     /// Returns the displacement of one node under a unit pressure on this node alone.
@@ -103,7 +107,7 @@ pub trait ElasticOperator: Send + Sync {
         })
     }
 
-    /// Returns the pressure at one node that belongs to a unit displacement of this node alone.
+    /// Returns the pressure at one node under a unit displacement of this node alone.
     ///
     /// The pressure is in units of E* per longer side.
     fn nodal_stiffness(&self, threads: &Threads) -> f64 {
@@ -116,9 +120,9 @@ pub trait ElasticOperator: Send + Sync {
 /// One of the two axes of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// The axis across the rows.
+    /// Axis across the rows, the first index.
     X,
-    /// The axis along the rows.
+    /// Axis along the rows, the second index.
     Y,
 }
 
@@ -133,7 +137,7 @@ impl Axis {
     }
 }
 
-/// Returns the convolution that turns pressures into displacements.
+/// Returns the convolution kernel that turns pressures into displacements.
 pub fn displacement<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
     displacement_on(&Threads::one(), operator)
 }
@@ -149,7 +153,7 @@ pub(crate) fn displacement_on<T: Real>(
     })
 }
 
-/// Returns the convolution that turns displacements into pressures.
+/// Returns the convolution kernel that turns displacements into pressures.
 pub fn stiffness<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
     stiffness_on(&Threads::one(), operator)
 }
@@ -170,13 +174,13 @@ pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
     Transform::padded(operator.grid().nodes(), operator.convolved_nodes())
 }
 
-/// Rows of factors evaluated before they are added up.
+/// Number of rows of factors that are evaluated before they are added up.
 const ROWS_PER_BATCH: usize = 64;
 
-/// Returns the mean of the factors of a convolution over all waves: its value at the origin.
+/// Returns the mean of the kernel's factors over all waves, which is the kernel at the origin.
 ///
-/// `factors` writes the factors of one k_x and k_y = 0, 1, …. Threads evaluate them, and one thread
-/// adds them up in order.
+/// `factors` writes the factors for one k_x and for k_y = 0, 1, …. Several threads evaluate them,
+/// and one thread adds them up in order.
 fn mean_over_waves(
     threads: &Threads,
     [nodes_x, nodes_y]: [usize; 2],
@@ -204,7 +208,7 @@ fn mean_over_waves(
 
 /// Isotropic half-space under a periodic pressure.
 ///
-/// In full contact under a mean pressure p₀ the pressure is p₀ + F⁻¹(|q| ĥ)/2, in units of E* when
+/// In full contact under a mean pressure p₀ the pressure is p₀ + F⁻¹(|q| ĥ)/2, in units of E*, if
 /// heights are in units of the cell's longer side. By Parseval's theorem its variance is a quarter
 /// of the mean square slope of the heights.
 ///
@@ -215,7 +219,7 @@ fn mean_over_waves(
 /// use asperity_contact::grid::Grid;
 ///
 /// let body = PeriodicHalfSpace::new(Grid::square(64, 1.0)?);
-/// // Three waves of pressure p displace by 2p/|q|, |q| = 2π · 3; the mean displaces nothing.
+/// // Pressure with three periods displaces by 2p/|q|, |q| = 2π · 3; uniform pressure does not.
 /// assert!((body.displacement([3, 0]) - 1.0 / (3.0 * PI)).abs() < 1e-15);
 /// assert_eq!(body.displacement([0, 0]), 0.0);
 /// # Ok::<(), asperity_contact::grid::GridError>(())
@@ -231,7 +235,7 @@ impl PeriodicHalfSpace {
         Self { grid }
     }
 
-    /// Returns the wavenumber |q|/2π; Nyquist waves keep the full |q|, as any other wave.
+    /// Returns the wavenumber |q|/2π, also for Nyquist waves.
     #[inline(always)]
     fn wavenumber(&self, waves: [usize; 2]) -> f64 {
         self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
@@ -278,7 +282,7 @@ mod tests {
     use crate::grid::samples::{rectangle, square};
     use crate::threads::Threads;
 
-    /// Returns squares and rectangles, with cells that are square or not.
+    /// Returns square and rectangular grids, with square and rectangular cells.
     fn grids() -> [Grid; 7] {
         [
             square(1, 1.0),
@@ -311,7 +315,8 @@ mod tests {
         out
     }
 
-    /// Returns waves up to the Nyquist wave, with their |q| in units of the longer side.
+    /// Returns grids and waves (grid, a, b, |q|) up to the Nyquist wave, |q| in units of the
+    /// inverse longer side.
     fn waves() -> [(Grid, usize, usize, f64); 9] {
         let lying = rectangle([12, 16], [1.5, 4.0]);
         [

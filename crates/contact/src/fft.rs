@@ -1,27 +1,27 @@
 //! Real Fourier transforms of periodic maps, and convolutions.
 //!
-//! A map of N_x × N_y nodes is row-major, node (i, j) at `i * N_y + j`. Its spectrum keeps the
-//! non-negative half of the wavenumbers along a row: with M = N_y/2 + 1 columns, entry (i, j) at
-//! `i * M + j` is
+//! A map of N_x × N_y nodes is row-major, with node (i, j) at index `i * N_y + j`. Its spectrum
+//! contains the non-negative half of the wavenumbers along a row. With M = N_y/2 + 1 columns, its
+//! entry at index `i * M + j` is
 //!
-//! ĥ(k_x, k_y) = Σ h(i, j) exp(−2πi (k_x i/N_x + k_y j/N_y)), k_x = i or i − N_x, k_y = j,
+//! ĥ(k_x, k_y) = Σ h(i, j) exp(−2πi (k_x i/N_x + k_y j/N_y)), k_x = i or i − N_x, k_y = j.
 //!
-//! and the other half follows from ĥ(−k) = ĥ(k)*. Neither direction is normalised: forward then
-//! inverse multiplies by N_x N_y.
+//! The other half follows from ĥ(−k) = ĥ(k)*. Neither direction is normalised: a forward and an
+//! inverse transform multiply a map by N_x N_y.
 //!
 //! There are two implementations. `half_spectrum` transforms any mesh with rustfft. `packed` only
-//! convolves, and takes half the time, on meshes of 2^a·3^b·5^c nodes a side with enough factors of
-//! two. It rounds alike with all vector `registers`. Convolutions take most of the time of a series
-//! of loads.
+//! convolves. It takes half the time, but requires meshes of 2^a·3^b·5^c nodes a side with enough
+//! factors of two. It rounds alike on all vector `registers`. Convolutions take most of the time of
+//! a series of loads.
 //!
 //! A map may be a corner of a larger mesh, padded with zeros (`rows`).
 //!
 //! A convolution begins with a pass that writes the rows of the map, multiplies the spectrum by the
-//! kernel, and ends with a pass that reads the rows of the result. If each row of the result
-//! determines the same row of the next map, [`Transform::finish_and_begin`] does both in one pass
-//! over memory. If all rows have to be read before the first can be replaced, rows are stored in
-//! place of their spectra and are not transformed twice. [`Threads`] share the work by blocks of
-//! rows and of columns.
+//! kernel, and ends with a pass that reads the rows of the result. If each row of the next map
+//! depends on the same row of the result only, [`Transform::finish_and_begin`] does both in one
+//! pass over memory. If it depends on all rows, the rows are stored in the memory of their spectra,
+//! so that they need not be transformed twice. [`Threads`] share the work by blocks of rows and of
+//! columns.
 
 use rustfft::FftNum;
 use rustfft::num_complex::Complex;
@@ -60,7 +60,7 @@ impl Real for f64 {
     }
 }
 
-/// Number of rows in a batch; threads split maps at multiples of this number.
+/// Number of rows in a batch. Threads split maps at multiples of this number.
 pub const ROW_BATCH: usize = 8;
 
 /// Content of the scratch memory during a convolution.
@@ -73,34 +73,35 @@ enum Stored {
     Spectra,
 }
 
-/// A pass over the rows of a map, which reads, writes or replaces them.
+/// Pass over the rows of a map, which reads, writes or replaces them.
 ///
-/// Masks, conversions and sums that are computed here need no further pass over memory. Threads
-/// share a pass: each has some consecutive rows.
+/// Masks, conversions and sums that a pass computes need no further pass over memory. Several
+/// threads share a pass: each visits some consecutive rows.
 pub trait Rows<T>: Sized + Send {
     /// Reads, writes or replaces one row of a map; called once per row, in ascending order.
     fn row(&mut self, row: Row, values: &mut [T]);
 
-    /// Splits the pass at an even row before any row was visited: keeps the rows before it and
-    /// returns the others.
+    /// Splits the pass at an even row, before it has visited any row. Keeps the rows before `row`
+    /// and returns a pass for the others.
     ///
-    /// If the pass visits all rows, `row` is a multiple of [`ROW_BATCH`], or no rows remain.
+    /// If the pass visits all rows, `row` is a multiple of [`ROW_BATCH`] or the end of the map.
     fn split_off(&mut self, row: Row) -> Self;
 
-    /// Merges the part that was split off last, after all its rows were visited.
+    /// Merges the pass that was split off last, after it has visited all its rows.
     fn append(&mut self, later: Self);
 }
 
-/// Planned transforms of one mesh in one precision. Callers own the buffers, so sharing is cheap.
+/// Planned transforms of one mesh in one precision. Callers own the buffers, so several can share a
+/// plan.
 pub struct Transform<T> {
-    /// Nodes of the maps that are convolved: the whole mesh or a corner of it.
+    /// Numbers of nodes of the maps that are convolved, which are the whole mesh or a corner of it.
     map: [usize; 2],
     nodes: [usize; 2],
     half_spectrum: HalfSpectrum<T>,
     packed: Option<Packed<T>>,
 }
 
-/// Buffers of a [`Transform`], with the convolution in progress, and the threads that work on it.
+/// Buffers of a [`Transform`] with the convolution in progress, and the threads that work on it.
 pub struct Scratch<T> {
     threads: Threads,
     half_spectrum: half_spectrum::Scratch<T>,
@@ -115,8 +116,8 @@ pub struct Kernel<T> {
 }
 
 impl<T: Real> Kernel<T> {
-    /// Creates the convolution that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for
-    /// |k_x| ≤ N_x/2 and |k_y| ≤ N_y/2.
+    /// Creates the kernel that multiplies the wave (k_x, k_y) by `factor(|k_x|, |k_y|)`, for |k_x|
+    /// ≤ N_x/2 and |k_y| ≤ N_y/2.
     pub fn new(nodes: [usize; 2], factor: impl Fn(usize, usize) -> f64 + Sync) -> Self {
         Self::from_columns(&Threads::one(), nodes, |k_y, factors| {
             for (k_x, value) in factors.iter_mut().enumerate() {
@@ -127,13 +128,13 @@ impl<T: Real> Kernel<T> {
 
     /// Creates a kernel from its columns, computed by several threads.
     ///
-    /// `factors` writes the factors of one |k_y| and |k_x| = 0, 1, …, N_x/2.
+    /// `factors` writes the factors for one |k_y| and for |k_x| = 0, 1, …, N_x/2.
     pub fn from_columns(
         threads: &Threads,
         nodes: [usize; 2],
         factors: impl Fn(usize, &mut [f64]) + Sync,
     ) -> Self {
-        // Forward then inverse multiplies by the number of nodes.
+        // A forward and an inverse transform multiply a map by the number of nodes.
         let normalisation = 1.0 / (nodes[0] as f64 * nodes[1] as f64);
         let normalised = |k_y: usize, column: &mut [f64]| {
             factors(k_y, column);
@@ -154,15 +155,16 @@ fn plan_packed<T: Real>(rows: usize, nodes: [usize; 2]) -> Option<Packed<T>> {
 }
 
 impl<T: Real> Transform<T> {
-    /// Plans the transforms of a mesh of N_x × N_y nodes: any numbers from 1, primes included.
+    /// Plans the transforms of a mesh of N_x × N_y nodes. Both numbers may be any positive number,
+    /// also a prime.
     pub fn new(nodes: [usize; 2]) -> Self {
         Self::padded(nodes, nodes)
     }
 
     /// Plans convolutions of maps of `map` nodes, padded with zeros to a mesh of `nodes`.
     ///
-    /// A mesh of four times the nodes costs three times as much, because rows of zeros are not
-    /// transformed.
+    /// A mesh of four times the nodes of the map takes only three times as long, because rows of
+    /// zeros are not transformed.
     pub fn padded(map: [usize; 2], nodes: [usize; 2]) -> Self {
         assert!(map[0] * map[1] > 0, "a mesh has at least one node");
         assert!(
@@ -177,7 +179,7 @@ impl<T: Real> Transform<T> {
         }
     }
 
-    /// Returns the nodes of the mesh along x and y.
+    /// Returns the numbers of nodes of the mesh along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
@@ -186,7 +188,7 @@ impl<T: Real> Transform<T> {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Returns the number of wavenumbers kept along a row, N_y/2 + 1.
+    /// Returns the number of columns of a half spectrum, N_y/2 + 1.
     pub(crate) fn spectrum_columns(&self) -> usize {
         self.half_spectrum.columns()
     }
@@ -196,12 +198,12 @@ impl<T: Real> Transform<T> {
         self.half_spectrum.len()
     }
 
-    /// Creates buffers for one caller at a time, on one thread.
+    /// Creates buffers for transforms on one thread.
     pub fn scratch(&self) -> Scratch<T> {
         self.scratch_on(Threads::one())
     }
 
-    /// Creates buffers for one caller at a time, whose work these threads share.
+    /// Creates buffers for transforms on the given threads.
     pub(crate) fn scratch_on(&self, threads: Threads) -> Scratch<T> {
         Scratch {
             threads,
@@ -251,10 +253,10 @@ impl<T: Real> Transform<T> {
         self.begin(&mut Source(field), scratch);
     }
 
-    /// Multiplies the spectrum by a kernel: transforms columns forward, multiplies and transforms
-    /// back, a few columns at a time.
+    /// Multiplies the spectrum by a kernel. Transforms a few columns at a time forward, multiplies
+    /// them and transforms them back.
     ///
-    /// Returns the sum of map × convolved map.
+    /// Returns Σ map × convolved map.
     pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {
         assert_eq!(kernel.nodes, self.nodes, "the kernel is for another mesh");
         let factors = &kernel.factors;
@@ -266,39 +268,40 @@ impl<T: Real> Transform<T> {
         }
     }
 
-    /// Ends a convolution and begins the next: `rows` reads each row of the result and replaces it
-    /// by that of the next map.
+    /// Ends a convolution and begins the next one: `rows` reads each row of the result and replaces
+    /// it by the row of the next map.
     pub fn finish_and_begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Spectra, Stored::Spectra, rows, scratch);
     }
 
-    /// Ends a convolution, whose result `rows` reads.
+    /// Ends a convolution and passes the rows of the result to `rows`.
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Spectra, Stored::Nothing, rows, scratch);
     }
 
-    /// Ends a convolution and stores the rows by which `rows` replaces those of the result.
+    /// Ends a convolution and stores its rows after `rows` has read or replaced them.
     pub(crate) fn finish_and_store(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Spectra, Stored::Rows, rows, scratch);
     }
 
-    /// Begins the convolution of the map by which `rows` replaces the stored rows.
+    /// Passes the stored rows to `rows`, and begins the convolution of the rows that it writes in
+    /// their place.
     pub(crate) fn begin_from_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Rows, Stored::Spectra, rows, scratch);
     }
 
-    /// Reads the stored rows of a map.
+    /// Passes the stored rows to `rows`.
     pub(crate) fn read_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Rows, Stored::Nothing, rows, scratch);
     }
 
-    /// Reads rows 2 `pair` and 2 `pair` + 1 (if it exists) of the result of a convolution before it
-    /// ends, for each of the ascending `pairs`.
+    /// Passes rows 2 `pair` and 2 `pair` + 1 (if it exists) of the result of a convolution to
+    /// `rows` before the convolution ends, for each of the ascending `pairs`.
     pub fn peek(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.peek_at(Stored::Spectra, pairs, rows, scratch);
     }
 
-    /// Reads pairs of the stored rows of a map.
+    /// Passes pairs of the stored rows to `rows`.
     pub(crate) fn peek_stored(
         &self,
         pairs: &[usize],
@@ -308,7 +311,7 @@ impl<T: Real> Transform<T> {
         self.peek_at(Stored::Rows, pairs, rows, scratch);
     }
 
-    /// Visits all rows, which are stored as `from` before and as `to` afterwards.
+    /// Visits all rows, which are stored as `from` before the pass and as `to` afterwards.
     fn pass(&self, from: Stored, to: Stored, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.padded_rows(rows, |rows| match self.method(scratch) {
             Method::Packed(packed, threads, scratch) => {
@@ -337,7 +340,7 @@ impl<T: Real> Transform<T> {
         });
     }
 
-    /// Passes the rows of a map as rows of the whole mesh.
+    /// Visits the rows of a map as rows of the whole mesh.
     fn padded_rows<P: Rows<T>>(&self, rows: &mut P, visit: impl FnOnce(&mut Padded<P>)) {
         in_corner(self.map, rows, visit);
     }
@@ -351,15 +354,15 @@ impl<T: Real> Transform<T> {
     }
 }
 
-/// Implementation that convolves a mesh, with its buffers.
+/// Implementation that convolves the mesh, with its buffers.
 enum Method<'a, T> {
     Packed(&'a Packed<T>, &'a Threads, &'a mut packed::Scratch<T>),
     HalfSpectrum(&'a HalfSpectrum<T>, &'a Threads, &'a mut half_spectrum::Scratch<T>),
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes the memory of another scratch, whose convolution in progress is lost, so that two
-    /// precisions can share it.
+    /// Takes the memory of another scratch, so that two precisions can share it. The other
+    /// convolution in progress is lost.
     pub(crate) fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         other.half_spectrum.release();
         if let (Some(own), Some(other)) = (&mut self.packed, &mut other.packed) {
@@ -375,7 +378,7 @@ impl<T> Scratch<T> {
     }
 }
 
-/// The rows of a map to convolve.
+/// Pass that reads the rows of the map to be convolved.
 struct Source<'a, T>(&'a [T]);
 
 impl<T: Real> Rows<T> for Source<'_, T> {
@@ -390,7 +393,7 @@ impl<T: Real> Rows<T> for Source<'_, T> {
     fn append(&mut self, _: Self) {}
 }
 
-/// The rows of a convolved map.
+/// Pass that writes the rows of the convolved map.
 struct Sink<'a, T>(Band<'a, T>);
 
 impl<T: Real> Rows<T> for Sink<'_, T> {

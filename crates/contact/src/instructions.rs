@@ -1,13 +1,13 @@
-//! Vector instructions of the processor, and the set in use.
+//! Vector instruction sets of the processor, and the set in use.
 //!
 //! The solver adds numbers in the same order with all instruction sets: sixteen numbers of single
-//! precision or eight of double precision at a time, with fused multiply-add. Instruction sets
-//! therefore differ in speed only: AVX-512 and AVX2 give the same bytes.
+//! precision or eight of double precision at a time, with fused multiply-add. The sets therefore
+//! differ in speed only: AVX-512 and AVX2 give the same bytes.
 //!
-//! [`Instructions::Portable`] computes the same without vector instructions, for all other
-//! processors. There rustfft uses instructions of its choice for surfaces and for meshes with
-//! factors other than 2, 3 and 5, and rounds differently: heights agree to rounding, not to the
-//! bit. Without fused multiply-add, as on x86-64 before 2013, it is slow.
+//! [`Instructions::Portable`] does the same operations without vector instructions, for all other
+//! processors. There rustfft chooses its own instructions for surfaces and for meshes with factors
+//! other than 2, 3 and 5, and rounds differently: results agree to rounding, not to the bit.
+//! Without fused multiply-add, as on x86-64 processors before 2013, this set is slow.
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -24,14 +24,14 @@ pub enum Instructions {
     /// Registers of 256 bits and fused multiply-add (AVX2).
     #[cfg(target_arch = "x86_64")]
     Avx2(V3),
-    /// Plain arithmetic that the compiler translates.
+    /// Scalar arithmetic that the compiler translates.
     Portable,
 }
 
 static CHOSEN: OnceLock<Instructions> = OnceLock::new();
 
 impl Instructions {
-    /// Returns all sets that the processor has, the widest first.
+    /// Returns all sets that this processor supports, the widest first.
     pub fn all() -> Vec<Self> {
         let mut all = Vec::new();
         #[cfg(target_arch = "x86_64")]
@@ -48,10 +48,10 @@ impl Instructions {
         *CHOSEN.get_or_init(|| Self::all()[0])
     }
 
-    /// Chooses the set of the given name for this process.
+    /// Chooses the instruction set with the given name for this process.
     ///
-    /// # Errors
-    /// Fails if the processor has no set of that name, or if another set is already in use.
+    /// Fails if the processor does not support a set with this name, or if another set is already
+    /// in use.
     pub fn choose(name: &str) -> Result<(), ChooseError> {
         let all = Self::all();
         let Some(chosen) = all.iter().find(|one| one.name() == name) else {
@@ -74,13 +74,15 @@ impl Instructions {
     }
 }
 
-/// Error that [`Instructions::choose`] returns.
+/// Error of [`Instructions::choose`], when it cannot use an instruction set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error messages describe the variants")]
 pub enum ChooseError {
-    #[error("unknown vector instructions `{name}`; this processor has {}", Names(names))]
+    #[error("unknown instruction set `{name}`; available on this processor: {}", Names(names))]
     Unknown { name: String, names: Vec<&'static str> },
-    #[error("`{in_use}` are already in use; choose vector instructions before the first transform")]
+    #[error(
+        "instruction set `{in_use}` is already in use; choose another one before the first transform"
+    )]
     InUse { in_use: &'static str },
 }
 
@@ -105,7 +107,9 @@ mod tests {
     #[test]
     fn unknown_instructions_are_refused_with_the_known_names() {
         let message = Instructions::choose("mmx").unwrap_err().to_string();
-        assert!(message.starts_with("unknown vector instructions `mmx`; this processor has `"));
+        assert!(
+            message.starts_with("unknown instruction set `mmx`; available on this processor: `")
+        );
         assert!(message.ends_with("`portable`"), "{message}");
     }
 

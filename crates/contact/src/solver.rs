@@ -154,7 +154,7 @@ pub struct Solver {
 /// Extremes of the pressure of zero mean that flattens the surface.
 #[derive(Debug, Clone, Copy)]
 struct FullContact {
-    /// Minus the lowest pressure: the smallest load that brings every node into contact.
+    /// Smallest load that brings every node into contact, equal to minus the lowest pressure.
     load: f64,
     peak: f64,
 }

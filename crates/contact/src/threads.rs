@@ -1,10 +1,10 @@
 //! Threads that share the work on one surface, and cores that several surfaces share.
 //!
-//! Maps are cut into blocks of rows and spectra into blocks of columns. Each free thread takes the
-//! next block. Sums are added up afterwards in the order of the rows, by the solver's `InOrder`, so
-//! no result depends on the number of threads or on their timing.
+//! Maps are divided into blocks of rows, and spectra into blocks of columns. Each free thread takes
+//! the next block. Sums are then added up in the order of the rows (`InOrder` in the solver), so no
+//! result depends on the number of threads or on their timing.
 //!
-//! Idle threads sleep. A loan of cores lasts for one pass over the mesh, so a surface that starts
+//! Idle threads sleep. A task borrows cores for one pass over the mesh, so a surface that starts
 //! while others are running gets its cores within milliseconds.
 
 use std::num::NonZeroUsize;
@@ -14,11 +14,12 @@ use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Nodes for which a further thread is useful: waking a thread takes as long as a few thousand
-/// nodes.
+/// Number of nodes for each thread: waking a thread takes as long as a few thousand nodes, so
+/// smaller maps do not benefit from another thread.
 const NODES_PER_THREAD: usize = 1 << 17;
 
-/// Blocks per thread, so that others can take over the blocks of a delayed thread.
+/// Number of blocks per thread. With several, other threads can take over the blocks of a delayed
+/// one.
 const BLOCKS_PER_THREAD: usize = 4;
 
 /// Returns the number of cores that this process may use.
@@ -26,7 +27,7 @@ pub fn available_cores() -> NonZeroUsize {
     std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
-/// Pool of threads for the work on surfaces, shared by all clones.
+/// Pool of threads that work on surfaces; clones share the pool.
 ///
 /// ```
 /// use std::num::NonZeroUsize;
@@ -52,7 +53,7 @@ pub fn available_cores() -> NonZeroUsize {
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
     cores: Option<Arc<Cores>>,
-    /// Nanoseconds that other cores have spent on the work of this task.
+    /// Time that other cores have spent on the work of this task, in nanoseconds.
     helper_time: Arc<AtomicU64>,
 }
 
@@ -69,12 +70,12 @@ struct Cores {
 struct InUse {
     /// Number of running tasks, each of which keeps a core.
     tasks: usize,
-    /// Number of cores lent to tasks in addition.
+    /// Number of additional cores lent to tasks.
     lent: usize,
 }
 
 impl Threads {
-    /// Returns the calling thread alone.
+    /// Returns a pool with the calling thread only.
     pub fn one() -> Self {
         Self::default()
     }
@@ -103,7 +104,7 @@ impl Threads {
         Self::one()
     }
 
-    /// Starts at most `count` threads, but no more than are useful on a mesh of this many nodes.
+    /// Starts at most `count` threads, and no more than are useful on a mesh of this many nodes.
     pub fn for_mesh(count: NonZeroUsize, nodes: usize) -> Self {
         let useful_for = NonZeroUsize::new(Self::useful_for(nodes));
         Self::new(useful_for.map_or(count, |useful_for| useful_for.min(count)))
@@ -127,7 +128,7 @@ impl Threads {
         (nodes / NODES_PER_THREAD).max(1)
     }
 
-    /// Borrows the free threads for a pass over this many nodes.
+    /// Borrows free threads for a pass over this many nodes, as many as are useful.
     pub fn workers(&self, nodes: usize) -> Workers<'_> {
         self.workers_up_to(Self::useful_for(nodes))
     }
@@ -153,7 +154,7 @@ impl Threads {
         }
     }
 
-    /// Borrows the free threads, at most `most` of them including the calling one.
+    /// Borrows free threads, at most `most` including the calling one.
     pub fn workers_up_to(&self, most: usize) -> Workers<'_> {
         let cores = self.cores.as_deref();
         Workers {
@@ -170,7 +171,7 @@ impl Cores {
         change(&mut self.in_use.lock().expect("no panic happens while it is held"))
     }
 
-    /// Lends free cores, at most the fair share of a task.
+    /// Lends free cores to a task: at most `most`, and at most an equal share of all cores.
     fn lend(&self, most: usize) -> usize {
         self.change(|in_use| {
             let tasks = in_use.tasks.max(1);
@@ -183,13 +184,13 @@ impl Cores {
     }
 }
 
-/// A running task, which keeps one core.
+/// Running task, which keeps one core until it is dropped.
 pub struct Task {
     threads: Threads,
 }
 
 impl Task {
-    /// Returns the threads of the task: its own core and those that are free.
+    /// Returns the threads of the task: its own core and free cores.
     pub fn threads(&self) -> &Threads {
         &self.threads
     }
@@ -217,7 +218,8 @@ pub struct Workers<'a> {
 }
 
 impl Workers<'_> {
-    /// Returns the index of the first piece of each block, for at least one piece of work.
+    /// Divides `pieces` (at least one) into blocks. Returns the index of the first piece of each
+    /// block.
     pub fn cuts(&self, pieces: usize) -> Vec<usize> {
         let blocks = match self.helpers {
             0 => 1,
@@ -226,9 +228,9 @@ impl Workers<'_> {
         (0..blocks).map(|block| block * pieces / blocks).collect()
     }
 
-    /// Does the work on each block, in any order.
+    /// Calls `work` on each block, in any order.
     ///
-    /// Each thread uses one of the `states`; missing ones are created by `new_state`.
+    /// Each thread uses one of `states`; missing ones are created by `new_state`.
     pub fn for_each<V: Send, B: Send>(
         &self,
         states: &mut Vec<V>,
@@ -287,7 +289,7 @@ mod tests {
         let first = threads.begin_task();
         assert_eq!([helpers(100), helpers(3), helpers(1), helpers(0)], [4, 2, 0, 0]);
         let second = threads.begin_task();
-        // Two cores for the first task and one for the second.
+        // The first task borrows two cores and the second task one.
         let workers = threads.workers_up_to(100);
         assert_eq!([workers.helpers, helpers(100)], [2, 1]);
         drop((second, workers));

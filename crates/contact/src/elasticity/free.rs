@@ -1,10 +1,9 @@
-//! The isotropic half-space without periodic images: displacements at the centres of rectangular
-//! cells.
+//! Isotropic half-space without periodic images: displacements at the centres of rectangular cells.
 //!
-//! A unit pressure on a cell of Δx × Δy lowers the centre of another cell by Love's integral
-//! (*Phil. Trans. R. Soc. A* 228, 1929, 377). The convolution with it is exact if the mesh has
-//! twice the nodes along both axes and pressures are padded with zeros, because periodic images
-//! then do not overlap (Hockney 1970; Liu, Wang & Liu, *Wear* 243, 2000, 101).
+//! A unit pressure on a cell of Δx × Δy displaces the centre of another cell by Love's integral
+//! (*Phil. Trans. R. Soc. A* 228, 1929, 377). The discrete convolution with this kernel is exact if
+//! the mesh has twice the nodes along both axes and pressures are padded with zeros, because
+//! periodic images then do not overlap (Hockney 1970; Liu, Wang & Liu, *Wear* 243, 2000, 101).
 
 use std::f64::consts::PI;
 
@@ -14,30 +13,30 @@ use super::ElasticOperator;
 use crate::fft::Transform;
 use crate::grid::{Grid, magnitude};
 
-/// Width of the margin around the map on which the stiffness acts, over the longer side. Margins of
-/// an eighth, a quarter and a half take 162, 158 and 151 pairs of transforms for a light contact on
-/// 1024² nodes, and 209, 185 and 183 for a heavy one.
+/// Width of the margin around the map for the convolution with the stiffness, as a fraction of the
+/// longer side. With margins of an eighth, a quarter and a half, a light contact on 1024² nodes
+/// takes 162, 158 and 151 pairs of transforms, and a heavy one 209, 185 and 183.
 const MARGIN: f64 = 0.25;
 
-/// Lengths of fast transforms are multiples of this number, with factors of 2, 3 and 5 only.
+/// Divisor of the lengths of fast transforms, which have the factors 2, 3 and 5 only.
 const NODES_TOGETHER: usize = 32;
 
 /// Isotropic half-space under a pressure that is zero outside the map.
 ///
-/// Displacements are absolute: they vanish far away. No finite pressure flattens the surface,
-/// because the pressure that does is infinite at the edges of the map, with either sign.
+/// Displacements are relative to points far away. No finite pressure flattens the surface, because
+/// the flattening pressure diverges at the edges of the map, with either sign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeHalfSpace {
     grid: Grid,
-    /// Displacement per unit pressure of the waves of the doubled mesh, k_x up to N_x and k_y up to
-    /// N_y, row by row.
+    /// Displacements per unit pressure of the waves of the doubled mesh, row by row: k_x up to N_x,
+    /// k_y up to N_y.
     factors: Vec<f64>,
-    /// Nodes along x and y, with the margin.
+    /// Numbers of nodes along x and y, with the margin.
     stiffness_nodes: [usize; 2],
 }
 
 impl FreeHalfSpace {
-    /// Creates the half-space below a grid with each node in the middle of its cell.
+    /// Creates the half-space below a grid whose nodes are the centres of cells.
     ///
     /// Only the ratio of the grid's lengths matters.
     pub fn new(grid: Grid) -> Self {
@@ -75,8 +74,8 @@ impl FreeHalfSpace {
     }
 }
 
-/// Returns the nodes along one axis with a margin, rounded up to a fast length of at most twice the
-/// nodes.
+/// Returns the number of nodes along one axis with a margin, rounded up to a fast length but at
+/// most twice the nodes.
 fn with_margin(nodes: usize, margin: usize) -> usize {
     let has_small_factors = |count: &usize| {
         let mut rest = *count;
@@ -100,7 +99,8 @@ fn displacement_beside_cell([x, y]: [f64; 2], [step_x, step_y]: [f64; 2]) -> f64
     (corner(b, d) - corner(a, d) - corner(b, c) + corner(a, c)) / PI
 }
 
-/// Returns s asinh(t/|s|) + t asinh(s/|t|), which keeps the digits that logarithms lose far away.
+/// Returns s asinh(t/|s|) + t asinh(s/|t|). The form with logarithms would lose digits far from the
+/// cell.
 fn corner(s: f64, t: f64) -> f64 {
     let term = |s: f64, t: f64| {
         if s == 0.0 { 0.0 } else { s * libm::asinh(t / s.abs()) }
@@ -121,12 +121,12 @@ impl ElasticOperator for FreeHalfSpace {
         self.factors[k_x * (self.grid.nodes()[1] + 1) + k_y]
     }
 
-    /// Returns the nodes of the grid and of a margin.
+    /// Returns the numbers of nodes of the grid with its margin.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.stiffness_nodes
     }
 
-    /// Returns |q|/2 on the grid and its margin, as if they were periodic.
+    /// Returns |q|/2, as if the grid with its margin were periodic.
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         let (nodes, all) = (self.grid.nodes(), self.stiffness_nodes());
         let waves = [0, 1].map(|axis| waves[axis] as f64 * nodes[axis] as f64 / all[axis] as f64);

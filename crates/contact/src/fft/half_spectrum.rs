@@ -1,4 +1,4 @@
-//! Transforms of any mesh with realfft for rows and rustfft for columns.
+//! Transforms of any mesh, with realfft for rows and rustfft for columns.
 
 use std::sync::Arc;
 
@@ -10,14 +10,14 @@ use super::rows::Aligned;
 use super::{Band, ROW_BATCH, Real, Row, Rows, Sink, Source, Stored, cut, cut_pairs};
 use crate::threads::{Threads, Workers};
 
-/// Number of columns that are transformed together. They fill one cache line in single precision or
-/// two in double precision, so every byte of a fetched line is used, and the tile stays in the
-/// second-level cache.
+/// Number of columns in a tile, which are transformed together. In a row, they fill one cache line
+/// in single precision or two in double precision, so every byte of a fetched line is used. A tile
+/// fits into the second-level cache.
 const TILE_COLUMNS: usize = 8;
 
 pub struct HalfSpectrum<T> {
     nodes: [usize; 2],
-    /// Rows of the maps that are convolved. The rows beyond are zero and not transformed.
+    /// Number of rows of the maps that are convolved. The rows beyond are zero and not transformed.
     filled_rows: usize,
     row_forward: Arc<dyn RealToComplex<T>>,
     row_inverse: Arc<dyn ComplexToReal<T>>,
@@ -44,16 +44,16 @@ struct Buffers<T> {
     butterflies: Vec<Complex<T>>,
 }
 
-/// Consecutive columns of all rows of a half spectrum, for one thread.
+/// Consecutive columns of a half spectrum for one thread, as parts of all rows.
 struct ColumnShare<'a, T> {
     first: usize,
     rows: Vec<&'a mut [Complex<T>]>,
-    /// Results of the action, one for each column.
+    /// Results of the action for each column.
     found: Vec<f64>,
 }
 
-/// Returns the factors of a convolution as [`HalfSpectrum::multiply`] reads them: (|k_x|, |k_y|) at
-/// `|k_y| * (N_x/2 + 1) + |k_x|`.
+/// Returns the factors of a kernel in the order of [`HalfSpectrum::multiply`]: (|k_x|, |k_y|) at
+/// index `|k_y| * (N_x/2 + 1) + |k_x|`.
 pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -> Aligned<T> {
     let [waves_x, waves_y] = nodes.map(|nodes| nodes / 2 + 1);
     let mut column = vec![0.0; waves_x];
@@ -68,7 +68,7 @@ pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -
 }
 
 impl<T: Real> HalfSpectrum<T> {
-    /// Plans the transforms of a mesh whose maps fill the first `filled_rows` rows.
+    /// Plans the transforms of a mesh in which maps fill the first `filled_rows` rows.
     pub fn new(filled_rows: usize, nodes: [usize; 2]) -> Self {
         let [column_length, row_length] = nodes;
         let mut real = RealFftPlanner::new();
@@ -91,7 +91,7 @@ impl<T: Real> HalfSpectrum<T> {
         self.nodes[0] * self.columns()
     }
 
-    /// Splits a half spectrum into its filled rows and the others.
+    /// Splits a half spectrum into the filled rows and the others.
     fn split<'a>(&self, spectrum: &'a mut [Complex<T>]) -> [&'a mut [Complex<T>]; 2] {
         spectrum.split_at_mut(self.filled_rows * self.columns()).into()
     }
@@ -149,8 +149,8 @@ impl<T: Real> HalfSpectrum<T> {
         self.pass_over(Stored::Spectra, Stored::Nothing, rows, spectrum, threads, buffers);
     }
 
-    /// Visits all filled rows, read from the half spectrum and written to it as `from` and `to`
-    /// say.
+    /// Visits all filled rows, which are read from the half spectrum as `from` and written to it as
+    /// `to`.
     pub fn pass(
         &self,
         from: Stored,
@@ -168,7 +168,7 @@ impl<T: Real> HalfSpectrum<T> {
         }
     }
 
-    /// Transforms columns forward, multiplies and transforms back, one tile at a time.
+    /// Multiplies the spectrum by a kernel, one tile at a time. Returns Σ map × convolved map.
     pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
         let [nodes_x, nodes_y] = self.nodes;
         let Scratch { spectrum, buffers } = scratch;
@@ -179,7 +179,7 @@ impl<T: Real> HalfSpectrum<T> {
             self.column_forward.process_with_scratch(tile, butterflies);
             let columns = (first..).zip(kernel.chunks_exact(nodes_x / 2 + 1).skip(first));
             for (column, (k_y, symbol)) in tile.chunks_exact_mut(nodes_x).zip(columns) {
-                // Columns between the lowest and the Nyquist column also represent the opposite
+                // All columns except the lowest and the Nyquist column also represent the opposite
                 // wavenumbers.
                 let alone = k_y == 0 || 2 * k_y == nodes_y;
                 found.push(multiply_by_even(column, symbol) * if alone { 1.0 } else { 2.0 });
@@ -278,7 +278,7 @@ impl<T: Real> HalfSpectrum<T> {
     }
 
     fn inverse_row(&self, half: &mut [Complex<T>], row: &mut [T], butterflies: &mut [Complex<T>]) {
-        // The imaginary part is zero for a real map except for rounding; realfft requires an exact
+        // The imaginary part is zero for a real map, except for rounding. realfft requires an exact
         // zero.
         half[0].im = T::zero();
         if row.len().is_multiple_of(2) {
@@ -289,10 +289,10 @@ impl<T: Real> HalfSpectrum<T> {
             .expect("buffers are sized by the plan");
     }
 
-    /// Gathers one tile of columns after another, applies `action`, and scatters them back.
+    /// Copies each tile of columns to a buffer, applies `action`, and copies it back.
     ///
-    /// The arguments of `action` are the tile with contiguous columns, its first column, a buffer,
-    /// and the list of results. Returns the results in the order of the columns.
+    /// The arguments of `action` are the tile with contiguous columns, the index of its first
+    /// column, a buffer, and the list of results. Returns the results in the order of the columns.
     fn transform_columns(
         &self,
         spectrum: &mut [Complex<T>],
@@ -326,7 +326,7 @@ impl<T: Real> HalfSpectrum<T> {
         shares.into_iter().flat_map(|share| share.found).collect()
     }
 
-    /// Splits all rows between tiles of columns.
+    /// Divides the columns into blocks of whole tiles, one for each thread or more.
     fn cut_columns<'a>(
         &self,
         spectrum: &'a mut [Complex<T>],
@@ -371,9 +371,9 @@ fn unpack<T: Real>(half: &[Complex<T>], row: &mut [T]) {
     }
 }
 
-/// Multiplies wavenumbers 0, 1, …, −1 by the factor of their magnitude.
+/// Multiplies a column with wavenumbers 0, 1, …, −1 by the factors of their magnitudes.
 ///
-/// Returns the sum of the products of each value before and after.
+/// Returns Σ |value|² × factor.
 fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) -> f64 {
     let (positive, negative) = column.split_at_mut(symbol.len());
     let positive = positive.iter_mut().zip(symbol);

@@ -1,33 +1,33 @@
-//! Convolutions that transform two rows at a time, with full vector registers.
+//! Convolutions that transform pairs of rows as complex rows, with full vector registers.
 //!
 //! Rows 2i and 2i + 1 of the map are the real and imaginary part of row i of a complex map z with
-//! N_x/2 × N_y nodes. Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O belong
-//! to the even and the odd rows. The transform of the real map is E + wO at k_x and E − wO at k_x +
-//! N_x/2, with w = exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at these two. Then
-//! the product is
+//! N_x/2 × N_y nodes. Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O are the
+//! transforms of the even and the odd rows. The transform of the real map is E + wO at k_x and E −
+//! wO at k_x + N_x/2, with w = exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at
+//! these two wavenumbers. Then the convolution is the product
 //!
-//! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2,
+//! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2.
 //!
-//! so no real transform is needed, and no separate Nyquist column remains.
+//! No real transform is needed, and there is no separate Nyquist column.
 //!
-//! The data are laid out so that every instruction works on full registers of L numbers:
+//! The layout of the data lets every instruction use full registers of L numbers:
 //!
-//! 1. *Rows.* L neighbours of a row share a register. [`Stages`] split the row into N_y/L blocks.
-//!    Each block is a register and contains k_y = k, k + N_y/L, k + 2N_y/L, …. Register k of all
-//!    rows is a tile.
-//! 2. *Columns* (`columns`). A tile fits into the second-level cache and has contiguous columns,
-//!    one per lane. Stages split them into blocks of L × L numbers, which are then transformed
-//!    along both sides, with a transposition in between. The blocks of k and −k are multiplied
-//!    together and transformed back the same way.
-//! 3. *Rows* again, in reverse.
+//! 1. *Rows.* Each register holds L neighbours of a row. [`Stages`] split the row into N_y/L
+//!    blocks. Each block is one register and contains k_y = k, k + N_y/L, k + 2N_y/L, …. The
+//!    registers k of all rows form a tile.
+//! 2. *Columns* (`columns`). A tile fits into the second-level cache, and each lane of its
+//!    registers is a column. Stages split the columns into blocks of L × L numbers, which are then
+//!    transformed along both sides, with a transposition in between. The blocks of k and −k are
+//!    multiplied together and transformed back the same way.
+//! 3. *Rows* again, in reverse order.
 //!
 //! A map in the corner of the mesh fills only the first rows. The other rows are neither
-//! transformed nor stored: a tile contains the filled rows and is padded with zeros while its
+//! transformed nor stored: a tile contains the filled rows only, and is padded with zeros while its
 //! columns are transformed.
 //!
-//! Threads share rows by blocks of batches, each of which owns its part of every tile, and share
-//! columns by pairs of tiles. [`Store`] copies complex rows from a batch to the tiles, transformed
-//! or not, and [`Fetch`] copies them back.
+//! Each thread transforms blocks of batches of rows, which have a part of every tile, and then
+//! pairs of tiles. [`Store`] copies complex rows from a batch to the tiles, transformed or not, and
+//! [`Fetch`] copies them back.
 
 #![expect(
     clippy::needless_range_loop,
@@ -50,18 +50,18 @@ mod stages;
 use columns::Columns;
 use stages::Stages;
 
-/// Complex rows that are transformed and then copied to the tiles together. With fewer rows,
-/// neighbours in a cache line would be written too late; more would not fit into the first-level
-/// cache.
+/// Number of complex rows that are transformed and copied to the tiles together. With fewer rows,
+/// the parts of a cache line would be written at different times; more would not fit into the
+/// first-level cache.
 const BATCH: usize = ROW_BATCH / 2;
 
-/// Cache lines between tiles, so that the registers of a row in all tiles fall into different cache
-/// sets.
+/// Number of registers between the tiles, so that the registers of a row in all tiles fall into
+/// different cache sets.
 const PADDING: usize = 2;
 
 pub struct Packed<T> {
     nodes: [usize; 2],
-    /// Filled rows, rounded up to whole batches; all rows beyond are zero.
+    /// Number of filled rows, rounded up to whole batches; all rows beyond are zero.
     filled_rows: usize,
     instructions: Instructions,
     rows: Stages<T, true>,
@@ -69,14 +69,14 @@ pub struct Packed<T> {
 }
 
 pub struct Scratch<T> {
-    /// All tiles, one after another: real parts, imaginary parts, padding. Stored as doubles for
-    /// either `T`, so that transforms of both precisions can share the memory.
+    /// All tiles, one after another, each with real parts, imaginary parts and padding. The memory
+    /// is stored as doubles for either `T`, so that transforms of both precisions can share it.
     tiles: Aligned<f64>,
     buffers: Vec<Buffers<T>>,
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes the tiles of another scratch; their content is lost.
+    /// Takes the memory of another scratch; its content is lost.
     pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         if other.tiles.len() > self.tiles.len() {
             self.tiles = std::mem::replace(&mut other.tiles, Aligned::zeros(0));
@@ -91,14 +91,14 @@ struct Buffers<T> {
     spare: Aligned<T>,
 }
 
-/// Consecutive rows of all tiles for one thread, as real and imaginary parts.
+/// Consecutive rows of all tiles for one thread, as real and imaginary parts of each tile.
 type Shares<'a, T> = Vec<[&'a mut [T]; 2]>;
 
 impl<T: Real> Packed<T> {
-    /// Plans convolutions of maps with `rows` rows on a mesh of `nodes`.
+    /// Plans convolutions of maps with `rows` rows, padded to a mesh of `nodes`.
     ///
-    /// Returns `None` unless N_x is a multiple of twice the lanes and N_y of the lanes, with
-    /// quotients that have only the factors 2, 3 and 5.
+    /// Returns `None` unless N_x is a multiple of 2 L and N_y of L, with quotients that have only
+    /// the factors 2, 3 and 5.
     pub fn new(rows: usize, nodes: [usize; 2], instructions: Instructions) -> Option<Self> {
         let lanes = T::LANES;
         let [nodes_x, nodes_y] = nodes;
@@ -114,9 +114,9 @@ impl<T: Real> Packed<T> {
         })
     }
 
-    /// Computes a kernel as [`Packed::multiply`] reads it.
+    /// Computes the factors of a kernel in the order of [`Packed::multiply`].
     ///
-    /// `factors` writes the factors of one |k_y| and |k_x| = 0, 1, …, N_x/2.
+    /// `factors` writes the factors for one |k_y| and for |k_x| = 0, 1, …, N_x/2.
     pub fn kernel(
         &self,
         threads: &Threads,
@@ -125,7 +125,7 @@ impl<T: Real> Packed<T> {
         self.columns.kernel(threads, factors)
     }
 
-    /// Creates an empty scratch, whose tiles the first convolution allocates.
+    /// Creates an empty scratch, in which the first convolution allocates the tiles.
     pub fn scratch(&self) -> Scratch<T> {
         Scratch { tiles: Aligned::zeros(0), buffers: Vec::new() }
     }
@@ -136,7 +136,7 @@ impl<T: Real> Packed<T> {
 
     fn buffers(&self) -> Buffers<T> {
         let [column, row] = self.nodes;
-        // A copy of a tile that is its own opposite, or two tiles to be padded.
+        // Space for a copy of a tile that is its own opposite, or for two padded tiles.
         let whole_tiles = if self.filled_rows < column { 2 } else { 1 };
         Buffers {
             rows: Aligned::zeros(ROW_BATCH * row),
@@ -180,7 +180,7 @@ impl<T: Real> Packed<T> {
         pairs.iter().fold(0.0, |sum, pair| sum + pair.sum)
     }
 
-    /// Visits all filled rows, read from the tiles and written to them as `from` and `to` say.
+    /// Visits all filled rows, which are read from the tiles as `from` and written to them as `to`.
     pub fn pass(
         &self,
         from: Stored,
@@ -315,10 +315,10 @@ impl<T: Real> Packed<T> {
 
 /// Copies a batch of complex rows to the tiles.
 struct Store<'a, 'b, T> {
-    /// Stages of the transform to apply before, if any.
+    /// Stages of the transform that is applied first; `None` to copy rows as they are.
     pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
-    /// First complex row, counted within the block.
+    /// Index of the first complex row within the block.
     pub first: usize,
     pub batch: &'a mut [T],
     pub tiles: &'a mut Shares<'b, T>,
@@ -351,7 +351,7 @@ impl<T: Real> Work<T> for Store<'_, '_, T> {
 
 /// Copies `ROWS` complex rows back from the tiles.
 struct Fetch<'a, const ROWS: usize, T, B> {
-    /// Stages of the inverse transform to apply after, if any.
+    /// Stages of the inverse transform that is applied afterwards; `None` to copy rows as they are.
     pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
     pub first: usize,

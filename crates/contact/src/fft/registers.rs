@@ -1,10 +1,10 @@
 //! Arithmetic on whole registers, written once and compiled for each instruction set.
 //!
-//! A register here holds sixteen numbers of single precision or eight of double precision, in one
-//! or two registers of the processor. Transforms are therefore cut the same way and rounded alike
-//! on all processors. pulp makes the intrinsics safe to call. Functions on registers are
-//! `#[inline(always)]` and contain no closures, because only then are they compiled with the
-//! instructions of their [`Work`]. [`Plain`] registers work on any processor.
+//! A register in this module holds sixteen numbers of single precision or eight of double
+//! precision, in one or two registers of the processor. Transforms are therefore divided the same
+//! way and rounded alike on all processors. pulp makes the intrinsics safe to call. Functions on
+//! registers are `#[inline(always)]` and contain no closures, because only then are they compiled
+//! with the instructions of their [`Work`]. [`Plain`] registers work on any processor.
 
 use std::marker::PhantomData;
 
@@ -17,17 +17,17 @@ use crate::instructions::Instructions;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-/// Maximum numbers in a register.
+/// Maximum number of values in a register.
 pub const MAX_LANES: usize = 16;
 
-/// Registers of one instruction set, filled with numbers of one precision.
+/// Arithmetic of registers of one instruction set, which hold numbers of one precision.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Registers: Copy {
     type Number: Real;
     type Lanes: Pod;
     const LANES: usize = <Self::Number as Vectorize>::LANES;
-    /// Registers of the processor, of which one or two form one register. Operations that do not
-    /// mix lanes run on one after the other, so that fewer values are live at a time.
+    /// Processor registers, one or two of which form one register. Operations that do not mix lanes
+    /// run on one after the other, so that fewer values are live at a time.
     type Part: Registers<Number = Self::Number>;
     /// Number of processor registers in one register.
     const PARTS: usize = size_of::<Self::Lanes>() / size_of::<<Self::Part as Registers>::Lanes>();
@@ -45,16 +45,16 @@ pub trait Registers: Copy {
     fn zip(self, a: Self::Lanes, b: Self::Lanes) -> [Self::Lanes; 2];
 }
 
-/// A computation on registers of numbers `T`.
+/// Computation on registers that hold numbers of type `T`.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Work<T> {
     fn run<R: Registers<Number = T>>(self, registers: R);
 }
 
-/// A number that fits into registers.
+/// Number type that registers can hold.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Vectorize: Pod {
-    /// Count of numbers in a register, a power of two, at most [`MAX_LANES`].
+    /// Number of values in a register: a power of two, at most [`MAX_LANES`].
     const LANES: usize;
 
     /// Runs `work` with the registers of `instructions`.
@@ -89,11 +89,11 @@ impl Vectorize for f64 {
     }
 }
 
-/// One of the processor registers that form a register.
+/// Lanes of one of the processor registers that form a register.
 pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
 
-/// Transposes the square matrix whose rows are the first `LANES` registers: first the blocks that
-/// fit into processor registers, then the blocks among each other.
+/// Transposes the square matrix whose rows are the first `LANES` registers: first each block that
+/// fits into processor registers, then the blocks among each other.
 #[inline(always)]
 pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     let part = registers.part();
@@ -121,10 +121,10 @@ pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     }
 }
 
-/// Transposes by rounds that interleave row i with row i + LANES/2.
+/// Transposes a square matrix of processor registers by rounds that interleave row i with row i +
+/// LANES/2.
 ///
-/// Each round moves one binary digit of the index of the row to the index of the lane, and one
-/// back.
+/// Each round exchanges one binary digit between the index of the row and the index of the lane.
 #[inline(always)]
 fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     for _ in 0..R::LANES.ilog2() {

@@ -1,10 +1,9 @@
 //! Rows of maps, passes over them, and aligned buffers.
 //!
-//! - [`Row`]: the same row of all maps of a grid;
-//! - [`Band`]: the consecutive rows that one thread writes;
-//! - [`Padded`]: a map in the corner of a larger mesh, whose other nodes are zero;
-//! - [`Aligned`]: a buffer that begins on a cache line, so that no register is loaded from two
-//!   lines.
+//! - [`Row`]: index of a row, the same in all maps of a grid;
+//! - [`Band`]: consecutive rows that one thread writes;
+//! - [`Padded`]: map in the corner of a larger mesh, whose other nodes are zero;
+//! - [`Aligned`]: buffer that begins on a cache line, so that no register is loaded from two lines.
 
 use std::ops::{Deref, DerefMut, Range};
 
@@ -31,7 +30,7 @@ impl Row {
         self.index
     }
 
-    /// Returns the indices of its elements in a map.
+    /// Returns the indices of the row's elements in a map.
     #[inline(always)]
     pub fn range(self) -> Range<usize> {
         self.index * self.nodes..(self.index + 1) * self.nodes
@@ -50,7 +49,7 @@ impl Row {
     }
 }
 
-/// Consecutive rows of a map, mutable.
+/// Mutable access to consecutive rows of a map.
 pub struct Band<'a, V> {
     /// Index of the first row.
     first: usize,
@@ -78,7 +77,8 @@ impl<'a, V> Band<'a, V> {
     }
 }
 
-/// Splits a pass before the rows `firsts`, of which the first is row 0; the original keeps no rows.
+/// Splits a pass into parts that begin at the rows `firsts`. The first of these is row 0, so the
+/// original keeps no rows.
 pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
     let firsts = firsts.iter().rev();
     let mut parts: Vec<P> = firsts.map(|&first| rows.split_off(Row::new(first, nodes))).collect();
@@ -86,7 +86,8 @@ pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P
     parts
 }
 
-/// Splits pairs of rows, and the pass that will visit them, into blocks.
+/// Divides pairs of rows into blocks, and splits the pass accordingly. Returns the parts of the
+/// pass and the pairs of each block.
 pub fn cut_pairs<'p, T, P: Rows<T>>(
     rows: &mut P,
     pairs: &'p [usize],
@@ -104,8 +105,8 @@ pub fn cut_pairs<'p, T, P: Rows<T>>(
 
 /// Visits rows 2 `pair` and 2 `pair` + 1 (if it exists) for each of the ascending `pairs`.
 ///
-/// The rows belong to a map of `rows` × `row_nodes` nodes that the pass writes: their initial
-/// values mean nothing.
+/// The rows belong to a map of `rows` × `row_nodes` nodes. The pass writes them; their initial
+/// values have no meaning.
 pub fn visit_pairs<T: Real, P: Rows<T>>(
     threads: &Threads,
     pairs: &[usize],
@@ -127,7 +128,7 @@ pub fn visit_pairs<T: Real, P: Rows<T>>(
     }
 }
 
-/// The rows of a map of `nodes` as rows of a larger mesh, padded with zeros.
+/// Adapter that visits the rows of a map of `nodes` as rows of a larger mesh, padded with zeros.
 ///
 /// Rows beyond the map may be visited, because they share batches with rows of the map.
 pub struct Padded<P> {
@@ -169,10 +170,10 @@ pub fn in_corner<T: Real, P: Rows<T>>(
     rows.append(padded.rows);
 }
 
-/// Bytes of a cache line, and of the widest register.
+/// Number of bytes of a cache line, and of the widest register.
 const LINE: usize = 64;
 
-/// Slice on the heap that begins on a cache line.
+/// Heap-allocated slice aligned to a cache line.
 pub struct Aligned<T> {
     storage: Vec<T>,
     start: usize,

@@ -65,7 +65,7 @@ pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolera
 /// Tolerance at which the numbers of pairs were measured.
 const COUNTED_AT: f64 = 6e-5;
 
-/// Returns log₁₀([`COUNTED_AT`] / `tolerance`).
+/// Returns the number of decades from [`COUNTED_AT`] down to `tolerance`.
 fn decades(tolerance: f64) -> f64 {
     (COUNTED_AT / tolerance).log10()
 }

@@ -21,7 +21,7 @@ pub struct Evaluation {
     pub mean_gap: f64,
     /// Mean over the map of the negative gaps of saturated nodes, as a positive depth.
     pub yielded_depth: f64,
-    /// Elastic energy per area: half the mean of pressure × displacement.
+    /// Elastic energy per area, half the mean of pressure × displacement.
     pub energy: f64,
 }
 
@@ -39,8 +39,8 @@ impl Solver {
         self.finish_gap()
     }
 
-    /// Evaluates an initial guess. If rounding hides its error, corrects the reference and
-    /// evaluates again.
+    /// Evaluates an initial guess, and evaluates it again with a corrected reference if rounding
+    /// hides its error.
     ///
     /// Rounding is large if the gaps differ much from their reference. The inner solver could not
     /// improve such a guess.
@@ -238,8 +238,7 @@ impl Solver {
 /// Offset and largest error of the gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
-    /// Offset of the gap: the mean gap in elastic contact, or an estimate of it if few or no nodes
-    /// are elastic.
+    /// Mean gap in elastic contact, or an estimate of it if few or no nodes are elastic.
     pub offset: f64,
     /// Largest violation of the contact conditions by the gap above the offset: |gap − offset| in
     /// elastic contact, penetration outside contact, and positive gaps at saturated nodes.

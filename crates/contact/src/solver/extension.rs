@@ -7,15 +7,15 @@
 //! linear E, the preconditioner Eᵀ K E is symmetric and Eᵀ K E − S is positive semidefinite. It is
 //! close to S if E r is about as smooth as displacements are.
 //!
-//! Extension by zeros has a jump at each edge of contact. The eigenvalues of S⁻¹ Eᵀ K E then extend
-//! from 1 to 5 or even 20 and grow with the logarithm of the ratio of wavelength to contact size,
-//! because corrections of long waves are far too large. With the present E the largest eigenvalue
+//! Extension by zeros has a jump at each edge of contact, and its corrections of long waves are far
+//! too large. The eigenvalues of S⁻¹ Eᵀ K E then extend from 1 to 5 or even 20 and grow with the
+//! logarithm of the ratio of wavelength to contact size. With the present E the largest eigenvalue
 //! is 1.2 to 1.4 on all meshes, for all spectra, and from light loads to nearly full contact.
 //!
 //! E is a pyramid of means. The smallest blocks have 4 × 4 nodes, and each larger block has 2 × 2
-//! blocks of the next smaller size. Each block gets a weighted mean of the residual at its free
-//! nodes and of the *outer value*, which is interpolated linearly from the values of larger blocks
-//! and counts as [`WEIGHT`] of the block's nodes. The outer value of the largest block is zero. The
+//! blocks of the next smaller size. Each block gets a weighted mean of two values: the residual at
+//! its free nodes, and the *outer value*, which is interpolated linearly from larger blocks. The
+//! outer value counts as [`WEIGHT`] of the block's nodes; that of the largest block is zero. The
 //! extension therefore decays with the distance from contact, more slowly where contact is sparse.
 //! Without decay, the residual of an isolated node would spread to its nearest neighbours at any
 //! distance.
@@ -42,7 +42,7 @@ const SIDE: usize = 4;
 /// to 2.
 const WEIGHT: f32 = 0.25;
 
-/// Pyramid of means. It treats the mesh as periodic, which suffices for a preconditioner.
+/// Pyramid of means on a mesh that it treats as periodic, which suffices for a preconditioner.
 pub struct Extension {
     levels: Vec<Level>,
     /// Values that each row of smallest blocks has collected for the previous row of blocks, and

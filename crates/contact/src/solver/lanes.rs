@@ -213,7 +213,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         self
     }
 
-    /// Returns the sum. Adds numbers eight lanes apart, then four, two and one.
+    /// Returns the sum of all lanes; adds numbers eight lanes apart, then four, two and one.
     #[inline(always)]
     pub fn total(mut self) -> f64 {
         let mut registers = R;

@@ -1,9 +1,9 @@
 //! Line search along a step before the gap after it is known, and prediction of step lengths.
 //!
 //! Let m be the clipped step. All pressures are then scaled by s to restore their mean. Together
-//! the pressure p changes by d = s m + (s − 1) p, and the displacement by A d = s A m + (s − 1) u,
-//! where u is the displacement under p. With the gap g, the line search follows from sums over m,
-//! p, g and u, and from ⟨m, A m⟩.
+//! this changes the pressure p by d = s m + (s − 1) p, and the displacement u under p by A d = s A
+//! m + (s − 1) u. With the gap g, the line search follows from sums over m, p, g and u, and from
+//! ⟨m, A m⟩.
 //!
 //! If the material yields, saturated pressures must not be scaled, and the displacement due to
 //! scaling elastic pressures alone is unknown. Therefore d = m, and the next direction restores the
@@ -41,8 +41,8 @@ pub struct LineSearch {
 }
 
 impl LineSearch {
-    /// Creates the line search of a step after which pressures add up to `reference_sum +
-    /// sums.pressure_increment` instead of `total`.
+    /// Creates the line search of a step after which pressures add up to the sum of `reference_sum`
+    /// and `sums.pressure_increment`, and not to `total`.
     ///
     /// Gaps are displacements − heights − `reference`.
     pub fn new(sums: &Sums, reference_sum: f64, total: f64, reference: f64) -> Self {
@@ -137,8 +137,8 @@ const STEPS: usize = 16;
 /// length of one half, first loads take half as many pairs again.
 const INITIAL_STEP: f64 = 0.9;
 
-/// Range of step lengths. It contains those that surfaces of all kinds were seen to need, so that a
-/// load that ends in rounding does not spoil the next. More than 1 would only help nodes that are
+/// Smallest and largest step length that surfaces of all kinds were seen to need, so that a load
+/// that ends in rounding does not spoil the next. Lengths above 1 would only help nodes that are
 /// about to be released; one load may have many of them, and the next none.
 const STEP_RANGE: (f64, f64) = (0.1, 1.0);
 

@@ -1,6 +1,6 @@
-//! Nested iteration: an initial guess from coarser meshes, for loads far from earlier ones.
+//! Nested iteration for an initial guess from coarser meshes, for loads far from earlier ones.
 //!
-//! The contact is first solved on a mesh of every second node along both axes, whose initial guess
+//! The contact is first solved on a mesh of every second node along both axes. Its initial guess
 //! comes from a mesh of every fourth node, and so on down to a mesh of negligible cost (Brandt,
 //! *Math. Comput.* 31, 1977, 333). Pressure p and gap g of a mesh are combined in one map, s p − g,
 //! which is positive in contact and negative where the gap is open. This map is interpolated to the

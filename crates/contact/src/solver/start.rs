@@ -12,9 +12,10 @@
 //!   area is known within a factor and the surface is highest in contact.
 //! - Otherwise the guess is the pressure of full contact.
 //!
-//! Under 0.006 E* × rms slope (k_lower = 4, k_upper = 64, 1024²), of 100 nodes in contact 71 are
-//! among the same number of highest nodes, and 46 among the same number of nodes with the largest
-//! pressure of full contact. Under 0.3 E* × rms slope these are 85 and 90.
+//! These choices were compared at k_lower = 4, k_upper = 64 on 1024² nodes. Under 0.006 E* × rms
+//! slope, 71 per cent of the nodes in contact are among as many highest nodes, and 46 per cent are
+//! among as many nodes with the largest pressure of full contact. Under 0.3 E* × rms slope these
+//! are 85 and 90 per cent.
 
 use std::mem::{swap, take};
 use std::ops::RangeInclusive;

@@ -26,7 +26,7 @@ impl Solver {
     /// use asperity_contact::grid::Grid;
     /// use asperity_contact::solver::Solver;
     ///
-    /// // A wave of pressure of length λ causes a displacement of λ/(π E*) times itself.
+    /// // A pressure wave of wavelength λ causes a displacement of λ/(π E*) times the pressure.
     /// let grid = Grid::square(32, 1.0)?;
     /// let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0] as f64 / 32.0).cos();
     /// let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect();

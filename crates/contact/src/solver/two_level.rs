@@ -3,9 +3,9 @@
 //!
 //! If the material yields, most iterations of a load only find the strips of elastic nodes. Until
 //! these are found, corrections need not be as accurate as those of `conjugate_gradients`. Let r be
-//! the gap of free nodes, P r its means over the blocks of `extension`, in which nodes that are not
-//! free count with the extension, and Π r its means over the free nodes of each block. The
-//! correction is
+//! the gap of free nodes and Π r its means over the free nodes of each block of `extension`. Let P
+//! r be the means over all nodes of each block after extending r to the nodes that are not free.
+//! The correction is
 //!
 //! s (r − Π r) + Pᵀ K P r.
 //!

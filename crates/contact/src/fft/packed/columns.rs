@@ -1,11 +1,11 @@
-//! Transforms of columns, product with the kernel and inverse transforms, for a tile and its
-//! opposite.
+//! Convolution of a tile and its opposite along columns: transforms, product with the kernel and
+//! inverse transforms.
 //!
-//! Frequencies are written as (k, p) for k + pM with M blocks: k is the block and p the index in
-//! the block. The opposite frequency is in block M − k at L − 1 − p. For k = 0 it is in the same
-//! block at L − p (0 if p = 0). Opposite frequencies have the same kernel factors, so these are
-//! stored for half of the blocks. Block k of a tile is multiplied with block M − k of the opposite
-//! tile, and block k of the opposite tile with block M − k of the tile.
+//! With M blocks, the frequency k + pM has index p in block k. Its opposite is in block M − k at
+//! index L − 1 − p. For k = 0 it is in block 0 at L − p (at 0 if p = 0). Opposite frequencies have
+//! the same kernel factors, so these are stored for half of the blocks. Block k of a tile is
+//! multiplied together with block M − k of the opposite tile, and block k of the opposite tile with
+//! block M − k of the tile.
 
 use std::f64::consts::TAU;
 
@@ -22,12 +22,13 @@ pub struct Columns<T> {
     nodes: [usize; 2],
     lanes: usize,
     stages: Stages<T, false>,
-    /// cos 2πk_x/N_x, then sin, for the L frequencies of each block with stored factors.
+    /// The L cosines, then the L sines, of 2πk_x/N_x for each block with stored factors.
     turns: Aligned<T>,
 }
 
 impl<T: Real> Columns<T> {
-    /// Plans columns of N_x/2 complex numbers.
+    /// Plans columns of N_x/2 complex numbers. Returns `None` if their number of blocks has other
+    /// factors than 2, 3 and 5.
     pub fn new(nodes: [usize; 2], lanes: usize) -> Option<Self> {
         let length = nodes[0];
         let blocks = length / 2 / lanes;
@@ -46,11 +47,12 @@ impl<T: Real> Columns<T> {
         })
     }
 
-    /// Computes S and D of a kernel for each tile, block and frequency p along a row, one register
-    /// each.
+    /// Computes S and D of a kernel for each tile, block and frequency p along a row; each S and
+    /// each D is one register.
     ///
-    /// Only tiles and blocks up to their own opposites are stored. Both are doubled, because only
-    /// half as many complex numbers are transformed as there are nodes.
+    /// Only the first half of the tiles and of the blocks is stored, because opposite frequencies
+    /// have the same factors. S and D are doubled, because only half as many complex numbers are
+    /// transformed as there are nodes.
     pub fn kernel(
         &self,
         threads: &Threads,
@@ -88,7 +90,8 @@ impl<T: Real> Columns<T> {
         (blocks / 2 + 1) * 2 * self.lanes * self.lanes
     }
 
-    /// Pairs each tile with its opposite; `block_indices` are the indices of the tiles by k.
+    /// Pairs each tile with its opposite. `block_indices` are the indices of the tiles with the
+    /// frequencies k = 0, 1, ….
     pub fn pairs<'a>(
         &self,
         tiles: impl Iterator<Item = &'a mut [T]>,
@@ -109,22 +112,22 @@ impl<T: Real> Columns<T> {
     }
 }
 
-/// A tile and its opposite, which may be the same tile.
+/// Tile and its opposite, which may be the same tile.
 pub struct Pair<'a, T> {
     near: &'a mut [T],
     far: Option<&'a mut [T]>,
     /// S and D of the tile `near`.
     kernel: &'a [T],
-    /// True for the tile of the lowest frequencies.
+    /// True for the tile with k = 0.
     lowest: bool,
-    /// Share of this pair in Σ map × convolved map, the result.
+    /// Contribution of this pair to Σ map × convolved map, computed by the convolution.
     pub sum: f64,
 }
 
 pub struct Convolve<'a, 'b, T> {
     pub columns: &'a Columns<T>,
     pub pair: &'a mut Pair<'b, T>,
-    /// Space for a whole tile, or for two if rows are missing.
+    /// Space for a whole tile, or for two if tiles must be padded.
     pub spare: &'a mut [T],
 }
 
@@ -173,7 +176,7 @@ impl<T: Real> Work<T> for Convolve<'_, '_, T> {
     }
 }
 
-/// Copies a tile and pads its missing rows with zeros.
+/// Copies a tile, with zeros for its missing rows.
 #[inline(always)]
 fn pad_tile<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
     let half = tile.len() / 2;
@@ -201,11 +204,11 @@ fn total<R: Registers<Number: Real>>(lanes: R::Lanes) -> f64 {
     numbers.iter().map(|number| (*number).into()).sum()
 }
 
-/// Finishes the transforms of a tile and its opposite, multiplies, and begins the inverse
-/// transforms.
+/// Completes the transforms of a tile and its opposite, multiplies them by the kernel, and begins
+/// the inverse transforms.
 ///
-/// Returns Σ before × after for either tile; by Parseval's theorem their total is Σ map × convolved
-/// map.
+/// Returns Σ before × after for either tile. By Parseval's theorem their total over all tiles is Σ
+/// map × convolved map.
 #[inline(always)]
 fn multiply<R: Registers<Number: Real>>(
     r: R,
@@ -251,8 +254,8 @@ fn multiply<R: Registers<Number: Real>>(
     sums
 }
 
-/// Multiplies a frequency and its opposite by S and D, given cos θ and sin θ, and adds before ×
-/// after to the sums.
+/// Multiplies a frequency and its opposite by the kernel with S and D, given cos θ and sin θ. Adds
+/// before × after to the sums.
 #[inline(always)]
 fn multiply_pair<R: Registers>(
     r: R,
@@ -262,7 +265,7 @@ fn multiply_pair<R: Registers>(
     [own, other]: [&mut R::Lanes; 2],
 ) {
     let direct = r.sub_product(sum, difference, sin);
-    // At −k, the sine is the same; D and the cosine change sign.
+    // At −k, the sine is the same, and D and the cosine change sign.
     let direct_opposite = r.add_product(sum, difference, sin);
     let crossed = r.mul(difference, cos);
     let (a, b) = (*here, *there);
@@ -280,13 +283,13 @@ fn multiply_pair<R: Registers>(
     }
 }
 
-/// Order of the frequencies of a block.
+/// Order in which the frequencies of a block are stored.
 #[derive(Clone, Copy)]
 enum Order {
     Ascending,
-    /// Each frequency at the index that its opposite has in [`Order::Ascending`].
+    /// Order in which each frequency is at the index that its opposite has in [`Order::Ascending`].
     Descending,
-    /// The descending order of block 0.
+    /// Descending order of block 0.
     DescendingFromZero,
 }
 
@@ -306,8 +309,8 @@ impl Order {
     }
 }
 
-/// Applies [`fourier`] to one part of the registers after another, because the processor has too
-/// few registers for whole ones.
+/// Applies [`fourier`] to one part of all registers after another, because the processor has too
+/// few registers for the whole.
 #[inline(always)]
 fn fourier_in_parts<R: Registers<Number: Real>>(r: R, x: &mut [Complex<R::Lanes>]) {
     if R::PARTS == 1 {
@@ -340,7 +343,8 @@ fn parts_mut<R: Registers>(lanes: &mut R::Lanes) -> &mut [PartOf<R>] {
 
 /// Transforms a block along both sides.
 ///
-/// On entry lanes are columns; on return lanes are frequencies along them, in `order`.
+/// Before the transform lanes are columns. Afterwards lanes are frequencies along columns, in
+/// `order`.
 #[inline(always)]
 fn transform_block<R: Registers<Number: Real>>(
     r: R,
@@ -371,7 +375,7 @@ fn transform_block<R: Registers<Number: Real>>(
     x
 }
 
-/// Inverts [`transform_block`], up to a factor of L².
+/// Applies the unnormalised inverse of [`transform_block`]; the result is scaled by L².
 #[inline(always)]
 fn inverse_block<R: Registers<Number: Real>>(
     r: R,

@@ -1,9 +1,9 @@
 //! Stages of a Fourier transform, down to blocks of one register's length.
 //!
-//! Forward, each stage splits blocks into as many parts as its radix (decimation in frequency). The
-//! inverse joins them again (decimation in time). Between the two, blocks stay in the order of
-//! [`Stages::block_indices`]; nothing is reordered. The parts of a block are short Fourier sums,
-//! computed in registers.
+//! In the forward transform, each stage splits blocks into as many parts as its radix (decimation
+//! in frequency). In the inverse transform, each stage joins them again (decimation in time). In
+//! between, blocks stay in the order of [`Stages::block_indices`]; nothing is reordered. The parts
+//! of a block are short Fourier sums, computed in registers.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -13,10 +13,10 @@ use crate::fft::Real;
 use crate::fft::registers::{PartOf, Registers};
 use crate::fft::rows::Aligned;
 
-/// Stages of a transform of `length` numbers, down to blocks of the registers' lanes.
+/// Stages of a Fourier transform of a given length, down to blocks of one register.
 ///
-/// If `ALONG`, consecutive numbers of one transform share a register. Otherwise each lane belongs
-/// to another transform.
+/// If `ALONG` is true, consecutive numbers of one transform share a register. Otherwise each lane
+/// belongs to a different transform.
 pub struct Stages<T, const ALONG: bool> {
     stages: Vec<Stage<T>>,
     block_indices: Vec<usize>,
@@ -24,15 +24,16 @@ pub struct Stages<T, const ALONG: bool> {
 
 struct Stage<T> {
     radix: usize,
-    /// Registers in a block that this stage splits.
+    /// Number of registers in a block that this stage splits.
     block: usize,
-    /// exp(−2πi jq/length) for each j of a part and each part q from 1: real and imaginary, each
-    /// one register long if `ALONG`, otherwise one number.
+    /// exp(−2πi jq/length) for each index j within a part and each part q from 1, as real and
+    /// imaginary parts. Each of these is one register if `ALONG`, otherwise one number.
     twiddles: Aligned<T>,
 }
 
 impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
-    /// Returns `None` unless `length / lanes` has only the factors 2, 3 and 5.
+    /// Plans the stages of a transform of `length` numbers. Returns `None` unless `length / lanes`
+    /// has only the factors 2, 3 and 5.
     pub fn new(length: usize, lanes: usize) -> Option<Self> {
         let radices = radices(length / lanes)?;
         let width = if ALONG { lanes } else { 1 };
@@ -41,7 +42,7 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         let mut block = length;
         for radix in radices {
             let part = block / radix;
-            // The lowest digit of a frequency is the part that contains it.
+            // The lowest digit of a frequency is the index of the part that contains it.
             block_indices = (0..radix)
                 .flat_map(|q| block_indices.iter().map(move |index| index + q * part / lanes))
                 .collect();
@@ -55,8 +56,8 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         Some(Self { stages, block_indices })
     }
 
-    /// Returns, for each k < K, the index of the block with the frequencies k, k + K, k + 2K, …,
-    /// where K is the number of blocks.
+    /// Returns the order of the blocks. Element k is the index of the block with the frequencies k,
+    /// k + K, k + 2K, …, where K is the number of blocks.
     pub fn block_indices(&self) -> &[usize] {
         &self.block_indices
     }
@@ -79,7 +80,8 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         }
     }
 
-    /// Inverts [`Stages::forward`], times the number of blocks.
+    /// Applies the unnormalised inverse of [`Stages::forward`]; the result is scaled by the number
+    /// of blocks.
     #[inline(always)]
     pub fn inverse<R: Registers<Number = T>>(
         &self,
@@ -162,7 +164,7 @@ impl<T: Real> Stage<T> {
         }
     }
 
-    /// Returns the twiddle factors of each j in turn.
+    /// Iterates over the twiddle factors of each index j within a part.
     #[inline(always)]
     fn twiddles_of<const RADIX: usize, const ALONG: bool, R: Registers<Number = T>>(
         &self,
@@ -177,7 +179,7 @@ fn at<V: Copy>(re: &[V], im: &[V], index: usize) -> Complex<V> {
     Complex { re: re[index], im: im[index] }
 }
 
-/// Returns the twiddle factor of part `q`, for one part of a register.
+/// Returns the twiddle factor of part `q`, for one processor register of each register.
 #[inline(always)]
 fn twiddle<const ALONG: bool, R: Registers>(
     part: R::Part,
@@ -209,7 +211,7 @@ fn twiddles<T: Real>(length: usize, radix: usize, width: usize) -> Aligned<T> {
     twiddles.into_iter().collect()
 }
 
-/// Factors `n` into radices, preferring eights but avoiding a stage of two.
+/// Factors `n` into radices, with as many eights as possible without a stage of two.
 fn radices(mut n: usize) -> Option<Vec<usize>> {
     let mut radices = Vec::new();
     for odd in [5, 3] {
@@ -231,7 +233,7 @@ fn radices(mut n: usize) -> Option<Vec<usize>> {
     Some(radices)
 }
 
-/// Complex numbers in the lanes of two registers.
+/// Complex numbers, with real and imaginary parts in the lanes of two registers.
 #[derive(Clone, Copy)]
 pub struct Complex<V> {
     pub re: V,
@@ -296,7 +298,7 @@ fn constant<R: Registers>(r: R, value: f64) -> R::Lanes {
     r.splat(R::Number::nearest(value))
 }
 
-/// Replaces x by X_k = Σ x_j exp(−2πi jk/n), for n of 2, 3, 4, 5, 8 and 16.
+/// Replaces x by its Fourier sums X_k = Σ x_j exp(−2πi jk/n), for n of 2, 3, 4, 5, 8 and 16.
 #[inline(always)]
 pub fn fourier<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     match x {
@@ -344,7 +346,7 @@ fn five<R: Registers>(r: R, [a, b, c, d, e]: [Complex<R::Lanes>; 5]) -> [Complex
     ]
 }
 
-/// Combines two sums of four: those of the even and of the odd terms.
+/// Combines two sums of four, one over the even and one over the odd terms.
 #[inline(always)]
 fn eight<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     let even = four(r, [x[0], x[2], x[4], x[6]]);
@@ -363,7 +365,7 @@ fn eight<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     x[7] = plus_scaled(r, even[3], half_root, five_eighths);
 }
 
-/// Combines four sums of four, each of every fourth term, by four more sums of four.
+/// Combines four sums of four, each over every fourth term, by four more sums of four.
 #[inline(always)]
 fn sixteen<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     let mut columns = [[x[0]; 4]; 4];
@@ -383,7 +385,7 @@ fn sixteen<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     }
 }
 
-/// Sine and cosine of one and of two fifths of a turn.
+/// Sine and cosine of one fifth and of two fifths of a turn.
 const FIFTHS: [[f64; 2]; 2] = [
     [0.951_056_516_295_153_5, 0.309_016_994_374_947_45],
     [0.587_785_252_292_473_2, -0.809_016_994_374_947_3],

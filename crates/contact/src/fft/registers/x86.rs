@@ -189,7 +189,7 @@ fn zip_4(v: V3, a: __m256d, b: __m256d) -> [__m256d; 2] {
     ]
 }
 
-/// A computation and the registers that it runs on.
+/// Computation, and the registers on which it runs.
 struct Run<W, R>(W, R);
 
 impl<R: Registers, W: Work<R::Number>> NullaryFnOnce for Run<W, R> {

@@ -1,8 +1,9 @@
 //! Passes between the levels of the pyramid.
 //!
-//! Values of blocks are interpolated linearly along each side to their parts, and collected by the
-//! transpose. A part of a block lies between the centres of its block and of a neighbouring one.
-//! Rows are stored with one more block at each end, because they are periodic.
+//! The values of blocks are interpolated linearly along each axis to their parts, which are smaller
+//! blocks or nodes; the transpose collects values of parts. A part lies between the centres of the
+//! block that contains it and of a neighbouring block. Rows are stored with one additional block at
+//! each end, because they are periodic.
 
 use pulp::Simd;
 
@@ -11,7 +12,7 @@ use crate::solver::lanes::Pass;
 
 const HALVES: usize = 2;
 
-/// Sets larger blocks to the sums of their quarters.
+/// Sets each larger block to the sum of its quarters.
 pub struct SumQuarters<'a> {
     fine: [usize; 2],
     values: &'a [f32],
@@ -45,15 +46,15 @@ impl Pass<f32> for SumQuarters<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Turns sums over blocks into means with the values around them.
+/// Turns the sum of each block into its mean, weighted with the outer value.
 pub struct MeansWithOuter<'a> {
     free: &'a [f32],
     around: f32,
     coarse: [usize; 2],
     values: &'a [f32],
-    /// A row of larger blocks with one more before and after.
+    /// Row of larger blocks, with one more before and after.
     mixed: Vec<f32>,
-    /// The same row interpolated to smaller blocks.
+    /// The same row, interpolated to smaller blocks.
     between: Vec<f32>,
 }
 
@@ -96,7 +97,7 @@ impl Pass<f32> for MeansWithOuter<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Adds the values that neighbouring rows collected for the smallest blocks.
+/// Adds the values that the neighbouring rows of smallest blocks have collected for each row.
 pub struct JoinRows<'a> {
     blocks: [usize; 2],
     for_neighbours: &'a [Vec<f32>; 2],
@@ -126,7 +127,7 @@ impl Pass<f32> for JoinRows<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Divides by the number of free nodes and the weight of the value around.
+/// Divides each value by the sum of the number of free nodes and the weight of the outer value.
 pub struct Divide<'a> {
     free: &'a [f32],
     around: f32,
@@ -154,13 +155,14 @@ impl Pass<f32> for Divide<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Sets larger blocks to the sums of their shares in smaller ones.
+/// Applies the transpose of the interpolation of outer values: sets each larger block to a weighted
+/// sum of smaller blocks.
 pub struct TransposeInterpolation<'a> {
     fine: [usize; 2],
     weight: f32,
     coarse: [usize; 2],
     values: &'a [f32],
-    /// Weighted rows of smaller blocks with two more before and after.
+    /// Weighted sum of rows of smaller blocks, with two more blocks before and after.
     sums: Vec<f32>,
 }
 
@@ -201,7 +203,7 @@ impl Pass<f32> for TransposeInterpolation<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Adds the values of larger blocks to their quarters.
+/// Adds the value of each larger block to its quarters.
 pub struct AddParent<'a> {
     coarse: [usize; 2],
     values: &'a [f32],
@@ -238,20 +240,22 @@ fn add(sums: &mut [f32], values: &[f32], factor: f32) {
     }
 }
 
-/// Returns the weights of the own and of the neighbouring block for part `part` of `SIDE`.
+/// Returns the weights of the containing and of the neighbouring block for part `part` of `SIDE`.
 #[inline(always)]
 pub fn weights<const SIDE: usize>(part: usize) -> [f32; 2] {
     let other = (2 * part + 1).abs_diff(SIDE) as f32 / (2 * SIDE) as f32;
     [1.0 - other, other]
 }
 
-/// Returns whether the neighbouring block of a part is the one before.
+/// Returns whether the neighbouring block of a part is the previous one; otherwise it is the next
+/// one.
 #[inline(always)]
 pub fn is_before<const SIDE: usize>(part: usize) -> bool {
     part < SIDE / 2
 }
 
-/// Returns the own and the neighbouring block of a part, with their weights; `blocks` are periodic.
+/// Returns the containing and the neighbouring block of a part, with their weights; `blocks` are
+/// periodic.
 #[inline(always)]
 pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 2] {
     let (block, part) = (index / SIDE, index % SIDE);
@@ -261,14 +265,14 @@ pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 
     [(block, own), (neighbour, other)]
 }
 
-/// Sets the first and the last element of a row to periodic copies.
+/// Sets the first and the last element of a row to their periodic copies.
 #[inline(always)]
 pub fn repeat<V: Copy>(row: &mut [V]) {
     let last = row.len() - 1;
     (row[0], row[last]) = (row[last - 1], row[1]);
 }
 
-/// Interpolates blocks, which begin and end with one more.
+/// Interpolates a row of blocks to its parts; `blocks` has one more block before and after.
 #[inline(always)]
 pub fn interpolate<const SIDE: usize>(blocks: &[f32], parts: &mut [[f32; SIDE]]) {
     for (parts, near) in parts.iter_mut().zip(blocks.windows(3)) {
@@ -281,7 +285,8 @@ pub fn interpolate<const SIDE: usize>(blocks: &[f32], parts: &mut [[f32; SIDE]])
     }
 }
 
-/// Applies the transpose of [`interpolate`]; parts begin and end with those of one more block.
+/// Applies the transpose of [`interpolate`]; `parts` has the parts of one more block before and
+/// after.
 #[inline(always)]
 pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
     for (block, near) in blocks.iter_mut().zip(parts.windows(3)) {
@@ -289,7 +294,7 @@ pub fn gather<const SIDE: usize>(parts: &[[f32; SIDE]], blocks: &mut [f32]) {
         let (mut of_block, mut of_others) = (0.0, 0.0);
         for (part, own) in own.iter().enumerate() {
             let [of_own, of_other] = weights::<SIDE>(part);
-            // The first parts of the next block lie towards this one.
+            // The first parts of the next block lie towards this block.
             let other = if is_before::<SIDE>(part) { after[part] } else { before[part] };
             of_block += of_own * own;
             of_others += of_other * other;

@@ -1,7 +1,8 @@
-//! Rows of the mesh and rows of the smallest blocks: sums of the residual, the extension, its
-//! transpose, and means of blocks for the two-level preconditioner.
+//! Passes between rows of nodes and rows of the smallest blocks: sums of the residual, the
+//! extension, its transpose, and block means for the two-level preconditioner.
 //!
-//! Threads split passes at multiples of [`SIDE`] rows, so that one thread owns each row of blocks.
+//! Threads split passes at multiples of [`SIDE`] rows, so that each row of blocks belongs to one
+//! thread.
 
 use pulp::Simd;
 
@@ -14,13 +15,13 @@ use crate::threads::Threads;
 
 const _: () = assert!(ROW_BATCH.is_multiple_of(SIDE));
 
-/// Rows of the residual of free nodes, which are added up to blocks.
+/// Rows of the residual of free nodes, which are added up in blocks.
 pub struct ResidualRows<'a> {
     rows: usize,
     blocks: usize,
     free: Band<'a, f32>,
     values: Band<'a, f32>,
-    /// Count of free nodes and sum of residuals in the present row of blocks, for each column of
+    /// Number of free nodes and sum of residuals in the present row of blocks, for each column of
     /// nodes.
     sums: [Vec<f32>; 2],
 }
@@ -44,8 +45,8 @@ impl Extension {
 }
 
 impl ResidualRows<'_> {
-    /// Adds a row of the residual, which is zero where nodes are not free; only groups with a free
-    /// node count.
+    /// Adds a row of the residual, which must be zero at nodes that are not free. Only groups
+    /// marked in `groups`, which have a free node, are added.
     #[inline(always)]
     pub fn add_row<S: Simd, const R: usize>(
         &mut self,
@@ -108,9 +109,9 @@ fn add_residual<S: Simd, const R: usize>(
 
 pub struct ExtendedRows<'a> {
     smallest: &'a Level,
-    /// A row of blocks with one more before and after.
+    /// Row of blocks with one more before and after.
     near: Vec<f32>,
-    /// The previous, present and next row of blocks, interpolated along the row.
+    /// Previous, present and next row of blocks, interpolated along the row.
     rows: [Vec<f32>; 3],
     here: Option<usize>,
 }
@@ -126,9 +127,10 @@ impl<'a> ExtendedRows<'a> {
         }
     }
 
-    /// Returns the two rows between which a row of the extension lies, with their weights.
+    /// Returns the two rows of blocks between which a row of the extension is interpolated, with
+    /// their weights.
     ///
-    /// They may be longer than the row.
+    /// Both may be longer than the row.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> [(&[f32], f32); 2] {
         let (block, part) = (row.index() / SIDE, row.index() % SIDE);
@@ -168,19 +170,19 @@ impl<'a> ExtendedRows<'a> {
     }
 }
 
-/// Returns whether a row is the last of its row of blocks.
+/// Returns whether a row is the last one of its row of blocks.
 #[inline(always)]
 pub fn ends_blocks(row: Row, rows: usize) -> bool {
     row.index() % SIDE == SIDE - 1 || row.index() + 1 == rows
 }
 
-/// Rows of pressures on nodes that are not free, collected for blocks.
+/// Input of the transpose, rows of pressures on nodes that are not free, added up in blocks.
 pub struct TransposeInput<'a> {
     rows: usize,
     blocks: usize,
-    /// Values for the previous, present and next row of blocks.
+    /// Results for the previous, present and next row of blocks.
     bands: [Band<'a, f32>; 3],
-    /// Sums for these rows of blocks, for each column of nodes, with one block more before and
+    /// Sums for these three rows of blocks in each column of nodes, with one more block before and
     /// after.
     sums: [Vec<f32>; 3],
 }
@@ -208,8 +210,8 @@ fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
 }
 
 impl TransposeInput<'_> {
-    /// Collects a row of pressures except at free nodes; only `groups` have free nodes, and none
-    /// lie beyond the flags.
+    /// Collects a row of pressures except at free nodes. Only groups marked in `groups` have free
+    /// nodes; nodes beyond the length of `last_step` are not free.
     #[inline(always)]
     pub fn collect_row<S: Simd, const R: usize>(
         &mut self,
@@ -288,10 +290,10 @@ fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], va
     }
 }
 
-/// Rows of the result of the transpose, constant in each block; only free nodes use it.
+/// Output of the transpose, which is constant in each block and used at free nodes only.
 pub struct TransposeOutput<'a> {
     smallest: &'a Level,
-    /// The present row of blocks, repeated for each node.
+    /// Present row of blocks, with the value of each block repeated for each of its nodes.
     nodes: Vec<f32>,
     here: Option<usize>,
 }
@@ -301,7 +303,7 @@ impl<'a> TransposeOutput<'a> {
         Self { smallest, nodes: vec![0.0; SIDE * smallest.blocks[1]], here: None }
     }
 
-    /// Adds the result to a row, in groups with a free node.
+    /// Adds the output of the transpose to a row, in groups with a free node.
     #[inline(always)]
     pub fn add_to_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
         let block = row.index() / SIDE;
@@ -336,7 +338,7 @@ fn give(values: &mut [f32], given: &[f32]) {
     }
 }
 
-/// Nodes of a whole block. Nodes missing at the end of the mesh count as not free.
+/// Number of nodes of a whole block. Nodes missing at the end of the mesh count as not free.
 const AREA: f32 = (SIDE * SIDE) as f32;
 
 impl Extension {
@@ -344,8 +346,8 @@ impl Extension {
         self.levels[0].blocks
     }
 
-    /// Computes means of blocks from the residual of free nodes and its extension, and sets `sums`
-    /// to the sums over free nodes.
+    /// Computes block means of the residual of free nodes and its extension, and sets `sums` to the
+    /// sums of the residual over free nodes.
     pub fn extend_means<'a>(&'a mut self, threads: &Threads, sums: &'a mut [f32]) -> Means<'a> {
         self.clear_beyond_map();
         sums.copy_from_slice(&self.levels[0].values);
@@ -353,10 +355,10 @@ impl Extension {
         Means { smallest: &self.levels[0], sums }
     }
 
-    /// Returns rows that collect the pressures of block means.
+    /// Returns a pass over the pressures of block means, which prepares the transpose.
     ///
-    /// `sums` is replaced by the pressures for free nodes: that of their mean, minus `stiffness`
-    /// times their mean.
+    /// It replaces each of `sums` by the pressure to be added at the free nodes of the block: the
+    /// pressure of the block mean, minus `stiffness` times the mean residual of the free nodes.
     pub fn block_pressures<'a>(
         &'a mut self,
         stiffness: f32,
@@ -371,7 +373,8 @@ impl Extension {
         }
     }
 
-    /// Computes the transpose of [`Extension::extend_means`], and adds `given`.
+    /// Applies the transpose of [`Extension::extend_means`], and adds the pressures `given` of each
+    /// block.
     pub fn collect_means(&mut self, threads: &Threads, given: &[f32]) {
         self.hand_down(threads);
         let smallest = &mut self.levels[0];
@@ -381,7 +384,7 @@ impl Extension {
 
 pub struct Means<'a> {
     smallest: &'a Level,
-    /// Sums of the residual over free nodes.
+    /// Sums of the residual over the free nodes of each block.
     sums: &'a [f32],
 }
 
@@ -406,7 +409,7 @@ pub struct BlockPressures<'a> {
     stiffness: f32,
     free: &'a [f32],
     for_others: Band<'a, f32>,
-    /// Sums over free nodes, replaced by the pressures for them.
+    /// Sums of the residual over free nodes, replaced by the pressures to be added at these nodes.
     given: Band<'a, f32>,
 }
 
@@ -417,7 +420,7 @@ impl Pass<f32> for BlockPressures<'_> {
         let nodes = residual.iter().zip(row.of(self.free));
         for ((for_others, given), (residual, free)) in blocks.zip(nodes) {
             *for_others = (AREA - free) * residual;
-            // A sum over no node is zero.
+            // A block without free nodes has a sum of zero.
             *given = residual - self.stiffness * *given / free.max(1.0);
         }
     }

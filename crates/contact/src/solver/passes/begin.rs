@@ -1,8 +1,8 @@
-//! Passes that begin or end a search.
+//! Passes at the beginning and at the end of the iterations of a load.
 //!
-//! They compute the first residual from a gap and its pressure, start a single-precision search
-//! from given pressures, and combine the result of a search for a finer mesh. Pressures are stored
-//! as increments to a [`ReferencePressure`].
+//! They compute the first residual from a gap and its pressure, start the inner solver from given
+//! pressures, and combine its result for a finer mesh. Pressures are stored as increments to a
+//! [`ReferencePressure`].
 
 use pulp::Simd;
 
@@ -17,8 +17,8 @@ use crate::solver::lanes::{
 use crate::solver::nearing::{Expected, LimitedGap};
 use crate::solver::prolongation::Prolonged;
 
-/// Computes the first residual from the last gap and pressure, or from their extrapolation; a pass
-/// over pressures.
+/// Computes the first residual from the last gap and pressure or from their extrapolation. It runs
+/// as a pass over pressures.
 pub struct InitialResidual<'a, const YIELDS: bool> {
     pub extrapolation: Option<Extrapolation<'a>>,
     /// Nodes that may be free if they penetrate.
@@ -28,30 +28,30 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
     pub hardness: f64,
-    /// Last move of free nodes, if there is one to continue from; flags are set by pressure.
+    /// Last step of free nodes, if the iterations continue; flags are set by pressure.
     pub last_step: Band<'a, f32>,
-    /// Set where there are free nodes or pressures to change.
+    /// Set to the groups with free nodes or pressures.
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
     pub row: Vec<f32>,
     pub reference_pressure: ReferenceBand<'a>,
-    /// Set to the pressure minus the reference pressure.
+    /// Set to the difference of pressure and reference pressure.
     pub pressure_increment: Band<'a, f32>,
     pub seen: InOrder<GapSums>,
     pub reference_sum: InOrder<f64>,
-    /// Σ pressure within its bounds, if the material yields.
+    /// Σ pressure, clipped at its bounds, if the material yields.
     pub bounded_sum: InOrder<f64>,
 }
 
 /// Straight line through the last two solutions.
 pub struct Extrapolation<'a> {
-    /// Distance from the last solution, in units of that between the two.
+    /// Ratio of the next increment of the load to the last one.
     pub reach: f64,
     pub earlier_pressure: Band<'a, f32>,
     pub earlier_gap: Band<'a, f32>,
 }
 
-/// Saves pressures in single precision; a pass over pressures.
+/// Saves pressures in single precision. It runs as a pass over pressures.
 pub struct SavePressure<'a>(pub Band<'a, f32>);
 
 impl Pass<f64> for SavePressure<'_> {
@@ -188,8 +188,8 @@ fn extrapolate(reach: f64, pressure: &mut [f64], earlier: &mut [f32]) {
 
 /// Extrapolates pressures up to the hardness.
 ///
-/// Nodes at the hardness under both loads stay there: the previous pressure is in single precision,
-/// and its difference from the last one is rounding.
+/// Nodes at the hardness under both loads stay there. The previous pressure is in single precision,
+/// so its difference from the last pressure is rounding.
 #[inline(always)]
 fn extrapolate_bounded(reach: f64, hardness: f64, pressure: &mut [f64], earlier: &mut [f32]) {
     let nearest = hardness as f32;
@@ -218,7 +218,7 @@ fn extrapolate_single<S: Simd, const R: usize>(
     }
 }
 
-/// Turns increments and last moves into pressures when a search ends.
+/// Converts increments to pressures after the pending update of the last step.
 #[derive(Clone, Copy)]
 pub struct AppliedUpdate {
     scale: f32,
@@ -235,7 +235,7 @@ impl AppliedUpdate {
         }
     }
 
-    /// Returns the pressure of a node; the last move counts if the node is free.
+    /// Returns the pressure of a node; the last step is undone in part if the node is free.
     #[inline(always)]
     fn pressure(&self, increment: f32, last_step: f32) -> f32 {
         let step = weight::<f32>(has(last_step, FREE)) * last_step;
@@ -271,8 +271,8 @@ impl StartPressure<'_> {
     }
 }
 
-/// Begins the convolution of the pressures from which a search starts, and sets the gap without
-/// displacements, which are added later.
+/// Begins the convolution of the initial pressures, and sets the gap without displacements, which
+/// are added later.
 pub struct BeginPressed<'a, const YIELDS: bool> {
     pub start: StartPressure<'a>,
     pub ceiling: f32,
@@ -280,7 +280,7 @@ pub struct BeginPressed<'a, const YIELDS: bool> {
     pub reference: f32,
     pub gap: Band<'a, f32>,
     pub pressure_increment: Band<'a, f32>,
-    /// Flags are set by pressure; last moves are zero.
+    /// Set to zero, with flags by pressure.
     pub last_step: Band<'a, f32>,
     pub active: ActiveBand<'a>,
     pub sums: InOrder<PressedSums>,
@@ -357,7 +357,8 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
     }
 }
 
-/// Computes s × pressure − gap of a search whose reference pressure is zero; a pass over that map.
+/// Computes s × pressure − gap, for a reference pressure of zero. It runs as a pass over the
+/// resulting map.
 pub struct PressureLessGap<'a> {
     pub compliance: f32,
     pub offset: f32,
@@ -391,11 +392,12 @@ impl Pass<f32> for PressureLessGap<'_> {
     }
 }
 
-/// Tolerance below which pressures are increments to a reference pressure. Single precision holds a
-/// pressure to 6e-8 of it, and a gap to about as much of a mesh step at unit rms slope.
+/// Tolerance below which pressures are increments to a reference pressure. Single precision rounds
+/// a pressure to a fraction of 6e-8, and a gap to about as large a fraction of a mesh step at unit
+/// rms slope.
 const FINE: f64 = 1e-5;
 
-/// Reference pressure of a search: zero, or a map if the tolerance is small.
+/// Reference pressure of the iterations: zero, or a map if the tolerance is small.
 pub struct ReferencePressure {
     zeros: Vec<f32>,
     rows: usize,
@@ -407,7 +409,7 @@ impl ReferencePressure {
         Self { zeros: vec![0.0; row_nodes], rows, map: Vec::new() }
     }
 
-    /// Prepares a search to a residual of `tolerance`.
+    /// Prepares iterations to a residual of `tolerance`.
     pub fn prepare(&mut self, tolerance: f64) {
         let cells = self.rows * self.zeros.len();
         let is_map = Self::is_map(tolerance);
@@ -418,7 +420,7 @@ impl ReferencePressure {
         self.map.fill(0.0);
     }
 
-    /// Returns whether a search to this tolerance needs a map.
+    /// Returns whether this tolerance requires a map.
     pub fn is_map(tolerance: f64) -> bool {
         tolerance < FINE
     }
@@ -436,14 +438,15 @@ impl ReferencePressure {
     }
 }
 
-/// Consecutive rows of a reference pressure, mutable.
+/// Mutable access to consecutive rows of a reference pressure.
 pub struct ReferenceBand<'a> {
     zeros: &'a [f32],
     map: Option<Band<'a, f32>>,
 }
 
 impl ReferenceBand<'_> {
-    /// Sets a row to the pressures in single precision if there is a map. Returns the row.
+    /// Sets a row to the pressures in single precision if there is a map. Returns the row, which is
+    /// zero otherwise.
     #[inline(always)]
     pub fn set_row(&mut self, row: Row, pressure: &[f64]) -> &[f32] {
         let Some(map) = &mut self.map else {
@@ -475,7 +478,7 @@ mod tests {
             [0, 1, 2, 3].map(|node| done.pressure(after[node], marked[node]))
         };
         let close = |found: [f32; 4], exact: [f32; 4]| {
-            // Flags are in the lowest bits of moves.
+            // The lowest bits of steps hold flags.
             let apart = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
             assert!(apart.into_iter().all(|by| by < 1e-6), "{found:?}, {exact:?}");
         };
@@ -483,7 +486,7 @@ mod tests {
         close(left(PendingUpdate::NONE, f64::INFINITY), after);
         let half = PendingUpdate { scale: 1.0, part: 0.5 };
         close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
-        // Without the flag of free nodes the number is no move.
+        // Without the flag of free nodes the number is not a step.
         let done = AppliedUpdate::new(PendingUpdate::ALL_BACK, f64::INFINITY);
         let unmarked = f32::from_bits(0.25_f32.to_bits() & !FREE | PRESSED);
         assert_eq!(done.pressure(1.0, unmarked), 1.0);

@@ -11,14 +11,14 @@ use crate::solver::flags::{
 };
 use crate::solver::lanes::{InOrder, Lanes, Pass, REST, greater, split, split_mut, weight};
 
-/// Writes pressures for a convolution.
+/// Writes the pressures to be convolved.
 pub struct PressureInput<'a> {
     pub pressure: &'a [f64],
     /// Pressure at which nodes are saturated.
     pub hardness: f64,
-    /// Last moves, whose flags are set by pressure.
+    /// Last steps, whose flags are set by pressure.
     pub last_step: Band<'a, f32>,
-    /// False to clear the last moves.
+    /// False to clear the last steps.
     pub keeps_steps: bool,
 }
 
@@ -39,7 +39,7 @@ impl Pass<f64> for PressureInput<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Computes the pressures of a search in double precision, and writes them for a convolution.
+/// Converts the pressures of the inner solver to double precision, and writes them to be convolved.
 pub struct PromotedInput<'a> {
     /// Factor that restores the mean of the pressures.
     pub scale: f64,
@@ -77,7 +77,7 @@ pub fn promote(factor: f64, reference_pressure: &[f32], increment: &[f32], press
     }
 }
 
-/// Computes the pressures of a search in double precision.
+/// Converts the pressures of the inner solver to double precision.
 pub struct Promote<'a> {
     pub factor: f64,
     pub reference_pressure: &'a ReferencePressure,
@@ -102,11 +102,11 @@ impl Pass<f64> for Promote<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Undoes a part of the last move.
+/// Undoes a part of the last step.
 pub struct TakeBack<'a> {
     pub part: f64,
     pub hardness: f64,
-    /// Last moves of free nodes, with flags.
+    /// Last steps of free nodes, with flags.
     pub last_step: &'a [f32],
 }
 
@@ -170,7 +170,8 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
     }
 }
 
-/// Turns displacements after a move into gaps, and computes the effect of the move.
+/// Turns displacements after a step into gaps, and computes the displacement under the step and the
+/// curvature.
 pub struct StepOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
@@ -181,15 +182,15 @@ pub struct StepOutput<'a, const YIELDS: bool> {
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
     pub gap: Band<'a, f32>,
-    /// Moves of free nodes before pressures were scaled; they are scaled too, and cleared
-    /// elsewhere.
+    /// Steps of free nodes before pressures were scaled. The scaling is added to them, and other
+    /// nodes are set to zero.
     pub last_step: Band<'a, f32>,
-    /// Set to displacements under the move.
+    /// Set to the displacements under the step.
     pub sample: SampleBand<'a>,
     pub found: Vec<f32>,
 }
 
-/// Scaling of a move, the same for all nodes.
+/// Scaling of the pressures after a step, and change of the reference, both the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct StepScaling {
     pub scale: f32,
@@ -257,9 +258,9 @@ impl<const YIELDS: bool> Pass<f64> for StepOutput<'_, YIELDS> {
 }
 
 impl StepScaling {
-    /// Stores the gaps `found`, and turns them into displacements under the move.
+    /// Stores the gaps `found` and turns them into displacements under the step.
     ///
-    /// Returns Σ move × displacement.
+    /// Returns Σ step × displacement.
     #[inline(always)]
     fn finish<S: Simd, const R: usize, const YIELDS: bool>(
         self,

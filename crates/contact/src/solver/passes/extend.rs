@@ -1,5 +1,5 @@
-//! Passes before and after the convolution with the stiffness, and nodal corrections, which need no
-//! transform.
+//! Passes before and after the convolution with the stiffness, and the nodal part of corrections,
+//! which needs no transform.
 
 use pulp::Simd;
 
@@ -9,9 +9,9 @@ use crate::solver::flags::{ALL, ActiveGroups, FREE};
 use crate::solver::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
 use crate::threads::Threads;
 
-/// Writes the residual of free nodes and its extension elsewhere for a transform.
+/// Writes the residual of free nodes, extended to the other nodes, to be convolved.
 ///
-/// The map may be a corner of the mesh; the extension covers the rest.
+/// If the map is a corner of a larger mesh, the extension covers the other nodes.
 pub struct Extend<'a> {
     pub map: [usize; 2],
     pub level: f32,
@@ -66,7 +66,8 @@ fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], o
     }
 }
 
-/// Choice between the residual and the extension, interpolated between two rows.
+/// Choice between the residual at free nodes and the extension, interpolated between two rows, at
+/// others.
 #[derive(Clone, Copy)]
 struct Choose {
     level: f32,
@@ -107,7 +108,7 @@ impl Choose {
 
 /// Collects the pressures on nodes that are not free from rows of corrections.
 pub struct CollectFixed<'a> {
-    /// Nodes of the map, around which no node is free.
+    /// Numbers of nodes of the map; nodes beyond it are not free.
     pub map: [usize; 2],
     pub last_step: &'a [f32],
     pub active: &'a ActiveGroups,
@@ -134,7 +135,7 @@ impl Pass<f32> for CollectFixed<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Nodal corrections, a stiffness times the gap above a level.
+/// Nodal part of corrections, a stiffness times the gap above a level.
 #[derive(Clone, Copy)]
 pub struct Nodal<'a> {
     pub gap: &'a [f32],
@@ -143,7 +144,7 @@ pub struct Nodal<'a> {
 }
 
 impl Nodal<'_> {
-    /// Shows these ascending pairs of rows of corrections to a pass, for a map of `nodes`.
+    /// Passes these ascending pairs of rows of corrections to `pass`, for a map of `nodes`.
     pub fn peek<P: Pass<f32>>(
         self,
         threads: &Threads,
@@ -156,7 +157,8 @@ impl Nodal<'_> {
         });
     }
 
-    /// Shows all corrections to a pass, and begins the convolution of the rows that replace them.
+    /// Passes all corrections to `pass`, and begins the convolution of the rows that it writes in
+    /// their place.
     pub fn begin<P: Pass<f32>>(
         self,
         row_nodes: usize,
@@ -179,7 +181,7 @@ impl Nodal<'_> {
     }
 }
 
-/// Rows of nodal corrections, and the pass that visits them.
+/// Pass over the rows of nodal corrections.
 struct NodalRows<'a, P> {
     of: Nodal<'a>,
     pass: P,

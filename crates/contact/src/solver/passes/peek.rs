@@ -1,5 +1,5 @@
-//! Passes over a sample of rows of corrections or gaps, where sums over all rows would cost a
-//! separate pass.
+//! Passes over a sample of the rows of corrections or gaps. Sums over all rows would take a
+//! separate pass over memory.
 
 use pulp::Simd;
 
@@ -10,18 +10,18 @@ use crate::solver::extension::{Extension, TransposeOutput};
 use crate::solver::flags::{ActiveGroups, FREE, PRESSED, SATURATED, has};
 use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
 
-/// Minimum number of free nodes in a sample; with fewer, all rows are visited.
+/// Minimum number of free nodes in a sample; with fewer, the pass visits all rows.
 pub const MIN_SAMPLE_NODES: f64 = 64.0;
 
 /// Means over free nodes, or zero if there are none.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Means {
     pub correction: f64,
-    /// Last move, before it was scaled.
+    /// Mean of the last step, before it was scaled.
     pub last_step: f64,
-    /// Correction, for rows of the sample only.
+    /// Mean correction over the rows of the sample.
     pub sampled_correction: f64,
-    /// Correction × displacement under the last move, for rows of the sample only.
+    /// Mean of correction × displacement under the last step over the rows of the sample.
     pub correction_on_image: f64,
 }
 
@@ -30,14 +30,14 @@ pub struct Peek<'a> {
     last_step: &'a [f32],
     groups: &'a ActiveGroups,
     sample: &'a Sample,
-    /// Result of the transpose of the extension, to be added to corrections.
+    /// Output of the transpose of the extension, to be added to corrections.
     given: TransposeOutput<'a>,
     sums: InOrder<PeekSums>,
-    /// Collects free nodes, if the material yields.
+    /// Free nodes that the pass collects if the material yields.
     candidates: Option<GatherCandidates<'a>>,
 }
 
-/// Sums of a row over free nodes.
+/// Counts and sums over the free nodes of a row.
 #[derive(Clone, Copy)]
 struct PeekSums {
     free_nodes: f64,
@@ -68,13 +68,13 @@ impl Accumulate for PeekSums {
     }
 }
 
-/// Collects free nodes, to balance a direction.
+/// Pass that collects free nodes, to balance a direction.
 pub struct GatherCandidates<'a> {
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
-    /// Factor of the last move that is still to be added to pressures.
+    /// Factor of the last step that is still to be added to pressures.
     pub of_step: f32,
-    /// Pressures and their changes by corrections.
+    /// Pressures of free nodes, and their changes by corrections.
     pub nodes: Nodes,
     pub candidate_steps: Vec<f32>,
     pub rows: usize,
@@ -230,19 +230,20 @@ impl Pass<f32> for Peek<'_> {
     }
 }
 
-/// Collects nodes whose pressure may change, from rows of the displacement under a move.
+/// Pass over displacements under a step that collects the nodes whose pressure may change.
 pub struct PeekGap<'a> {
     pub gap: &'a [f32],
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
-    /// Moves of free nodes, with flags by the pressure after them.
+    /// Steps of free nodes, with flags by the pressure after the step.
     pub last_step: &'a [f32],
     pub part: f32,
-    /// Decrease of the pressure per unit gap.
+    /// Decrease of the pressure for a unit gap.
     pub stiffness: f32,
-    /// Highest gap of nodes without pressure and lowest gap of saturated nodes that count.
+    /// Largest gap at which nodes without pressure count, and smallest gap at which saturated nodes
+    /// count.
     pub range: [f32; 2],
-    /// Pressures, and their changes for gaps above `level`.
+    /// Pressures of the collected nodes, and their changes by the gap above `level`.
     pub nodes: Nodes,
     pub level: f32,
 }
@@ -293,10 +294,10 @@ impl Pass<f32> for PeekGap<'_> {
 /// Minimum number of pairs of rows in a sample; smaller meshes are sampled completely.
 const MIN_PAIRS: usize = 32;
 
-/// Maximum distance of the pairs of rows in a sample.
+/// Maximum distance between sampled pairs of rows, in pairs.
 const MAX_STRIDE: usize = 8;
 
-/// Sample of rows of a map, in evenly distributed pairs.
+/// Sample of the rows of a map, in evenly distributed pairs, and values stored for these rows.
 pub struct Sample {
     geometry: Geometry,
     kept: Vec<f32>,
@@ -343,15 +344,15 @@ impl Sample {
 }
 
 impl Geometry {
-    /// Returns the index of a row among those of the sample, if it is one of them.
+    /// Returns the index of a row within the sample, if the row belongs to the sample.
     fn kept_row(&self, row: Row) -> Option<Row> {
         let (pair, second) = (row.index() / 2, row.index() % 2);
         let sampled = pair % self.stride == self.stride / 2;
         sampled.then(|| Row::new(pair / self.stride * 2 + second, self.row_nodes))
     }
 
-    /// Returns the index of the first row of the sample from `row` on, which begins a pair or ends
-    /// the map.
+    /// Returns the index within the sample of the first sampled row from `row` on. `row` is the
+    /// first of a pair or the end of the map.
     fn kept_before(&self, row: Row) -> Row {
         let pairs = row.index().div_ceil(2);
         let sampled = (pairs + self.stride - 1 - self.stride / 2) / self.stride;
@@ -359,7 +360,7 @@ impl Geometry {
     }
 }
 
-/// Consecutive rows of a sample, mutable.
+/// Mutable access to consecutive rows of a sample.
 pub struct SampleBand<'a> {
     geometry: Geometry,
     kept: Band<'a, f32>,
@@ -373,7 +374,7 @@ impl SampleBand<'_> {
         }
     }
 
-    /// Keeps the rows before `row`, which begins a pair, and returns the others.
+    /// Keeps the rows before `row`, the first of a pair, and returns the others.
     pub fn split_off(&mut self, row: Row) -> Self {
         Self { geometry: self.geometry, kept: self.kept.split_off(self.geometry.kept_before(row)) }
     }

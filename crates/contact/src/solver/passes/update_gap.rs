@@ -1,4 +1,4 @@
-//! Pass from the displacement under a move to the gap after it and the next residual.
+//! Pass that turns the displacement under a step into the next gap and residual.
 
 use pulp::Simd;
 
@@ -11,8 +11,8 @@ use crate::solver::flags::{
 };
 use crate::solver::lanes::{Accumulate, InOrder, Lanes, Pass, REST, split, split_mut};
 
-/// Updates the gap by the displacement of a move, frees nodes, and computes the residual of free
-/// nodes.
+/// Adds the displacement under a step to the gap, updates the flags of free nodes, and computes the
+/// residual of free nodes.
 ///
 /// Free nodes have pressure or penetrate. If the material yields, saturated nodes are free only if
 /// their gap is open.
@@ -27,13 +27,13 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
     pub seen: InOrder<GapSums>,
 }
 
-/// Update of the gap, the same for all nodes.
+/// Constants of the update of the gap, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct GapUpdate {
     pub offset: f32,
-    /// Factor of the displacement under the move before scaling.
+    /// Factor of the displacement under the step before scaling.
     pub on_step: f32,
-    /// Factor of the displacement under the pressure before the move.
+    /// Factor of the displacement under the pressure before the step.
     pub on_pressure: f32,
     pub reference: f32,
     pub pressed: u32,
@@ -44,7 +44,7 @@ pub struct GapUpdate {
 pub struct GapSums {
     pub free_nodes: f64,
     pub extremes: Extremes,
-    /// Nodes with pressure that are not saturated, if the material yields.
+    /// Number of nodes with pressure that are not saturated, if the material yields.
     pub elastic_nodes: f64,
     /// Σ (gap − offset) over elastic nodes.
     pub elastic_sum: f64,
@@ -128,14 +128,14 @@ impl GapUpdate {
         }
     }
 
-    /// Returns whether a part of the move is undone, so that nodes saturated by it are elastic
+    /// Returns whether a part of the step is undone, so that nodes that it saturated are elastic
     /// again.
     #[inline(always)]
     fn takes_back(self) -> bool {
         self.pressed == FREE
     }
 
-    /// Updates gaps, and turns displacements into those under the whole move.
+    /// Updates gaps, and turns displacements into those under the whole step.
     #[inline(always)]
     fn shift<S: Simd, const R: usize>(
         self,
@@ -156,7 +156,8 @@ impl GapUpdate {
         }
     }
 
-    /// Writes a row of the residual, zero where nodes are not free, in groups with a free node.
+    /// Writes a row of the residual, in groups with a free node; it is zero at nodes that are not
+    /// free.
     #[inline(always)]
     pub fn residual_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,

@@ -1,4 +1,4 @@
-//! Pass from the correction to the move of the pressures.
+//! Pass that turns the correction into a step of the pressures.
 
 use pulp::Simd;
 
@@ -10,12 +10,13 @@ use crate::solver::lanes::{
     Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups,
 };
 
-/// Update of pressures that is still to be done after a move: scaling, and undoing a part.
+/// Update of the pressures that remains to be applied after a step: scaling, and undoing a part of
+/// the step.
 #[derive(Debug, Clone, Copy)]
 pub struct PendingUpdate {
-    /// Factor of all pressures after the move.
+    /// Factor of all pressures after the step.
     pub scale: f64,
-    /// Part of the move and of the scaling to keep.
+    /// Fraction of the step, scaling included, that is kept.
     pub part: f64,
 }
 
@@ -24,7 +25,7 @@ impl PendingUpdate {
 
     pub const ALL_BACK: Self = Self { scale: 1.0, part: 0.0 };
 
-    /// Returns the factor of the pressures, before the rest of the move is undone.
+    /// Returns the factor of the pressures, to be applied before the rest of the step is undone.
     pub fn of_pressure(self) -> f64 {
         1.0 + self.part * (self.scale - 1.0)
     }
@@ -44,15 +45,15 @@ impl Ceiling {
     }
 }
 
-/// Turns a correction into a direction conjugate to the last move, and moves the pressures along it
-/// within their bounds.
+/// Turns a correction into a direction conjugate to the last step, and changes the pressures along
+/// it within their bounds.
 pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub direction: Direction,
     pub ceiling: Ceiling,
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: Band<'a, f32>,
     pub active: &'a ActiveGroups,
-    /// Result of the transpose of the extension, to be added to corrections.
+    /// Output of the transpose of the extension, to be added to corrections.
     pub given: TransposeOutput<'a>,
     pub last_step: Band<'a, f32>,
     pub gap: &'a [f32],
@@ -118,22 +119,23 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     }
 }
 
-/// Direction and step length, the same for all nodes.
+/// Coefficients of the direction, step length and pending update, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct Direction {
-    /// Factors of the pressure and of the last move in the pending update.
+    /// Factors of the pressure and of the last step in the pending update.
     of_pressure: f32,
     of_step: f32,
-    /// Factors of the last move and of the pressure in the direction.
+    /// Factors of the last step (β) and of the pressure in the direction.
     beta: f32,
     scaling: f32,
-    /// Subtracted from the direction, which keeps the mean pressure if nothing is clipped.
+    /// Number subtracted from the direction, so that it keeps the mean pressure if nothing is
+    /// clipped.
     mean: f32,
     step_length: f32,
 }
 
 impl Direction {
-    /// Returns the direction of the correction, for pressures without a pending update.
+    /// Returns minus the correction as direction, for pressures without a pending update.
     pub fn first(step_length: f64, mean: f64) -> Self {
         Self {
             of_pressure: 0.0,
@@ -145,7 +147,7 @@ impl Direction {
         }
     }
 
-    /// Returns the direction with `share` of the last move, whose update is `pending`.
+    /// Returns the direction with the factor `beta` of the last step, whose update is `pending`.
     pub fn next(pending: PendingUpdate, beta: f64, step_length: f64, mean: f64) -> Self {
         let beta = beta * pending.part;
         Self {
@@ -210,7 +212,7 @@ impl Direction {
             } else {
                 free.choose(moved, -b)
             };
-            // The difference of stored pressures, so that rounding is part of the move.
+            // The step is the difference of stored pressures, so that it includes their rounding.
             let m = (new - r) - due;
             let next = free.or_zero(m);
             *value = m.numbers();
@@ -242,16 +244,16 @@ impl Direction {
     }
 }
 
-/// Sums over the mesh, for the move before scaling. If the material yields, those over heights are
+/// Sums over the mesh, for the step before scaling. If the material yields, sums over heights are
 /// zero.
 #[derive(Default, Clone, Copy)]
 pub struct Sums {
-    /// Σ (pressure after the move − reference pressure), in double precision.
+    /// Σ (pressure after the step − reference pressure), in double precision.
     pub pressure_increment: f64,
     /// Correction of this sum for saturated nodes, because the hardness is rounded.
     pub rounded: f64,
     pub step_on_gap: f64,
-    /// Σ pressure after the move × gap; over elastic nodes only, if the material yields.
+    /// Σ pressure after the step × gap; over elastic nodes only, if the material yields.
     pub pressure_on_gap: f64,
     pub step_on_height: f64,
     pub pressure_on_height: f64,
