@@ -47,7 +47,7 @@ pub const STAGE: Definition = Definition {
     },
 };
 
-/// Parameters of a task: statistics or a query.
+/// Statistics or query that a task computes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Params {

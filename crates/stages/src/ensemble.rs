@@ -176,7 +176,7 @@ pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
 /// Columns of the loads of a table.
 struct Loads<'a> {
     given: &'a Float64Array,
-    /// Column of reduced loads; `None` if the given loads are reduced.
+    /// Column of reduced loads, or `None` if the given loads are reduced.
     reduced: Option<&'a Float64Array>,
 }
 

@@ -42,9 +42,9 @@ const MU: Parameter = Parameter::number(
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "contact-evolution")]
 pub struct EvolutionChoices {
-    /// The data that the law is fitted to.
+    /// Data that the law is fitted to.
     pub to: Datum,
-    /// How κ is found.
+    /// Choice of a given, free or minimal κ.
     pub kappa: Kappa,
 }
 
@@ -54,15 +54,15 @@ pub struct EvolutionChoices {
 pub enum Datum {
     /// The slope of the mean curve, from finite differences.
     Slope,
-    /// The mean curve.
+    /// The area of the mean curve.
     Area,
 }
 
-/// How κ is found.
+/// Determination of κ in a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kappa {
-    /// It has this value; a manifest gives it as a number.
+    /// It has this value, which a manifest gives as a number.
     #[serde(skip_deserializing)]
     Given(f64),
     /// It is fitted like the other parameters.

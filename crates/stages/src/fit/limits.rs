@@ -1,4 +1,4 @@
-//! Fits of the limit of an observable where small numbers vanish.
+//! Fits of the limit of an observable where small parameters vanish.
 //!
 //! Rows are grouped so that only the parameters of the terms vary within a group. Each group is
 //! fitted under each load with each combination of the forms of the terms, and each fit is one row
@@ -56,13 +56,13 @@ pub struct LimitChoices {
 /// Term cⱼ fⱼ(xⱼ) of the law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Term {
-    /// Small number xⱼ, an expression in parameters.
+    /// Small parameter xⱼ, an expression in parameters.
     pub of: Expression,
     /// Forms fⱼ that are compared.
     pub forms: Vec<Form>,
 }
 
-/// Form of a term as a function of its small number.
+/// Form of a term as a function of its small parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {

@@ -218,7 +218,7 @@ pub const LAW: Column = parameter_text("law", "law that is fitted").with_codes(&
     },
     Code {
         word: "limits",
-        meaning: "limit of an observable where small numbers vanish, Q = Q₀ + Σ cⱼ fⱼ(xⱼ)",
+        meaning: "limit of an observable where small parameters vanish, Q = Q₀ + Σ cⱼ fⱼ(xⱼ)",
     },
 ]);
 pub const SURFACES: Column = integer("surfaces", "1", "number of surfaces in the fit");

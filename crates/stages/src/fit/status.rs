@@ -80,8 +80,10 @@ pub const NO_EXPONENT: Code = code(
     "a free exponent tends to zero, where a power becomes a logarithm, or to infinity; give the \
      exponent a value or use the form `logarithm`",
 );
-pub const INVALID_TERM: Code =
-    code("invalid-term", "the number of some term is not positive and finite at every point");
+pub const INVALID_TERM: Code = code(
+    "invalid-term",
+    "the small parameter of some term is not positive and finite at every point",
+);
 pub const NO_SCATTER: Code = code(
     "no-scatter",
     "some point has no scatter between surfaces and therefore no weight; compute more surfaces",

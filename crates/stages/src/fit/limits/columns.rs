@@ -42,8 +42,8 @@ const LEAVE_ONE_OUT: Column = real(
 const LIMIT: Parameter = Parameter::of_unit(
     "as `quantity`",
     names!("limit"),
-    "limit Q₀ of the observable where all small numbers vanish. With a logarithmic term there is \
-     no limit, and Q₀ is the value where the number of this term is 1",
+    "limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there \
+     is no limit, and Q₀ is the value where the small parameter of this term is 1",
 )
 .with_label("Q₀");
 
@@ -60,7 +60,7 @@ macro_rules! term_columns {
         TermColumns {
             small: parameter_text(
                 concat!("term_", $number),
-                concat!("small number x of term ", $number),
+                concat!("small parameter x of term ", $number),
             ),
             form: parameter_text(
                 concat!("form_", $number),

@@ -60,14 +60,14 @@ pub struct LimitTable {
 
 table!(LimitTable);
 
-/// A small parameter.
+/// A term of the law, with its small parameter.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TermTable {
     /// Small parameter: an expression in parameters, such as `"k_lower / k_upper"`.
     pub of: Spanned<String>,
-    /// Dependence on it: `"power"` or `"logarithm"`. With a list of both, both are fitted and
-    /// compared.
+    /// Dependence on the small parameter: `"power"` or `"logarithm"`. With a list of both, both are
+    /// fitted and compared.
     #[serde(default)]
     #[schemars(extend("default" = "power"))]
     pub form: Key<OneOrMore<FormWord>>,
@@ -77,18 +77,18 @@ pub struct TermTable {
     pub exponent: Key<OneOrMore<WrittenExponent>>,
 }
 
-/// A value, or a list of which each is tried.
+/// A value, or a list of values that are all fitted.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum OneOrMore<T> {
-    /// One value.
+    /// A single value that is fitted.
     One(T),
-    /// Several values.
+    /// Several values that are fitted and compared.
     More(Vec<T>),
 }
 
 impl<T: Copy> OneOrMore<T> {
-    /// Returns all of them.
+    /// Returns all values as a list.
     pub fn all(&self) -> Vec<T> {
         match self {
             OneOrMore::One(one) => vec![*one],
@@ -172,8 +172,8 @@ fn expression(
             };
             let problem = Problem::new(message, span, error.reason);
             checks.problems.push(problem.help(
-                "an expression has columns, numbers, `+ - * / ^`, parentheses, `ln(…)`, `sqrt(…)` and \
-                 `slope(…)`",
+                "an expression has columns, numbers, `+ - * / ^`, parentheses, `ln(…)`, `sqrt(…)` \
+                 and `slope(…)`",
             ));
             return None;
         }

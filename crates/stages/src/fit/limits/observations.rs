@@ -38,7 +38,7 @@ pub struct Group {
 struct Observations {
     /// Parameters that vary among the points of a fit.
     varied: ParameterPoint,
-    /// Small number of each term.
+    /// Small parameter of each term.
     small: Vec<f64>,
     values: Values,
     /// Loads that did not converge, one entry per surface.
@@ -205,8 +205,8 @@ enum Values {
     Estimates(Vec<(Option<f64>, Observed)>),
 }
 
-/// Data of a point: a row with its parameters, the parameters, the values, and the loads that did
-/// not converge.
+/// Data of a single point: a row with its parameters, the parameters, the values, and the loads
+/// that did not converge.
 type Found = (usize, ParameterPoint, Values, Vec<f64>);
 
 /// Reader of the points of a table.
@@ -241,7 +241,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Computes the small numbers from the parameters of a row.
+    /// Computes the small parameters from the parameters of a row.
     fn small(&self, row: usize) -> Vec<f64> {
         let value = |name: &str| self.columns[name][row];
         let terms = self.choices.terms.iter();

@@ -1,9 +1,9 @@
 //! Advice on another octave towards a limit: the new points, and their expected effect.
 //!
-//! Doubling some of the varied parameters moves every point. If this makes one small number smaller
-//! and leaves the others unchanged, it is a step towards the limit of this number alone. For
-//! example, with `k_lower / k_upper` and `k_upper / nodes`, doubling both `k_upper` and `nodes` is
-//! a step towards the fractal limit.
+//! Doubling some of the varied parameters moves every point. If this makes one small parameter
+//! smaller and leaves the others unchanged, it is a step towards the limit of this parameter alone.
+//! For example, with `k_lower / k_upper` and `k_upper / nodes`, doubling both `k_upper` and `nodes`
+//! is a step towards the fractal limit.
 
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ use asperity_tables::column::Value;
 /// Step towards one limit by doubling parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Octave {
-    /// Small number, as in the manifest.
+    /// Small parameter, as in the manifest.
     pub term: String,
     /// Names of the doubled parameters.
     pub doubled: Vec<String>,
@@ -65,7 +65,7 @@ pub fn advise(
         let more: Vec<Vec<f64>> = octave
             .from
             .iter()
-            .map(|point| small_numbers(choices, &doubled(point, &octave.doubled)))
+            .map(|point| small_parameters(choices, &doubled(point, &octave.doubled)))
             .collect();
         octave.error_ratio = problem.predicted_error_ratio(&numeric, &fit, &more);
         octave
@@ -79,7 +79,7 @@ pub fn advise(
     })
 }
 
-/// Returns the steps that make one small number smaller and leave the others unchanged.
+/// Returns the steps that make one small parameter smaller and leave the others unchanged.
 fn steps(choices: &LimitChoices, points: &[ParameterPoint]) -> Vec<Octave> {
     let names: Vec<&String> = choices.over.iter().collect();
     let subsets = 1..1_usize << names.len().min(8);
@@ -101,7 +101,7 @@ fn step(
     for (index, term) in choices.terms.iter().enumerate() {
         let text = term.of.to_string();
         let mut ratios = points.iter().map(|point| {
-            let number = |point: &ParameterPoint| small_numbers(choices, point)[index];
+            let number = |point: &ParameterPoint| small_parameters(choices, point)[index];
             number(&doubled(point, &parameters)) / number(point)
         });
         let first = ratios.next()?;
@@ -111,7 +111,7 @@ fn step(
         if decimal::is_same(first, 1.0) {
             continue;
         }
-        // Several terms may use the same number with different forms.
+        // Several terms may use the same small parameter with different forms.
         if first > 1.0 || smaller.as_ref().is_some_and(|other| *other != text) {
             return None;
         }
@@ -133,7 +133,7 @@ fn doubled(point: &ParameterPoint, parameters: &[String]) -> ParameterPoint {
     point.map(value)
 }
 
-fn small_numbers(choices: &LimitChoices, point: &ParameterPoint) -> Vec<f64> {
+fn small_parameters(choices: &LimitChoices, point: &ParameterPoint) -> Vec<f64> {
     let number = |name: &str| match point.get(name) {
         Some(Value::Real(number)) => *number,
         Some(Value::Integer(number)) => *number as f64,
