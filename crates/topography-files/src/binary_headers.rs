@@ -1,6 +1,5 @@
-//! Formats with a binary header and binary numbers, most of them of optical profilometers: FRT,
-//! MetroPro, OPD, PLU and Digital Surf. The constant of each format documents its line order and
-//! size.
+//! Formats with a binary header and binary numbers, mostly of optical profilometers: FRT, MetroPro,
+//! OPD, PLU and Digital Surf. The constant of each format documents its line order and sides.
 
 use std::borrow::Cow;
 
@@ -12,22 +11,24 @@ use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_byte
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-/// FRT MicroProf format, a sequence of blocks with a number and a length.
+/// FRT MicroProf format, a sequence of blocks. Each block has a number that identifies its content,
+/// and a length.
 ///
-/// The blocks 0x0B and 0x7D hold maps. The sides are those of the whole map, in metres. Lines run
+/// The blocks 0x0B and 0x7D contain maps, and another block gives their sides in metres. Lines run
 /// along x; the first line has the largest y. The number 1 marks missing points.
 pub const FRT: Format =
     Format { name: "frt", title: "FRT MicroProf", version: 1, has_signature: true, read: read_frt };
 
-// Numbers of the blocks. The grid is the numbers of nodes and the bits per number; the scale is in
-// metres per unit of the stored numbers.
+// Numbers of the blocks. The grid block has the numbers of nodes and of bits per height. The scale
+// block has the metres per unit of the stored heights.
 const FRT_GRID: u16 = 0x66;
 const FRT_SIDES: u16 = 0x67;
 const FRT_SCALE: u16 = 0x6c;
 const FRT_MAP: u16 = 0x0b;
 const FRT_MAPS: u16 = 0x7d;
 
-/// Types of maps that are heights: topography, thickness, sample thickness, force microscopy.
+/// Bits of the types of maps that are heights: topography, thickness, sample thickness, force
+/// microscopy.
 const FRT_HEIGHTS: u32 = 0x0004 | 0x0080 | 0x0800 | 0x1000;
 
 fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -71,7 +72,8 @@ fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     at_least_one(channels, "block 0x0b, the map")
 }
 
-/// Reads the nodes and bits per number of a map from `header`, and its numbers from `stored`.
+/// Reads the numbers of nodes and of bits per height of a map from `header`, and the heights from
+/// `stored`.
 fn frt_raster<'a>(
     header: &mut Cursor<'_>,
     stored: &mut Cursor<'a>,
@@ -90,7 +92,7 @@ fn frt_raster<'a>(
     Ok(raster.missing(Missing::Value(1.0)).upside_down())
 }
 
-/// Returns the numbers and contents of all blocks.
+/// Returns all blocks, each as its number and its content.
 fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
     let mut cursor = Cursor::at(bytes, 12);
     let version = cursor.text(4)?;
@@ -114,11 +116,11 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
 
 /// Zygo MetroPro format, with a header of 834 or 4096 bytes, intensities, and phases as `i32`.
 ///
-/// All numbers are big-endian. The size is nodes × lateral resolution, in metres; it is unknown if
-/// the resolution is zero. A height is phase × S W O / R (MetroPro Reference Guide), with the scale
-/// factor S of the interferometer, the wavelength W, the obliquity factor O and R phase steps per
-/// wavelength. Lines run along x; the first line has y = 0. Phases from 2147483640 on mark missing
-/// points.
+/// All numbers are big-endian. The sides are nodes × lateral resolution, in metres; they are
+/// unknown if the resolution is zero. A height is phase × S W O / R (MetroPro Reference Guide). S is
+/// the scale factor of the interferometer, W the wavelength, O the obliquity factor and R the
+/// number of phase steps per wavelength. Lines run along x; the first line has y = 0. Phases of at
+/// least 2147483640 mark missing points.
 pub const METROPRO: Format = Format {
     name: "metropro",
     title: "Zygo MetroPro",
@@ -167,11 +169,12 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
 }
 
-/// Wyko OPD format, a directory of blocks, each with a map or a single number.
+/// Wyko OPD format, a directory and blocks that each contain a map or a single number.
 ///
-/// The size is nodes × `Pixel_size`, along y also × `Aspect`. The numbers are in units of
-/// `Wavelength` / `Mult`, in nanometres. Lines run along y; the first number of a line has the
-/// largest y. Floats from 1e10 on and integers of two bytes from 32766 on mark missing points.
+/// The sides are nodes × `Pixel_size`, along y also × `Aspect`. The unit of the stored heights is
+/// `Wavelength` / `Mult` in nanometres. Lines run along y; the first number of a line has the
+/// largest y. Floats of at least 1e10, and two-byte integers of at least 32766, mark missing
+/// points.
 pub const OPD: Format =
     Format { name: "opd", title: "Wyko", version: 1, has_signature: true, read: read_opd };
 
@@ -183,7 +186,7 @@ const OPD_SHORT: i16 = 6;
 const OPD_FLOAT: i16 = 7;
 const OPD_DOUBLE: i16 = 8;
 const OPD_LONG: i16 = 12;
-/// Names of blocks with heights; other arrays hold intensities.
+/// Names of blocks with heights; other arrays are intensities.
 const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
 
 struct OpdBlock<'a> {
@@ -223,7 +226,8 @@ fn read_opd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     at_least_one(channels, "Raw")
 }
 
-/// Reads the blocks that the directory, the first block, lists. They follow it in the same order.
+/// Reads all blocks except the first, which is the directory. The others are in the order in which
+/// the directory lists them.
 fn opd_blocks(bytes: &[u8]) -> Result<Vec<OpdBlock<'_>>, FormatError> {
     let mut directory = Cursor::at(bytes, 2);
     let (_, _, length) = opd_entry(&mut directory)?;
@@ -249,9 +253,7 @@ fn opd_entry(cursor: &mut Cursor<'_>) -> Result<(String, i16, usize), FormatErro
 }
 
 impl OpdBlock<'_> {
-    /// Returns the number in the block.
-    ///
-    /// Some programs declare an integer of two bytes as a float.
+    /// Returns the number in the block. Some programs declare a two-byte integer as a float.
     fn number(&self) -> Option<f64> {
         let mut cursor = Cursor::new(self.bytes);
         match (self.kind, self.bytes.len()) {
@@ -284,13 +286,14 @@ fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
 
 /// Sensofar PLU format, with a header of 500 bytes and layers of `f32` numbers.
 ///
-/// Lengths are in micrometres; the size is nodes × pixel size. Lines run along x; the first line
+/// Lengths are in micrometres; the sides are nodes × pixel size. Lines run along x; the first line
 /// has y = 0. The number 1000001 marks missing points. The format has no signature: a file is
-/// recognized by a date in words, a known type of measurement, and layers that fit into the file.
+/// recognized by a date as text, a known type of measurement, and layers that fit into the file.
 pub const PLU: Format =
     Format { name: "plu", title: "Sensofar", version: 1, has_signature: false, read: read_plu };
 
-// Offsets of the calibration, the type of measurement, the number of layers, and the layers.
+// Offsets in bytes of the calibration, the type of measurement, the number of layers, and the
+// layers.
 const PLU_CALIBRATION: usize = 128 + 4 + 256;
 const PLU_KIND: usize = PLU_CALIBRATION + 40;
 const PLU_LAYERS: usize = PLU_KIND + 20 + 40;
@@ -320,7 +323,8 @@ fn read_plu(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     layers.collect()
 }
 
-/// Reads a layer, which has its size, heights, extremes, and images of three bytes per node.
+/// Reads a layer, which consists of numbers of nodes, heights, extreme heights, and images of three
+/// bytes per node.
 fn plu_layer<'a>(
     cursor: &mut Cursor<'a>,
     number: u8,
@@ -341,16 +345,16 @@ fn plu_layer<'a>(
 
 /// Digital Surf format, which MountainsMap and several instruments write.
 ///
-/// A header of 512 bytes, a comment and a private zone precede integers of two or four bytes. The
-/// size is nodes × spacing. Lines run along x; the first line has y = 0 unless the header declares
-/// an inversion. The number `zmin` − 2 marks missing points. Files that start with `DSCOMPRESSED`
-/// hold a directory of lengths and the numbers as zlib streams. If a file has several objects, the
-/// first is read.
+/// A file has a header of 512 bytes, a comment, a private zone, and integers of two or four bytes.
+/// The sides are nodes × spacing. Lines run along x; the first line has y = 0 unless the header
+/// declares an inversion. The number `zmin` − 2 marks missing points. In files that start with
+/// `DSCOMPRESSED`, the integers are compressed as zlib streams, preceded by a list of their
+/// lengths. If a file has several objects, the first one is read.
 pub const SUR: Format =
     Format { name: "sur", title: "Digital Surf", version: 1, has_signature: true, read: read_sur };
 
-/// Types of objects that are or begin with a height map: a surface, a series or layers of surfaces,
-/// a surface with its image.
+/// Types of objects that begin with a height map: a surface, a series or layers of surfaces, and a
+/// surface with its image.
 const SUR_KINDS: [u16; 6] = [2, 5, 8, 11, 13, 16];
 
 fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -380,7 +384,7 @@ struct SurHeader {
     spacing: [f64; 3],
     units: [String; 3],
     inversion: u16,
-    /// Length of comment and private zone, in bytes.
+    /// Length of the comment and the private zone together, in bytes.
     extra: usize,
 }
 
@@ -431,7 +435,7 @@ impl SurHeader {
         let sign = if (1..=3).contains(&self.inversion) { -1.0 } else { 1.0 };
         let scale = factor("spacing of z", self.spacing[2])?;
         let [unit_x, unit_y, unit_z] = &self.units;
-        // Convert the side along y to the unit of the side along x.
+        // `y` converts the side along y to the unit of the side along x.
         let y = ratio(unit_y, unit_x).ok_or_else(|| {
             FormatError::value("unit of y", unit_y, &format!("a unit like that of x, `{unit_x}`"))
         })?;
@@ -450,7 +454,7 @@ fn sur_decompressed(cursor: &mut Cursor<'_>, needed: usize) -> Result<Vec<u8>, F
     for number in 1..=streams {
         let raw = directory.u32()? as usize;
         let compressed = cursor.take(directory.u32()? as usize)?;
-        // The streams may hold further objects after the first.
+        // The streams may contain further objects, which are not needed.
         let expected = raw.min(needed - bytes.len());
         let part = format!("stream {number} of {streams}");
         let reader = ZlibDecoder::new(compressed);

@@ -15,7 +15,7 @@ pub enum Quantity {
     Other(String),
 }
 
-/// Side lengths of a map along x and y, nodes × step.
+/// Side lengths of a map; a side is nodes × step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
     /// Side lengths in metres, along x and y.
@@ -26,7 +26,7 @@ pub enum Size {
     Unknown,
 }
 
-/// One map of a file with its name, quantity and size; [`Channel::map`] decodes the numbers.
+/// One map of a file, with its name, quantity and size. [`Channel::map`] decodes its numbers.
 #[derive(Debug, Clone)]
 pub struct Channel<'a> {
     name: String,
@@ -35,9 +35,8 @@ pub struct Channel<'a> {
     raster: Raster<'a>,
 }
 
-/// Heights at the nodes of a rectangular grid, some of which may be missing.
-///
-/// There is one number for each node. It is finite unless the point is missing.
+/// Heights at the nodes of a rectangular grid, some of which may be missing. A height is finite
+/// unless it is missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightMap {
     nodes: [usize; 2],
@@ -47,7 +46,7 @@ pub struct HeightMap {
     missing: Vec<bool>,
 }
 
-/// Summary of a map before any correction, in the unit of its heights.
+/// Summary of a map as measured, before any correction, in the unit of its heights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
     /// Number of missing points in the map.
@@ -65,9 +64,10 @@ pub struct HeightStatistics {
     pub rms_height: f64,
     /// Root-mean-square slope, √(⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩).
     ///
-    /// The differences start at every node that has a next node along both axes. Differences from
-    /// or to missing points are left out. `None` if the size is unknown or has another unit than
-    /// the heights, or if one axis has no pair of neighbouring points.
+    /// The differences are taken at all nodes that have a following node along both axes, except
+    /// where one of the two points is missing. The slope is `None` if the size is unknown or has
+    /// another unit than the heights. It is also `None` if an axis has no pair of neighbouring
+    /// points.
     pub rms_slope: Option<f64>,
     /// Smallest height of the map.
     pub lowest: f64,
@@ -75,7 +75,7 @@ pub struct HeightStatistics {
     pub highest: f64,
 }
 
-/// Heights at the corners of a map, `None` at missing points; they reveal swapped axes.
+/// Heights at the corners of a map, `None` at missing points. They show whether axes are swapped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corners {
     /// Height at the first x and the first y.
@@ -142,9 +142,8 @@ impl<'a> Channel<'a> {
         Channel { name: name.into(), quantity, size, raster }
     }
 
-    /// Returns the name of the channel in the file, or `heights` if the file has no name for it.
-    ///
-    /// Several channels of a file may have the same name.
+    /// Returns the name of the channel, or `heights` if the file gives no name. Several channels of
+    /// a file may have the same name.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -164,7 +163,7 @@ impl<'a> Channel<'a> {
         &self.quantity
     }
 
-    /// Returns the unit of the decoded numbers, `m` for heights.
+    /// Returns the unit of the decoded numbers, which is `m` for heights.
     pub fn unit(&self) -> Option<&str> {
         match &self.quantity {
             Quantity::Height => Some("m"),
@@ -178,7 +177,7 @@ impl<'a> Channel<'a> {
         !matches!(self.quantity, Quantity::Other(_))
     }
 
-    /// Decodes the map, whose numbers are in the unit [`Channel::unit`].
+    /// Decodes the map. Its numbers are in the unit that [`Channel::unit`] returns.
     pub fn map(&self) -> HeightMap {
         let heights = self.raster.decode();
         HeightMap {
@@ -203,7 +202,6 @@ impl HeightMap {
     }
 
     /// Returns the distances between neighbouring nodes along x and y, in the unit of the heights.
-    ///
     /// Returns `None` if the size is unknown or has another unit than the heights.
     pub fn steps(&self) -> Option<[f64; 2]> {
         let sides = match (&self.quantity, self.size) {

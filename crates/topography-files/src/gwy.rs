@@ -1,8 +1,8 @@
-//! Gwyddion files, a tree of named and typed values with maps in `/N/data`, names of the maps in
-//! `/N/data/title` and masks in `/N/mask`.
+//! Gwyddion files. A Gwyddion file is a tree of named and typed values, with maps in `/N/data`,
+//! their names in `/N/data/title` and their masks in `/N/mask`.
 //!
-//! The sides are those of the whole map. Lines run along x; the first line, at the top of the
-//! image, has y = 0. Masked points are missing.
+//! The file gives the sides of the map. Lines run along x; the first line, at the top of the image,
+//! has y = 0. Masked points are missing.
 
 use super::channel::{Channel, Size};
 use super::input::Cursor;
@@ -13,7 +13,7 @@ use super::{Format, FormatError, at_least_one};
 pub const FORMAT: Format =
     Format { name: "gwy", title: "Gwyddion", version: 1, has_signature: true, read };
 
-/// Largest depth of nested objects.
+/// Maximum depth of nested objects.
 const MAX_DEPTH: usize = 16;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -80,7 +80,7 @@ fn raster<'a>(field: &Object<'a>) -> Result<Raster<'a>, FormatError> {
     }
 }
 
-/// Object of a Gwyddion file, whose named values are in the order of the file.
+/// Object of a Gwyddion file: named values in the order of the file.
 struct Object<'a> {
     components: Vec<(&'a str, Value<'a>)>,
 }
@@ -91,7 +91,7 @@ enum Value<'a> {
     Text(&'a str),
     Doubles(&'a [u8]),
     Object(Object<'a>),
-    /// Value of a type that is skipped because no map needs it.
+    /// A value that is skipped, because no map has values of this type.
     Other,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Value<'a> {
 }
 
 impl<'a> Object<'a> {
-    /// Reads an object, which has a name, a length in bytes and components.
+    /// Reads an object, which consists of a name, a length in bytes and components.
     fn read(cursor: &mut Cursor<'a>, depth: usize) -> Result<Object<'a>, FormatError> {
         if depth > MAX_DEPTH {
             let what = format!("objects are nested more than {MAX_DEPTH} levels deep");

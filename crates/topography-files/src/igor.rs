@@ -1,9 +1,9 @@
-//! Igor binary waves, version 5, as written by microscopes of Asylum Research: a stack of maps and
-//! a note of lines `name: value`.
+//! Igor binary waves, version 5, as written by microscopes of Asylum Research. A wave has a stack
+//! of maps and a note with lines `name: value`.
 //!
-//! The size is nodes × step. Lines run along x; the first line has the largest y. A wave has one
+//! The sides are nodes × step. Lines run along x; the first line has the largest y. A wave has one
 //! unit for all channels, which Asylum Research sets to metres even for phases. If the wave has a
-//! note, the unit of a channel therefore follows from the name of the channel.
+//! note, the name of a channel therefore decides its unit.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, latin1};
@@ -21,7 +21,8 @@ const WAVE: usize = 320;
 /// Length of a label, in bytes.
 const LABEL: usize = 32;
 
-/// Units of channels of Asylum Research by the start of their name; other channels are in volts.
+/// Units of the channels of Asylum Research, by the beginning of the channel's name. Other channels
+/// are in volts.
 const UNITS: [(&str, &str); 11] = [
     ("Height", "m"),
     ("ZSensor", "m"),
@@ -50,7 +51,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Wave::read(bytes, order)?.channels(bytes)
 }
 
-/// Returns true if the two-byte integers of the header add up to zero, as the format demands.
+/// Returns true if the two-byte integers of the header add up to zero, as the format requires.
 fn has_valid_checksum(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -> bool {
     let Some(header) = bytes.get(..header) else {
         return false;
@@ -111,10 +112,12 @@ impl Wave {
         let header = Header { bytes, order };
         let dimension = |axis: usize| header.whole(FILE + 68 + 4 * axis);
         if dimension(3)? > 0 {
-            return Err(FormatError::unsupported("a wave of four dimensions is no stack of maps"));
+            return Err(FormatError::unsupported(
+                "a wave of four dimensions is not a stack of maps",
+            ));
         }
-        // After the numbers follow formula, note, units of the numbers and of each dimension, and
-        // labels of each dimension.
+        // The numbers are followed by the formula, the note, the units of the numbers and of each
+        // dimension, and the labels of each dimension.
         let mut trailer = Cursor::at(bytes, FILE);
         trailer.skip(header.length(4)?)?;
         trailer.skip(header.length(8)?)?;
@@ -191,9 +194,8 @@ fn element(code: i16) -> Result<Element, FormatError> {
     }
 }
 
-/// Returns the unit of a channel of Asylum Research.
-///
-/// Suffixes for the direction and the modulation, as in `HeightTraceMod0`, do not matter.
+/// Returns the unit of a channel of Asylum Research. Suffixes for the direction and the modulation,
+/// as in `HeightTraceMod0`, are ignored.
 fn asylum_unit<'a>(label: &str, note: &'a Entries) -> &'a str {
     let label = match label.rsplit_once("Mod") {
         Some((base, digits)) if digits.bytes().all(|byte| byte.is_ascii_digit()) => base,

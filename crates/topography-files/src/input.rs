@@ -1,11 +1,11 @@
-//! Helpers for reading the headers of files: a cursor over bytes, named values, decompression.
+//! Helpers for reading headers: a cursor over bytes, named values, decompression.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
 use super::FormatError;
 
-/// Position in the bytes of a file. Reading beyond the end is an error.
+/// Reader of the bytes of a file from a current position. Reading beyond the end is an error.
 #[derive(Debug, Clone)]
 pub struct Cursor<'a> {
     bytes: &'a [u8],
@@ -18,7 +18,7 @@ pub struct Entries {
     values: BTreeMap<String, String>,
 }
 
-/// Largest number of bytes that one deflated byte can expand to.
+/// Maximum number of bytes to which one deflated byte can expand.
 const MAX_INFLATION: usize = 1032;
 
 impl<'a> Cursor<'a> {
@@ -26,7 +26,8 @@ impl<'a> Cursor<'a> {
         Cursor { bytes, position: 0 }
     }
 
-    /// Creates a cursor at a position, which may lie beyond the end until something is read.
+    /// Creates a cursor at a position. A position beyond the end is an error only when bytes are
+    /// read.
     pub fn at(bytes: &'a [u8], position: usize) -> Cursor<'a> {
         Cursor { bytes, position }
     }
@@ -44,7 +45,7 @@ impl<'a> Cursor<'a> {
         self.take(count).map(|_| ())
     }
 
-    /// Returns the next `N` bytes, for the conversion to a number.
+    /// Returns the next `N` bytes as an array.
     pub fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
         Ok(self.take(N)?.try_into().expect("take returns N bytes"))
     }
@@ -63,7 +64,7 @@ impl<'a> Cursor<'a> {
         self.array().map(i32::from_le_bytes)
     }
 
-    /// Reads an `f32` and widens it to `f64`.
+    /// Reads an `f32` and converts it to `f64`.
     pub fn single(&mut self) -> Result<f64, FormatError> {
         self.array().map(|bytes| f32::from_le_bytes(bytes).into())
     }
@@ -86,7 +87,7 @@ impl<'a> Cursor<'a> {
 }
 
 impl Entries {
-    /// Reads lines `name value` divided by `between`. Ignores lines without this separator.
+    /// Parses lines of a name and a value, separated by `between`. Ignores other lines.
     pub fn from_lines<'a>(lines: impl IntoIterator<Item = &'a str>, between: char) -> Entries {
         let mut entries = Entries::default();
         for (name, value) in lines.into_iter().filter_map(|line| line.split_once(between)) {
@@ -95,7 +96,7 @@ impl Entries {
         entries
     }
 
-    /// Sets the value of a name and replaces an earlier one.
+    /// Sets the value of a name, replacing an earlier value.
     pub fn insert(&mut self, name: &str, value: &str) {
         let value = value.trim().to_owned();
         self.values.insert(name.trim().to_owned(), value);
@@ -109,7 +110,7 @@ impl Entries {
         self.values.get(name).map(String::as_str)
     }
 
-    /// Returns the value of a mandatory name.
+    /// Returns the value of a name, or an error if the name is missing.
     pub fn text(&self, name: &str) -> Result<&str, FormatError> {
         self.get(name).ok_or_else(|| FormatError::missing(name))
     }
@@ -120,7 +121,7 @@ impl Entries {
         number.map_err(|_| FormatError::value(name, text, "an integer"))
     }
 
-    /// Returns the number of a mandatory name; it may be infinite or NaN.
+    /// Returns the value of a name as a number, which may be infinite or NaN.
     pub fn number(&self, name: &str) -> Result<f64, FormatError> {
         let text = self.text(name)?;
         let number = text.parse();
@@ -142,7 +143,7 @@ pub fn utf8_or_latin1(bytes: &[u8]) -> String {
     str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned)
 }
 
-/// Returns the value if it is finite.
+/// Returns the value, or an error if it is not finite.
 pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
     match value.is_finite() {
         true => Ok(value),
@@ -150,7 +151,7 @@ pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
     }
 }
 
-/// Returns the value if it is finite and not zero, as a scale factor must be.
+/// Returns the value, or an error if it cannot be a scale factor because it is zero or not finite.
 pub fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
     match value.is_finite() && value != 0.0 {
         true => Ok(value),
@@ -167,7 +168,7 @@ pub fn inflate(
     compressed: usize,
     expected: usize,
 ) -> Result<Vec<u8>, FormatError> {
-    // A damaged header must not cause a huge allocation.
+    // Do not allocate a huge size that a damaged header gives.
     if expected > compressed.saturating_mul(MAX_INFLATION) {
         let reason = format!("{compressed} bytes cannot expand to the {expected} that are needed");
         return Err(FormatError::damaged(part, reason));

@@ -1,29 +1,30 @@
 //! Reader for the surface topography files of instruments and analysis programs.
 //!
-//! [`read`] recognizes the format by the content of a file, not by its name, and lists its
-//! channels. [`Channel::map`] decodes a channel into a [`HeightMap`], which [`Statistics`]
+//! [`read`] recognizes the format of a file by its content, not by its name, and lists the channels
+//! of the file. [`Channel::map`] decodes a channel into a [`HeightMap`], which [`Statistics`]
 //! summarizes.
 //!
 //! All formats follow the same conventions:
 //!
 //! - Heights are indexed `[x, y]` with x along the first axis.
 //! - Lengths are in metres if the file gives a unit of length.
-//! - Points that were not measured are missing. Their markers never appear as heights.
-//! - The sides of a map are nodes × step, or the size of the whole map if the file gives that.
-//! - A size claimed in a header is compared with the length of the file before memory is allocated.
+//! - Points that were not measured are missing. The marker of a missing point is never returned as
+//!   a height.
+//! - The sides of a map are the sides given in the file, otherwise nodes × step.
+//! - The size in a header is compared with the length of the file before memory is allocated.
 //!
-//! The source of each format documents its line order and which of the two sizes it stores.
+//! The source of each format documents its line order and whether it stores sides or steps.
 //!
 //! | module | contents |
 //! |---|---|
 //! | `lib` | [`TopographyFile`], [`Format`] and the errors |
 //! | `channel` | [`Channel`], [`HeightMap`], [`Quantity`], [`Size`], [`Statistics`] |
 //! | `raster` | conversion of stored numbers to a map: byte order, line order, missing points |
-//! | `unit` | spellings of units |
+//! | `unit` | units and their spellings |
 //! | `input` | helpers for headers: a cursor over bytes, named values, decompression |
 //! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
-//! | `text` | numbers as text: a matrix, or triplets of x, y and height |
+//! | `text` | text files with a matrix, or with triplets of x, y and height |
 //! | `gwy`, `igor`, `nanoscope`, `netcdf`, `npy`, `x3p` | one format each |
 //!
 //! ```
@@ -94,7 +95,7 @@ pub struct TopographyFile<'a> {
     channels: Vec<Channel<'a>>,
 }
 
-/// Error of [`read`], which does not name the file because the crate does not know its path.
+/// Error of [`read`]. It does not contain the path of the file, which [`read`] does not know.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
 pub enum TopographyFileError {
@@ -109,22 +110,23 @@ pub enum TopographyFileError {
     )]
     Unknown {
         start: String,
-        /// Readers of formats without a signature, and the error of each.
+        /// Names of the formats without a signature, with the error of each reader.
         tried: Vec<(&'static str, FormatError)>,
-        /// Readers whose signature does not match the first bytes.
+        /// Names of the formats whose signature does not match the first bytes.
         others: Vec<&'static str>,
     },
 }
 
-/// File format, one of [`formats`], with its reader.
+/// File format with its reader; [`formats`] returns all of them.
 #[derive(Debug)]
 pub struct Format {
     name: &'static str,
     title: &'static str,
-    /// Must increase when the reader decodes other numbers from the same file, so that dependent
-    /// results are recomputed.
+    /// Version of the reader. Increase it when the reader decodes other numbers from the same file,
+    /// so that dependent results are recomputed.
     version: u32,
-    /// True if the first bytes identify the format. An error of the reader is then final.
+    /// True if the first bytes identify the format. If they do and the reader fails, no other
+    /// format is tried.
     has_signature: bool,
     read: for<'a> fn(&'a [u8]) -> Result<Vec<Channel<'a>>, FormatError>,
 }
@@ -135,14 +137,14 @@ pub struct Format {
 pub enum FormatError {
     #[error("the first bytes are not the signature of the format")]
     Signature,
-    #[error("the file is cut off: {needed} bytes are needed, it has {found}")]
+    #[error("the file is cut off: {needed} bytes are needed, but it has only {found}")]
     CutOff { needed: usize, found: usize },
     #[error("`{entry}` is missing")]
     Missing { entry: String },
     #[error("`{entry}` is {value}; expected {allowed}")]
     Value { entry: String, value: String, allowed: String },
     #[error(
-        "the map is cut off: {} × {} heights of {element} bytes need {needed} bytes, \
+        "the map is cut off: {} × {} heights of {element} bytes need {needed} bytes, but only \
          {found} are left",
         nodes[0], nodes[1]
     )]
@@ -157,7 +159,7 @@ pub enum FormatError {
     Unsupported(String),
 }
 
-/// Error of [`TopographyFile::find`] for a channel that does not exist or is ambiguous.
+/// Error of [`TopographyFile::find`]: the channel does not exist, or several have the same name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
 pub enum ChannelError {
@@ -185,13 +187,13 @@ pub fn formats() -> &'static [Format] {
     &FORMATS
 }
 
-/// Reads the header of a file of any of the [`formats`] and lists its channels.
+/// Recognizes the format of a file, reads its header and lists its channels.
 ///
-/// [`Channel::map`] decodes the heights later.
+/// The heights are decoded only by [`Channel::map`].
 ///
 /// # Errors
-/// Returns an error if the file is empty, damaged, cut off, of an unsupported variant of its
-/// format, or of no known format. In the last case the error lists all readers.
+/// Returns an error if the file is empty, damaged or cut off, or if its format or its variant of
+/// the format is not supported. If no format is recognized, the error lists all of them.
 pub fn read(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
     if bytes.is_empty() {
         return Err(TopographyFileError::Empty);
@@ -221,14 +223,15 @@ impl<'a> TopographyFile<'a> {
         self.format
     }
 
-    /// Returns the channels in the order of the file, at least one.
+    /// Returns the channels in the order of the file; there is at least one.
     pub fn channels(&self) -> &[Channel<'a>] {
         &self.channels
     }
 
-    /// Returns the index of the channel with this name or, if no name matches, with this number.
+    /// Returns the index of the channel with the given name or, if no name matches, of the channel
+    /// with this number.
     ///
-    /// Numbers count from 1, the index from 0.
+    /// Numbers start at 1; the returned index starts at 0.
     ///
     /// # Errors
     /// Returns an error if no channel matches, or if several channels have this name.
@@ -252,9 +255,8 @@ impl<'a> TopographyFile<'a> {
         }
     }
 
-    /// Returns the index of the first channel of heights in metres.
-    ///
-    /// If there is none, returns the index of the first channel without a unit.
+    /// Returns the index of the first channel of heights in metres. If there is none, returns the
+    /// index of the first channel without a unit.
     pub fn first_heights(&self) -> Option<usize> {
         let heights = |channel: &Channel<'_>| *channel.quantity() == Quantity::Height;
         let heights = self.channels.iter().position(heights);
@@ -291,7 +293,7 @@ impl FormatError {
     }
 
     fn value(entry: &str, value: impl ToString, allowed: &str) -> FormatError {
-        // A damaged file may hold a value of any length.
+        // The value is cut off, because it may have any length in a damaged file.
         let value: String = value.to_string().chars().take(60).collect();
         FormatError::Value { entry: entry.to_owned(), value, allowed: allowed.to_owned() }
     }
@@ -300,13 +302,12 @@ impl FormatError {
         FormatError::Damaged { part: part.to_owned(), reason: reason.to_string() }
     }
 
-    /// Creates the error for a file of a variant that the crate does not read.
     fn unsupported(what: impl Into<String>) -> FormatError {
         FormatError::Unsupported(what.into())
     }
 }
 
-/// Collects the channels of a file. If there are none, the error names `entry` as missing.
+/// Collects the channels of a file. If there are none, the error says that `entry` is missing.
 fn at_least_one<'a>(
     channels: impl IntoIterator<Item = Result<Channel<'a>, FormatError>>,
     entry: &str,

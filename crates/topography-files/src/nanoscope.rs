@@ -1,11 +1,11 @@
-//! Nanoscope files of Digital Instruments, Veeco and Bruker, with a text header of sections and
+//! Nanoscope files of Digital Instruments, Veeco and Bruker, with a text header in sections and
 //! maps of integers.
 //!
-//! The sides are those of the scan. Lines run along x; the first line has the largest y. A height
-//! is number × hard scale / 256^(bytes per number) × soft scale. `@2:Z scale` of the image gives
-//! the hard scale and names the scanner entry of the soft scale, for instance `@Sens. Zsens`. If
-//! the soft scale is not a length, the channel has the unit of that scale. SurfaceTopography leaves
-//! the stored numbers of such channels unchanged.
+//! The file gives the sides of the scan. Lines run along x; the first line has the largest y. A
+//! height is number × hard scale / 256^(bytes per number) × soft scale. The entry `@2:Z scale` of
+//! the image gives the hard scale and the name of the scanner entry with the soft scale, such as
+//! `@Sens. Zsens`. If the soft scale does not lead to a length, the channel has another unit. For
+//! such channels, SurfaceTopography returns the stored numbers instead.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, factor, latin1};
@@ -21,7 +21,7 @@ pub const FORMAT: Format = Format {
     read,
 };
 
-/// First version whose numbers may have four bytes although the header says two.
+/// First version of Nanoscope whose numbers may have four bytes although the header says two.
 const FOUR_BYTES: i64 = 0x0920_0000;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -46,7 +46,7 @@ struct File<'a> {
     scanner: Vec<&'a Section>,
     /// Numbers of nodes of the whole scan along x and y.
     scan: Option<[i64; 2]>,
-    /// Side along y and its unit (`Slow Axis Size`), which override the scan size of an image.
+    /// Side along y and its unit (`Slow Axis Size`). They replace the scan size of an image.
     slow_side: Option<(f64, String)>,
 }
 
@@ -111,9 +111,9 @@ impl<'a> File<'a> {
         Ok(Channel::new(image.image_name(), unit, size, raster))
     }
 
-    /// Returns the numbers of nodes of an image.
-    ///
-    /// Some files give wrong numbers for the image. Those of the scan then fit its data length.
+    /// Returns the numbers of nodes of an image along x and y. `own` are the numbers that the image
+    /// gives. If they do not fit the `length` of the data in bytes but the numbers of the scan do,
+    /// these are used.
     fn nodes(
         &self,
         own: [usize; 2],
@@ -133,7 +133,7 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Returns the size of the map, given that the scan size of the image covers `own` nodes.
+    /// Returns the size of a map of `nodes`. The scan size of the image is that of `own` nodes.
     fn size(
         &self,
         image: &Section,
@@ -157,7 +157,7 @@ impl<'a> File<'a> {
         Size::new([x * grown[0], y * grown[1]], &Unit::parse(&unit))
     }
 
-    /// Returns the factor from stored numbers to heights, and the unit of these heights.
+    /// Returns the factor that converts stored numbers to heights, and the unit of the heights.
     fn scale(&self, image: &Section, bytes_per_pixel: i64) -> Result<(f64, String), FormatError> {
         let scale = image.entries.get("@4:z scale").or_else(|| image.entries.get("@2:z scale"));
         let scale = scale.ok_or_else(|| {
@@ -191,22 +191,22 @@ impl<'a> File<'a> {
     }
 }
 
-/// Section of the header, with all names in lower case.
+/// Section of the header. All names are in lower case.
 struct Section {
     name: String,
     entries: Entries,
 }
 
-/// Parsed value such as `V [Sens. Zsens] (0.006713867 V/LSB) 2.910461 V`.
+/// Parsed value of an entry, such as `V [Sens. Zsens] (0.006713867 V/LSB) 2.910461 V`.
 struct Scale {
-    /// Text in brackets, the name of the entry of the soft scale.
+    /// Text in square brackets, which is the name of the entry with the soft scale.
     soft: Option<String>,
-    /// Text after the brackets, a number and its unit.
+    /// Text after the brackets, which is a number and its unit.
     value: String,
 }
 
 impl Section {
-    /// Reads the sections of a file up to `\*File list end`.
+    /// Reads all sections of a file, up to the line `\*File list end`.
     fn all(bytes: &[u8]) -> Vec<Section> {
         let mut sections: Vec<Section> = Vec::new();
         for line in bytes.split(|&byte| byte == b'\n') {
@@ -254,7 +254,8 @@ impl Section {
         name.trim_matches('"').to_owned()
     }
 
-    /// Returns both sides of the scan and their unit. Old files give one side for square scans.
+    /// Returns the sides of the scan along x and y and their unit. Old files give only one side,
+    /// because the scan is square.
     fn scan_size(&self) -> Result<(f64, f64, String), FormatError> {
         let text = self.entries.text("scan size")?;
         let (x, rest) = quantity("scan size", text)?;
@@ -277,7 +278,7 @@ impl Scale {
     /// Returns an error if a bracket is not closed.
     fn parse(name: &str, text: &str) -> Result<Scale, FormatError> {
         let open = || FormatError::value(name, text, "a value whose brackets are closed");
-        // The first letter stands for the type of the entry: value, scale or choice.
+        // The first letter is the type of the entry: value, scale or choice.
         let mut rest = text.trim();
         rest = rest.strip_prefix(char::is_alphabetic).unwrap_or(rest);
         let mut soft = None;

@@ -1,9 +1,9 @@
 //! NetCDF files in versions 1 and 2 of the classic format, as `to_netcdf` of SurfaceTopography
 //! writes them.
 //!
-//! The variable `heights` has the dimensions `x` and `y`. The variables of these dimensions have
-//! the attributes `length`, the side of the whole map, and `unit`. An optional variable `mask` is
-//! not zero at missing points. Lines run along y if the first dimension is x, as in files of
+//! The variable `heights` has the dimensions `x` and `y`. The variables `x` and `y` have the
+//! attributes `length`, which is the side of the map, and `unit`. An optional variable `mask` is
+//! nonzero at missing points. Lines run along y if the first dimension is x, as in files of
 //! SurfaceTopography.
 
 use super::channel::{Channel, Size};
@@ -76,7 +76,7 @@ fn raster<'a>(
     Ok(raster.missing(missing.map_or(Missing::None, Missing::Value)).scaled(scale, offset))
 }
 
-/// Header of a file with its dimensions (names and lengths) and variables.
+/// Header of a file: dimensions, each with name and length, and variables.
 struct Dataset<'a> {
     dimensions: Vec<(&'a str, i64)>,
     variables: Vec<Variable<'a>>,
@@ -118,7 +118,7 @@ impl<'a> Dataset<'a> {
             _ => return Err(FormatError::Signature),
         };
         let mut cursor = Cursor::at(bytes, 4);
-        // The number of records does not matter, since maps have no record dimension.
+        // The number of records is ignored, because maps have no record dimension.
         whole(&mut cursor)?;
         let dimensions = list(&mut cursor, |cursor| Ok((name(cursor)?, whole(cursor)?.into())))?;
         list(&mut cursor, attribute)?;
@@ -186,13 +186,13 @@ fn whole(cursor: &mut Cursor<'_>) -> Result<u32, FormatError> {
     Ok(u32::from_be_bytes(cursor.array()?))
 }
 
-/// Reads a list, which has a tag, the number of elements and the elements.
+/// Reads a list, which consists of a tag, the number of elements and the elements.
 fn list<'a, T>(
     cursor: &mut Cursor<'a>,
     element: impl Fn(&mut Cursor<'a>) -> Result<T, FormatError>,
 ) -> Result<Vec<T>, FormatError> {
     whole(cursor)?;
-    // The vector grows as elements are read, so that a damaged count allocates nothing.
+    // The vector grows as elements are read, so that a damaged number allocates no memory.
     (0..whole(cursor)?).map(|_| element(cursor)).collect()
 }
 
@@ -234,7 +234,7 @@ fn variable<'a>(cursor: &mut Cursor<'a>, wide: bool) -> Result<Variable<'a>, For
     let dimensions = dimensions.collect::<Result<_, FormatError>>()?;
     let attributes = list(cursor, attribute)?;
     let kind = whole(cursor)?;
-    // The length in bytes follows from the dimensions.
+    // The length in bytes is ignored: it follows from the dimensions.
     whole(cursor)?;
     let begin = match wide {
         true => usize::try_from(u64::from_be_bytes(cursor.array()?)).unwrap_or(usize::MAX),

@@ -1,8 +1,8 @@
 //! NumPy files with one two-dimensional array `[x, y]` of little-endian `f32` or `f64`.
 //!
 //! The format has neither size nor unit. Numbers that are not finite are missing points. The header
-//! is a Python dictionary with three entries in a fixed notation. It may claim sizes that overflow
-//! or exhaust memory, so every size is compared with the length of the file.
+//! is a Python dictionary with three entries in a fixed notation. The shape in the header is
+//! compared with the length of the file, because a damaged header could exhaust memory.
 
 use thiserror::Error;
 
@@ -26,13 +26,14 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Ok(vec![Channel::new("heights", Unit::None, Size::Unknown, raster)])
 }
 
-/// Error of [`npy_array`], which does not name the file because the crate does not know its path.
+/// Error of [`npy_array`]. It does not contain the path of the file, which the function does not
+/// know.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
 pub enum NpyError {
     #[error("not a NumPy file: it does not start with `\\x93NUMPY`")]
     Magic,
-    #[error("NumPy format version {0} is not supported; the versions 1 to 3 are")]
+    #[error("unsupported NumPy format version {0}; supported versions: 1 to 3")]
     Version(u8),
     #[error("the file ends within its header")]
     CutOff,
@@ -42,11 +43,14 @@ pub enum NpyError {
     Type { found: String },
     #[error("the array has shape {found:?}; a height map has two dimensions, such as [256, 256]")]
     Shape { found: Vec<u64> },
-    #[error("shape {shape:?} of type `{element}` needs {needed} bytes, the file has {found}")]
+    #[error(
+        "an array of shape {shape:?} and type `{element}` needs {needed} bytes of data, but the \
+         file has {found}"
+    )]
     Length { shape: Vec<u64>, element: &'static str, needed: u128, found: usize },
 }
 
-/// Reads a `.npy` file and returns its numbers of rows and columns and its elements.
+/// Decodes a `.npy` file. Returns the numbers of rows and columns of the array, and its elements.
 ///
 /// The elements are in row-major order and may be infinite or NaN.
 ///
@@ -112,7 +116,7 @@ impl Element {
             Some("<f8") => Ok(Self::Double),
             Some("<f4") => Ok(Self::Single),
             found => Err(NpyError::Type {
-                // A structured type is a list. Its first characters identify it.
+                // A structured type is a list, which may be long.
                 found: found.map_or_else(|| text.chars().take(40).collect(), str::to_owned),
             }),
         }
@@ -144,7 +148,7 @@ fn decode<const SIZE: usize>(data: &[u8], value: impl Fn([u8; SIZE]) -> f64) -> 
     data.as_chunks().0.iter().map(|bytes| value(*bytes)).collect()
 }
 
-/// Splits a NumPy file into header and data.
+/// Splits a NumPy file into its header and its data.
 fn split(bytes: &[u8]) -> Result<(&str, &[u8]), NpyError> {
     let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or(NpyError::Magic)?;
     let (claimed, rest) = match *rest {
@@ -199,7 +203,7 @@ fn unreadable(header: &str, entry: &'static str) -> NpyError {
     NpyError::Entry { entry, header }
 }
 
-/// Converts column-major to row-major order.
+/// Converts an array from column-major to row-major order.
 fn transposed(heights: &[f64], [rows, columns]: [usize; 2]) -> Vec<f64> {
     let indices = (0..rows).flat_map(|i| (0..columns).map(move |j| j * rows + i));
     indices.map(|index| heights[index]).collect()
@@ -266,7 +270,7 @@ mod tests {
         let longer = [bytes, vec![0]].concat();
         assert_eq!(
             npy_array(&longer).unwrap_err().to_string(),
-            "shape [2, 2] of type `<f8` needs 32 bytes, the file has 33"
+            "an array of shape [2, 2] and type `<f8` needs 32 bytes of data, but the file has 33"
         );
     }
 

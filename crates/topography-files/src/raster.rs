@@ -1,10 +1,10 @@
-//! Conversion of the numbers that a file stores to a map.
+//! Conversion of stored numbers to a height map.
 
 use std::borrow::Cow;
 
 use super::FormatError;
 
-/// Largest number of nodes of a map. A damaged header may claim any number.
+/// Maximum number of nodes of a map. A damaged header may give any number.
 const MAX_NODES: u64 = 1 << 30;
 
 /// Type of the stored numbers.
@@ -27,30 +27,29 @@ pub enum ByteOrder {
     Big,
 }
 
-/// Marker of missing points among the stored numbers. Numbers that are not finite are always
-/// missing.
+/// Stored numbers that mark missing points. Points whose number is not finite are always missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Missing {
     /// The format has no marker.
     None,
     /// Exactly this number marks missing points.
     Value(f64),
-    /// All numbers that equal this one in single precision mark missing points.
+    /// All numbers that equal this one to single precision mark missing points.
     Around(f64),
     /// This number and all larger ones mark missing points.
     From(f64),
 }
 
-/// Stored numbers of a map, line by line, with one number for every node.
+/// Stored numbers of a map with one number for each node, and their conversion to heights.
 #[derive(Debug, Clone)]
 pub struct Raster<'a> {
     nodes: [usize; 2],
     samples: Samples<'a>,
-    /// True if a stored line holds all x of one y, false if it holds all y of one x.
+    /// True if the numbers of a stored line have the same y, false if they have the same x.
     lines_along_x: bool,
-    /// True if the stored y descend.
+    /// True if the first stored number has the largest y.
     upside_down: bool,
-    /// True if the stored x descend.
+    /// True if the first stored number has the largest x.
     mirrored: bool,
     scale: f64,
     offset: f64,
@@ -84,7 +83,7 @@ impl Element {
     }
 }
 
-/// Checks the numbers of nodes along x and y that a file claims.
+/// Checks the numbers of nodes along x and y that a header gives.
 pub fn checked_nodes(nodes: [i64; 2]) -> Result<[usize; 2], FormatError> {
     if let Some(count) = nodes.into_iter().find(|&count| count < 1) {
         return Err(FormatError::value("number of nodes", count, "a positive number"));
@@ -102,9 +101,9 @@ pub fn map_bytes(nodes: [usize; 2], element: Element) -> usize {
 }
 
 impl<'a> Raster<'a> {
-    /// Creates a raster of lines along x, whose first `nodes[0]` numbers have the same y.
+    /// Creates a raster whose lines run along x: the first `nodes[0]` numbers have the same y.
     ///
-    /// Ignores bytes beyond the last number.
+    /// Bytes after the last number are ignored.
     pub fn rows(
         nodes: [usize; 2],
         element: Element,
@@ -115,7 +114,7 @@ impl<'a> Raster<'a> {
         Raster::padded_rows(nodes, element, order, stride, bytes)
     }
 
-    /// Creates a raster of lines along x that start every `stride` bytes.
+    /// Creates a raster whose lines run along x and start at multiples of `stride` bytes.
     pub fn padded_rows(
         nodes: [usize; 2],
         element: Element,
@@ -139,7 +138,7 @@ impl<'a> Raster<'a> {
         Ok(Raster::new(nodes, samples, true))
     }
 
-    /// Creates a raster of lines along y, whose first `nodes[1]` numbers have the same x.
+    /// Creates a raster whose lines run along y: the first `nodes[1]` numbers have the same x.
     pub fn columns(
         nodes: [usize; 2],
         element: Element,
@@ -150,19 +149,19 @@ impl<'a> Raster<'a> {
         Ok(Raster { nodes, lines_along_x: false, ..turned })
     }
 
-    /// Creates a raster of decoded numbers in lines along x.
+    /// Creates a raster of decoded numbers whose lines run along x.
     ///
     /// # Panics
-    /// Panics if the number of numbers differs from the number of nodes.
+    /// Panics if the length of `numbers` differs from the number of nodes.
     pub fn from_rows(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
         Raster::new(nodes, Samples::Numbers(numbers), true)
     }
 
-    /// Creates a raster of decoded numbers in lines along y.
+    /// Creates a raster of decoded numbers whose lines run along y.
     ///
     /// # Panics
-    /// Panics if the number of numbers differs from the number of nodes.
+    /// Panics if the length of `numbers` differs from the number of nodes.
     pub fn from_columns(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
         Raster::new(nodes, Samples::Numbers(numbers), false)
@@ -183,14 +182,14 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Maps every stored number to `scale` × number + `offset`.
+    /// Converts each stored number to `scale` × number + `offset`.
     pub fn scaled(self, scale: f64, offset: f64) -> Raster<'a> {
         Raster { scale, offset, ..self }
     }
 
-    /// Converts scaled numbers to metres by division by `per_metre`.
+    /// Converts scaled numbers to metres by dividing them by `per_metre`.
     ///
-    /// A product would be less accurate: ten micrometres would become 9.999999999999999e-6.
+    /// A multiplication would be less accurate: ten micrometres would become 9.999999999999999e-6.
     pub fn in_metres(self, per_metre: f64) -> Raster<'a> {
         Raster { per_metre, ..self }
     }
@@ -205,12 +204,12 @@ impl<'a> Raster<'a> {
         Raster { mirrored: !self.mirrored, ..self }
     }
 
-    /// Sets the marker of missing points, which is compared with numbers before scaling.
+    /// Sets the stored numbers that mark missing points. They are compared before scaling.
     pub fn missing(self, missing: Missing) -> Raster<'a> {
         Raster { missing, ..self }
     }
 
-    /// Marks the points as missing at which `mask` exceeds one half.
+    /// Marks points as missing where `mask` exceeds one half.
     pub fn masked(self, mask: Raster<'a>) -> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
     }
@@ -263,7 +262,7 @@ impl<'a> Raster<'a> {
         })
     }
 
-    /// Assembles the map from `stored(line, index in the line)`.
+    /// Assembles the map. `stored` returns the number with a given line and index in the line.
     fn gather(&self, stored: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let [nodes_x, nodes_y] = self.nodes;
         let mut values = Vec::with_capacity(nodes_x * nodes_y);
@@ -284,7 +283,7 @@ impl<'a> Raster<'a> {
         let is_missing = match self.missing {
             Missing::None => false,
             Missing::Value(marker) => stored == marker,
-            // Single precision has a relative spacing of 1.2e-7.
+            // The relative spacing of single-precision numbers is at most 1.2e-7.
             Missing::Around(marker) => (stored - marker).abs() <= 1.5e-7 * marker.abs(),
             Missing::From(marker) => stored >= marker,
         };
@@ -353,7 +352,7 @@ mod tests {
         let short = Raster::padded_rows([2, 2], Element::I8, ByteOrder::Little, 5, &stored[..]);
         assert_eq!(
             short.unwrap_err().to_string(),
-            "the map is cut off: 2 × 2 heights of 1 bytes need 7 bytes, 6 are left"
+            "the map is cut off: 2 × 2 heights of 1 bytes need 7 bytes, but only 6 are left"
         );
     }
 

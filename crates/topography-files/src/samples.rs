@@ -1,4 +1,4 @@
-//! Small files of every format that all hold the map [`EXPECTED`].
+//! Small files of every format, all of which contain the map [`EXPECTED`].
 
 use std::io::{Cursor, Write};
 
@@ -7,13 +7,12 @@ use flate2::write::ZlibEncoder;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-/// Heights `[x, y]` at three nodes along x and two along y, in nanometres.
-///
-/// Formats that can mark a point as missing mark the last one.
+/// Heights `[x, y]` at three nodes along x and two along y, in nanometres. If a format can mark
+/// missing points, the last point is marked as missing.
 pub const EXPECTED: [f64; 6] = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
-/// The map of [`EXPECTED`] as lines along x, the first at y = 0.
+/// The heights of [`EXPECTED`] as lines along x; the first line has y = 0.
 const ROWS: [[i16; 3]; 2] = [[1, 2, 3], [4, 5, 6]];
-/// Sides of the map in most of the files, in metres.
+/// Sides of the map in metres; some files have others.
 const SIDES: [f64; 2] = [3e-6, 4e-6];
 
 /// Sample file with its expected properties.
@@ -22,7 +21,7 @@ pub struct Sample {
     pub bytes: Vec<u8>,
     /// True if the last point is marked as missing.
     pub lacks_last_point: bool,
-    /// Sides in metres, `None` for a format without units.
+    /// Sides in metres; `None` if the format has no units.
     pub sides: Option<[f64; 2]>,
 }
 
@@ -99,7 +98,7 @@ impl Fields {
         self
     }
 
-    /// Appends text, padded with zeros.
+    /// Appends text, padded with zeros to `length` bytes.
     fn text(self, text: &str, length: usize) -> Fields {
         let zeros = length - text.len();
         self.bytes(text.as_bytes()).zeros(zeros)
@@ -109,7 +108,7 @@ impl Fields {
         self.bytes(&vec![0; count])
     }
 
-    /// Appends zeros up to an offset.
+    /// Appends zeros up to a position in the file.
     fn to(self, offset: usize) -> Fields {
         let zeros = offset - self.0.len();
         self.zeros(zeros)
@@ -131,7 +130,7 @@ impl Fields {
         self.bytes(&number.to_le_bytes())
     }
 
-    /// Appends every number of the rows, converted to bytes by `number`.
+    /// Appends the numbers of all rows; `number` converts a number to bytes.
     fn rows<const N: usize>(self, rows: [[i16; 3]; 2], number: fn(i16) -> [u8; N]) -> Fields {
         let bytes: Vec<u8> = rows.as_flattened().iter().flat_map(|&h| number(h)).collect();
         self.bytes(&bytes)
@@ -154,12 +153,12 @@ fn with_last(mut bytes: Vec<u8>, marker: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Content of an X3P file.
+/// Variable parts of the content of an X3P file.
 pub struct Archive {
     pub folder: &'static str,
     pub description: String,
     pub data: Vec<u8>,
-    /// Mask of the valid points, one bit per point.
+    /// Mask of the valid points with one bit per point.
     pub valid: Option<u8>,
 }
 
@@ -225,13 +224,13 @@ fn sur_header(signature: &str) -> Fields {
     units(units(fields)).to(334).u16(4).u16(2).to(518)
 }
 
-/// Writes a Digital Surf file whose last number, lowest height − 2, marks a missing point.
+/// Writes a Digital Surf file whose last number, the lowest height minus 2, marks a missing point.
 pub fn sur() -> Vec<u8> {
     let bytes = sur_header("DIGITAL SURF").rows(ROWS, i16::to_le_bytes).0;
     with_last(bytes, &(-1_i16).to_le_bytes())
 }
 
-/// Writes the file of [`sur`] in two compressed streams.
+/// Writes the same map as [`sur`], compressed as two streams.
 pub fn deflated_sur() -> Vec<u8> {
     let heights = &sur()[518..];
     let deflated = |bytes: &[u8]| {
@@ -356,7 +355,7 @@ fn metropro() -> Vec<u8> {
     with_last(bytes, &2147483640_i32.to_be_bytes())
 }
 
-/// Writes `heights` with lines along y, and `mask`.
+/// Writes a netCDF file with the variables `heights`, with lines along y, and `mask`.
 fn netcdf() -> Vec<u8> {
     let start = netcdf_header(0).len() as u64;
     let heights = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
@@ -366,7 +365,7 @@ fn netcdf() -> Vec<u8> {
     fields.bytes(&numbers.collect::<Vec<_>>()).bytes(&mask).0
 }
 
-/// Writes the header of a netCDF file whose numbers begin at offset `start`.
+/// Writes the header of a netCDF file. The numbers after it begin at byte `start`.
 fn netcdf_header(start: u64) -> Vec<u8> {
     const BYTE: u32 = 1;
     const DOUBLE: u32 = 6;
@@ -467,7 +466,7 @@ pub fn igor() -> Vec<u8> {
     with_checksum(fields.0)
 }
 
-/// Sets the checksum of a wave, so that its header adds up to zero.
+/// Sets the checksum of a wave such that the integers of its header add up to zero.
 pub fn with_checksum(mut wave: Vec<u8>) -> Vec<u8> {
     wave[2..4].fill(0);
     let (numbers, _) = wave[..384].as_chunks::<2>();

@@ -1,4 +1,4 @@
-//! Tests with small and with damaged files of every format.
+//! Tests with small files of every format and with damaged files.
 
 use proptest::prelude::*;
 
@@ -139,7 +139,7 @@ fn slopes_leave_out_missing_neighbours() {
     // All differences along x are 1, all along y are 4.
     assert!((slope("6") - 17_f64.sqrt()).abs() < 1e-14);
     assert!((slope("nan") - 17_f64.sqrt()).abs() < 1e-14);
-    // One of four differences along x is 3; differences along y at the last x do not count.
+    // One of four differences along x is 3. Differences along y at the last x are not used.
     let expected: f64 = (1.0 + 1.0 + 1.0 + 9.0) / 4.0 + 16.0;
     assert!((slope("8") - expected.sqrt()).abs() < 1e-14);
 }
@@ -168,7 +168,7 @@ fn heights_and_sides_in_different_units_have_no_slope() {
     assert_eq!(Statistics::new(&channel.map()).heights.unwrap().rms_slope, None);
 }
 
-/// Checks that any bytes are read as consistent maps or refused with a message.
+/// Checks that bytes are either read as consistent maps or refused with a message.
 fn check_read(bytes: &[u8]) {
     match read(bytes) {
         Ok(file) => {
@@ -195,7 +195,8 @@ fn every_truncated_file_is_read_or_refused() {
 
 #[test]
 fn a_truncated_binary_file_is_refused() {
-    // Formats of text, and formats with data after the heights that may be missing.
+    // Files of these formats can be valid even if they are cut off: text, and formats with optional
+    // data after the heights.
     let ends = ["text", "sdf", "ibw", "plu", "netcdf"];
     let binary = samples().into_iter().filter(|sample| !ends.contains(&sample.format));
     for sample in binary {

@@ -1,11 +1,11 @@
-//! Text files with a matrix, with or without header, as Gwyddion, SPIP, Nova and others export it,
-//! or with triplets of x, y and height on a grid.
+//! Text files. They contain a matrix, as exported by Gwyddion, SPIP, Nova and others with or
+//! without a header, or triplets of x, y and height on a grid.
 //!
 //! - The lines of a matrix run along x; the first line has y = 0.
-//! - The sides of a matrix are those of the header, or nodes × pixel size; those of triplets are
-//!   nodes × step.
+//! - The header may give the sides of a matrix, or its pixel size; the sides are then nodes × pixel
+//!   size. The sides of a grid of triplets are nodes × step.
 //! - Numbers have a decimal point or comma and are separated by spaces, tabs, semicolons or commas.
-//! - `nan`, `bad`, `inf`, empty cells and grid points without triplet are missing.
+//! - `nan`, `bad`, `inf`, empty cells and grid points without a triplet are missing points.
 //! - Three columns are triplets unless the header gives sides or numbers of nodes.
 
 mod header;
@@ -25,7 +25,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let what = "Wyko ASCII files are not supported; export the map as a binary `.opd` file";
         return Err(FormatError::unsupported(what));
     }
-    // If every notation fails, report the one that understood most lines.
+    // If every notation fails, report the error of the one that reached the farthest line.
     let mut farthest: Option<(usize, FormatError)> = None;
     for notation in Notation::ALL {
         match blocks(&text, notation) {
@@ -64,7 +64,7 @@ fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
     }
 }
 
-/// Header and the lines of numbers below it, which form one channel.
+/// Header and lines of numbers of one channel.
 #[derive(Default)]
 struct Block {
     header: Header,
@@ -73,10 +73,10 @@ struct Block {
     numbers: Vec<f64>,
 }
 
-/// Splits a file in the given notation into blocks.
+/// Splits a file into blocks and parses its numbers in the given notation.
 ///
 /// # Errors
-/// Returns the first line that the notation cannot read, with its number.
+/// Returns the number of the first line that cannot be read in this notation, and an error.
 fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatError)> {
     let mut blocks: Vec<Block> = Vec::new();
     let mut block = Block::default();
@@ -94,7 +94,8 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
                     block.columns = found;
                 } else if block.columns != found {
                     let columns = block.columns;
-                    let above = format!("it has {found} numbers, the lines above have {columns}");
+                    let above =
+                        format!("it has {found} numbers, but the lines above have {columns}");
                     return wrong(above);
                 }
                 block.lines += 1;
@@ -170,14 +171,14 @@ enum Line {
 }
 
 impl Notation {
-    /// Notations in the order in which they are tried.
+    /// All notations, in the order in which they are tried.
     ///
-    /// `1,5 2,5` is two numbers with decimal commas, `1, 5` is two integers, `1,5` alone is one
+    /// `1,5 2,5` is two numbers with decimal commas, `1, 5` is two integers, and `1,5` alone is one
     /// number.
     const ALL: [Notation; 3] = [Notation::Points, Notation::DecimalCommas, Notation::CommasBetween];
 
     fn line(self, line: &str) -> Line {
-        // Editors of MS-DOS end a file with 0x1a.
+        // Editors of MS-DOS write 0x1a at the end of a file.
         let line = line.trim_matches(|letter: char| letter.is_whitespace() || letter == '\u{1a}');
         if line.is_empty() {
             return Line::Empty;
@@ -221,19 +222,19 @@ impl Notation {
     }
 }
 
-/// Largest distance of a coordinate from its node, in steps. Files may round coordinates.
+/// Maximum distance of a coordinate from its node, in steps. Coordinates in files may be rounded.
 const TOLERANCE: f64 = 0.1;
-/// Largest gap between equal coordinates, as a fraction of the largest gap of all.
+/// Maximum gap between coordinates that are considered equal, as a fraction of the largest gap.
 const EQUAL: f64 = 0.01;
-/// Smallest fraction of the grid points that must have a triplet.
+/// Minimum fraction of the grid points that must have a triplet.
 const MIN_FILLED: f64 = 0.05;
 
-/// Map made of triplets x, y, height.
+/// Map assembled from triplets of x, y and height.
 struct Grid {
     nodes: [usize; 2],
-    /// Sides, nodes × step, in the unit of the coordinates.
+    /// Sides (nodes × step) in the unit of the coordinates.
     sides: [f64; 2],
-    /// Heights with x along the first axis; NaN at nodes without triplet.
+    /// Heights with x along the first axis; NaN at nodes without a triplet.
     heights: Vec<f64>,
 }
 
@@ -247,12 +248,12 @@ struct Axis {
 }
 
 impl Grid {
-    /// Puts triplets, in any order, onto the grid that their coordinates span.
-    ///
-    /// `triplets` holds x, y, height of the first triplet, then of the second, and so on.
+    /// Assembles a map from triplets in any order. `triplets` has x, y and height of the first
+    /// triplet, then of the second, and so on.
     ///
     /// # Errors
-    /// Returns an error if the triplets lie on no grid, or if two of them lie on the same node.
+    /// Returns an error if the triplets do not lie on a grid, or if two of them lie on the same
+    /// node.
     fn from_triplets(triplets: &[f64]) -> Result<Grid, FormatError> {
         let (points, _) = triplets.as_chunks::<3>();
         let x = Axis::from_coordinates("x", points.iter().map(|point| point[0]).collect())?;
@@ -267,7 +268,7 @@ impl Grid {
         let count = nodes[0] * nodes[1];
         if (points.len() as f64) < MIN_FILLED * count as f64 {
             return Err(FormatError::unsupported(format!(
-                "the {} triplets lie on no grid: a grid through them has {} × {} nodes",
+                "the {} triplets do not lie on a grid: a grid through them has {} × {} nodes",
                 points.len(),
                 nodes[0],
                 nodes[1]
@@ -291,10 +292,11 @@ impl Grid {
 }
 
 impl Axis {
-    /// Finds the evenly spaced axis through the given coordinates.
+    /// Finds an evenly spaced axis that contains the given coordinates.
     ///
-    /// The step follows from the number of different coordinates. If this does not fit because
-    /// whole lines are missing, the step follows from the smallest gap.
+    /// The step is the range divided by the number of different coordinates minus one. If the
+    /// coordinates do not fit this step because whole lines are missing, the step is about the
+    /// smallest gap.
     fn from_coordinates(name: &str, mut coordinates: Vec<f64>) -> Result<Axis, FormatError> {
         if let Some(wrong) = coordinates.iter().find(|x| !x.is_finite()) {
             return Err(FormatError::value(name, wrong, "a finite number"));
@@ -330,7 +332,7 @@ impl Axis {
         })
     }
 
-    /// Returns the index of the node at a coordinate.
+    /// Returns the index of the node at a coordinate, or an error if there is no node.
     fn index_of(&self, name: &str, coordinate: f64) -> Result<usize, FormatError> {
         let steps = (coordinate - self.first) / self.step;
         let node = steps.round();
@@ -400,7 +402,7 @@ mod tests {
             "h=3 w=4\n1 2 3 4\n5 6 7 8\n",
             "`y-pixels` is 3; expected 2, the number in the matrix",
         );
-        refused("1 2 3 4\n5 6 7\n", "line 2: it has 3 numbers, the lines above have 4");
+        refused("1 2 3 4\n5 6 7\n", "line 2: it has 3 numbers, but the lines above have 4");
         refused("1 2 3 4\n5 6 x 8\n", "line 2: `5 6 x 8` is not a line of numbers");
     }
 

@@ -1,5 +1,6 @@
-//! Formats with a text header of named values followed by numbers: AL3D, BCR-STM, Gwyddion simple
-//! field, Molecular Imaging and SDF. The constant of each format documents its line order and size.
+//! Formats with a text header of named values, followed by numbers: AL3D, BCR-STM, Gwyddion simple
+//! field, Molecular Imaging and SDF. The constant of each format documents its line order and
+//! sides.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, factor, latin1, utf8_or_latin1};
@@ -9,9 +10,9 @@ use super::{Format, FormatError, at_least_one};
 
 /// AL3D format of Alicona, with header lines of 52 bytes and `f32` numbers at `DepthImageOffset`.
 ///
-/// A header line is a name of 20 bytes, a value of 30 bytes and a line end. Lengths are in metres;
-/// the size is nodes × pixel size. Lines run along x; the first line has y = 0. Each line starts at
-/// a multiple of 8 bytes from the first. `InvalidPixelValue` marks missing points.
+/// A header line has a name of 20 bytes, a value of 30 bytes and a line end. Lengths are in metres;
+/// the sides are nodes × pixel size. Lines of numbers run along x and are padded to a multiple of 8
+/// bytes; the first line has y = 0. `InvalidPixelValue` marks missing points.
 pub const AL3D: Format = Format {
     name: "al3d",
     title: "Alicona Imaging",
@@ -31,7 +32,7 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         entries.insert(&cursor.text(20)?, &cursor.text(30)?);
         cursor.skip(2)
     };
-    // `Version` and `TagCount`, the number of the following header lines.
+    // `Version`, then `TagCount`, which is the number of header lines that follow.
     line(&mut entries)?;
     line(&mut entries)?;
     for _ in 0..entries.whole("TagCount")? {
@@ -63,9 +64,9 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// BCR-STM and BCRF formats, an exchange format of scanning probe microscopes.
 ///
 /// The text header has `headersize` (default 2048) characters of one or two bytes. Integers or
-/// floats follow. The sides are those of the whole map. Lines run along x; the first line has
+/// floats follow. The header gives the sides of the map. Lines run along x; the first line has
 /// y = 0. Heights are in `zunit`; integers are multiplied by `bit2nm`. The integer 32767 and floats
-/// from 1.7e38 on mark missing points.
+/// of at least 1.7e38 mark missing points.
 pub const BCR: Format =
     Format { name: "bcrf", title: "BCR-STM", version: 1, has_signature: true, read: read_bcr };
 
@@ -131,7 +132,7 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
     Ok(Channel::new("heights", Unit::parse(unit("zunit")), size, raster))
 }
 
-/// Reads lines `name = value`, without comments.
+/// Parses lines `name = value` and ignores comments.
 fn bcr_entries(text: &str) -> Entries {
     let lines = text.lines().filter(|line| !line.starts_with(['%', '#']));
     Entries::from_lines(lines.map(|line| line.trim_start_matches('\u{feff}')), '=')
@@ -162,8 +163,8 @@ impl Encoding {
 
 /// Gwyddion simple field, with lines `Name = value`, zero padding to four bytes and `f32` numbers.
 ///
-/// The sides are those of the whole map; they are unknown if the header lacks them. Lines run along
-/// x; the first line has y = 0. NaN marks missing points.
+/// The header may give the sides of the map; otherwise they are unknown. Lines run along x; the
+/// first line has y = 0. NaN marks missing points.
 pub const GSF: Format = Format {
     name: "gsf",
     title: "Gwyddion simple field",
@@ -197,8 +198,8 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 
 /// Format of Molecular Imaging and Agilent, with a text header followed by maps of integers.
 ///
-/// Names fill 14 columns of the header. The sides are those of the whole map, in metres. Lines run
-/// along x; the first line has the largest y. A height is number / 2^15 × `bufferRange` for
+/// Names fill 14 columns of the header, which gives the sides of the map in metres. Lines run along
+/// x; the first line has the largest y. A height is number / 2^15 × `bufferRange` for
 /// integers of 16 bits, and number / 2^31 × `bufferRange` for integers of 32 bits.
 pub const MI: Format = Format {
     name: "mi",
@@ -269,12 +270,12 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
     Err(FormatError::missing("data"))
 }
 
-/// Surface data files of ISO 25178-71 and of its predecessor BCR, as text or binary.
+/// Surface data files of ISO 25178-71 and of its predecessor BCR, either text or binary.
 ///
 /// A text file has a text header and a text matrix. A binary file has a header of 81 bytes and
-/// numbers of one of eight types. Lengths are in metres; the size is points × scale. Profiles run
-/// along x; the first profile has y = 0. Missing points are `BAD` in text files. For integers of
-/// two and four bytes they are the largest unsigned and the smallest signed number.
+/// numbers of one of eight types. Lengths are in metres; the sides are points × scale. Profiles run
+/// along x; the first profile has y = 0. `BAD` marks missing points in text files. Among integers
+/// of two and four bytes, the largest unsigned or smallest signed number marks them.
 pub const SDF: Format = Format {
     name: "sdf",
     title: "surface data file, ISO 25178-71",

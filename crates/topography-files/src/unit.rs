@@ -1,8 +1,9 @@
-//! Parsing and conversion of units as files spell them.
+//! Units in files: parsing of their spellings, and conversion.
 
-/// SI prefixes, each with the number of prefixed units that make one unit without prefix.
+/// SI prefixes with the number of prefixed units in one unit without a prefix, such as 1000 for
+/// milli.
 ///
-/// For small units this number is a positive power of ten, which is exact.
+/// This number is a positive power of ten for all small units, so that it is exact.
 const PREFIXES: [(&str, f64); 11] = [
     ("G", 1e-9),
     ("M", 1e-6),
@@ -22,14 +23,14 @@ const PREFIXES: [(&str, f64); 11] = [
 pub enum Unit {
     /// The file gives no unit.
     None,
-    /// Unit of length, as the number of units in a metre.
+    /// A unit of length; the number is that of units in a metre.
     Length(f64),
-    /// Unit of another quantity, as the file spells it.
+    /// A unit of another quantity, with its spelling in the file.
     Other(String),
 }
 
 impl Unit {
-    /// Parses the spelling of a unit. The ångström is `Å`, since a lone `A` is the ampere.
+    /// Parses the spelling of a unit. `Å` is the ångström, but `A` is the ampere.
     pub fn parse(text: &str) -> Unit {
         let text = normal(text);
         if text.is_empty() {
@@ -64,7 +65,7 @@ pub fn ratio(from: &str, to: &str) -> Option<f64> {
     if let (Some(from), Some(to)) = (length(&from), length(&to)) {
         return Some(to / from);
     }
-    // The same unit with two prefixes, such as mV and V.
+    // The units differ only by a prefix, such as mV and V.
     PREFIXES.iter().find_map(|(prefix, count)| {
         let base = from.strip_prefix(prefix).filter(|base| !base.is_empty())?;
         let other = PREFIXES.iter().find(|(prefix, _)| to.strip_prefix(prefix) == Some(base))?;

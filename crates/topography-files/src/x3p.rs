@@ -1,10 +1,10 @@
-//! X3P files of ISO 25178-72 (formerly ISO 5436-2), zip archives of `main.xml`, which describes the
-//! axes, and a binary matrix.
+//! X3P files of ISO 25178-72 (formerly ISO 5436-2). An X3P file is a zip archive with a description
+//! of the axes, `main.xml`, and a binary matrix.
 //!
-//! Lengths are in metres; the size is nodes × increment. Lines run along x; the first line has
+//! Lengths are in metres; the sides are nodes × increment. Lines run along x; the first line has
 //! y = 0. A height is number × increment + offset of the z axis. Integers are signed, as in the
-//! openGPS library. NaN marks missing points. The file of `ValidPointsLink` has one bit per point,
-//! starting at the lowest bit of a byte; points whose bit is 0 are missing.
+//! openGPS library. NaN marks missing points. The file that `ValidPointsLink` names has one bit per
+//! point, starting at the lowest bit of a byte; points whose bit is 0 are missing.
 
 use std::io::{Cursor, Read};
 
@@ -20,9 +20,9 @@ use super::{Format, FormatError};
 pub const FORMAT: Format =
     Format { name: "x3p", title: "X3P, ISO 25178-72", version: 1, has_signature: true, read };
 
-/// Length at which a `main.xml` is cut off, in bytes.
+/// Maximum number of bytes of a `main.xml` that are read.
 const MAX_XML_BYTES: usize = 16 << 20;
-/// Largest number of XML nodes of a `main.xml`.
+/// Maximum number of XML nodes of a `main.xml`.
 const MAX_XML_ELEMENTS: u32 = 1 << 20;
 
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
@@ -45,9 +45,9 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Ok(vec![description.channel(&mut archive, folder)?])
 }
 
-/// Returns the path of `main.xml` in the archive, since some programs put all files into a folder.
+/// Returns the path of `main.xml` in the archive. Some programs put all files into a folder.
 fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
-    // Ignore names that are not valid text: X3P has none.
+    // Ignore names that are not valid text: they do not occur in X3P files.
     let names = || archive.file_names().filter_map(Result::ok);
     let found = names().filter(|name| *name == "main.xml" || name.ends_with("/main.xml"));
     let highest = found.min_by_key(|name| (name.matches('/').count(), name.to_string()));
@@ -58,7 +58,8 @@ fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
     })
 }
 
-/// Reads a file of the archive: `expected` bytes, or up to [`MAX_XML_BYTES`] without that number.
+/// Reads a file of the archive: exactly `expected` bytes or, if that is `None`, at most
+/// [`MAX_XML_BYTES`].
 fn entry(
     archive: &mut Archive<'_>,
     name: &str,
@@ -157,7 +158,7 @@ fn element(code: &str) -> Result<Element, FormatError> {
     }
 }
 
-/// Returns the text of the element at a path of names in any namespace.
+/// Returns the text of the XML element at a path of names; namespaces are ignored.
 fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
     let mut node = root;
     for name in path {

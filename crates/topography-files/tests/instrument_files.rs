@@ -1,4 +1,4 @@
-//! Comparison of files of instruments and programs with the results of other readers.
+//! Reads files of instruments and programs and compares the results with those of other readers.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ fn files_agree_with_other_readers() {
         truth.lines().skip(1).map(|line| line.split(',').collect()).collect();
     assert!(rows.len() > 8);
     for (index, row) in rows.iter().enumerate() {
-        // A file may have several channels with the same name.
+        // Rows with equal file and channel names are about different channels, in order.
         let before = rows[..index].iter().filter(|other| other[..2] == row[..2]);
         agrees(row, before.count());
     }

@@ -1,4 +1,4 @@
-//! Header lines above the numbers of a text file.
+//! Header of a text file: the lines above the numbers.
 
 use crate::FormatError;
 use crate::unit::{Unit, ratio};
@@ -50,24 +50,24 @@ const NODES_X: &[&str] = &["x-pixels", "w", "nx"];
 const NODES_Y: &[&str] = &["y-pixels", "h", "ny"];
 const STEP_X: &[&str] = &["pixel size", "scale x"];
 const STEP_Y: &[&str] = &["scale y", "pixel size", "scale x"];
-/// Factor from numbers to nanometres in files of SPIP.
+/// Name of the factor that converts numbers to nanometres in files of SPIP.
 const NANOMETRES: &[&str] = &["bit2nm"];
-/// Name of the factor from numbers to heights, before and after its unit.
+/// Name of the factor that converts numbers to heights; a unit stands between the two parts.
 const FACTOR: [&str; 2] = ["height conversion factor (->", ")"];
 
-/// Entries of a header as names in lower case and values.
+/// Entries of a header: pairs of a name in lower case and a value.
 #[derive(Debug, Clone, Default)]
 pub struct Header {
     entries: Vec<(String, String)>,
 }
 
-/// Properties of a map that follow from its header.
+/// Properties of a map as given by its header.
 #[derive(Debug, Clone)]
 pub struct Description {
     pub name: Option<String>,
     pub lateral: Unit,
     pub height: Unit,
-    /// Factor from numbers to heights in the unit `height`.
+    /// Factor that converts numbers to heights in the unit `height`.
     pub factor: f64,
     /// Side lengths along x and y in the unit `lateral`.
     pub sides: Option<[f64; 2]>,
@@ -99,16 +99,16 @@ impl Header {
         [CHANNEL, WIDTH].iter().any(|names| header.get(names).is_some())
     }
 
-    /// Returns true if the header gives sides or numbers of nodes, as only that of a matrix does.
+    /// Returns true if the header gives sides or numbers of nodes, so that the file is a matrix.
     pub fn is_of_matrix(&self) -> bool {
         let known = [WIDTH, HEIGHT, NODES_X, NODES_Y, STEP_X];
         known.iter().any(|names| self.get(names).is_some())
     }
 
-    /// Interprets the entries for a map with these numbers of columns and lines.
+    /// Interprets the entries for a matrix with these numbers of columns and lines.
     ///
     /// # Errors
-    /// Returns an error if a number is unreadable or contradicts the matrix.
+    /// Returns an error if a number is invalid or contradicts the matrix.
     pub fn describe(&self, nodes: [usize; 2]) -> Result<Description, FormatError> {
         self.agrees(NODES_X, nodes[0])?;
         self.agrees(NODES_Y, nodes[1])?;
@@ -142,7 +142,8 @@ impl Header {
         })
     }
 
-    /// Returns the last value of the first of these names that the header has.
+    /// Returns the value of the first of `names` that occurs in the header. If that name is
+    /// repeated, its last value counts.
     fn get(&self, names: &[&str]) -> Option<&str> {
         let of = |wanted: &&str| {
             let mut entries = self.entries.iter().rev();
@@ -151,7 +152,7 @@ impl Header {
         names.iter().find_map(of).map(|(_, value)| value.as_str())
     }
 
-    /// Checks that a given number of nodes is that of the matrix.
+    /// Checks that the number of nodes in the header, if any, equals that of the matrix.
     fn agrees(&self, names: &[&str], found: usize) -> Result<(), FormatError> {
         match self.get(names) {
             Some(text) if text.parse() != Ok(found) => {
@@ -162,7 +163,7 @@ impl Header {
         }
     }
 
-    /// Returns the unit of the heights and the factor from numbers to heights.
+    /// Returns the unit of the heights, and the factor that converts numbers to this unit.
     fn height(&self) -> Result<(Option<String>, f64), FormatError> {
         let conversion = self.entries.iter().find_map(|(name, value)| {
             let unit = name.strip_prefix(FACTOR[0])?.strip_suffix(FACTOR[1])?;
@@ -182,7 +183,8 @@ impl Header {
         }
     }
 
-    /// Returns a side and its unit, from the side itself or from nodes × pixel size.
+    /// Returns a side and its unit. The header gives the side, or the pixel size, which is
+    /// multiplied by the number of nodes.
     fn side(
         &self,
         side: &[&str],
