@@ -24,9 +24,8 @@ pub use free::FreeHalfSpace;
 
 /// Elastic body under the pressures on a grid.
 ///
-/// A pressure p lowers the surface by u. u is the convolution of p with an even kernel, which has
-/// one factor for each wave of the mesh of the convolution. Several threads may use the operator at
-/// the same time.
+/// A pressure p lowers the surface by u, the convolution of p with an even kernel. The kernel has
+/// one factor for each wave of its mesh. Several threads may use the operator at the same time.
 pub trait ElasticOperator: Send + Sync {
     /// Returns the grid on which pressures act.
     fn grid(&self) -> Grid;
@@ -70,8 +69,8 @@ pub trait ElasticOperator: Send + Sync {
     /// a preconditioner. It is zero for the mean, so that the load does not change.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
-    /// Writes the displacements of the waves with 0, 1, … periods along axis `along` and `across`
-    /// along the other axis.
+    /// Writes the displacements per unit pressure of the waves with 0, 1, … periods along axis
+    /// `along` and `across` periods along the other axis.
     fn displacements(&self, along: Axis, across: usize, displacements: &mut [f64]) {
         for (waves, displacement) in displacements.iter_mut().enumerate() {
             *displacement = self.displacement(along.waves(waves, across));
@@ -79,7 +78,7 @@ pub trait ElasticOperator: Send + Sync {
     }
 
     /// Writes the stiffnesses of the waves with 0, 1, … periods along axis `along` and `across`
-    /// along the other axis.
+    /// periods along the other axis.
     fn stiffnesses(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
         for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
             *stiffness = self.stiffness(along.waves(waves, across));

@@ -67,9 +67,9 @@ pub const ROW_BATCH: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stored {
     Nothing,
-    /// The rows of the map.
+    /// Rows of the map.
     Rows,
-    /// The transforms of the rows.
+    /// Transforms of the rows.
     Spectra,
 }
 
@@ -155,8 +155,8 @@ fn plan_packed<T: Real>(rows: usize, nodes: [usize; 2]) -> Option<Packed<T>> {
 }
 
 impl<T: Real> Transform<T> {
-    /// Plans the transforms of a mesh of N_x × N_y nodes. Both numbers may be any positive number,
-    /// also a prime.
+    /// Plans the transforms of a mesh of N_x × N_y nodes, which may be any positive numbers, also
+    /// primes.
     pub fn new(nodes: [usize; 2]) -> Self {
         Self::padded(nodes, nodes)
     }

@@ -50,6 +50,8 @@ impl Instructions {
 
     /// Chooses the instruction set with the given name for this process.
     ///
+    /// # Errors
+    ///
     /// Fails if the processor does not support a set with this name, or if another set is already
     /// in use.
     pub fn choose(name: &str) -> Result<(), ChooseError> {

@@ -1,10 +1,11 @@
-//! Solves the contact of a rigid rough surface with an elastic half-space for a series of loads.
+//! Solver for the contact of a rigid rough surface with an elastic half-space under a series of
+//! loads.
 //!
-//! At every node of a mesh the pressure p and the gap g satisfy p ≥ 0, g ≥ 0 and p g = 0, with g =
-//! u − h − δ: displacement u of the elastic body, height h of the rough surface, and the rigid
-//! offset δ for which the mean pressure equals the load. The body is an [`ElasticOperator`]. There
-//! is no friction and no adhesion, so the solution is unique. It does not depend on earlier loads,
-//! which only provide an initial guess.
+//! The gap at a node of the mesh is g = u − h − δ, with the displacement u of the elastic body, the
+//! height h of the rough surface, and the rigid offset δ for which the mean pressure equals the
+//! load. The pressure p and the gap satisfy p ≥ 0, g ≥ 0 and p g = 0 at every node. The body is an
+//! [`ElasticOperator`]. There is no friction and no adhesion, so the solution is unique. It does
+//! not depend on earlier loads, which only provide an initial guess.
 //!
 //! A material with a [`Hardness`] H yields: the pressure is bounded, 0 ≤ p ≤ H, and where p = H the
 //! gap may be negative, by the depth that the material has yielded. A node is out of contact, in
@@ -128,14 +129,13 @@ pub struct Solver {
     earlier_pressure: Vec<f32>,
     earlier_load: f64,
 
-    /// Number of nodes in contact under the last load; the next field is that under the load
-    /// before.
+    /// Number of nodes in contact under the last load.
     contact_nodes: f64,
     earlier_contact_nodes: f64,
 
     earlier_gap: Vec<f32>,
     earlier_reference: f64,
-    /// Mean gap in contact, less the reference.
+    /// Mean gap in contact, minus the reference.
     offset: f64,
     earlier_offset: f64,
     /// Nodes that may be free in the first iteration of the next load.
@@ -160,7 +160,7 @@ struct FullContact {
 }
 
 impl Solver {
-    /// Prepares the solver of a surface with one height for each node of the body's grid.
+    /// Creates the solver of a surface with one height for each node of the body's grid.
     ///
     /// Heights are positive towards the body, in units of rms slope × the longer side of the cell.
     /// Their mean does not matter.
@@ -168,7 +168,7 @@ impl Solver {
         Self::with_hardness(body, None, heights)
     }
 
-    /// Prepares the solver of a surface on a material that yields at `hardness`, if given.
+    /// Creates the solver of a surface on a material that yields at `hardness`, if given.
     ///
     /// Loads whose elastic pressures stay below the hardness give the same bytes as
     /// [`Solver::new`]. A first load that was wrongly expected to exceed the hardness takes more
@@ -182,7 +182,7 @@ impl Solver {
         Self::with_threads(Threads::one(), Box::new(body), hardness, heights)
     }
 
-    /// Prepares the solver with several threads, which later [share the work](Solver::set_threads).
+    /// Creates the solver with several threads, which later [share the work](Solver::set_threads).
     pub fn with_threads(
         threads: Threads,
         body: Box<dyn ElasticOperator>,
@@ -358,7 +358,7 @@ pub struct Outcome {
     pub peak_pressure: f64,
 }
 
-/// Receives the progress of a load once per iteration, and can stop it.
+/// Observer of a load, which receives the progress once per iteration and can stop the solver.
 ///
 /// A closure `Fn() -> bool` implements `Watch`: it returns whether to stop.
 pub trait Watch {

@@ -18,7 +18,7 @@ use crate::grid::{Grid, magnitude};
 /// takes 162, 158 and 151 pairs of transforms, and a heavy one 209, 185 and 183.
 const MARGIN: f64 = 0.25;
 
-/// Divisor of the lengths of fast transforms, which have the factors 2, 3 and 5 only.
+/// Divisor of the lengths of transforms that are fast, which have the factors 2, 3 and 5 only.
 const NODES_TOGETHER: usize = 32;
 
 /// Isotropic half-space under a pressure that is zero outside the map.
@@ -166,7 +166,8 @@ mod tests {
         let body = FreeHalfSpace::new(rectangle([3, 5], [0.6, 1.0]));
         assert!((body.nodal_compliance(&Threads::one()) - expected).abs() < 1e-14);
         assert!((displacement_beside_cell([0.0; 2], [side; 2]) - expected).abs() < 1e-15);
-        // A corner belongs to four quarters of a square twice as large: half as deep as its centre.
+        // A corner of the square is the centre of a square of twice the side, of which this square
+        // is a quarter: the displacement is half of that in the centre.
         let corner = displacement_beside_cell([side / 2.0; 2], [side; 2]);
         assert!((corner / expected - 0.5).abs() < 1e-14);
     }

@@ -2,8 +2,8 @@
 //!
 //! Rows 2i and 2i + 1 of the map are the real and imaginary part of row i of a complex map z with
 //! N_x/2 × N_y nodes. Its transform Z(k_x, k_y), k_x modulo N_x/2, is E + iO, where E and O are the
-//! transforms of the even and the odd rows. The transform of the real map is E + wO at k_x and E −
-//! wO at k_x + N_x/2, with w = exp(−iθ), θ = 2πk_x/N_x. Let K and K′ be the kernel's factors at
+//! transforms of the even and the odd rows. With w = exp(−iθ), θ = 2πk_x/N_x, the transform of the
+//! real map is E + wO at k_x and E − wO at k_x + N_x/2. Let K and K′ be the kernel's factors at
 //! these two wavenumbers. Then the convolution is the product
 //!
 //! Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)*, S = (K + K′)/2, D = (K − K′)/2.

@@ -121,7 +121,7 @@ pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     }
 }
 
-/// Transposes a square matrix of processor registers by rounds that interleave row i with row i +
+/// Transposes a square matrix of processor registers, in rounds that interleave rows i and i +
 /// LANES/2.
 ///
 /// Each round exchanges one binary digit between the index of the row and the index of the lane.

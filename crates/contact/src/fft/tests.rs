@@ -99,7 +99,8 @@ fn power_is_the_same_in_space_and_in_the_spectrum() {
     }
 }
 
-/// Transforms, multiplies and transforms back in three steps, in double precision.
+/// Convolves in three separate steps in double precision: forward transform, product, inverse
+/// transform.
 fn convolved_apart(map: &[f64], nodes: [usize; 2]) -> Vec<f64> {
     let transform = Transform::new(nodes);
     let mut scratch = transform.scratch();
@@ -115,7 +116,7 @@ fn convolved_apart(map: &[f64], nodes: [usize; 2]) -> Vec<f64> {
     apart
 }
 
-/// Returns the largest difference between a convolution and the same in three steps.
+/// Returns the largest difference between a convolution and the result of [`convolved_apart`].
 fn worst_error<T: Real>(nodes: [usize; 2], convolve: impl FnOnce(&[T], &mut [T])) -> f64 {
     let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
     let mut fused = vec![T::zero(); map.len()];
@@ -211,18 +212,19 @@ fn meshes_of_other_factors_are_left_to_rustfft() {
     }
 }
 
-/// Meshes for both implementations.
+/// Meshes, some of which each of the two implementations convolves.
 const BOTH_METHODS: [[usize; 2]; 8] =
     [[1, 1], [7, 7], [36, 36], [64, 64], [480, 480], [5, 36], [96, 32], [32, 160]];
 
-/// Meshes for both implementations that are large enough for three threads.
+/// The same, large enough for three threads.
 const SHARED: [[usize; 2]; 4] = [[640, 640], [700, 601], [832, 480], [1, 500_000]];
 
 fn threads(count: usize) -> Threads {
     Threads::new(NonZeroUsize::new(count).unwrap())
 }
 
-/// Returns the bits of a spectrum, of its inverse, and of convolutions of a corner with their sums.
+/// Returns the bits of a spectrum, of its inverse transform, and of convolutions of maps in a
+/// corner with their sums.
 fn bits_on<T: Real>(threads: &Threads, nodes: [usize; 2]) -> Vec<u64> {
     let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
     let transform = Transform::new(nodes);
@@ -262,7 +264,7 @@ fn any_number_of_threads_has_the_same_bits() {
 
 #[test]
 fn every_row_is_seen_once_in_ascending_order() {
-    /// The first row, and the one after the last.
+    /// Index of the first row, and of the row after the last.
     struct Calls(usize, usize);
     impl Rows<f64> for Calls {
         fn row(&mut self, row: Row, values: &mut [f64]) {
@@ -426,7 +428,8 @@ fn multiply_returns_the_sum_of_map_times_convolved_map() {
     }
 }
 
-/// Maps in the corners of larger meshes, for both implementations; rows may fill batches or not.
+/// Maps in corners of larger meshes, for both implementations. The rows of a map fill whole batches
+/// or not.
 const CORNERS: [([usize; 2], [usize; 2]); 8] = [
     ([1, 1], [2, 2]),
     ([5, 7], [10, 14]),

@@ -2,12 +2,12 @@
 //!
 //! If the material yields, pressures cannot be scaled back to their mean after a step, because
 //! saturated pressures would leave their bound. Instead, a constant is added to the direction
-//! before the step. It compensates all clipping that is to be expected, estimated from the free
+//! before the step. It compensates the clipping that is to be expected, estimated from the free
 //! nodes in a sample of rows. Similarly, the offset of the residual is chosen such that a step
 //! along the negative residual would change the pressures within their bounds but not their sum.
 //! This matters if few or no nodes are elastic: their mean gap then says nothing, and nodes jump
-//! between both bounds. [`Nodes`] computes the constant shift of bounded pressures that changes
-//! their sum by a given amount.
+//! between both bounds. [`Candidates`] computes the constant shift of bounded pressures that
+//! changes their sum by a given amount.
 
 use super::evaluation::Convergence;
 use super::inner_solver::InnerSolver;
@@ -15,8 +15,8 @@ use super::lanes::Wide;
 use super::passes::{GapSums, MIN_SAMPLE_NODES, PeekGap};
 use super::{Hardness, Solver};
 
-/// Ratio of the residual to reach to the present residual above which all free nodes are used to
-/// balance steps.
+/// All free nodes are used to balance steps if the residual to reach exceeds this fraction of the
+/// present residual.
 const BALANCED_REDUCTION: f64 = 1e-3;
 
 /// Sum of pressures and mean gap of free nodes while the hardness bounds the pressures.
@@ -80,7 +80,7 @@ impl InnerSolver {
             part: part as f32,
             stiffness: self.nodal_stiffness as f32,
             range: [(offset + error) as f32, (offset - error) as f32],
-            nodes: Nodes::default(),
+            nodes: Candidates::default(),
             level: offset as f32,
         });
         let (single, scratch) = (&self.transform, &mut self.scratch);
@@ -138,15 +138,15 @@ const ROUNDING: f64 = 1e-7;
 
 const STEPS: usize = 40;
 
-/// Pressures of nodes that may change, and the changes.
+/// Nodes whose pressures may change, with pressures and changes.
 #[derive(Default)]
-pub struct Nodes {
+pub struct Candidates {
     pressure: Vec<f32>,
     /// Change of the pressure of each node, before the common shift.
     change: Vec<f32>,
 }
 
-impl Nodes {
+impl Candidates {
     pub fn clear(&mut self) {
         self.pressure.clear();
         self.change.clear();
@@ -169,16 +169,16 @@ impl Nodes {
         self.change.append(&mut later.change);
     }
 
-    /// Appends the first `first` of `N` nodes. Copying all `N` is faster, because their number is
+    /// Appends the first `count` of `N` nodes. Copying all `N` is faster, because their number is
     /// fixed.
     #[inline(always)]
     pub fn extend<const N: usize>(
         &mut self,
         pressures: &[f32; N],
         changes: &[f32; N],
-        first: usize,
+        count: usize,
     ) {
-        let nodes = self.len() + first;
+        let nodes = self.len() + count;
         self.pressure.extend_from_slice(pressures);
         self.change.extend_from_slice(changes);
         self.pressure.truncate(nodes);
@@ -278,8 +278,8 @@ impl Nodes {
 mod tests {
     use super::*;
 
-    fn nodes(nodes: &[(f32, f32)]) -> Nodes {
-        let mut all = Nodes::default();
+    fn nodes(nodes: &[(f32, f32)]) -> Candidates {
+        let mut all = Candidates::default();
         for (pressure, change) in nodes {
             all.push(*pressure, *change);
         }
@@ -294,14 +294,14 @@ mod tests {
     }
 
     #[test]
-    fn nodes_at_their_bounds_leave_it_to_the_others() {
+    fn nodes_at_their_bounds_do_not_take_part_in_the_shift() {
         // The first node falls to zero and loses one; the last would exceed the ceiling.
         let all = nodes(&[(1.0, -3.0), (2.0, 0.0), (3.0, 0.0), (4.0, 7.0)]);
         assert!((all.shift(0.0, 4.0).unwrap() - 0.5).abs() < 1e-6);
     }
 
     #[test]
-    fn nodes_that_jump_from_bound_to_bound_are_chosen_by_how_much_they_want_to() {
+    fn of_nodes_that_jump_between_bounds_those_with_the_largest_changes_jump() {
         // Two of the three nodes with positive changes may rise, because two nodes fall.
         let all = nodes(&[(0.0, 900.0), (0.0, 800.0), (0.0, 700.0), (1.0, -800.0), (1.0, -900.0)]);
         let shift = all.shift(0.0, 1.0).unwrap();
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_sum_out_of_reach_has_no_shift() {
-        assert_eq!(Nodes::default().shift(0.0, 1.0), None);
+        assert_eq!(Candidates::default().shift(0.0, 1.0), None);
         assert_eq!(nodes(&[(0.5, 0.0)]).shift(0.6, 1.0), None);
         assert_eq!(nodes(&[(0.5, 0.0)]).shift(-0.6, 1.0), None);
     }

@@ -160,7 +160,7 @@ impl InnerSolver {
             };
             if line.loses_load() {
                 history.shorten_steps();
-                self.extension.continues = history.continues();
+                self.extension.is_enabled = history.uses_extension();
                 return End::Residual {
                     pending: PendingUpdate::ALL_BACK,
                     offset: convergence.offset,
@@ -237,7 +237,7 @@ impl InnerSolver {
     /// Returns the fraction of the step to keep.
     pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
         let part = history.learn(self.step_lengths_mut(history.is_nested), best);
-        self.extension.continues = history.continues();
+        self.extension.is_enabled = history.uses_extension();
         part
     }
 
@@ -370,7 +370,7 @@ impl InnerSolver {
             ceiling: Ceiling::at(self.ceiling()),
             reference_pressure: &self.reference_pressure,
             pressure_increment: Band::new(&mut self.pressure_increment),
-            given: self.extension.transpose_output(),
+            transposed: self.extension.transpose_output(),
             active: &self.active,
             last_step: Band::new(&mut self.last_step),
             gap: &self.gap,
@@ -401,7 +401,7 @@ impl InnerSolver {
             map: self.nodes,
             last_step: &self.last_step,
             active: &self.active,
-            taken: self.extension.transpose_input(),
+            collected: self.extension.transpose_input(),
         });
         let (single, scratch) = (&self.transform, &mut self.scratch);
         self.stiffness.finish_and_store(&mut pass, single, scratch);
@@ -416,7 +416,7 @@ impl InnerSolver {
             gap: &self.gap,
             last_step: &self.last_step,
             active: &self.active,
-            continued: self.extension.extended_rows(),
+            extended: self.extension.extended_rows(),
         });
         let (single, scratch) = (&self.transform, &mut self.scratch);
         self.stiffness.begin(&mut pass, single, scratch);

@@ -1,4 +1,4 @@
-//! Extension E of the residual of free nodes over all nodes, and its transpose.
+//! Extension E of the residual of free nodes to all nodes, and its transpose.
 //!
 //! Let r be the gap of free nodes above the offset. The pressure on free nodes that closes this gap
 //! displaces other nodes, too. If r is extended to all nodes by these displacements, this pressure
@@ -52,7 +52,7 @@ pub struct Extension {
     /// Numbers of nodes of the mesh; the map is a corner of the mesh.
     nodes: [usize; 2],
     /// False to extend by zeros, which makes corrections local, after steps that were far too long.
-    pub continues: bool,
+    pub is_enabled: bool,
 }
 
 struct Level {
@@ -90,13 +90,13 @@ impl Extension {
             for_neighbours: [vec![0.0; smallest], vec![0.0; smallest]],
             map,
             nodes,
-            continues: true,
+            is_enabled: true,
         }
     }
 
     /// Computes the extension from the sums of the residual in the smallest blocks.
     pub fn extend(&mut self, threads: &Threads) {
-        if !self.continues {
+        if !self.is_enabled {
             return self.levels[0].values.fill(0.0);
         }
         self.clear_beyond_map();
@@ -122,12 +122,12 @@ impl Extension {
         let smallest = &mut self.levels[0];
         let mut pass = JoinRows::new(smallest.blocks, &self.for_neighbours);
         over_rows(threads, &mut smallest.values, smallest.blocks[1], &mut pass);
-        self.hand_down(threads);
+        self.transpose_pyramid(threads);
     }
 
     /// Applies the transpose of the pyramid to the values of the smallest blocks.
-    fn hand_down(&mut self, threads: &Threads) {
-        if !self.continues {
+    fn transpose_pyramid(&mut self, threads: &Threads) {
+        if !self.is_enabled {
             return self.levels[0].values.fill(0.0);
         }
         for finer in 0..self.levels.len() - 1 {

@@ -52,12 +52,12 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Prepares the solver of a surface, as [`Solver::with_hardness`] does.
+    /// Creates the solver of a surface, as [`Solver::with_hardness`] does.
     pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
         self.solver_with_threads(Threads::one(), grid, heights)
     }
 
-    /// Prepares the solver with several threads, which later [share the work](Solver::set_threads).
+    /// Creates the solver with several threads, which later [share the work](Solver::set_threads).
     pub fn solver_with_threads(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
         let body: Box<dyn ElasticOperator> = match self.boundary {
             Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),

@@ -4,7 +4,7 @@
 //! [`Solver`](super::Solver) provides its initial pressures and gaps and evaluates its result.
 
 use super::Hardness;
-use super::balance::Nodes;
+use super::balance::Candidates;
 use super::extension::Extension;
 use super::flags::ActiveGroups;
 use super::half_space::Stiffness;
@@ -50,7 +50,7 @@ pub struct InnerSolver {
     pub is_by_blocks: bool,
     /// Nodes whose pressure may change, if the material yields; `candidate_steps` are their last
     /// steps.
-    pub candidates: Nodes,
+    pub candidates: Candidates,
     pub candidate_steps: Vec<f32>,
 
     pub transform: Transform<f32>,
@@ -95,7 +95,7 @@ impl InnerSolver {
             extension,
             two_level,
             is_by_blocks: false,
-            candidates: Nodes::default(),
+            candidates: Candidates::default(),
             candidate_steps: Vec::new(),
             displacement: elasticity::displacement_on(threads, body),
             scratch: transform.scratch_on(threads.clone()),

@@ -14,8 +14,8 @@
 
 use super::passes::{PendingUpdate, Sums};
 
-/// Largest factor that may be needed to restore the mean pressure after a step; a step that needs
-/// more is undone.
+/// Largest factor of the pressures that restores their mean after a step. If a larger factor is
+/// needed, the step is undone.
 const MAX_SCALE: f64 = 2.0;
 
 /// Energy along the line from the pressures before a step to those after it.
@@ -161,7 +161,7 @@ impl StepLengths {
         &self.0
     }
 
-    /// Restores the step lengths that [`Steps::all`] returned.
+    /// Restores the step lengths that [`StepLengths::all`] returned.
     pub fn restored<E>(mut next: impl FnMut() -> Result<f64, E>) -> Result<StepLengths, E> {
         let mut step_lengths = StepLengths::default();
         for step in &mut step_lengths.0 {
@@ -261,7 +261,7 @@ impl History {
     }
 
     /// Returns whether corrections extend the residual to nodes that are not free.
-    pub fn continues(&self) -> bool {
+    pub fn uses_extension(&self) -> bool {
         self.damping >= MIN_EXTENDING_DAMPING
     }
 

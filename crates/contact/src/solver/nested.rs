@@ -227,7 +227,7 @@ impl InnerSolver {
         // The result of a load may depend on earlier loads only through the saved state of the
         // solver.
         self.nested_step_lengths = StepLengths::default();
-        self.extension.continues = true;
+        self.extension.is_enabled = true;
         self.pairs = 0;
     }
 
@@ -355,7 +355,7 @@ impl Solver {
         watch: &dyn Watch,
     ) -> Option<Outcome> {
         self.inner.bound = bound;
-        self.inner.extension.continues = true;
+        self.inner.extension.is_enabled = true;
         self.inner.pairs += found.finer_pairs();
         let mut history = History::nested();
         // The mean displacement is zero. The displacement of a node in contact is its height plus

@@ -43,7 +43,7 @@ impl Solver {
         }
         self.inner.pairs = 0;
         self.expected = Expected::All;
-        self.inner.extension.continues = true;
+        self.inner.extension.is_enabled = true;
         self.inner.reference_pressure.prepare(settings.tolerance);
         self.inner.active.prepare(ReferencePressure::is_map(settings.tolerance));
         if self.reaches_full_contact(load) {
@@ -78,7 +78,7 @@ impl Solver {
             Some(hardness) if outcome.peak_pressure > hardness.pressure() => {
                 self.yields_from = self.yields_from.min(self.inner.load);
                 let evaluation = self.guess_yielding(hardness);
-                self.inner.extension.continues = true;
+                self.inner.extension.is_enabled = true;
                 self.solve(History::default(), evaluation, settings, watch)
             }
             _ => outcome,

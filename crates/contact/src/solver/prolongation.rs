@@ -69,7 +69,7 @@ impl CoarseContact {
         let mut pass = PressureLessGap {
             compliance: compliance as f32,
             offset: offset as f32,
-            done: AppliedUpdate::new(pending, inner.ceiling()),
+            update: AppliedUpdate::new(pending, inner.ceiling()),
             pressure_increment: &inner.pressure_increment,
             last_step: &inner.last_step,
             gap: &inner.gap,
@@ -138,8 +138,8 @@ impl InnerSolver {
     /// Begins again with the present pressures and gaps in contact near `offset`; takes one pair.
     pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> Start {
         self.reference += offset;
-        let done = AppliedUpdate::new(pending, self.ceiling());
-        self.begin_pressed(StartPressure::FromLastIteration(done))
+        let update = AppliedUpdate::new(pending, self.ceiling());
+        self.begin_pressed(StartPressure::FromLastIteration(update))
     }
 
     fn begin_pressed(&mut self, start: StartPressure) -> Start {

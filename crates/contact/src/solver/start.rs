@@ -35,8 +35,7 @@ use crate::fft::{Band, Transform};
 /// scaling the last solution.
 const REACH: RangeInclusive<f64> = -1.0..=4.0;
 
-/// Upper limit of a light load, as the pressure of one node that bears it alone, in units of E* ×
-/// rms slope.
+/// Upper limit of a light load: the pressure of one node that bears it alone, in E* × rms slope.
 const LIGHT: f64 = 1.0;
 
 /// Start of the iterations, with the first residual in the single-precision transform.

@@ -121,6 +121,8 @@ impl Solver {
 
     /// Reads the state of another solver of the same surface, body and hardness.
     ///
+    /// # Errors
+    ///
     /// Fails if there are fewer bytes than [`Solver::save`] wrote; the solver must not be used
     /// then.
     pub fn restore(&mut self, from: &mut dyn Read) -> io::Result<()> {
@@ -239,7 +241,7 @@ mod tests {
     const LOADS: [f64; 12] = [1e-9, 1e-5, 2e-5, 0.001, 0.01, 0.02, 0.03, 0.2, 0.5, 1.0, 4.0, 0.1];
 
     #[test]
-    fn a_solver_goes_on_with_the_same_bits_from_any_load() {
+    fn a_restored_solver_continues_with_the_same_bits_from_any_load() {
         for (seed, tolerance, hardness) in [(1, 6e-5, None), (2, 1e-8, None), (3, 6e-5, Some(5.0))]
         {
             let settings = Settings { tolerance, ..Settings::default() };

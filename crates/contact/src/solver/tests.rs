@@ -67,7 +67,7 @@ pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     heights.iter().map(|height| height * nodes as f64).collect()
 }
 
-/// Computes the gap from its definition, from kernels alone, minus its mean in elastic contact.
+/// Computes the gap minus its mean in elastic contact, from its definition and the kernels alone.
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     let transform = elasticity::transform::<f64>(&*solver.body);
     let mut gap = vec![0.0; heights.len()];
@@ -114,7 +114,8 @@ fn violation(solver: &Solver, heights: &[f64]) -> f64 {
     solver.inner.steps_per_side * violations.fold(0.0, f64::max)
 }
 
-/// Presses at the default tolerance and checks the outcome against the stored pressures.
+/// Solves the contact at the default tolerance, and checks the outcome against the stored
+/// pressures.
 fn assert_outcome(solver: &mut Solver, heights: &[f64], load: f64) -> Outcome {
     assert_outcome_at(&Settings::default(), solver, heights, load)
 }
@@ -140,7 +141,7 @@ fn assert_outcome_at(
     outcome
 }
 
-/// A folder of surfaces in `tests/data`, and the table of their solutions.
+/// Folder of surfaces in `tests/data`, and the table of their solutions.
 struct Reference {
     folder: &'static str,
     table: &'static str,
@@ -151,7 +152,7 @@ const RECTANGULAR_AND_FREE: Reference =
 
 const HARDNESS: Reference = Reference { folder: "hardness", table: "hardness.csv" };
 
-/// A row of the reference: one load on one surface.
+/// Row of the reference table, for one load on one surface.
 struct Solved(Vec<String>);
 
 impl Solved {

@@ -3,8 +3,8 @@
 //!
 //! If the material yields, most iterations of a load only find the strips of elastic nodes. Until
 //! these are found, corrections need not be as accurate as those of `conjugate_gradients`. Let r be
-//! the gap of free nodes and Π r its means over the free nodes of each block of `extension`. Let P
-//! r be the means over all nodes of each block after extending r to the nodes that are not free.
+//! the gap of free nodes and Π r its means over the free nodes of each block of `extension`. The
+//! means P r are over all nodes of each block, after r is extended to the nodes that are not free.
 //! The correction is
 //!
 //! s (r − Π r) + Pᵀ K P r.

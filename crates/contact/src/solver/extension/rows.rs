@@ -376,7 +376,7 @@ impl Extension {
     /// Applies the transpose of [`Extension::extend_means`], and adds the pressures `given` of each
     /// block.
     pub fn collect_means(&mut self, threads: &Threads, given: &[f32]) {
-        self.hand_down(threads);
+        self.transpose_pyramid(threads);
         let smallest = &mut self.levels[0];
         over_rows(threads, &mut smallest.values, smallest.blocks[1], &mut Add(given));
     }

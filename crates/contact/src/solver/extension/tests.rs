@@ -21,7 +21,7 @@ fn rows([rows, row_nodes]: [usize; 2]) -> impl Iterator<Item = Row> {
     (0..rows).map(move |index| Row::new(index, row_nodes))
 }
 
-/// Calls `see` on all rows, by passes split at each of these rows.
+/// Calls `visit` on all rows, with passes split at each of `cuts`.
 fn over<P>(
     nodes: [usize; 2],
     cuts: &[usize],
@@ -148,7 +148,7 @@ fn a_residual_on_all_nodes_is_extended_almost_unchanged() {
     let residual = vec![2.0; 96 * 80];
     let last_step = vec![f32::from_bits(FREE); 96 * 80];
     let values = continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step);
-    // The zero around the whole map has a weight of a fifth, and the whole map one in its quarters.
+    // The outer value has a weight of a fifth in each block. That of the largest block is zero.
     assert!(values.iter().all(|value| (1.99..=2.0).contains(value)));
 }
 

@@ -254,10 +254,10 @@ impl StartPressure<'_> {
     fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], last_step: &[f32]) {
         match self {
             Self::FromCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
-            Self::FromLastIteration(done) => {
+            Self::FromLastIteration(update) => {
                 let nodes = increment.iter().zip(last_step);
                 for (p, (increment, last_step)) in pressure.iter_mut().zip(nodes) {
-                    *p = done.pressure(*increment, *last_step);
+                    *p = update.pressure(*increment, *last_step);
                 }
             }
         }
@@ -266,7 +266,7 @@ impl StartPressure<'_> {
     fn split_off(&self) -> Self {
         match self {
             Self::FromCoarserMesh(prolonged) => Self::FromCoarserMesh(prolonged.split_off()),
-            Self::FromLastIteration(done) => Self::FromLastIteration(*done),
+            Self::FromLastIteration(update) => Self::FromLastIteration(*update),
         }
     }
 }
@@ -362,7 +362,7 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
 pub struct PressureLessGap<'a> {
     pub compliance: f32,
     pub offset: f32,
-    pub done: AppliedUpdate,
+    pub update: AppliedUpdate,
     pub pressure_increment: &'a [f32],
     pub last_step: &'a [f32],
     pub gap: &'a [f32],
@@ -376,7 +376,7 @@ impl Pass<f32> for PressureLessGap<'_> {
         let nodes = pressed.zip(row.of(self.gap));
         let mut peak = 0.0_f32;
         for (value, ((increment, last_step), gap)) in values.iter_mut().zip(nodes) {
-            let p = self.done.pressure(*increment, *last_step);
+            let p = self.update.pressure(*increment, *last_step);
             *value = self.compliance * p - (gap - self.offset);
             peak = greater(peak, p);
         }
@@ -474,8 +474,8 @@ mod tests {
         let marked = step.map(|by| f32::from_bits(by.to_bits() & !0b111 | FREE));
         let after = [0, 1, 2, 3].map(|node| before[node] + step[node]);
         let left = |pending, ceiling| {
-            let done = AppliedUpdate::new(pending, ceiling);
-            [0, 1, 2, 3].map(|node| done.pressure(after[node], marked[node]))
+            let update = AppliedUpdate::new(pending, ceiling);
+            [0, 1, 2, 3].map(|node| update.pressure(after[node], marked[node]))
         };
         let close = |found: [f32; 4], exact: [f32; 4]| {
             // The lowest bits of steps hold flags.
@@ -487,8 +487,8 @@ mod tests {
         let half = PendingUpdate { scale: 1.0, part: 0.5 };
         close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
         // Without the flag of free nodes the number is not a step.
-        let done = AppliedUpdate::new(PendingUpdate::ALL_BACK, f64::INFINITY);
+        let update = AppliedUpdate::new(PendingUpdate::ALL_BACK, f64::INFINITY);
         let unmarked = f32::from_bits(0.25_f32.to_bits() & !FREE | PRESSED);
-        assert_eq!(done.pressure(1.0, unmarked), 1.0);
+        assert_eq!(update.pressure(1.0, unmarked), 1.0);
     }
 }

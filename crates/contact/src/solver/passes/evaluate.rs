@@ -11,7 +11,7 @@ use crate::solver::flags::{
 };
 use crate::solver::lanes::{InOrder, Lanes, Pass, REST, greater, split, split_mut, weight};
 
-/// Writes the pressures to be convolved.
+/// Writes the pressures as input of the convolution.
 pub struct PressureInput<'a> {
     pub pressure: &'a [f64],
     /// Pressure at which nodes are saturated.
@@ -39,7 +39,8 @@ impl Pass<f64> for PressureInput<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Converts the pressures of the inner solver to double precision, and writes them to be convolved.
+/// Converts the pressures of the inner solver to double precision, and writes them as input of the
+/// convolution.
 pub struct PromotedInput<'a> {
     /// Factor that restores the mean of the pressures.
     pub scale: f64,

@@ -9,7 +9,7 @@ use crate::solver::flags::{ALL, ActiveGroups, FREE};
 use crate::solver::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
 use crate::threads::Threads;
 
-/// Writes the residual of free nodes, extended to the other nodes, to be convolved.
+/// Writes the residual of free nodes, extended to the other nodes, as input of the convolution.
 ///
 /// If the map is a corner of a larger mesh, the extension covers the other nodes.
 pub struct Extend<'a> {
@@ -18,13 +18,13 @@ pub struct Extend<'a> {
     pub gap: &'a [f32],
     pub last_step: &'a [f32],
     pub active: &'a ActiveGroups,
-    pub continued: ExtendedRows<'a>,
+    pub extended: ExtendedRows<'a>,
 }
 
 impl Pass<f32> for Extend<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        let [(own, of_own), (other, of_other)] = self.continued.row(row);
+        let [(own, of_own), (other, of_other)] = self.extended.row(row);
         let [rows, row_nodes] = self.map;
         let inside = if row.index() < rows { row_nodes } else { 0 };
         let (values, beyond) = values.split_at_mut(inside);
@@ -53,7 +53,7 @@ impl Pass<f32> for Extend<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self { continued: self.continued.split_off(), ..*self }
+        Self { extended: self.extended.split_off(), ..*self }
     }
 
     fn append(&mut self, _: Self) {}
@@ -106,13 +106,13 @@ impl Choose {
     }
 }
 
-/// Collects the pressures on nodes that are not free from rows of corrections.
+/// Reads rows of corrections, and collects the pressures on nodes that are not free.
 pub struct CollectFixed<'a> {
     /// Numbers of nodes of the map; nodes beyond it are not free.
     pub map: [usize; 2],
     pub last_step: &'a [f32],
     pub active: &'a ActiveGroups,
-    pub taken: TransposeInput<'a>,
+    pub collected: TransposeInput<'a>,
 }
 
 impl Pass<f32> for CollectFixed<'_> {
@@ -122,14 +122,14 @@ impl Pass<f32> for CollectFixed<'_> {
         if row.index() < rows {
             let last_step = Row::new(row.index(), row_nodes).of(self.last_step);
             let free = self.active.free_row(row);
-            self.taken.collect_row::<S, R>(simd, row, values, last_step, free);
+            self.collected.collect_row::<S, R>(simd, row, values, last_step, free);
         } else {
-            self.taken.collect_row::<S, R>(simd, row, values, &[], &[]);
+            self.collected.collect_row::<S, R>(simd, row, values, &[], &[]);
         }
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        Self { taken: self.taken.split_off(row), ..*self }
+        Self { collected: self.collected.split_off(row), ..*self }
     }
 
     fn append(&mut self, _: Self) {}

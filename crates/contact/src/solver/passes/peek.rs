@@ -5,7 +5,7 @@ use pulp::Simd;
 
 use super::begin::ReferencePressure;
 use crate::fft::{Band, Row};
-use crate::solver::balance::Nodes;
+use crate::solver::balance::Candidates;
 use crate::solver::extension::{Extension, TransposeOutput};
 use crate::solver::flags::{ActiveGroups, FREE, PRESSED, SATURATED, has};
 use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
@@ -31,7 +31,7 @@ pub struct Peek<'a> {
     groups: &'a ActiveGroups,
     sample: &'a Sample,
     /// Output of the transpose of the extension, to be added to corrections.
-    given: TransposeOutput<'a>,
+    transposed: TransposeOutput<'a>,
     sums: InOrder<PeekSums>,
     /// Free nodes that the pass collects if the material yields.
     candidates: Option<GatherCandidates<'a>>,
@@ -75,7 +75,7 @@ pub struct GatherCandidates<'a> {
     /// Factor of the last step that is still to be added to pressures.
     pub of_step: f32,
     /// Pressures of free nodes, and their changes by corrections.
-    pub nodes: Nodes,
+    pub nodes: Candidates,
     pub candidate_steps: Vec<f32>,
     pub rows: usize,
 }
@@ -125,7 +125,7 @@ impl GatherCandidates<'_> {
     }
 
     fn split_off(&mut self) -> Self {
-        Self { nodes: Nodes::default(), candidate_steps: Vec::new(), rows: 0, ..*self }
+        Self { nodes: Candidates::default(), candidate_steps: Vec::new(), rows: 0, ..*self }
     }
 
     fn append(&mut self, mut later: Self) {
@@ -147,7 +147,7 @@ impl<'a> Peek<'a> {
             last_step,
             groups,
             sample,
-            given: extension.transpose_output(),
+            transposed: extension.transpose_output(),
             sums: InOrder::new(),
             candidates,
         }
@@ -182,7 +182,7 @@ impl Pass<f32> for Peek<'_> {
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
         let last_step = row.of(self.last_step);
         let groups = self.groups.free_row(row);
-        self.given.add_to_row(row, values, groups);
+        self.transposed.add_to_row(row, values, groups);
         if let Some(candidates) = &mut self.candidates {
             candidates.gather(row, values, last_step, groups);
         }
@@ -215,7 +215,7 @@ impl Pass<f32> for Peek<'_> {
 
     fn split_off(&mut self, _: Row) -> Self {
         Self {
-            given: self.given.split_off(),
+            transposed: self.transposed.split_off(),
             sums: InOrder::new(),
             candidates: self.candidates.as_mut().map(GatherCandidates::split_off),
             ..*self
@@ -244,7 +244,7 @@ pub struct PeekGap<'a> {
     /// count.
     pub range: [f32; 2],
     /// Pressures of the collected nodes, and their changes by the gap above `level`.
-    pub nodes: Nodes,
+    pub nodes: Candidates,
     pub level: f32,
 }
 
@@ -283,7 +283,7 @@ impl Pass<f32> for PeekGap<'_> {
     }
 
     fn split_off(&mut self, _: Row) -> Self {
-        Self { nodes: Nodes::default(), ..*self }
+        Self { nodes: Candidates::default(), ..*self }
     }
 
     fn append(&mut self, later: Self) {

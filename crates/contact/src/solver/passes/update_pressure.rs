@@ -54,7 +54,7 @@ pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub pressure_increment: Band<'a, f32>,
     pub active: &'a ActiveGroups,
     /// Output of the transpose of the extension, to be added to corrections.
-    pub given: TransposeOutput<'a>,
+    pub transposed: TransposeOutput<'a>,
     pub last_step: Band<'a, f32>,
     pub gap: &'a [f32],
     pub heights: &'a [f32],
@@ -65,7 +65,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let active = self.active.row(row);
-        self.given.add_to_row(row, values, self.active.free_row(row));
+        self.transposed.add_to_row(row, values, self.active.free_row(row));
         let (values, last_values) = split_mut::<S, R>(values);
         let (reference_pressure, last_base) = split::<S, R>(self.reference_pressure.row(row));
         let (increment, last_increment) = split_mut::<S, R>(self.pressure_increment.row(row));
@@ -108,7 +108,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
         Self {
             pressure_increment: self.pressure_increment.split_off(row),
             last_step: self.last_step.split_off(row),
-            given: self.given.split_off(),
+            transposed: self.transposed.split_off(),
             sums: InOrder::new(),
             ..*self
         }

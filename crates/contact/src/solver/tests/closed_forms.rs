@@ -1,5 +1,5 @@
-//! Closed forms and contacts solved by independent code: on squares, on rectangles with square and
-//! other cells, and with free boundaries.
+//! Tests against closed forms and against contacts solved by independent code: on squares, on
+//! rectangles with square and other cells, and with free boundaries.
 
 use std::f64::consts::{PI, TAU};
 
@@ -135,7 +135,8 @@ fn crossed_waves_touch_in_discs_at_first_and_part_in_discs_at_last() {
     // Discs of 15 nodes across; the mesh enlarges their area by a few per cent.
     let light = PI * (3.0 * 0.005 / (8.0 * PI)).powf(2.0 / 3.0);
     assert!((area(0.005) / light - 1.0).abs() < 0.12);
-    // Gaps of 12 nodes across, reduced by as much; the expansion itself is of first order.
+    // Gaps of 12 nodes across, whose area the mesh reduces by as much; the expansion itself is of
+    // first order.
     let gap = 1.5 / PI * 0.01;
     assert!(((1.0 - area(0.99)) / gap - 1.0).abs() < 0.2);
 }
@@ -151,7 +152,8 @@ fn a_sphere_touches_as_hertz_has_it() {
     let contact_radius = 10.0 / nodes as f64;
     let load = 4.0 / 3.0 * contact_radius.powi(3) / radius;
     let outcome = solved(&mut solver, load);
-    // First order in the mesh over the radius of ten nodes; periodic images contribute 1e-3.
+    // The error is of first order in the ratio of the mesh step to the radius of ten nodes;
+    // periodic images contribute 1e-3.
     let peak = 2.0 * contact_radius / (PI * radius);
     assert!((outcome.peak_pressure / peak - 1.0).abs() < 0.01);
     let area = outcome.contact_nodes as f64 / (nodes * nodes) as f64;
@@ -173,7 +175,7 @@ fn a_flat_punch_presses_hardest_at_its_rim() {
         let r = node as f64 / nodes as f64 / radius;
         let pressure = solver.pressure()[(nodes / 2 + node) * nodes + nodes / 2];
         let punch = mean_pressure / 2.0 / (1.0 - r * r).sqrt();
-        // First order in the mesh: half a node in a radius of twelve, squared.
+        // The error of the radius is half a node in twelve, and the pressure depends on its square.
         assert!((pressure / punch - 1.0).abs() < 0.08, "{r}: {pressure} against {punch}");
     }
 }
@@ -282,7 +284,8 @@ fn edges_take_hardly_more_pairs_than_a_map_that_repeats() {
             *pairs += spent.iter().sum::<u32>();
         }
     }
-    // On 1024² nodes 158 for 135; without a margin around the map 312.
+    // On 1024² nodes the free body takes 158 pairs and the periodic one 135. Without a margin
+    // around the map the free body would take 312.
     let [periodic, free] = pairs;
     assert!(4 * free < 5 * periodic, "{free} for {periodic}");
 }

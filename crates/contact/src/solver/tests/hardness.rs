@@ -1,4 +1,5 @@
-//! Tests of materials that yield: independent code, hard and soft limits, and random surfaces.
+//! Tests of materials that yield, against independent code, in the limits of hard and soft
+//! materials, and on random surfaces.
 
 use std::f64::consts::{PI, TAU};
 
@@ -161,7 +162,7 @@ fn a_ball_yields_first_where_hertz_has_the_peak() {
         let mut solver = half_space(hardness).solver(square(nodes, 1.0), &heights);
         (solved(&mut solver, load), solver)
     };
-    // Within the error of the mesh at the peak.
+    // 0.5 per cent allow for the error of the mesh at the peak.
     assert_eq!(pressed(1.005 * hertz).0.saturated_nodes, 0);
     let (outcome, solver) = pressed(0.95 * hertz);
     // Hertz' pressure is above 0.95 of its peak for r² < (1 − 0.95²) a²; the load that this disc
@@ -203,7 +204,7 @@ fn a_search_that_sees_a_sample_of_rows_finds_what_one_that_sees_all_does() {
         assert_eq!(outcome.stop, Stop::Converged, "{load}: {outcome:?}");
         assert!(outcome.pairs < 250, "{load}: {outcome:?}");
         let tolerance = Settings::default().tolerance;
-        // Nodes that are released, and the mean after that.
+        // Releasing nodes and restoring the mean change gaps by a part of the residual.
         assert_complementary(&solver, &heights, load, 1.5 * tolerance);
     }
 }

@@ -1,5 +1,5 @@
-//! Very light loads, borne by a few nodes, by one, or by plateaus at almost no pressure; and loads
-//! far from earlier ones, which are solved on coarser meshes first.
+//! Tests of very light loads, borne by a few nodes, by one, or by plateaus at almost no pressure;
+//! and of loads far from earlier ones, which are solved on coarser meshes first.
 
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
@@ -89,7 +89,7 @@ fn every_load_is_borne_and_solved_however_light() {
                 let outcome = press(solver, load, &settings);
                 assert_eq!(outcome.stop, Stop::Converged, "{nodes}, {load}");
                 assert_pressed(&outcome, solver, load);
-                // Above the rounding of heights.
+                // The rounding of heights adds to the residual.
                 let rounding = 1e-15 * nodes as f64;
                 assert_complementary(solver, &heights, load, tolerance + rounding);
             };
@@ -179,7 +179,7 @@ fn loads_in_any_order_are_solved() {
     }
 }
 
-/// Minimum nodes per side for coarser meshes.
+/// Minimum number of nodes per side for which coarser meshes are used.
 const NODES: usize = 512;
 
 /// Returns a surface of unit rms slope without waves shorter than `shortest` nodes.
@@ -272,7 +272,7 @@ fn shapes_and_noise_are_pressed_from_the_first_touch_on() {
         let slope = Moments::from_surface(&surface).rms_slope();
         surface.heights().iter().map(|h| h / slope).collect()
     });
-    // Every second node of the last map says nothing about the others.
+    // In the last map, every second node says nothing about the nodes in between.
     let ripple = map(NODES, |x, y| {
         let [fast, slow] = [TAU * 256.0 * x, TAU * (255.0 * y + x)];
         1e-3 * (fast.cos() + slow.cos())
@@ -315,7 +315,7 @@ fn a_hardness_that_no_pressure_passes_changes_no_bit_and_one_that_some_pass_is_b
 #[test]
 fn a_load_stops_on_request_on_a_coarser_mesh_and_can_be_solved_later() {
     let heights = smooth(NODES, 8, 5);
-    // Many quarters add up without rounding.
+    // Sums of many quarters are exact.
     for hardness in [None, Some(0.25)] {
         let mut solver = match hardness {
             None => solver(NODES, &heights),
