@@ -1,8 +1,8 @@
-//! Spectra on meshes, and the setting in which claims are tested.
+//! The setting in which claims are tested, and spectra on meshes.
 //!
 //! Claims compare spectra, meshes and corrections. A study may also vary the tolerance, modulus,
-//! slope or method; its rows then repeat surfaces or mix two curves. Therefore claims use the rows
-//! of one such setting and report the rows that they leave out.
+//! slope or method. Its rows would then repeat surfaces or mix two curves. Therefore claims only use
+//! rows with one combination of these parameters, the *setting*, and report the rows left out.
 
 use std::cmp::Reverse;
 use std::fmt;
@@ -13,7 +13,7 @@ use asperity_contact::topography::spectrum;
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::{ParameterPoint, grouped};
 use asperity_stages::grids::Meshes;
-use asperity_stages::solve::GIVEN_UP;
+use asperity_stages::solve::PAIR_LIMIT;
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
@@ -30,15 +30,15 @@ const COMPARED: [&str; 9] = [
     COEFFICIENT.name,
 ];
 
-/// Parameters of anisotropic surfaces. A ratio of 1 means an isotropic surface, like null.
+/// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const OF_GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe rows that no claim uses.
+/// Parameters that describe the rows left out because no claim uses their surfaces or models.
 const NOT_COMPARED: [&str; 4] =
     [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
 
-/// Columns of properties that rows must not have for claims on areas: anisotropy, and asperity
-/// models. Null, or a ratio of 1, means a row without the property.
+/// Columns that exclude a row from claims on areas: anisotropy, and asperity models. Null or an
+/// anisotropy ratio of 1 does not exclude it.
 const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// Parameters that all rows used by claims share, and the rows left out.
@@ -58,8 +58,9 @@ pub struct LeftOut {
 }
 
 impl Setting {
-    /// Selects the setting with the most rows of random isotropic surfaces in these tables. Among
-    /// equals, it takes the tightest tolerance, then the first setting.
+    /// Selects the setting with the most rows of random isotropic surfaces in these tables. If
+    /// several settings have as many rows, it selects the tightest tolerance, then the first
+    /// setting.
     pub fn most_frequent<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Setting {
         let mut settings = Counts::default();
         let mut not_drawn = Counts::default();
@@ -89,13 +90,12 @@ impl Setting {
     }
 
     /// Returns the rows of a table that agree with the setting in the columns that the table has.
-    /// Anisotropic surfaces, which no claim uses, and asperity models (see [`of_asperities`]) are
-    /// omitted.
+    /// Anisotropic surfaces and asperity models are omitted; [`of_asperities`] returns the latter.
     pub fn rows(&self, table: &Table) -> Table {
         self.rows_of_any(table, &WITHOUT)
     }
 
-    /// Returns the rows in the setting that do not have these properties (see [`is_without`]).
+    /// Returns the rows in the setting that no column of `without` excludes (see [`is_without`]).
     fn rows_of_any(&self, table: &Table, without: &[&str]) -> Table {
         let batch = table.batch();
         let asked = self.point.iter();
@@ -113,19 +113,20 @@ impl Setting {
     }
 }
 
-/// Returns true if the value of a column means that the surface does not have the property.
+/// Returns true if a value is null, missing, or an anisotropy ratio of 1.
 fn is_without(name: &str, value: Option<&Value>) -> bool {
     value.is_none_or(|value| name == ANISOTROPY_RATIO.name && *value == Value::Real(1.0))
 }
 
-/// Returns the rows of asperity models on surfaces in the setting, with any tolerance and limit of
-/// the solver. Loads that were given up are omitted, because their forces are not balanced.
+/// Returns the rows of asperity models on surfaces in the setting, with any tolerance and any limit
+/// of transform pairs. Loads at which the solver gave up are omitted, because their forces are not
+/// balanced.
 pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
     let Some(interactions) = table.batch().column_by_name(INTERACTION.name) else {
         return table.pick(&[]);
     };
     let stops = table.texts(STOP.name).ok();
-    let is_given_up = |row| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP);
+    let is_given_up = |row| stops.is_some_and(|stops| stops.value(row) == PAIR_LIMIT);
     let rows: Vec<usize> =
         (0..table.rows()).filter(|&row| interactions.is_valid(row) && !is_given_up(row)).collect();
     let of_surfaces = Setting {
@@ -135,7 +136,7 @@ pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
     of_surfaces.rows_of_any(&table.pick(&rows), &[ANISOTROPY_RATIO.name])
 }
 
-/// Points in order of appearance, with their numbers of rows.
+/// Parameter points in order of appearance, with their numbers of rows.
 #[derive(Default)]
 struct Counts(Vec<(ParameterPoint, usize)>);
 
@@ -210,13 +211,13 @@ pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableErro
     }))
 }
 
-/// Returns a key that identifies a spectrum.
+/// Returns all fields of a spectrum as a sortable key.
 pub fn key(spectrum: &Spectrum) -> (u64, i64, i64, i64, i64) {
     let Spectrum { hurst, k_lower, k_rolloff, k_upper, nodes } = *spectrum;
     (hurst.to_bits(), k_lower, k_rolloff, k_upper, nodes)
 }
 
-/// Parameters other than cutoffs that differ between spectra and therefore appear in their names.
+/// Parameters that names of spectra contain in addition to the cutoffs, because they vary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Varied {
     hurst: bool,

@@ -16,7 +16,7 @@ use crate::figure_data::{FinishedStage, FinishedStages};
 use crate::figures::{DrawnFigure, MissingFigure};
 use asperity_pipeline::forecast;
 use asperity_stages::columns::STOP;
-use asperity_stages::solve::GIVEN_UP;
+use asperity_stages::solve::PAIR_LIMIT;
 use asperity_tables::cells::cells;
 use asperity_tables::column::Description;
 use asperity_tables::store::files::from_folder;
@@ -184,7 +184,7 @@ fn converged(finished: &FinishedStages) -> (usize, usize) {
     let solved = finished.with(&["pairs", STOP.name]);
     let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
     stops.fold((0, 0), |(loads, unconverged), stops| {
-        let given_up = stops.iter().filter(|stop| *stop == Some(GIVEN_UP)).count();
+        let given_up = stops.iter().filter(|stop| *stop == Some(PAIR_LIMIT)).count();
         (loads + stops.iter().len(), unconverged + given_up)
     })
 }

@@ -23,7 +23,7 @@ use rows::{Row, STATUS};
 
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
 use crate::ensemble::{Ensemble, Member, ensembles};
-use crate::solve::GIVEN_UP;
+use crate::solve::PAIR_LIMIT;
 use crate::stage::range;
 use crate::{
     Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage,
@@ -240,7 +240,7 @@ impl CurvesOfPoint {
             members: ensemble.members.clone(),
             unconverged: ensemble
                 .states()
-                .filter(|&(_, _, row)| stops.value(row) == GIVEN_UP)
+                .filter(|&(_, _, row)| stops.value(row) == PAIR_LIMIT)
                 .count(),
             curves: curves(&ensemble, values),
         });

@@ -323,7 +323,7 @@ impl Watch for LoadWatch<'_> {
 
 /// Code of the column `stop` for loads that did not converge within `max_pairs` pairs of
 /// transforms.
-pub const GIVEN_UP: &str = "pair-limit";
+pub const PAIR_LIMIT: &str = "pair-limit";
 
 fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
@@ -334,13 +334,13 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         Ok(stops.iter().filter(|stop| *stop == Some(word)).count())
     };
     let surfaces: BTreeSet<_> = table.texts(SURFACE.name)?.iter().collect();
-    let given_up = among(GIVEN_UP)?;
+    let unconverged = among(PAIR_LIMIT)?;
     let full = among("full-contact")?;
     Ok(vec![
         Some(format!("{} on {}", counted(rows, "load"), counted(surfaces.len(), "surface"))),
-        Some(match given_up {
+        Some(match unconverged {
             0 => "all converged".to_owned(),
-            _ => format!("{} not converged", counted(given_up, "load")),
+            _ => format!("{} not converged", counted(unconverged, "load")),
         }),
         (full > 0).then(|| format!("{full} in full contact")),
         range(source, SATURATED_FRACTION.name, "saturated")?,

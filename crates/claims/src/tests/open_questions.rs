@@ -4,7 +4,7 @@ use super::*;
 use crate::evidence::LimitsFit;
 use asperity_manifest::expression::Expression;
 use asperity_stages::fit::limits::{Form, LimitChoices, Term};
-use asperity_stages::solve::GIVEN_UP;
+use asperity_stages::solve::PAIR_LIMIT;
 use asperity_statistics::Window;
 use asperity_tables::column::flags;
 
@@ -344,7 +344,7 @@ fn asperity_models_are_put_beside_the_solution_of_the_same_surfaces() {
 fn a_load_that_was_given_up_on_one_surface_tells_nothing_of_asperity_models() {
     let name = "interaction-brings-asperities-to-the-solution";
     let stop = |surface: usize, load: f64| {
-        if surface == 0 && (load - 0.016).abs() < 1e-9 { GIVEN_UP } else { "converged" }
+        if surface == 0 && (load - 0.016).abs() < 1e-9 { PAIR_LIMIT } else { "converged" }
     };
     let claims = asperities_that_stop(stop, |_, _| 1.0, |_| 1.0, 2.0);
     let whole = asperities(|_, _| 1.0, |_| 1.0, 2.0);

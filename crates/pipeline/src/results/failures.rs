@@ -14,7 +14,7 @@ use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
 use asperity_stages::Kind;
 use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
-use asperity_stages::solve::GIVEN_UP;
+use asperity_stages::solve::PAIR_LIMIT;
 use asperity_tables::column::ColumnKind::Text;
 use asperity_tables::column::{Code, Column, texts};
 use asperity_tables::parquet;
@@ -101,7 +101,7 @@ impl Failures<'_> {
 
     fn given_up(&self, stage: &PlannedStage, table: &Table) -> Result<Table, TableError> {
         let stops = table.texts(STOP.name)?;
-        let is_given_up = |row: &usize| stops.value(*row) == GIVEN_UP;
+        let is_given_up = |row: &usize| stops.value(*row) == PAIR_LIMIT;
         let rows: Vec<usize> = (0..table.rows()).filter(is_given_up).collect();
         let table = table.pick(&rows);
         let [residual, tolerance] = [RESIDUAL, TOLERANCE].map(|column| table.reals(column.name));

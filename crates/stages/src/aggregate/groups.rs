@@ -19,7 +19,7 @@ use crate::columns::{
 };
 use crate::fit::rows::STATUS;
 use crate::fit::status::FITTED;
-use crate::solve::GIVEN_UP;
+use crate::solve::PAIR_LIMIT;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role};
@@ -101,8 +101,8 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
         expressions.push(col(SAMPLING_UNIT).n_unique().alias(SURFACES.name));
     }
     if table.has(STOP.name) {
-        let given_up = col(STOP.name).eq(lit(GIVEN_UP));
-        expressions.push(given_up.sum().alias(UNCONVERGED.name));
+        let unconverged = col(STOP.name).eq(lit(PAIR_LIMIT));
+        expressions.push(unconverged.sum().alias(UNCONVERGED.name));
     }
     if is_of_fits(table) {
         let failed = col(STATUS.name).neq(lit(FITTED.word));

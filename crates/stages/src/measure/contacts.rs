@@ -150,7 +150,7 @@ fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageEr
             .flatten()
             .filter(|depths| depths.is_valid(row))
             .fold(-gaps.value(row), |sum, depths| sum + depths.value(row)),
-        is_solved: stops.value(row) != solve::GIVEN_UP,
+        is_solved: stops.value(row) != solve::PAIR_LIMIT,
     };
     let loads: Vec<_> = (0..solved.rows()).map(approach).collect();
     let found = stiffness_of_block(&loads).into_iter().enumerate();

@@ -6,7 +6,7 @@ use arrow::array::{ArrayRef, Float64Builder};
 
 use super::maps::{Distributions, Flows};
 use super::units::{PressureUnit, Scales, SurfaceHardness};
-use super::{GIVEN_UP, Params, Pressures};
+use super::{PAIR_LIMIT, Params, Pressures};
 use crate::StageError;
 use crate::columns::*;
 use asperity_contact::grid::Boundary;
@@ -224,7 +224,7 @@ fn stop_name(stop: Stop) -> &'static str {
     match stop {
         Stop::Converged => "converged",
         Stop::FullContact => "full-contact",
-        Stop::PairLimit => GIVEN_UP,
+        Stop::PairLimit => PAIR_LIMIT,
         Stop::Interrupted => "interrupted",
     }
 }

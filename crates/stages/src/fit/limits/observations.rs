@@ -11,7 +11,7 @@ use super::LimitChoices;
 use crate::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
 use crate::ensemble::{Ensemble, Member, Members, ParameterPoint, ensembles, grouped};
 use crate::fit::rows::SURFACES;
-use crate::solve::GIVEN_UP;
+use crate::solve::PAIR_LIMIT;
 use asperity_manifest::decimal;
 use asperity_statistics::Window;
 use asperity_statistics::limits::{LimitPoint, Observed};
@@ -42,7 +42,7 @@ struct Observations {
     small: Vec<f64>,
     values: Values,
     /// Loads that did not converge, one entry per surface.
-    given_up: Vec<f64>,
+    unconverged_loads: Vec<f64>,
 }
 
 impl Group {
@@ -71,9 +71,8 @@ impl Group {
 
     /// Returns the number of rows under a load that did not converge.
     pub fn unconverged(&self, load: Option<f64>) -> usize {
-        let loads = self.points.iter().flat_map(|point| &point.given_up);
-        let here =
-            loads.filter(|given_up| load.is_none_or(|load| decimal::is_same(load, **given_up)));
+        let loads = self.points.iter().flat_map(|point| &point.unconverged_loads);
+        let here = loads.filter(|other| load.is_none_or(|load| decimal::is_same(load, **other)));
         here.count()
     }
 }
@@ -123,7 +122,7 @@ pub fn groups(
     let reader = Reader::new(table, choices)?;
     let mut order: Vec<(ParameterPoint, Option<Value>)> = Vec::new();
     let mut groups: Vec<Group> = Vec::new();
-    for (row, point, values, given_up) in reader.points()? {
+    for (row, point, values, unconverged_loads) in reader.points()? {
         let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
         let mut shared = point.clone().without(&over);
         let ratio = rolloff_ratio(&point, choices);
@@ -150,7 +149,7 @@ pub fn groups(
             varied: point.only(&over),
             small: reader.small(row),
             values,
-            given_up,
+            unconverged_loads,
         });
     }
     for group in &mut groups {
@@ -254,14 +253,14 @@ impl<'a> Reader<'a> {
         let reduced = self.table.reals(LOAD.name)?;
         let found = ensembles(self.table)?.into_iter().map(|ensemble| {
             let states = ensemble.states();
-            let given_up = states
-                .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == GIVEN_UP));
-            let given_up = given_up.map(|(_, load, _)| load.reduced).collect();
+            let unconverged_loads = states
+                .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == PAIR_LIMIT));
+            let unconverged_loads = unconverged_loads.map(|(_, load, _)| load.reduced).collect();
             let values = Values::Surfaces {
                 states: self.curves(&ensemble, reduced),
                 members: ensemble.members,
             };
-            (ensemble.first, ensemble.point, values, given_up)
+            (ensemble.first, ensemble.point, values, unconverged_loads)
         });
         Ok(found.collect())
     }
