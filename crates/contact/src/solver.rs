@@ -2,10 +2,10 @@
 //! loads.
 //!
 //! The gap at a node of the mesh is g = u − h − δ, with the displacement u of the elastic body, the
-//! height h of the rough surface, and the rigid offset δ for which the mean pressure equals the
-//! load. The pressure p and the gap satisfy p ≥ 0, g ≥ 0 and p g = 0 at every node. The body is an
-//! [`ElasticOperator`]. There is no friction and no adhesion, so the solution is unique. It does
-//! not depend on earlier loads, which only provide an initial guess.
+//! height h of the rough surface and the rigid offset δ. The pressure p and the gap satisfy p ≥ 0,
+//! g ≥ 0 and p g = 0 at every node, and δ is such that the mean pressure equals the load. The body
+//! is an [`ElasticOperator`]. There is no friction and no adhesion, so the solution is unique. It
+//! does not depend on earlier loads, which only provide an initial guess.
 //!
 //! A material with a [`Hardness`] H yields: the pressure is bounded, 0 ≤ p ≤ H, and where p = H the
 //! gap may be negative, by the depth that the material has yielded. A node is out of contact, in
