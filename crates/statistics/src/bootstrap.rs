@@ -6,13 +6,15 @@
 //! The interval is the estimate ± t × standard error, where t is the quantile of Student's t
 //! distribution with n − 1 degrees of freedom. The standard error is √(n/(n − 1)) times the
 //! standard deviation of the replicates. Percentiles of replicates of n surfaces would include
-//! neither the tails of Student's t nor this factor. For positive parameters, the interval is that
-//! of the logarithm, because replicates of few skewed surfaces may be far out.
+//! neither the tails of Student's t nor this factor. For positive parameters, the interval is
+//! computed for the logarithm, because replicates of few skewed surfaces may be far from the
+//! estimate.
 //!
-//! The table gives the coverage in per cent at a nominal 95 %, from 600 experiments (300 with fifty
-//! surfaces). The parameters are the exponent μ of the evolution law with a given κ, and the least
-//! convex κ. The areas scatter by 5 %; the first number is for normal, the second for lognormal
-//! scatter. The tests of this module repeat some experiments with 20 loads up to 0.06.
+//! The table gives the measured coverage in per cent of intervals of nominally 95 %, from 600
+//! experiments (300 with fifty surfaces). The parameters are the exponent μ of the evolution law
+//! with a given κ, and the least convex κ. The areas scatter by 5 %. In each pair, the first number
+//! is for normal scatter, the second for lognormal scatter. The tests of this module repeat some
+//! experiments with 20 loads up to 0.06.
 //!
 //! | surfaces | percentile | basic | studentised | Student's t |
 //! |---|---|---|---|---|
@@ -36,7 +38,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::FitError;
 use super::intervals::two_sided_quantile;
 
-/// Least fraction of replicates with a fit; intervals from fewer would be biased.
+/// Minimum fraction of replicates whose fit succeeds; intervals from fewer would be biased.
 const LEAST_SUCCESS: f64 = 0.9;
 
 /// Settings of a bootstrap of whole surfaces.
@@ -52,13 +54,13 @@ pub struct Bootstrap {
 
 /// Numbers of surfaces to resample, in one or several ensembles.
 ///
-/// Points of a sweep share random numbers. The surface of one seed and realization therefore counts
-/// once for all points.
+/// Parameter points of a sweep share random numbers. A surface with the same seed and realization
+/// in several ensembles therefore counts once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resample {
     /// Number of distinct surfaces in all ensembles.
     pub units: usize,
-    /// Number of surfaces of the smallest ensemble, which determines the degrees of freedom.
+    /// Number of surfaces in the smallest ensemble, which determines the degrees of freedom.
     pub fewest: usize,
 }
 
@@ -76,9 +78,9 @@ impl Resample {
 /// Estimate of a parameter from the whole sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Estimate {
-    /// A positive parameter, whose logarithm has a symmetric distribution.
+    /// Estimate of a positive parameter, whose logarithm is distributed symmetrically.
     Positive(f64),
-    /// A parameter of either sign.
+    /// Estimate of a parameter that can have either sign.
     Real(f64),
 }
 
@@ -89,15 +91,17 @@ pub struct Interval {
     pub lower: f64,
     /// Upper end of the interval.
     pub upper: f64,
-    /// Standard error of the estimate; for a positive parameter, that of its logarithm times the
-    /// estimate.
+    /// Standard error of the estimate.
+    ///
+    /// For a positive parameter, it is the estimate × the standard error of its logarithm.
     pub standard_error: f64,
 }
 
 impl Estimate {
     /// Returns the interval estimate ± `quantile` × `error`.
     ///
-    /// For a positive parameter, `error` and the interval are those of its logarithm.
+    /// For a positive parameter, `error` is the standard error of the logarithm, and the interval
+    /// is estimate × exp(± `quantile` × `error`).
     pub fn interval(self, error: f64, quantile: f64) -> Interval {
         match self {
             Estimate::Positive(value) => {
@@ -128,7 +132,8 @@ impl Interval {
 pub struct Intervals {
     /// Intervals in the order of the parameters.
     ///
-    /// `None` for a single surface, without replicates, or if more than 10 % of them failed.
+    /// `None` for a single surface, without replicates, or if more than 10 % of the replicates
+    /// failed.
     pub intervals: Option<Vec<Interval>>,
     /// Number of replicates that were drawn.
     pub replicates: usize,
@@ -139,9 +144,9 @@ pub struct Intervals {
 impl Bootstrap {
     /// Computes the intervals of parameters by refitting every replicate.
     ///
-    /// `refit` maps the multiplicities of the surfaces to parameters, in the order of `estimates`.
-    /// Calls with the same number of surfaces draw the same replicates, so `refit` can compute
-    /// differences of paired curves (the same realizations with different cutoffs).
+    /// `refit` receives the multiplicity of each surface in a replicate, and returns the parameters
+    /// in the order of `estimates`. Calls with the same number of surfaces draw the same
+    /// replicates. Differences between curves of the same realizations are therefore paired.
     pub fn intervals(
         &self,
         surfaces: usize,
@@ -181,8 +186,8 @@ impl Bootstrap {
 
     /// Draws the multiplicity of each surface in a replicate.
     ///
-    /// It is a function of the seed, the replicate and the number of surfaces. Additional
-    /// replicates do not change the earlier ones.
+    /// The draw depends only on the seed, the replicate and the number of surfaces. Additional
+    /// replicates therefore do not change the earlier ones.
     pub fn draw(&self, replicate: usize, multiplicities: &mut [u32]) {
         let surfaces = multiplicities.len() as u64;
         let mut key = [0; 32];
@@ -192,8 +197,8 @@ impl Bootstrap {
         random.set_stream(replicate as u64);
         multiplicities.fill(0);
         for _ in 0..surfaces {
-            // The high word of the product is uniform up to 2⁻⁶⁴ n and independent of the version
-            // of rand.
+            // The high word of the product is uniform up to 2⁻⁶⁴ n. It does not depend on the
+            // version of rand.
             let drawn = (u128::from(random.next_u64()) * u128::from(surfaces)) >> 64;
             multiplicities[drawn as usize] += 1;
         }
@@ -269,7 +274,7 @@ mod tests {
             BOOTSTRAP.draw(replicate, &mut multiplicities);
             total.iter_mut().zip(&multiplicities).for_each(|(total, times)| *total += times);
         }
-        // Binomial distribution with 20000 trials of probability 1/5: standard deviation 57.
+        // 20000 trials with probability 1/5 have a binomial standard deviation of 57.
         assert!(total.iter().all(|&total| total.abs_diff(4000) < 200), "{total:?}");
     }
 
@@ -319,8 +324,8 @@ mod tests {
                 let interval = interval_of_the_mean(&normal(experiment, surfaces));
                 interval.lower <= 0.0 && 0.0 <= interval.upper
             });
-            // Binomial error: 0.0095 for 1000 experiments of nominal 0.9. Percentile intervals
-            // cover 0.78 with five surfaces.
+            // The binomial error of 1000 experiments with a nominal 0.9 is 0.0095. Percentile
+            // intervals cover only 0.78 with five surfaces.
             let rate = covered.count() as f64 / experiments as f64;
             assert!((rate - 0.9).abs() < 0.03, "{surfaces}: covered {rate}");
         }
@@ -345,7 +350,7 @@ mod tests {
                     covered[index] += u32::from(lower <= truth && truth <= upper);
                 }
             }
-            // Binomial error: 0.021 for 200 experiments of nominal 0.9.
+            // The binomial error of 200 experiments with a nominal 0.9 is 0.021.
             for count in covered {
                 let rate = f64::from(count) / experiments as f64;
                 assert!((rate - 0.9).abs() < 0.065, "{surfaces}: covered {covered:?}");
@@ -382,7 +387,8 @@ mod tests {
     #[test]
     fn standard_error_is_that_of_the_mean() {
         let error = interval_of_the_mean(&normal(3, 100)).standard_error;
-        // 1/√100, with errors of 1/√200 from the sample and 1/√800 from the replicates.
+        // The standard error is 1/√100, with relative errors of 1/√200 due to the sample and 1/√800
+        // due to the replicates.
         assert!((error - 0.1).abs() < 0.02);
     }
 

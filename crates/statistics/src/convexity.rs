@@ -1,13 +1,13 @@
-//! Least κ for which the fitted slopes are convex.
+//! Least convex κ: the smallest κ for which the fitted slope is convex.
 //!
 //! The slope of a contact evolution law is convex at all loads if and only if μ ≤ 1. The μ fitted
-//! with a given κ decreases with κ. The least convex κ of a curve is therefore the root of μ_fit(κ)
-//! = 1, and that of several curves is the largest of their values. It depends on the window and is
-//! a lower bound of the true κ, as used by Yastrebov, Anciaux & Molinari 2015.
+//! with a given κ decreases with κ. The least convex κ of a curve is therefore the root of
+//! μ_fit(κ) = 1. The common κ of several curves is the largest of their least convex κ. It depends
+//! on the window and is a lower bound of the true κ, as used by Yastrebov, Anciaux & Molinari 2015.
 //!
-//! The root is found without fitting μ. With the best β for μ = 1, the sign of the derivative of
-//! the sum of squares with respect to ln μ shows whether the best exponent is above or below one.
-//! Far from the root, a full fit may diverge, but this derivative exists.
+//! The root is found without fitting μ. With the best β for μ = 1, the derivative of the sum of
+//! squares with respect to ln μ is computed. Its sign shows whether the best μ is above or below
+//! one. Far from the root, a full fit may diverge, but this derivative exists.
 
 use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
@@ -16,13 +16,13 @@ use super::least_squares::{Residuals, minimize};
 
 /// Ratio of successive κ in the search for a sign change.
 const SCAN_RATIO: f64 = 0.9;
-/// Number of steps of the search near the root of the whole sample, for a replicate.
+/// Number of steps away from a given κ in the search for a sign change near it.
 const NEAR_STEPS: i32 = 6;
-/// Largest number of doublings of κ above twice the largest slope of the data.
+/// Maximum number of doublings of κ, starting from twice the largest slope of the data.
 const DOUBLINGS: usize = 6;
 /// Relative tolerance of κ, orders of magnitude below statistical errors.
 const KAPPA_TOLERANCE: f64 = 1e-10;
-/// Largest number of iterations of the Illinois method; bisection would need about thirty.
+/// Maximum number of iterations of the Illinois method; bisection would need about thirty.
 const ROOT_ITERATIONS: usize = 60;
 
 /// Fits of several curves with a common κ.
@@ -58,10 +58,11 @@ impl CommonKappa {
         Ok(Self { kappa, own, fits })
     }
 
-    /// Computes the confidence interval of the common κ from the curves with a least convex κ.
+    /// Computes the confidence interval of the common κ by resampling whole surfaces.
     ///
     /// `units` holds the surface numbers of each curve. Curves share realizations, so a surface has
-    /// the same number and the same multiplicity in all curves.
+    /// the same number and the same multiplicity in all curves. Curves without a least convex κ are
+    /// omitted.
     pub fn bootstrap(
         &self,
         problems: &[EvolutionProblem],
@@ -89,7 +90,7 @@ impl CommonKappa {
 }
 
 impl EvolutionProblem {
-    /// Finds the least κ for which the fit of a mean curve is convex; searches near a guess first.
+    /// Finds the least convex κ of a mean curve, at first close to `near` if it is given.
     pub(super) fn least_convex_kappa(
         &self,
         mean: &[f64],
@@ -102,7 +103,9 @@ impl EvolutionProblem {
         Ok(root(&mut derivative, found))
     }
 
-    /// Searches for the sign change from large κ downwards, so that all larger κ are convex.
+    /// Finds an interval of κ in which the derivative changes sign, searching from large κ down.
+    ///
+    /// All larger κ are then convex.
     fn bracket(&self, mean: &[f64], derivative: &mut MuDerivative) -> Result<Bracket, FitError> {
         let mean_slope = self.proportionality(mean);
         let steepest = self
@@ -124,7 +127,7 @@ impl EvolutionProblem {
             at_upper = derivative.at(upper);
         }
         let top = upper;
-        // For κ below the mean slope of the data, the best law is a straight line.
+        // The scan ends at the mean slope, because the best law for smaller κ is a straight line.
         while at_upper > 0.0 && upper > mean_slope && mean_slope > 0.0 {
             let lower = (upper * SCAN_RATIO).max(mean_slope * (1.0 + KAPPA_TOLERANCE));
             let at_lower = derivative.at(lower);
@@ -169,7 +172,7 @@ fn bracket_near(derivative: &mut MuDerivative, kappa: f64) -> Option<Bracket> {
     None
 }
 
-/// Finds the root in a bracket by the Illinois method.
+/// Finds the root of the derivative in a bracket by the Illinois method.
 fn root(derivative: &mut MuDerivative, bracket: Bracket) -> f64 {
     let Bracket { mut lower, mut upper, mut at_lower, mut at_upper } = bracket;
     let mut kappa = upper;
@@ -196,22 +199,22 @@ fn root(derivative: &mut MuDerivative, bracket: Bracket) -> f64 {
 
 /// Half the derivative of the sum of squares with respect to ln μ at μ = 1, with the best β.
 ///
-/// It is positive if a smaller exponent fits better.
+/// The derivative is positive if a smaller exponent fits better.
 struct MuDerivative<'a> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],
-    /// Result of the last search for β, where the next search starts.
+    /// Last fitted ln β, from which the next fit of β starts.
     ln_beta: f64,
 }
 
 impl MuDerivative<'_> {
     fn at(&mut self, kappa: f64) -> f64 {
-        // The law with μ = 1, a = Y/(1 + βY), has the free parameter β.
+        // With μ = 1, the law is a = Y/(1 + βY) with the free parameter β.
         let hyperbola = self.problem.model::<1>(self.mean, kappa);
         let found = minimize(&hyperbola, [self.ln_beta]);
         let [ln_beta] = found.parameters;
         let law = hyperbola.law([ln_beta]);
-        // The next search must not start from a straight line.
+        // The next fit must not start from a straight line.
         self.ln_beta = if ln_beta > -10.0 { ln_beta } else { 0.0 };
         let mut residuals = vec![0.0; self.mean.len()];
         hyperbola.residuals([ln_beta], &mut residuals);
@@ -244,7 +247,7 @@ mod tests {
 
     #[test]
     fn least_convex_kappas_of_the_models_are_the_known_ones() {
-        // Values of an independent implementation that fits μ at every κ.
+        // An independent implementation that fits μ at every κ gives these values.
         assert!((least(&single(&BGT_ALPHA_2)) - 0.921).abs() < 1e-3);
         assert!((least(&single(&BGT_ALPHA_10)) - 0.693).abs() < 1e-3);
         assert!((least(&persson_curve(uniform(0.06, 50))) - 0.638).abs() < 1e-3);

@@ -1,13 +1,13 @@
-//! Area curves of the realizations of one parameter point, and windows of loads.
+//! Contact area against load for all realizations of one parameter point, and windows of loads.
 
 use std::fmt;
 
 use super::FitError;
 
-/// Relative tolerance of the ends of a window, for loads that are multiples of a step.
+/// Relative tolerance of the ends of a window, for loads that were computed as multiples of a step.
 const WINDOW_SLACK: f64 = 1e-9;
 
-/// Ratio of variance and squared mean below which the variance is rounding error.
+/// Ratio of variance to squared mean below which the variance is rounding error.
 const LEAST_RELATIVE_VARIANCE: f64 = 1e-24;
 
 /// Closed range of loads, in units of E* h′.
@@ -35,11 +35,11 @@ impl fmt::Display for Window {
     }
 }
 
-/// Area fractions of the realizations of one parameter point on one grid of loads.
+/// Area fractions of all realizations of one parameter point on a common grid of loads.
 ///
 /// There is at least one surface and one load. Loads are positive and ascending, and all values are
-/// finite. Create curves from their lightest load and select loads with a [`Window`]: differences
-/// at the ends of the window then use the neighbouring loads outside.
+/// finite. Create curves with all loads, and select loads with a [`Window`]: differences at the
+/// ends of the window then use the neighbouring loads outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
     loads: Vec<f64>,
@@ -92,8 +92,8 @@ impl Curves {
 
     /// Returns the slopes da/dy between neighbouring loads whose midpoints are inside a window.
     ///
-    /// Differences are linear, so the slope of the mean curve is the mean of the slopes. The first
-    /// interval of the curves begins at the origin, with zero area.
+    /// The slope of the mean curve is the mean of the slopes. The first interval of the curves
+    /// begins at the origin, with zero area.
     pub fn slope_data(&self, window: Window) -> Data {
         let loads = &self.loads;
         let below = |i: usize| if i == 0 { 0.0 } else { loads[i - 1] };
@@ -124,7 +124,7 @@ pub struct Data {
     pub window: Window,
     /// Load of each datum, in units of E* h′.
     pub loads: Vec<f64>,
-    /// Values in the order `rows[surface][datum]`.
+    /// Values, indexed as `rows[surface][datum]`.
     rows: Vec<Vec<f64>>,
 }
 
@@ -139,7 +139,7 @@ impl Data {
         self.weighted_mean(|_| 1.0)
     }
 
-    /// Returns the mean of each datum over a replicate with the multiplicities of the surfaces.
+    /// Returns the mean of each datum over the surfaces, weighted by their multiplicities.
     pub fn resampled_mean(&self, multiplicities: &[u32]) -> Vec<f64> {
         self.weighted_mean(|surface| f64::from(multiplicities[surface]))
     }
@@ -171,7 +171,7 @@ impl Data {
 
     /// Returns the inverse variance of the mean of each datum.
     ///
-    /// Returns `None` (equal weights) for a single surface, or if a variance vanishes.
+    /// Returns `None` for a single surface, or if a variance vanishes; weights are then equal.
     pub fn weights(&self) -> Option<Vec<f64>> {
         let surfaces = self.surfaces() as f64;
         self.variance()?

@@ -1,11 +1,11 @@
-//! Contact evolution law by weighted least squares.
+//! Fit of the contact evolution law by weighted least squares.
 //!
-//! The fit parameters are ln β and ln μ (and ln κ if it is free), which keeps β, μ and κ positive.
-//! The weight of a datum is the inverse variance of its mean over the realizations; weights are
-//! equal if this is unknown. Replicates of a bootstrap keep the weights. Areas of one surface are
-//! correlated from load to load. The reduced χ² can therefore compare fits of the same data, but is
-//! not a test of the law. Intervals are computed by resampling surfaces. If all are free, κ, β and
-//! μ are strongly correlated.
+//! The fit parameters are ln β and ln μ (and ln κ if κ is free), which keeps β, μ and κ positive.
+//! The weight of a datum is the inverse variance of its mean over the realizations. If the variance
+//! is unknown, weights are equal. Replicates of a bootstrap use the weights of the whole sample.
+//! Areas of one surface are correlated from load to load. The reduced χ² can therefore compare fits
+//! of the same data, but is not a test of the law. Confidence intervals are computed by resampling
+//! surfaces. If κ, β and μ are all free, they are strongly correlated.
 
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
@@ -13,13 +13,13 @@ use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, Window};
 use asperity_contact::theory::law::ContactEvolution;
 
-/// Initial (β, μ) of the search, tried until one converges.
+/// Initial values (β, μ) of the fit, tried in order until one converges.
 const STARTS: [(f64, f64); 4] = [(1.0, 0.7), (0.2, 0.25), (3.0, 1.4), (1.0, 2.5)];
-/// Range of exponents that describe data; others describe a kink or a logarithm.
+/// Range of accepted μ; a law with another μ has a kink or is nearly a logarithm.
 const EXPONENTS: std::ops::RangeInclusive<f64> = 1e-3..=1e1;
-/// Least deviation 1 − d ln a/d ln y at the heaviest load; a law below this is a straight line.
+/// Minimum of 1 − d ln a/d ln y at the heaviest load, below which a law is a straight line.
 const LEAST_DEVIATION: f64 = 1e-6;
-/// Tolerance of μ ≤ 1; μ at the least convex κ is one within the tolerance of the root.
+/// Tolerance of the condition μ ≤ 1; at the least convex κ, μ is one up to the error of the root.
 const CONVEX_TOLERANCE: f64 = 1e-6;
 
 /// Quantity to which the law is fitted.
@@ -27,21 +27,22 @@ const CONVEX_TOLERANCE: f64 = 1e-6;
 pub enum Quantity {
     /// Area fractions under the loads.
     Area,
-    /// Difference quotients of the area at the midpoints of the loads.
+    /// Difference quotients of the area between neighbouring loads, at their midpoints.
     ///
-    /// Their difference from derivatives is of second order in the step. In the first interval it
-    /// is larger, because the curvature of a law with μ < 1 diverges. Areas have no such error.
+    /// The quotients differ from derivatives to second order in the step. In the first interval the
+    /// difference is larger, because the curvature of a law with μ < 1 diverges at zero load. A fit
+    /// of the areas has no such error.
     Slope,
 }
 
 /// Treatment of κ in a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kappa {
-    /// A fixed value of κ.
+    /// Fixed value of κ.
     Given(f64),
-    /// A free parameter, fitted with β and μ.
+    /// Free parameter that is fitted together with β and μ.
     Free,
-    /// The least κ for which the fitted slope is convex (μ = 1), a lower bound.
+    /// Least κ for which the fitted slope is convex (μ = 1), a lower bound of κ.
     LeastConvex,
 }
 
@@ -50,7 +51,7 @@ pub enum Kappa {
 pub struct EvolutionFit {
     /// Contact evolution law with the fitted parameters.
     pub law: ContactEvolution,
-    /// Root mean square residual of the area or of its slope.
+    /// Root mean square residual of the area or of its slope, without weights.
     pub rms_residual: f64,
     /// χ² divided by the degrees of freedom; `None` without variances or degrees of freedom.
     pub reduced_chi_square: Option<f64>,
@@ -62,7 +63,7 @@ pub struct EvolutionFit {
     pub convex: bool,
 }
 
-/// Data of one parameter point for the fit of a contact evolution law.
+/// Data of one parameter point to which a contact evolution law is fitted.
 ///
 /// ```
 /// use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
@@ -85,15 +86,15 @@ pub struct EvolutionProblem {
     pub(super) data: Data,
     pub(super) mean: Vec<f64>,
     weights: Option<Vec<f64>>,
-    /// Square roots of the weights, relative to the largest.
+    /// Square roots of the weights, relative to the largest one.
     scales: Vec<f64>,
 }
 
 impl EvolutionProblem {
-    /// Selects the data with loads inside a window.
+    /// Creates a problem from the data with loads inside a window.
     ///
     /// # Errors
-    /// Fails with fewer than four data, one more than the parameters.
+    /// Fails if there are fewer than four data, one more than the parameters.
     pub fn new(curves: &Curves, quantity: Quantity, window: Window) -> Result<Self, FitError> {
         let data = match quantity {
             Quantity::Area => curves.area_data(window),
@@ -114,11 +115,11 @@ impl EvolutionProblem {
         Ok(Self { quantity, mean: data.mean(), weights, scales, data })
     }
 
-    /// Fits the mean over the realizations.
+    /// Fits the law to the mean over the realizations.
     ///
     /// # Errors
-    /// Fails if κ is not positive, if the search does not converge, if the parameters diverge, or
-    /// if no κ makes the slope convex.
+    /// Fails if κ is not positive, if the iteration does not converge, if the parameters diverge,
+    /// or if no κ makes the slope convex.
     pub fn fit(&self, kappa: Kappa) -> Result<EvolutionFit, FitError> {
         let law = self.fit_mean(&self.mean, kappa, None)?;
         let predicted: Vec<f64> = self.data.loads.iter().map(|&y| self.predict(&law, y)).collect();
@@ -136,7 +137,7 @@ impl EvolutionProblem {
         })
     }
 
-    /// Computes confidence intervals of κ, β and μ, in this order, for a fit of the whole sample.
+    /// Computes confidence intervals of κ, β and μ, in this order; `fit` is from the whole sample.
     pub fn bootstrap(&self, kappa: Kappa, fit: &EvolutionFit, bootstrap: &Bootstrap) -> Intervals {
         let ContactEvolution { kappa: fitted, beta, mu } = fit.law;
         let estimates = [fitted, beta, mu].map(Estimate::Positive);
@@ -185,7 +186,7 @@ impl EvolutionProblem {
         mean: &[f64],
         near: Option<ContactEvolution>,
     ) -> Result<ContactEvolution, FitError> {
-        // The slope of the law decreases from κ, so κ is larger than the mean slope of the data.
+        // The slope of the law decreases from κ, so that κ is larger than the mean slope.
         let kappa = 1.2 * self.proportionality(mean).abs().max(f64::MIN_POSITIVE);
         let model = self.model(mean, kappa);
         self.first_minimum(kappa, near, |start| {
@@ -194,7 +195,7 @@ impl EvolutionProblem {
         })
     }
 
-    /// Returns the first result that converges to a curved law.
+    /// Minimises from one start after another until the result is a curved law.
     fn first_minimum(
         &self,
         kappa: f64,
@@ -222,12 +223,12 @@ impl EvolutionProblem {
 
     fn is_curved(&self, law: &ContactEvolution) -> bool {
         let heaviest = self.data.loads.last().copied().unwrap_or(0.0);
-        // 1 − d ln a/d ln y = βa^μ
+        // This is 1 − d ln a/d ln y.
         let deviation = law.beta * law.area(heaviest).powf(law.mu);
         law.kappa.is_finite() && EXPONENTS.contains(&law.mu) && deviation > LEAST_DEVIATION
     }
 
-    /// Returns the slope of the best straight line a ∝ y.
+    /// Returns the slope of the straight line a ∝ y that fits the data best.
     pub(super) fn proportionality(&self, mean: &[f64]) -> f64 {
         let (mut shared, mut spread) = (0.0, 0.0);
         for ((&load, value), scale) in self.data.loads.iter().zip(mean).zip(&self.scales) {
@@ -241,7 +242,7 @@ impl EvolutionProblem {
         shared / spread
     }
 
-    /// Returns the slope of the area at a datum: the slope itself, or the secant a/y.
+    /// Returns the slope of the area at a datum, or its secant a/y if the data are areas.
     pub(super) fn slope_of(&self, load: f64, value: f64) -> f64 {
         match self.quantity {
             Quantity::Area => value / load,
@@ -249,9 +250,9 @@ impl EvolutionProblem {
         }
     }
 
-    /// Returns the residuals for a mean curve.
+    /// Returns the model with `P` free parameters for a mean curve.
     ///
-    /// Parameters that are not free have the given κ, β = 1 and μ = 1.
+    /// Parameters that are not free have the values `kappa`, β = 1 and μ = 1.
     pub(super) fn model<'a, const P: usize>(&'a self, mean: &'a [f64], kappa: f64) -> Model<'a, P> {
         Model { problem: self, mean, fixed: ContactEvolution { kappa, beta: 1.0, mu: 1.0 } }
     }
@@ -264,9 +265,9 @@ impl EvolutionProblem {
     }
 }
 
-/// Residuals of a law for a mean curve.
+/// Model of a mean curve by a contact evolution law with `P` free parameters.
 ///
-/// The free parameters are the logarithms of the first `P` of β, μ and κ.
+/// The free parameters are the logarithms of the first `P` of the list β, μ, κ.
 pub(super) struct Model<'a, const P: usize> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],
@@ -358,7 +359,7 @@ mod tests {
     #[test]
     fn free_kappa_is_recovered_with_the_other_parameters() {
         let fit = fit(&exact(LAW, uniform(0.06, 50)), Quantity::Area, Kappa::Free);
-        // The correlation of κ, β and μ is 0.999, which amplifies rounding errors of the areas.
+        // κ, β and μ have correlations of 0.999, which amplify rounding errors of the areas.
         assert!((fit.law.kappa / LAW.kappa - 1.0).abs() < 1e-6);
         assert!((fit.law.beta / LAW.beta - 1.0).abs() < 1e-6);
         assert!((fit.law.mu / LAW.mu - 1.0).abs() < 1e-6);
@@ -409,7 +410,7 @@ mod tests {
     fn independent_noise_gives_a_reduced_chi_square_of_one() {
         let curves = scattered(LAW, uniform(0.06, 50), 200, (0.0, 0.01), 9);
         let fit = fit(&curves, Quantity::Area, Kappa::Given(LAW.kappa));
-        // The error is √(2/48) for 48 degrees of freedom, and 10 % for the variances.
+        // The error is √(2/48) for 48 degrees of freedom, plus 10 % due to the variances.
         assert!((fit.reduced_chi_square.expect("a variance") - 1.0).abs() < 0.6);
     }
 

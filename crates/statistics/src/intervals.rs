@@ -1,29 +1,32 @@
 //! Simultaneous confidence intervals by the jackknife, and Student's t distribution.
 //!
-//! A quantity is a function of means over surfaces, and its standard error is that of the
+//! A quantity θ is a function of means over surfaces. Its standard error is computed by the
 //! delete-one jackknife. Each replicate omits the same realization from all spectra, so differences
 //! between spectra are paired. With n surfaces, (θ̂ − θ)/error follows Student's t distribution
 //! with n − 1 degrees of freedom. This is exact for means of normal numbers and approximate for
 //! smooth functions of means. Bonferroni's inequality gives intervals that cover several quantities
-//! simultaneously. The method has no random numbers, so results do not depend on a seed.
+//! simultaneously. The method uses no random numbers, so results do not depend on a seed.
 //!
-//! A bootstrap of whole surfaces with the largest deviation (max-t band) has much lower coverage
-//! with few surfaces. It has neither the tails of Student's t nor the factor √(n/(n − 1)).
+//! The alternative, a max-t band from a bootstrap of whole surfaces, has much lower coverage with
+//! few surfaces. It has neither the tails of Student's t nor the factor √(n/(n − 1)).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Confidence level of all intervals of a claim together, or of one end of a single interval.
+/// Confidence level at which all intervals of a claim hold simultaneously.
+///
+/// It is also the level of each one-sided bound.
 pub const LEVEL: f64 = 0.95;
 
-/// Smallest number of surfaces for which intervals are computed.
+/// Minimum number of surfaces for which intervals are computed.
 ///
-/// The t quantile for four quantities with four surfaces is already eight standard errors.
+/// With four surfaces, the intervals of four simultaneous quantities would be ± eight standard
+/// errors.
 pub const FEWEST_SURFACES: usize = 5;
 
 /// Number of bisections for a quantile of Student's t; sufficient for double precision.
 const BISECTIONS: u32 = 64;
 
-/// A quantity with its standard error.
+/// Estimate of a quantity with its standard errors, from which its confidence bounds follow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
     /// Description of the quantity, such as `k_upper 8, k_lower 2 over 1, load 0.02`.
@@ -34,7 +37,7 @@ pub struct Bound {
     pub error: f64,
     /// Systematic standard error, which does not decrease with more surfaces.
     pub systematic: f64,
-    /// Smallest number of surfaces among its ensembles; `None` for a closed form.
+    /// Number of surfaces in the smallest ensemble of the quantity; `None` for a closed form.
     pub surfaces: Option<usize>,
 }
 
@@ -49,19 +52,19 @@ impl Bound {
         self.error == 0.0 && self.systematic == 0.0
     }
 
-    /// Returns the interval at the level [`LEVEL`] for `quantities` simultaneous intervals.
+    /// Returns one of `quantities` intervals that hold simultaneously at the level [`LEVEL`].
     pub fn simultaneous(&self, quantities: usize) -> [f64; 2] {
         self.interval(1.0 - (1.0 - LEVEL) / quantities.max(1) as f64, self.surfaces)
     }
 
-    /// Returns two one-sided confidence bounds, each at the level [`LEVEL`].
+    /// Returns the lower and the upper one-sided confidence bound, each at the level [`LEVEL`].
     pub fn one_sided(&self) -> [f64; 2] {
         self.one_sided_of(1)
     }
 
-    /// Returns the one-sided bounds for one of several sequential tests.
+    /// Returns the one-sided bounds for one of several tests during the growth of a sample.
     ///
-    /// All `looks` together have the level [`LEVEL`].
+    /// The bounds of all `looks` tests together hold at the level [`LEVEL`].
     pub fn one_sided_of(&self, looks: usize) -> [f64; 2] {
         let beyond = 1.0 - (2.0 * LEVEL - 1.0);
         self.interval(1.0 - beyond / looks as f64, self.surfaces)
@@ -85,7 +88,7 @@ impl Bound {
     }
 }
 
-/// Selection of the surfaces in a jackknife replicate: all, or all but one.
+/// Surfaces that a jackknife replicate contains: all, or all but one.
 ///
 /// Ensembles with the same number of surfaces omit the same surface, because their realizations
 /// share random numbers.
@@ -101,7 +104,7 @@ struct LeftOut {
 }
 
 impl Weights {
-    /// Selection that contains all surfaces.
+    /// Selection of all surfaces, as for the estimate itself.
     pub const ALL: Weights = Weights { left_out: None };
 
     /// Iterates over the values of the selected surfaces.
@@ -126,8 +129,8 @@ impl Weights {
 
 /// Computes a quantity and its jackknife standard error.
 ///
-/// `surfaces` holds the numbers of surfaces of the ensembles. Returns `None` if one is below
-/// [`FEWEST_SURFACES`], or if `quantity` has no value.
+/// `surfaces` holds the number of surfaces of each ensemble. Returns `None` if one of these numbers
+/// is below [`FEWEST_SURFACES`], or if `quantity` has no value.
 pub fn jackknife(
     label: String,
     surfaces: &[usize],
@@ -146,7 +149,7 @@ pub fn jackknife(
         let left_out = |surface| Weights { left_out: Some(LeftOut { surface, of }) };
         let replicates = (0..of).map(|surface| quantity(&left_out(surface)));
         let replicates: Vec<f64> = replicates.collect::<Option<_>>()?;
-        // (n − 1)/n Σ (θ̂₍ᵢ₎ − θ̄)²
+        // The jackknife variance is (n − 1)/n Σ (θ̂₍ᵢ₎ − θ̄)².
         let inflation = (of - 1) as f64 * (of - 1) as f64 / of as f64;
         variance += inflation * deviation(replicates.iter().copied()).powi(2);
     }
@@ -167,7 +170,7 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     if deviation > 1e-13 * mean.abs() { deviation } else { 0.0 }
 }
 
-/// Returns the t with P(|T| ≤ t) = `probability` for Student's t distribution.
+/// Returns the value t with P(|T| ≤ t) = `probability` for Student's t distribution.
 ///
 /// The probability is between 0 and 1, and there is at least one degree of freedom.
 pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
@@ -185,11 +188,11 @@ pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
 
 /// Returns P(|T| ≤ √ν tan θ) for ν degrees of freedom.
 ///
-/// These are the finite sums 26.7.3 and 26.7.4 of Abramowitz & Stegun, *Handbook of Mathematical
+/// The finite sums are eqs. 26.7.3 and 26.7.4 of Abramowitz & Stegun, *Handbook of Mathematical
 /// Functions* (1964).
 fn within(angle: f64, freedom: u32) -> f64 {
     let (sine, cosine) = angle.sin_cos();
-    // Terms have every second power of cos θ, from 1 for even ν and from cos θ for odd ν.
+    // The terms contain every second power of cos θ, from 1 for even ν and from cos θ for odd ν.
     let is_odd = freedom % 2 == 1;
     let mut term = if is_odd { cosine } else { 1.0 };
     let mut sum = 0.0;
@@ -205,16 +208,16 @@ mod tests {
     use super::*;
     use crate::random::normal;
 
-    /// Values in the order `[quantity][surface]`.
+    /// Values, indexed as `[quantity][surface]`.
     type Samples = Vec<Vec<f64>>;
 
-    /// Returns values of independent quantities.
+    /// Draws values of independent quantities.
     fn independent(seed: u64, quantities: usize, surfaces: usize) -> Samples {
         let sample = |index: usize| normal(1000 * seed + index as u64, surfaces);
         (0..quantities).map(sample).collect()
     }
 
-    /// Returns values of nine spectra under several loads, which share most of their scatter.
+    /// Draws values of nine spectra; all loads of one spectrum share most of their scatter.
     fn structured(seed: u64, quantities: usize, surfaces: usize) -> Samples {
         let spectra = independent(2 * seed, 9, surfaces);
         let own = independent(2 * seed + 1, quantities, surfaces);
@@ -226,10 +229,10 @@ mod tests {
         mixed.collect()
     }
 
-    /// Generator of the values of quantities.
+    /// Function that draws values from a seed and the numbers of quantities and surfaces.
     type Scatter = fn(u64, usize, usize) -> Samples;
 
-    /// Returns the simultaneous coverage of the intervals of ln of the mean.
+    /// Returns the simultaneous coverage of the intervals of the logarithms of the means.
     fn coverage(
         samples: Scatter,
         quantities: usize,
@@ -252,7 +255,7 @@ mod tests {
         (0..STUDIES).filter(covers).count() as f64 / STUDIES as f64
     }
 
-    /// Typical numbers of quantities and surfaces of claims.
+    /// Numbers of quantities of typical claims, with the generator of their values.
     const CASES: [(usize, Scatter); 4] =
         [(1, independent), (9, independent), (36, structured), (72, independent)];
     const SURFACES: [usize; 4] = [5, 10, 20, 50];
@@ -263,8 +266,8 @@ mod tests {
             for surfaces in SURFACES {
                 let scattered = |normal: f64| 1.0 + 0.05 * normal;
                 let found = coverage(samples, quantities, surfaces, scattered, 1.0);
-                // Binomial error: 0.013 for 300 studies. Bonferroni's bound is conservative for
-                // correlated loads.
+                // The binomial error of 300 studies is 0.013. Bonferroni's bound is conservative
+                // for correlated loads.
                 assert!((0.91..=0.99).contains(&found), "{quantities} × {surfaces}: {found}");
             }
         }
@@ -324,7 +327,7 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
-        // Two-sided 90, 95 and 99 %, printed to four digits.
+        // The columns are the two-sided quantiles for 90, 95 and 99 %.
         let printed = [
             (1, [6.314, 12.706, 63.657]),
             (2, [2.920, 4.303, 9.925]),
@@ -354,7 +357,7 @@ mod tests {
 
     #[test]
     fn many_degrees_of_freedom_are_normal() {
-        // Cornish & Fisher: t = z + (z³ + z)/(4ν) + O(ν⁻²).
+        // The expansion of Cornish & Fisher is t = z + (z³ + z)/(4ν) + O(ν⁻²).
         let normal = 1.959_963_984_540_054_f64;
         let correction = (normal.powi(3) + normal) / 4.0;
         for freedom in [10_000, 10_001] {
@@ -376,8 +379,8 @@ mod tests {
                 let error = (square.sum::<f64>() / freedom / count as f64).sqrt();
                 mean.abs() <= two_sided_quantile(0.95, count as u32 - 1) * error
             });
-            // Binomial error: 0.005 for 2000 experiments. Percentile intervals cover 0.84 with
-            // five.
+            // The binomial error of 2000 experiments is 0.005. Percentile intervals cover only 0.84
+            // with five values.
             let rate = covered.count() as f64 / experiments as f64;
             assert!((rate - 0.95).abs() < 0.02, "{count}: {rate}");
         }

@@ -1,5 +1,4 @@
-//! Least squares by Levenberg–Marquardt, linear least squares by QR, straight lines, goodness of
-//! fit.
+//! Nonlinear least squares (Levenberg–Marquardt), linear least squares (QR), and goodness of fit.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
@@ -10,14 +9,14 @@ use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SVector};
 /// It is far below statistical errors and far above rounding errors.
 const TOLERANCE: f64 = 1e-12;
 
-/// Parameters at which a minimisation ended.
+/// Parameters at which the iteration of [`minimize`] ended.
 pub struct Minimum<const P: usize> {
     pub parameters: [f64; P],
-    /// `true` if the search ended at a stationary point.
+    /// `true` if the iteration ended at a stationary point.
     pub converged: bool,
 }
 
-/// A model with `P` parameters, given by its residuals and their derivatives.
+/// Model with `P` parameters, defined by its residuals and their derivatives.
 pub trait Residuals<const P: usize> {
     /// Returns the number of residuals.
     fn count(&self) -> usize;
@@ -27,7 +26,7 @@ pub trait Residuals<const P: usize> {
     fn gradients(&self, parameters: [f64; P], into: &mut [[f64; P]]);
 }
 
-/// Minimizes the sum of squared residuals from a start.
+/// Minimises the sum of squared residuals, starting from the parameters `start`.
 pub fn minimize<const P: usize>(model: &impl Residuals<P>, start: [f64; P]) -> Minimum<P> {
     let problem = Problem { model, parameters: SVector::from(start) };
     let (problem, report) = LevenbergMarquardt::new()
@@ -78,7 +77,7 @@ impl<M: Residuals<P>, const P: usize> LeastSquaresProblem<f64, Dyn, Const<P>>
     }
 }
 
-/// Residuals of a model, with weights.
+/// Goodness of fit of predicted to observed data, with weights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     /// Root mean square of the unweighted residuals, in the unit of the data.
@@ -90,7 +89,7 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Compares predicted with observed data; all weights are one unless `weights` are given.
+    /// Compares predicted with observed data; without `weights`, all weights are one.
     pub fn new(observed: &[f64], predicted: &[f64], weights: Option<&[f64]>) -> Self {
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
         let indices = 0..observed.len();
@@ -110,9 +109,9 @@ impl Quality {
     }
 }
 
-/// Residuals of a fit, and numbers of used and unused data.
+/// Goodness of a fit, with the numbers of used and unused data.
 ///
-/// Each law defines the quantity of its residuals.
+/// The documentation of each law names the quantity whose residuals it contains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoodnessOfFit {
     /// Root mean square of the residuals.
@@ -126,7 +125,7 @@ pub struct GoodnessOfFit {
 }
 
 impl GoodnessOfFit {
-    /// Creates the goodness of a fit that uses `data` of `all` data.
+    /// Creates the goodness of a fit that uses `data` of the `all` data in its window.
     pub fn new(quality: &Quality, data: usize, all: usize) -> Self {
         Self {
             rms_residual: quality.rms_residual,
@@ -137,19 +136,19 @@ impl GoodnessOfFit {
     }
 }
 
-/// Least diagonal element of R for columns of unit length that are linearly independent.
+/// Minimum diagonal element of R for which columns of unit length count as linearly independent.
 const RANK: f64 = 1e-9;
 
-/// QR factorisation (Householder) of the design matrix of a weighted linear fit of full rank.
+/// Householder QR factorisation of the design matrix of a weighted linear fit, of full rank.
 pub struct Design {
     orthogonal: DMatrix<f64>,
     triangle: DMatrix<f64>,
-    /// Lengths of the columns, which are normalised before the factorisation.
+    /// Lengths of the columns before they are normalised and factorised.
     lengths: Vec<f64>,
 }
 
 impl Design {
-    /// Factorises a matrix whose rows are divided by their standard errors.
+    /// Factorises a design matrix whose rows are divided by the standard errors of their data.
     ///
     /// Returns `None` if the columns are linearly dependent.
     pub fn new(mut columns: DMatrix<f64>) -> Option<Design> {
@@ -167,7 +166,7 @@ impl Design {
         is_full.then(|| Design { orthogonal: factors.q(), triangle, lengths })
     }
 
-    /// Returns the least-squares coefficients of the columns.
+    /// Returns the least-squares coefficients of the columns for the given data.
     pub fn solve(&self, data: &DVector<f64>) -> DVector<f64> {
         let projected = self.orthogonal.tr_mul(data);
         let solved = self.triangle.solve_upper_triangular(&projected);
@@ -188,14 +187,14 @@ impl Design {
         let count = self.triangle.ncols();
         let mut first = DVector::zeros(count);
         first[0] = 1.0;
-        // First row of R⁻¹, as Rᵀ z = e₁.
+        // The solution z of Rᵀ z = e₁ is the first row of R⁻¹.
         let solved = self.triangle.tr_solve_upper_triangular(&first);
         let row = solved.expect("the matrix has full rank");
         row.norm_squared() / self.lengths[0].powi(2)
     }
 }
 
-/// Fits a straight line by least squares of the ordinates, and returns its slope and intercept.
+/// Fits a straight line by least squares of the ordinates; returns its slope and its intercept.
 ///
 /// Returns `None` if all abscissae are equal.
 pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
@@ -213,7 +212,7 @@ pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Model y = exp(−p x) + q.
+    /// Model y = exp(−p x) + q with the parameters p and q, and its data (x, y).
     struct Decay(Vec<(f64, f64)>);
 
     impl Residuals<2> for Decay {
@@ -281,7 +280,7 @@ mod tests {
         let design = Design::new(columns).unwrap();
         let solution = design.solve(&DVector::from_row_slice(&[1.0, 0.0, 2.0]));
         assert!((solution[0] - 0.5).abs() < 1e-14 && (solution[1] - 0.5).abs() < 1e-14);
-        // Σx²/(n Σ(x − x̄)²) = 5/6.
+        // The variance of the intercept is Σx²/(n Σ(x − x̄)²) = 5/6.
         assert!((design.variance_of_first() - 5.0 / 6.0).abs() < 1e-14);
     }
 

@@ -1,8 +1,8 @@
 //! Fits of laws of rough contact, with confidence intervals from resampled surfaces.
 //!
-//! The input of most fits are [`Curves`]: the area fractions of the realizations of one parameter
+//! The input of most fits is [`Curves`]: the area fractions of all realizations of one parameter
 //! point on a common grid of loads. Loads are in units of E* h′, where h′ is the rms slope. A fit
-//! returns parameters and its goodness, or a [`FitError`].
+//! returns parameters and the goodness of fit, or a [`FitError`].
 //!
 //! | module | contents |
 //! |---|---|
@@ -41,7 +41,7 @@ pub mod self_affine;
 pub use curves::{Curves, Window};
 pub use least_squares::{GoodnessOfFit, line};
 
-/// Error of a fit that has no result.
+/// Reason why a fit failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum FitError {
@@ -51,7 +51,7 @@ pub enum FitError {
     )]
     Shape {
         surfaces: usize,
-        /// Number of areas of the first surface with a wrong number, or zero.
+        /// Number of areas of the first surface that does not have `loads` areas, or zero.
         areas: usize,
         loads: usize,
     },
@@ -66,14 +66,14 @@ pub enum FitError {
     TooFew { window: Window, found: usize, needed: usize },
     #[error("kappa is {kappa}, but the slope of the area at zero load must be positive and finite")]
     Kappa { kappa: f64 },
-    /// The law does not have the curvature of the data, and its parameters diverge.
+    /// The law cannot have the curvature of the data, so that its parameters diverge.
     #[error(
         "the fit of the contact evolution law with kappa = {kappa:.4} diverges (stopped at \
              beta = {beta:.3e}, mu = {mu:.3e}): the slope of the law only decreases from kappa; \
              try another kappa, or a window where the slope of the area decreases"
     )]
     Runaway { kappa: f64, beta: f64, mu: f64 },
-    /// The search reached its largest number of iterations; its parameters are not a minimum.
+    /// The iteration ended before it reached a minimum of the sum of squares.
     #[error(
         "the least squares did not converge: the data do not determine the parameters; try \
              another window or a given kappa"
@@ -103,13 +103,14 @@ pub enum FitError {
              more values"
     )]
     TooFewMeshes { found: usize, needed: usize },
-    /// Without differences in the edge of the contact, the effect of the mesh is unknown.
+    /// The perimeter term S_d Δx does not differ between meshes, or there is no contact on one.
     #[error(
-        "a mesh has no contact, or all meshes have the same edge: there is nothing to extrapolate"
+        "a mesh has no contact, or the perimeter times the mesh step is equal on all meshes: the \
+             area cannot be extrapolated"
     )]
     NoEdges,
     #[error(
-        "term {} is {value} at a point; a small parameter must be positive and finite",
+        "the small parameter of term {} is {value} at a point; it must be positive and finite",
         term + 1
     )]
     NotSmall {
@@ -117,10 +118,10 @@ pub enum FitError {
         term: usize,
         value: f64,
     },
-    /// A point without scatter between surfaces has no weight.
+    /// The values of a point do not differ between surfaces, so its weight is undefined.
     #[error(
-        "a point has {surfaces} surfaces without scatter: weights are computed from the scatter, \
-             so every point needs at least two surfaces with different values"
+        "the values of a point with {surfaces} surfaces do not differ, so its weight is undefined: \
+             every point needs at least two surfaces with different values"
     )]
     NoScatter { surfaces: usize },
     #[error(

@@ -10,12 +10,13 @@
 //! its value at xⱼ = 1. Three numbers compare powers with logarithms: χ², Akaike's criterion, and
 //! the leave-one-out prediction error.
 //!
-//! Weights are inverse variances of the means over surfaces. A power law of the small parameters is
-//! fitted to the variances of all points (`scatter`). With individual variances, points whose few
-//! surfaces happen to agree would dominate; intervals of 95 % with such weights cover 87 % with
-//! four surfaces and 91 % with ten. Points that share realizations, as do all spectra of a study,
-//! have correlated deviations, which reduces χ². Intervals are computed by resampling whole
-//! surfaces, the same in all points, and are valid for any weights.
+//! Weights are inverse variances of the means over surfaces. They are computed from a power law of
+//! the small parameters that is fitted to the variances of all points (module `scatter`). With the
+//! variance of each point instead, points whose few surfaces happen to agree would dominate. Then
+//! intervals of nominally 95 % cover 87 % with four surfaces and 91 % with ten. All spectra of a
+//! study share realizations, so that the deviations of their points are correlated, which reduces
+//! χ². Confidence intervals are computed by resampling whole surfaces, the same surfaces at all
+//! points, and are valid for any weights.
 
 use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
@@ -25,7 +26,7 @@ use scatter::Scatter;
 mod scatter;
 mod search;
 
-/// Range to which free exponents are limited.
+/// Smallest and largest value that a free exponent can have.
 ///
 /// x^0.02 is indistinguishable from a logarithm, and x^20 from zero.
 pub const EXPONENTS: [f64; 2] = [0.02, 20.0];
@@ -44,29 +45,29 @@ pub enum TermForm {
 /// Small parameters and observable of one spectrum on one mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitPoint {
-    /// Small parameters, one for each term; positive.
+    /// Small parameters, one positive value for each term.
     pub small: Vec<f64>,
     /// Observable at these small parameters.
     pub observed: Observed,
 }
 
-/// Observable of a point, by surfaces or as an estimate.
+/// Observable of a point, given as values of surfaces or as an estimate with its standard error.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Observed {
-    /// One value for each surface.
+    /// Values of the observable on each surface.
     Surfaces {
         /// Surface numbers in ascending order; a surface has the same number at all points.
         units: Vec<usize>,
         /// Value of the observable for each surface.
         values: Vec<f64>,
     },
-    /// An estimate that is independent of those of other points.
+    /// Estimate that is independent of the estimates of other points.
     Estimate {
         /// Estimated value of the observable.
         value: f64,
         /// Standard error of the value.
         standard_error: f64,
-        /// Number of surfaces of the estimate.
+        /// Number of surfaces from which the value is estimated.
         surfaces: usize,
     },
 }
@@ -97,7 +98,7 @@ impl Observed {
         }
     }
 
-    /// Returns the number of surfaces.
+    /// Returns the number of surfaces of the point.
     pub fn surfaces(&self) -> usize {
         match self {
             Observed::Surfaces { values, .. } => values.len(),
@@ -111,15 +112,14 @@ impl Observed {
 pub struct LimitProblem {
     points: Vec<LimitPoint>,
     scatter: Scatter,
-    /// Inverse standard error of each point, from the power law of the scatter.
+    /// Inverse standard error of the mean of each point, from the power law of the scatter.
     scales: Vec<f64>,
 }
 
 /// Fitted law Q = Q₀ + Σ cⱼ fⱼ(xⱼ).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitFit {
-    /// Limit Q₀, the value of the observable where all powers vanish and arguments of logarithms
-    /// are one.
+    /// Limit Q₀: the observable if all powers vanish and the arguments of all logarithms are one.
     pub limit: f64,
     /// Coefficient cⱼ of each term.
     pub coefficients: Vec<f64>,
@@ -140,32 +140,33 @@ pub struct Assessment {
     pub reduced_chi_square: f64,
     /// Akaike's information criterion, χ² + 2 × the number of free parameters.
     pub akaike: f64,
-    /// Weighted root mean square error of predicting a point from the others (leave-one-out).
+    /// Leave-one-out error: rms error of predicting a point from all other points, weighted.
     ///
-    /// `None` if a fit to the others fails. The unit is that of the observable.
+    /// It is in the unit of the observable, and `None` if a fit to the other points fails.
     pub leave_one_out: Option<f64>,
 }
 
-/// Intervals and comparison of several choices of forms, from resampled surfaces.
+/// Confidence intervals and comparison of several laws, from resampled surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resampled {
-    /// Intervals of the parameters for each choice: limit, coefficients, and free exponents in the
-    /// order of the terms.
+    /// Confidence intervals of the parameters of each law.
+    ///
+    /// The order of the parameters is: limit, coefficients, free exponents.
     pub intervals: Vec<Intervals>,
-    /// Comparison of each choice with the others.
+    /// Comparison of each law with the other laws.
     pub comparison: Vec<Comparison>,
 }
 
-/// Comparison of one choice of forms with the others.
+/// Comparison of one law with all laws that were fitted to the same points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
-    /// Akaike weight exp(−Δ/2), divided by the sum over all choices.
+    /// Akaike weight exp(−Δ/2), divided by its sum over all laws.
     ///
-    /// Δ is the difference between Akaike's criterion and its minimum.
+    /// Δ is the difference between Akaike's criterion of this law and its minimum over all laws.
     pub akaike_weight: f64,
-    /// Fraction of replicates in which this choice has the least Akaike's criterion.
+    /// Fraction of replicates in which this law has the smallest Akaike's criterion.
     ///
-    /// `None` without replicates.
+    /// It is `None` without replicates.
     pub best_fraction: Option<f64>,
 }
 
@@ -173,7 +174,8 @@ impl LimitProblem {
     /// Creates a problem from points with one small parameter for each term.
     ///
     /// # Errors
-    /// Fails if a small parameter is not positive and finite, or if a point has no scatter.
+    /// Fails if a small parameter is not positive and finite, or if the values of a point do not
+    /// differ between surfaces.
     pub fn new(points: Vec<LimitPoint>) -> Result<LimitProblem, FitError> {
         for point in &points {
             for (term, &value) in point.small.iter().enumerate() {
@@ -200,13 +202,13 @@ impl LimitProblem {
         self.points.len()
     }
 
-    /// Returns the smallest number of surfaces of a point.
+    /// Returns the smallest number of surfaces over all points.
     pub fn surfaces(&self) -> usize {
         let counts = self.points.iter().map(|point| point.observed.surfaces());
         counts.min().unwrap_or(0)
     }
 
-    /// Fits a law by weighted least squares.
+    /// Fits a law with the given forms of its terms by weighted least squares.
     ///
     /// # Errors
     /// Fails if there are not more points than parameters, if the terms are linearly dependent, or
@@ -229,10 +231,10 @@ impl LimitProblem {
         }
     }
 
-    /// Computes intervals for several choices of forms, and compares the choices.
+    /// Computes confidence intervals for several laws, and compares the laws.
     ///
     /// Replicates draw whole surfaces. A surface has the same multiplicity at all its points and
-    /// for all choices.
+    /// for all laws.
     pub fn resample(
         &self,
         rivals: &[(&[TermForm], &LimitFit)],
@@ -243,7 +245,7 @@ impl LimitProblem {
             Observed::Estimate { .. } => None,
         });
         let resample = Resample { fewest: self.surfaces(), ..Resample::from_ensembles(units) };
-        // Akaike's criterion of each choice in each replicate.
+        // Akaike's criterion, indexed by law and replicate.
         let mut criteria: Vec<Vec<f64>> = Vec::new();
         let intervals = rivals.iter().map(|(forms, fit)| {
             let mut own = Vec::with_capacity(bootstrap.replicates);
@@ -268,9 +270,9 @@ impl LimitProblem {
         means.collect()
     }
 
-    /// Fits the law to other means of the used points.
+    /// Fits the law to the given means of the used points.
     ///
-    /// The search for exponents starts at those of `start`, if given.
+    /// The iteration starts from the exponents of `start`, if it is given.
     fn fit_to(
         &self,
         forms: &[TermForm],
@@ -301,7 +303,7 @@ impl LimitProblem {
         Some((squares / weights).sqrt())
     }
 
-    /// Returns the prediction of a law for a point.
+    /// Returns the observable that a law predicts at a point.
     fn predicted(&self, fit: &LimitFit, point: usize) -> f64 {
         let terms = fit.coefficients.iter().zip(&fit.exponents);
         let terms = terms.zip(&self.points[point].small);
@@ -354,7 +356,7 @@ fn estimates(forms: &[TermForm], fit: &LimitFit) -> Vec<Estimate> {
     values.map(estimate).collect()
 }
 
-/// Returns the limit, the coefficients and the free exponents.
+/// Returns the limit, the coefficients and the free exponents of a law, in this order.
 fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     let free = forms.iter().zip(&fit.exponents);
     let free = free.filter(|(form, _)| **form == TermForm::FreePower);
@@ -363,16 +365,17 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     linear.chain(free).collect()
 }
 
-/// Returns the mean of each point in a replicate, and whether one of its surfaces was drawn.
+/// Returns the mean of each point in a replicate, and whether the replicate uses the point.
 ///
-/// Points without a drawn surface are not fitted.
+/// A point is not used if none of its surfaces is drawn.
 fn resampled_means(
     problem: &LimitProblem,
     times: &[u32],
     replicate: usize,
     seed: u64,
 ) -> (Vec<f64>, Vec<bool>) {
-    // Estimates are drawn from a normal distribution, as a function of seed and replicate.
+    // Estimates without surfaces are drawn from a normal distribution. The key makes the draws a
+    // function of the seed and the replicate.
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     key[8..16].copy_from_slice(b"estimate");
@@ -385,7 +388,7 @@ fn resampled_means(
             if drawn > 0.0 { (sum / drawn, true) } else { (0.0, false) }
         }
         Observed::Estimate { value, standard_error, surfaces } => {
-            // Means of replicates of n surfaces scatter by √((n − 1)/n) standard errors.
+            // The means of replicates of n surfaces scatter by √((n − 1)/n) standard errors.
             let correction = ((surfaces - 1) as f64 / *surfaces as f64).sqrt();
             (value + correction * standard_error * normals.next(), true)
         }

@@ -1,4 +1,4 @@
-//! Exponential relation of load and mean gap.
+//! Fit of the exponential relation between load and mean gap.
 //!
 //! For self-affine roughness under intermediate loads, p₀ = p_c exp(−ū/u₀) with the mean gap ū
 //! (Persson 2007, *Relation between interfacial separation and load: a general theory of contact
@@ -7,7 +7,8 @@
 //! loads, where few summits of a finite surface are in contact, and under heavier loads, where
 //! contacts merge.
 //!
-//! Measured on surfaces of 512² nodes with H = 0.5 and 0.8, k_lower = 1 … 8 and k_upper = 64:
+//! The following values were measured on surfaces of 512² nodes with H = 0.5 and 0.8,
+//! k_lower = 1 … 8 and k_upper = 64:
 //!
 //! | load | u₀/rms height |
 //! |---|---|
@@ -16,46 +17,48 @@
 //! | 0.3 | 0.2 … 0.3 |
 //!
 //! The loads are exact, and the gaps scatter between surfaces. The line ū = u₀ (ln p_c − ln p₀) is
-//! therefore fitted by least squares of the mean gap, with equal weights: deviations from the line
-//! are systematic, not scatter. The line of the mean is the mean of the lines of the surfaces.
+//! therefore fitted by least squares of the mean gap. Weights are equal, because the deviations
+//! from the line are mostly systematic. The line fitted to the mean gap is the mean of the lines
+//! fitted to each surface.
 
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, line};
 use super::{Curves, FitError, GoodnessOfFit, Window};
 
-/// Smallest number of data, one more than the parameters.
+/// Minimum number of data, one more than the number of parameters.
 const LEAST_DATA: usize = 3;
 
-/// Fitted exponential relation of load and mean gap.
+/// Fitted exponential relation between load and mean gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadSeparation {
     /// Decay length u₀, in the unit of the gaps.
     pub decay_length: f64,
     /// Load p_c at which the fitted gap vanishes, in units of E* h′.
     pub closing_load: f64,
-    /// Residuals of ū/u₀ (that is, of ln p₀), and R² of the mean gap.
+    /// Residuals of ū/u₀, which are those of ln p₀, and R² of the mean gap.
     ///
-    /// Loads without a gap are masked.
+    /// Loads at which the mean gap is not positive are masked.
     pub goodness: GoodnessOfFit,
 }
 
-/// Mean gaps for the fit of an exponential relation.
+/// Mean gaps of all surfaces, to which the exponential relation is fitted.
 #[derive(Debug, Clone)]
 pub struct LoadSeparationProblem {
     gaps: Data,
 }
 
 impl LoadSeparationProblem {
-    /// Selects the loads inside a window; `gaps` are curves of the mean gap.
+    /// Creates a problem from the loads inside a window; the values of `gaps` are mean gaps.
     pub fn new(gaps: &Curves, window: Window) -> Self {
         Self { gaps: gaps.area_data(window) }
     }
 
-    /// Fits the mean over the realizations.
+    /// Fits the relation to the mean over the realizations.
     ///
     /// # Errors
-    /// Fails if fewer than three loads have a gap, or if the gap does not decrease with the load.
+    /// Fails if the gap is positive at fewer than three loads, or if it does not decrease with the
+    /// load.
     pub fn fit(&self) -> Result<LoadSeparation, FitError> {
         self.fit_mean(&self.gaps.mean())
     }
@@ -101,12 +104,12 @@ mod tests {
 
     const WINDOW: Window = Window { from: 0.01, to: 0.2 };
 
-    /// Returns loads from 1e-3 to 1 with equal ratios.
+    /// Returns loads from 1e-3 to 1 with equal ratios between neighbours.
     fn loads() -> Vec<f64> {
         (0..=30).map(|step| 10f64.powf(f64::from(step) / 10.0 - 3.0)).collect()
     }
 
-    /// Returns the gaps of surfaces with u₀ = 0.5 rms height and p_c = 0.4.
+    /// Returns the mean gaps of surfaces with u₀ = 0.5 rms height and p_c = 0.4.
     fn gaps(rms_heights: &[f64]) -> Curves {
         let of_surface = |height: &f64| {
             let gap = |load: &f64| 0.5 * height * (0.4 / load).ln();
@@ -146,7 +149,7 @@ mod tests {
         let [length, load] = intervals.intervals.expect("no failures")[..] else {
             panic!("two parameters")
         };
-        // 20 % of 0.5 divided by √40, with a statistical error of 1/√80.
+        // The standard error is 20 % of 0.5 divided by √40, with a relative error of 1/√80.
         assert!((length.standard_error / 0.0158 - 1.0).abs() < 0.35, "{length:?}");
         assert!(length.lower < 0.5 && 0.5 < length.upper);
         // All lines have the same closing load.

@@ -1,18 +1,18 @@
 //! Error of the contact area due to the mesh, from one surface under one load on several meshes.
 //!
-//! The area A_N of a solved contact is too large by a fraction of its edge: A_N = A* + c S_d Δx,
-//! with the Manhattan perimeter S_d and the mesh step Δx. A line through A_N against S_d Δx
-//! extrapolates to the area A* on an infinitely fine mesh. Its slope c is the coefficient of the
-//! area correction.
+//! On a mesh of N nodes, the solved contact area A_N is too large in proportion to its edge S_d Δx,
+//! with the Manhattan perimeter S_d and the mesh step Δx: A_N = A* + c S_d Δx. A line through A_N
+//! against S_d Δx extrapolates to the area A* on an infinitely fine mesh. Its slope c is the
+//! coefficient of the area correction.
 
 use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::least_squares::line;
 
-/// Smallest number of meshes, because a line through two has no residuals.
+/// Minimum number of meshes; a line through two points would have no residuals.
 const LEAST_MESHES: usize = 3;
 
-/// Areas and edges of one surface under one load on several meshes.
+/// Contact areas and edges S_d Δx of one surface under one load on several meshes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
     /// S_d Δx on each mesh, as a fraction of the nominal area.
@@ -21,7 +21,7 @@ pub struct Refinement {
     areas: Vec<f64>,
 }
 
-/// Fitted line of one surface under one load.
+/// Line A_N = A* + c S_d Δx fitted to one surface under one load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshLimit {
     /// Area fraction A* extrapolated to an infinitely fine mesh.
@@ -34,8 +34,8 @@ impl Refinement {
     /// Creates a refinement from S_d Δx and the area fraction on each mesh.
     ///
     /// # Errors
-    /// Fails with fewer than three meshes, without contact on one of them, or if all edges are
-    /// equal.
+    /// Fails if there are fewer than three meshes, if there is no contact on one of them, or if all
+    /// edges are equal.
     pub fn new(edges: Vec<f64>, areas: Vec<f64>) -> Result<Self, FitError> {
         let meshes = areas.len();
         if meshes < LEAST_MESHES {
@@ -48,7 +48,7 @@ impl Refinement {
         Ok(Self { edges, areas })
     }
 
-    /// Returns the number of meshes.
+    /// Returns the number of meshes of this refinement.
     pub fn meshes(&self) -> usize {
         self.areas.len()
     }
@@ -60,7 +60,7 @@ impl Refinement {
         MeshLimit { area, coefficient }
     }
 
-    /// Returns the limit A* for a given coefficient.
+    /// Returns the best limit A* for a given coefficient c.
     fn limit(&self, coefficient: f64) -> f64 {
         mean(&self.areas) - coefficient * mean(&self.edges)
     }
@@ -71,10 +71,10 @@ impl Refinement {
         corrected.map(move |(area, edge)| (area - coefficient * edge) / limit - 1.0)
     }
 
-    /// Returns the covariance of area and edge and the variance of the edge.
+    /// Returns the covariance of area and edge, and the variance of the edge, over the meshes.
     ///
-    /// Both are divided by the squared mean area, so that sums give light and heavy loads equal
-    /// weight.
+    /// Both are sums of products divided by the squared mean area, so that light and heavy loads
+    /// have equal weights.
     fn moments(&self) -> (f64, f64) {
         let (edge, area) = (mean(&self.edges), mean(&self.areas));
         let pairs = self.edges.iter().zip(&self.areas);
@@ -85,30 +85,32 @@ impl Refinement {
     }
 }
 
-/// Fit of a common coefficient to several surfaces, each under one or several loads.
+/// Refinements of several surfaces, each under one or several loads, with a common coefficient c.
 #[derive(Debug, Clone)]
 pub struct MeshProblem<'a> {
     surfaces: Vec<Vec<&'a Refinement>>,
 }
 
 impl<'a> MeshProblem<'a> {
-    /// Creates a problem from the refinements of at least one surface.
+    /// Creates a problem from the refinements of each surface; there is at least one surface.
     pub fn new(surfaces: Vec<Vec<&'a Refinement>>) -> Self {
         Self { surfaces }
     }
 
-    /// Fits the common coefficient, with a separate limit for each surface and load.
+    /// Fits the common coefficient c, with a separate limit A* for each surface and load.
     pub fn coefficient(&self) -> f64 {
         self.pooled(&vec![1; self.surfaces.len()])
     }
 
-    /// Returns the mean of the limits A* for a coefficient.
+    /// Returns the mean over surfaces and loads of the limits A* for a given coefficient c.
     pub fn mean_limit(&self, coefficient: f64) -> f64 {
         let limits: Vec<f64> = self.all().map(|one| one.limit(coefficient)).collect();
         mean(&limits)
     }
 
-    /// Returns the rms error of corrected areas, relative to the limits of the common fit.
+    /// Returns the rms relative error of the areas corrected with the coefficient `correction`.
+    ///
+    /// The reference is the limit A* of each surface and load with the fitted coefficient.
     pub fn rms_error(&self, correction: f64) -> f64 {
         let fitted = self.coefficient();
         let errors = self.all().flat_map(|one| one.errors(correction, one.limit(fitted)));
@@ -116,7 +118,7 @@ impl<'a> MeshProblem<'a> {
         mean(&squares).sqrt()
     }
 
-    /// Returns the number of areas.
+    /// Returns the number of data points: one area for each surface, load and mesh.
     pub fn data(&self) -> usize {
         self.all().map(Refinement::meshes).sum()
     }
@@ -134,9 +136,9 @@ impl<'a> MeshProblem<'a> {
         self.surfaces.iter().flatten().copied()
     }
 
-    /// Returns the covariance of area and edge, and the variance of the edge, of each surface.
+    /// Returns, for each surface, the covariance of area and edge and the variance of the edge.
     ///
-    /// The coefficient is the ratio of their sums over the surfaces.
+    /// The common coefficient is the sum of the covariances divided by the sum of the variances.
     pub fn moments(&self) -> Vec<(f64, f64)> {
         let of_surface = |surface: &Vec<&Refinement>| {
             let moments = surface.iter().map(|one| one.moments());
@@ -170,7 +172,7 @@ mod tests {
 
     const EDGES: [f64; 4] = [0.32, 0.17, 0.08, 0.04];
 
-    /// Returns areas that are larger than `limit` by `coefficient` × edge and by `noise`.
+    /// Returns a refinement with the areas `limit` + `coefficient` × edge + `noise`.
     fn refinement(limit: f64, coefficient: f64, noise: &[f64]) -> Refinement {
         let areas = EDGES
             .iter()
@@ -229,7 +231,7 @@ mod tests {
             let interval = intervals.expect("no failures")[0];
             interval.lower <= 0.104 && 0.104 <= interval.upper
         });
-        // Binomial error: 0.021 for 200 experiments.
+        // The binomial error of 200 experiments is 0.021.
         let rate = covered.count() as f64 / f64::from(experiments as u32);
         assert!((rate - 0.9).abs() < 0.065, "covered {rate}");
     }

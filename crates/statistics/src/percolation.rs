@@ -1,19 +1,19 @@
 //! Percolation threshold of the gap: load and contact area at which the interface seals.
 //!
 //! Along each direction, the gap of a surface changes from open to sealed once, because the contact
-//! only grows. The threshold is the middle of the last open and the first sealed load. A surface
-//! has one threshold along x and one along y. Isotropic roughness is equally likely to seal first
-//! along either, so the mean of both is a third threshold. Anisotropic roughness seals much earlier
-//! across the grain than along it, and the mean of both directions is not meaningful. Wang & Müser
-//! (2020) find an area fraction of 0.415 for isotropic surfaces whose longest waves are much
-//! shorter than the cell.
+//! only grows. The threshold is midway between the last open and the first sealed load. A surface
+//! has one threshold along x and one along y. On isotropic roughness, both have the same
+//! distribution, and their mean is used as well. Anisotropic roughness seals much earlier across
+//! the grain than along it, and the mean of both directions is not meaningful. Wang & Müser (2020)
+//! find an area fraction of 0.415 for isotropic surfaces whose longest waves are much shorter than
+//! the cell.
 //!
-//! The resolution of the loads causes an additional error, which resampling does not detect: if all
-//! surfaces seal between the same two loads, their thresholds do not scatter. Let thresholds
-//! scatter with the standard deviation σ, and let them be rounded to the middles of intervals of
-//! width w. The error of their mean is a periodic function of the position of the intervals. Its
-//! Fourier series follows from a sawtooth and the normal distribution, which multiplies the kth
-//! harmonic by exp(−2π²k²σ²/w²). Its root mean square
+//! The spacing of the loads causes an additional error, which resampling does not detect: if all
+//! surfaces seal between the same two loads, their thresholds do not scatter. Let the true
+//! thresholds be normally distributed with the standard deviation σ. The measured ones are rounded
+//! to the middles of intervals of width w. The error of the mean is a periodic function of the
+//! position of the intervals. It is a sawtooth whose kth harmonic is multiplied by
+//! exp(−2π²k²σ²/w²) because of the scatter. Its root mean square
 //!
 //! ```text
 //! w/(π√2) · √(Σ_k exp(−4π²k²σ²/w²)/k²)
@@ -29,7 +29,7 @@ use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::intervals::two_sided_quantile;
 use super::{FitError, Window};
 
-/// Directions of the channels that must be sealed.
+/// Direction or directions along which the channels must be sealed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channels {
     /// Only the channels along x.
@@ -49,11 +49,11 @@ pub struct Interface {
     pub area: f64,
     /// Area fraction, corrected for the mesh.
     pub area_corrected: f64,
-    /// `true` if the gap percolates, along x and along y.
+    /// `true` if the gap percolates; one entry for x and one for y.
     pub is_open: [bool; 2],
 }
 
-/// Percolation threshold of a surface, or a mean of thresholds.
+/// Percolation threshold: contact area and load at which the gap of a surface seals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Threshold {
     /// Fraction of the nodes in contact.
@@ -64,19 +64,19 @@ pub struct Threshold {
     pub load: f64,
 }
 
-/// Sealing of a surface along one direction.
+/// Transition of a surface from open to sealed along one direction.
 #[derive(Debug, Clone, Copy)]
 struct Sealing {
-    /// Middle of the last open and the first sealed state.
+    /// Mean of the last open and the first sealed state.
     middle: Threshold,
-    /// Difference of the first sealed and the last open state.
+    /// Difference between the first sealed and the last open state.
     width: Threshold,
 }
 
 /// Percolation thresholds of the surfaces of one parameter point.
 #[derive(Debug, Clone)]
 pub struct PercolationProblem {
-    /// Sealing of each surface along each direction.
+    /// Sealing transitions, indexed as `[surface][direction]`.
     sealings: Vec<Vec<Sealing>>,
     thresholds: Vec<Threshold>,
 }
@@ -88,7 +88,7 @@ impl PercolationProblem {
     ///
     /// # Errors
     /// Fails if there is no surface, or if a surface is sealed under its lightest load or open
-    /// under its heaviest load. The mean over the other surfaces would be biased.
+    /// under its heaviest load. Without such a surface, the mean would be biased.
     pub fn new(
         surfaces: &[Vec<Interface>],
         window: Window,
@@ -111,7 +111,7 @@ impl PercolationProblem {
         Ok(Self { thresholds: sealings.iter().map(of_surface).collect(), sealings })
     }
 
-    /// Returns the thresholds of the surfaces, averaged over the directions.
+    /// Returns the threshold of each surface, averaged over its directions.
     pub fn thresholds(&self) -> &[Threshold] {
         &self.thresholds
     }
@@ -121,7 +121,7 @@ impl PercolationProblem {
         self.resampled(&vec![1; self.thresholds.len()])
     }
 
-    /// Returns the additional standard error due to the resolution of the loads.
+    /// Returns the additional standard error of the mean threshold due to the spacing of the loads.
     pub fn resolution_error(&self) -> Threshold {
         let width = mean_of(self.sealings.iter().flatten().map(|sealing| sealing.width));
         let factor = rounding_of_the_mean(self.scatter() / width.load);
@@ -135,7 +135,7 @@ impl PercolationProblem {
 
     /// Returns the standard deviation of the threshold loads over surfaces and directions.
     ///
-    /// It is zero if the resolution of the loads explains the scatter.
+    /// The contribution of the spacing of the loads is subtracted; the result is at least zero.
     fn scatter(&self) -> f64 {
         let all = || self.sealings.iter().flatten();
         let count = all().count() as f64;
@@ -193,7 +193,7 @@ impl fmt::Display for Channels {
 }
 
 impl Threshold {
-    /// Returns area, corrected area and load, in this order.
+    /// Returns area, corrected area and load as an array, in this order.
     pub fn values(&self) -> [f64; 3] {
         [self.area, self.area_corrected, self.load]
     }
@@ -204,8 +204,9 @@ impl Threshold {
 }
 
 impl Sealing {
-    /// Returns the sealing along each direction, or `None` if a direction does not seal in the
-    /// window.
+    /// Returns the sealing transition along each direction: its midpoint and width.
+    ///
+    /// Returns `None` if a direction has no transition from open to sealed in the window.
     fn of_surface(
         interfaces: &[Interface],
         window: Window,
@@ -231,8 +232,8 @@ impl Sealing {
 
 /// Returns the rms error of the mean of numbers that are rounded to the middles of unit intervals.
 ///
-/// `scatter` is the standard deviation of the numbers. The root mean square is over the position of
-/// the intervals.
+/// `scatter` is the standard deviation of the numbers. The squared error is averaged over all
+/// positions of the intervals.
 fn rounding_of_the_mean(scatter: f64) -> f64 {
     if scatter == 0.0 {
         return 1.0 / 12.0_f64.sqrt();
@@ -266,7 +267,7 @@ mod tests {
 
     const WINDOW: Window = Window { from: 0.0, to: 10.0 };
 
-    /// Returns ten states up to a load of one, sealed along x and y from the given loads on.
+    /// Returns ten states up to a load of one, sealed along x and y at loads from `from` on.
     fn surface(from: [f64; 2]) -> Vec<Interface> {
         let loads = (1..=10).map(|load| f64::from(load) / 10.0);
         let interface = |load: f64| Interface {
@@ -301,7 +302,7 @@ mod tests {
         for (channels, load) in [(AlongX, 0.35), (AlongY, 0.85), (AlongBoth, 0.6)] {
             let found = problem(&surfaces, channels).unwrap();
             assert!((found.mean().load - load).abs() < 1e-15, "{channels}");
-            // Thresholds along each direction differ by 0.2, loads by 0.1.
+            // The thresholds along each direction differ by 0.2, neighbouring loads by 0.1.
             let variance = if channels == AlongBoth { 0.29 / 3.0 } else { 0.02 };
             let expected = (variance - 0.01 / 12.0_f64).sqrt();
             assert!((found.scatter() - expected).abs() < 1e-12, "{channels}");
@@ -322,7 +323,7 @@ mod tests {
         assert!(!problem.resolves_scatter());
         let bootstrap = Bootstrap { replicates: 50, seed: 1, level: 0.95 };
         let intervals = problem.bootstrap(&bootstrap).intervals.unwrap();
-        // Loads differ by 0.1, areas by 0.05 and 0.04.
+        // Neighbouring loads differ by 0.1, their areas by 0.05 and 0.04.
         for (interval, width) in intervals.iter().zip([0.05, 0.04, 0.1]) {
             assert!((interval.standard_error - width / 12.0_f64.sqrt()).abs() < 1e-12);
         }
@@ -332,7 +333,7 @@ mod tests {
     fn the_mean_of_rounded_numbers_has_the_error_of_the_series() {
         for scatter in [0.02, 0.1, 0.2, 0.35, 0.5] {
             let bias = |begin: f64| -> f64 {
-                // Integrates over a normal distribution about `begin`, rounded and not.
+                // The sums integrate rounded minus exact numbers over a normal distribution.
                 let steps = (-4000..=4000).map(|i| f64::from(i) / 500.0);
                 let (mut sum, mut weights) = (0.0, 0.0);
                 for deviate in steps {

@@ -1,4 +1,4 @@
-//! Growth of the mean contact pressure with the load, as a power of the area.
+//! Fit of the growth dp̄/dp₀ of the mean contact pressure as a power of the contact area.
 //!
 //! The contact evolution law assumes dp̄/dp₀ = β a^(μ−1) with the mean contact pressure p̄ = p₀/a.
 //! This fit tests the assumption directly. It fits a line to the logarithms of the difference
@@ -10,32 +10,32 @@ use super::curves::Data;
 use super::least_squares::{Quality, line};
 use super::{Curves, FitError, GoodnessOfFit, Window};
 
-/// Smallest number of data, one more than the parameters.
+/// Minimum number of data, one more than the number of parameters.
 const LEAST_DATA: usize = 3;
 
 /// Fitted power law of dp̄/dp₀ against the area fraction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressureGrowth {
-    /// Exponent of the area, which is μ − 1 for a contact evolution law.
+    /// Exponent of the area fraction, which is μ − 1 for a contact evolution law.
     pub exponent: f64,
-    /// Value of dp̄/dp₀ extrapolated to full contact; β of a contact evolution law.
+    /// Value of dp̄/dp₀ extrapolated to full contact, which is β for a contact evolution law.
     pub prefactor: f64,
-    /// Goodness of ln dp̄/dp₀ in the intervals between loads.
+    /// Goodness of fit of ln(dp̄/dp₀) in the intervals between loads.
     ///
     /// Intervals without contact, or in which the mean pressure does not grow, are masked.
     pub goodness: GoodnessOfFit,
 }
 
-/// Intervals between neighbouring loads for the fit of a power law.
+/// Intervals between neighbouring loads, to which the power law is fitted.
 #[derive(Debug, Clone)]
 pub struct PressureGrowthProblem {
     window: Window,
-    /// Areas at the ends of the intervals; `None` without intervals in the window.
+    /// Areas at the ends of the intervals, or `None` if the window contains no interval.
     ends: Option<Data>,
 }
 
 impl PressureGrowthProblem {
-    /// Selects the intervals between loads whose midpoints are inside a window.
+    /// Creates a problem from the intervals between loads whose midpoints are inside a window.
     pub fn new(curves: &Curves, window: Window) -> Self {
         let mut inside =
             curves.loads().windows(2).filter(|pair| window.contains(0.5 * (pair[0] + pair[1])));
@@ -46,7 +46,7 @@ impl PressureGrowthProblem {
         Self { window, ends }
     }
 
-    /// Fits the mean over the realizations.
+    /// Fits the power law to the mean over the realizations.
     ///
     /// # Errors
     /// Fails if the mean pressure grows in fewer than three intervals, or if all areas are equal.
@@ -84,7 +84,7 @@ impl PressureGrowthProblem {
     }
 }
 
-/// Returns (ln a, ln Δp̄/Δp₀) of each interval, or `None` if a logarithm does not exist.
+/// Returns ln a and ln(Δp̄/Δp₀) of each interval, or `None` if a logarithm does not exist.
 fn growth(ends: &Data, areas: &[f64]) -> Vec<Option<(f64, f64)>> {
     ends.loads
         .windows(2)
@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn intervals_are_those_with_midpoints_in_the_window() {
         let fit = fit(&single(&BGT_ALPHA_2), HEAVIER);
-        // The first interval is that of the sixth and seventh of fifty loads, with midpoint 0.0078.
+        // The first interval is between the sixth and the seventh load, with the midpoint 0.0078.
         assert_eq!((fit.goodness.data, fit.goodness.masked), (44, 0));
     }
 

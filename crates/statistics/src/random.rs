@@ -16,14 +16,14 @@ impl Normals {
     }
 
     pub fn next(&mut self) -> f64 {
-        // Odd multiples of 2⁻⁵⁴, never zero.
+        // The numbers are odd multiples of 2⁻⁵⁴ and therefore never zero.
         let mut uniform = || ((self.0.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
         let radius = (-2.0 * libm::log(uniform())).sqrt();
         radius * libm::cos(2.0 * PI * uniform())
     }
 }
 
-/// Returns `count` standard normal numbers, which are a function of the seed.
+/// Returns `count` standard normal numbers that depend only on the seed.
 pub fn normal(seed: u64, count: usize) -> Vec<f64> {
     let mut normals = Normals::new([7; 32], seed);
     (0..count).map(|_| normals.next()).collect()
@@ -38,10 +38,10 @@ pub(crate) mod curves {
     use super::normal;
     use crate::Curves;
 
-    /// Area fractions of the model of Bush, Gibson & Thomas with Nayak parameter 2.
+    /// Area fractions of the Bush-Gibson-Thomas model for Nayak parameter 2.
     ///
-    /// Loads are `uniform(0.06, 50)`. Elliptic Hertz contacts are integrated over Nayak's joint
-    /// density.
+    /// The loads are `uniform(0.06, 50)`. Elliptic Hertz contacts are integrated over Nayak's joint
+    /// density of summits.
     pub const BGT_ALPHA_2: [f64; 50] = [
         0.00286736, 0.00567541, 0.00844429, 0.01118041, 0.01388736, 0.01656753, 0.01922265,
         0.02185406, 0.02446286, 0.02704992, 0.02961602, 0.03216181, 0.03468788, 0.03719475,
@@ -53,7 +53,8 @@ pub(crate) mod curves {
         0.11711909,
     ];
 
-    /// Area fractions like [`BGT_ALPHA_2`] with Nayak parameter 10.
+    /// Area fractions of the Bush-Gibson-Thomas model for Nayak parameter 10, at the loads of
+    /// [`BGT_ALPHA_2`].
     pub const BGT_ALPHA_10: [f64; 50] = [
         0.00233657, 0.00455908, 0.00672708, 0.00885607, 0.01095398, 0.01302575, 0.01507478,
         0.01710359, 0.01911410, 0.02110785, 0.02308611, 0.02504993, 0.02700021, 0.02893772,
@@ -81,7 +82,7 @@ pub(crate) mod curves {
         Curves::new(loads, vec![areas]).expect("well formed")
     }
 
-    /// Returns surfaces that follow a law with scatter.
+    /// Returns curves of surfaces that follow a contact evolution law with random deviations.
     ///
     /// The loads of each surface have a common relative error of standard deviation `factor`. Each
     /// area has an independent relative error of standard deviation `noise`.

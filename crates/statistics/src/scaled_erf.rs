@@ -2,9 +2,9 @@
 //!
 //! Persson 2001 gives 1 − a = erfc(√2 y). Fig. near_full_contact of Yastrebov, Anciaux & Molinari
 //! 2015 describes computed curves by erfc(β√2 y). The non-contact fraction decreases over orders of
-//! magnitude, so β minimises the squared residuals of ln(1 − a), which gives all decades equal
-//! weight. Residuals of a would give weight to the lightest loads of the window only. β is not
-//! exactly constant, so the fit also returns the factor of each load.
+//! magnitude. The fit therefore minimises the squared residuals of ln(1 − a), which gives all
+//! decades equal weight. Residuals of a would give weight to the lightest loads of the window only.
+//! Because β is not exactly constant, the fit also returns the factor that reproduces each area.
 
 use std::f64::consts::SQRT_2;
 
@@ -14,37 +14,39 @@ use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, GoodnessOfFit, Window};
 use asperity_contact::theory::persson::{erfc_inverse, ln_erfc, ln_erfc_slope};
 
-/// Smallest number of data, one more than the parameters.
+/// Minimum number of data, one more than the number of parameters.
 const LEAST_DATA: usize = 2;
 
 /// Fit of a scaled error function to the approach to full contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaledErf {
-    /// Factor β of the load; 1 in Persson's theory.
+    /// Factor β of the load, which is one in Persson's theory.
     pub beta: f64,
-    /// Goodness of ln(1 − a); data with an area of zero or less, or of one or more, are masked.
+    /// Goodness of fit of ln(1 − a).
+    ///
+    /// Data with an area of zero or less, or of one or more, are masked.
     pub goodness: GoodnessOfFit,
     /// Loads of the data, each with the factor that reproduces its area exactly.
     pub local: Vec<(f64, f64)>,
 }
 
-/// Data for the fit of a scaled error function.
+/// Area curves to which a scaled error function is fitted.
 #[derive(Debug, Clone)]
 pub struct ScaledErfProblem {
     data: Data,
 }
 
 impl ScaledErfProblem {
-    /// Selects the loads inside a window.
+    /// Creates a problem from the loads inside a window.
     pub fn new(curves: &Curves, window: Window) -> Self {
         Self { data: curves.area_data(window) }
     }
 
-    /// Fits the mean over the realizations.
+    /// Fits the function to the mean over the realizations.
     ///
     /// # Errors
-    /// Fails if fewer than two loads have partial contact, if all areas are equal, or if the search
-    /// does not converge.
+    /// Fails if fewer than two loads have partial contact, if all areas are equal, or if the
+    /// iteration does not converge.
     pub fn fit(&self) -> Result<ScaledErf, FitError> {
         let approach = self.approach(&self.data.mean())?;
         let local = approach.local();
@@ -61,7 +63,7 @@ impl ScaledErfProblem {
         })
     }
 
-    /// Computes the confidence interval of the factor.
+    /// Computes the confidence interval of the factor β.
     pub fn bootstrap(&self, fit: &ScaledErf, bootstrap: &Bootstrap) -> Intervals {
         let estimates = [Estimate::Positive(fit.beta)];
         bootstrap.intervals(self.data.surfaces(), &estimates, |multiplicities| {
@@ -73,7 +75,7 @@ impl ScaledErfProblem {
     fn approach(&self, mean: &[f64]) -> Result<Approach, FitError> {
         let usable =
             self.data.loads.iter().zip(mean).filter(|&(_, &area)| 0.0 < area && area < 1.0);
-        // Areas are multiples of the area of a node, so small 1 − a are exact.
+        // Areas are multiples of the area of a cell, so that small values of 1 − a are exact.
         let (x, ln_noncontact): (Vec<f64>, Vec<f64>) =
             usable.map(|(load, area)| (SQRT_2 * load, (-area).ln_1p())).unzip();
         let (window, found) = (self.data.window, x.len());
@@ -108,7 +110,7 @@ impl Approach {
     }
 }
 
-/// The parameter is ln β, which keeps β positive.
+/// Residuals of ln(1 − a); the parameter is ln β, which keeps β positive.
 impl Residuals<1> for Approach {
     fn count(&self) -> usize {
         self.x.len()
@@ -154,7 +156,8 @@ mod tests {
     #[test]
     fn factor_of_perssons_theory_is_one() {
         let fit = fit(&persson_curve(uniform(2.0, 40)));
-        // Rounding of areas near one gives 1 − a = 6e-5 an error of 2e-12, and β of 1e-12.
+        // Rounding of areas near one causes relative errors of 2e-12 in 1 − a = 6e-5, and of 1e-12
+        // in β.
         assert!((fit.beta - 1.0).abs() < 1e-11 && fit.goodness.rms_residual < 1e-10);
         assert!(fit.local.iter().all(|(_, beta)| (beta - 1.0).abs() < 1e-11));
         assert!(fit.goodness.r_squared > Some(1.0 - 1e-12));
@@ -194,7 +197,7 @@ mod tests {
 
     #[test]
     fn factor_lies_among_those_of_the_loads() {
-        // Three quarters of Persson's 1 − a; the effective factor decreases towards one.
+        // 1 − a is three quarters of Persson's value, so that the factor decreases towards one.
         let loads = uniform(2.0, 40);
         let areas = loads.iter().map(|y| 1.0 - 0.75 * libm::erfc(SQRT_2 * y)).collect();
         let fit = fit(&Curves::new(loads, vec![areas]).expect("well formed"));
@@ -212,7 +215,7 @@ mod tests {
         let intervals = problem.bootstrap(&fit, &bootstrap).intervals;
         let interval = intervals.expect("no failures")[0];
         assert!(interval.lower <= 1.1 && 1.1 <= interval.upper);
-        // 1 % of 1.1 divided by √50, with a statistical error of 1/√100.
+        // The standard error is 1 % of 1.1 divided by √50, with a relative error of 1/√100.
         assert!((interval.standard_error / 0.001_56 - 1.0).abs() < 0.3);
     }
 }

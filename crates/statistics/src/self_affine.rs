@@ -1,16 +1,16 @@
-//! Power spectrum of a self-affine surface, fitted to measured densities by maximum likelihood.
+//! Fit of a self-affine power spectrum to measured densities by maximum likelihood.
 //!
-//! The model is C(q) = C₀ up to the roll-off q_r and C₀ (q/q_r)^(−2(1 + H)) beyond. The measured
-//! density P of a ring of n modes of a Gaussian surface is C χ²/n with n degrees of freedom, so its
-//! scatter is proportional to C. Least squares of P would depend on the first rings only, and least
-//! squares of ln P would be biased by rings of few modes. The Whittle likelihood (Whittle 1953),
-//! −Σ n (ln C + P/C)/2, has neither problem.
+//! The model is C(q) = C₀ up to the roll-off q_r and C₀ (q/q_r)^(−2(1 + H)) beyond. For a Gaussian
+//! surface, the measured density P of a ring of n modes is distributed as C χ²/n with n degrees of
+//! freedom, so its scatter is proportional to C. Least squares of P would depend on the first rings
+//! only, and least squares of ln P would be biased by rings of few modes. The Whittle likelihood
+//! (Whittle 1953), −Σ n (ln C + P/C)/2, has neither problem.
 //!
-//! The best C₀ has a closed form for given H and q_r, and the likelihood is concave in H. The
-//! search for q_r tries all rings, then refines between the neighbours of the best ring.
+//! For given H and q_r, the best C₀ has a closed form, and the likelihood is concave in H. The
+//! roll-off q_r is first tried at each ring, then refined between the neighbours of the best ring.
 //!
-//! Intervals are computed by resampling surfaces. For a single surface they follow from the Fisher
-//! information of its modes, which are independent.
+//! Confidence intervals are computed by resampling surfaces. For a single surface, they follow from
+//! the Fisher information of its modes, which are independent.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,28 +18,28 @@ use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::intervals::two_sided_quantile;
 use super::{FitError, Window};
 
-/// Smallest number of rings, one more than the parameters.
+/// Minimum number of rings, one more than the number of parameters.
 const LEAST_RINGS: usize = 4;
-/// Relative density below which a ring holds only rounding errors of the transform.
+/// Density relative to the largest one, below which a ring contains only rounding errors.
 const ROUNDING: f64 = 1e-20;
 
-/// Smallest number of rings in a plateau.
+/// Minimum number of rings in a plateau.
 const LEAST_PLATEAU: usize = 2;
-/// Smallest exponent 2(1 + H) of a decreasing density.
+/// Minimum exponent 2(1 + H) of a density that counts as decreasing.
 const FLATTEST: f64 = 1e-6;
-/// Largest exponent 2(1 + H) in the search.
+/// Maximum exponent 2(1 + H) of the fit.
 const STEEPEST: f64 = 20.0;
-/// Largest number of Newton steps for the exponent.
+/// Maximum number of Newton steps for the exponent.
 const NEWTON_STEPS: usize = 50;
 /// Number of golden-section steps for the roll-off.
 const GOLDEN_STEPS: usize = 40;
 
-/// Power spectral densities of one ring of wavenumbers for all surfaces of an ensemble.
+/// Power spectral densities of all surfaces of an ensemble in one ring of wavenumbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingOfSurfaces {
     /// Wavenumber at the middle of the ring.
     pub wavenumber: f64,
-    /// Degrees of freedom of the density of one surface.
+    /// Degrees of freedom of the density of a single surface.
     pub freedom: f64,
     /// Power spectral density of each surface.
     pub densities: Vec<f64>,
@@ -52,19 +52,19 @@ pub struct SelfAffine {
     pub hurst: f64,
     /// Roll-off wavenumber q_r, or `None` if the power law extends to the first ring.
     pub rolloff: Option<f64>,
-    /// Density C₀ of the plateau, or of the first ring without plateau.
+    /// Density C₀ of the plateau; without a plateau, the density of the first ring.
     pub plateau: f64,
-    /// Root mean square of ln P/C, weighted by degrees of freedom.
+    /// Root mean square of ln(P/C), weighted by the degrees of freedom of the rings.
     pub rms_residual: f64,
-    /// Squared deviations of P/C from one divided by their variances, per degree of freedom.
+    /// Reduced χ²: squared deviations of P/C from one divided by their variances.
     pub reduced_chi_square: f64,
     /// Number of rings in the fit.
     pub data: usize,
-    /// Number of omitted rings, whose density is rounding error.
+    /// Number of rings that are omitted because their densities are rounding errors.
     pub masked: usize,
 }
 
-/// Rings for the fit of a self-affine power spectrum.
+/// Rings to which a self-affine power spectrum is fitted.
 #[derive(Debug, Clone)]
 pub struct SelfAffineProblem {
     window: Window,
@@ -74,9 +74,9 @@ pub struct SelfAffineProblem {
 }
 
 impl SelfAffineProblem {
-    /// Selects the rings whose wavenumbers are inside a window.
+    /// Creates a problem from the rings whose wavenumbers are inside a window.
     ///
-    /// Rings must be in ascending order, with one density for each surface.
+    /// The rings must be in ascending order, with one density for each surface.
     pub fn new(rings: Vec<RingOfSurfaces>, window: Window) -> Self {
         let mut rings = rings;
         let surfaces = rings.first().map_or(0, |ring| ring.densities.len());
@@ -89,16 +89,17 @@ impl SelfAffineProblem {
         Self { window, surfaces, masked: inside - rings.len(), rings }
     }
 
-    /// Fits the mean over the surfaces.
+    /// Fits the spectrum to the mean densities over the surfaces.
     ///
     /// # Errors
-    /// Fails with fewer than four rings, or if the densities do not decrease.
+    /// Fails if there are fewer than four rings, or if the densities do not decrease.
     pub fn fit(&self) -> Result<SelfAffine, FitError> {
         self.fit_of(&vec![1; self.surfaces])
     }
 
-    /// Computes confidence intervals of the Hurst exponent and, with a roll-off, of roll-off and
-    /// plateau.
+    /// Computes confidence intervals of the Hurst exponent, the roll-off and the plateau.
+    ///
+    /// Without a roll-off, only the interval of the Hurst exponent is returned.
     pub fn intervals(&self, fit: &SelfAffine, bootstrap: &Bootstrap) -> Intervals {
         if self.surfaces == 1 && bootstrap.replicates > 0 {
             return Intervals {
@@ -121,7 +122,7 @@ impl SelfAffineProblem {
         })
     }
 
-    /// Fits the mean over surfaces with multiplicities.
+    /// Fits the spectrum to the mean densities; `times` holds the multiplicity of each surface.
     fn fit_of(&self, times: &[u32]) -> Result<SelfAffine, FitError> {
         let found = self.rings.len();
         if found < LEAST_RINGS {
@@ -146,7 +147,7 @@ impl SelfAffineProblem {
         })
     }
 
-    /// Computes intervals with the standard errors of the Fisher information of independent modes.
+    /// Computes confidence intervals from the Fisher information of independent modes.
     fn fisher_intervals(&self, fit: &SelfAffine, level: f64) -> Option<Vec<Interval>> {
         let start = fit.rolloff.unwrap_or(self.rings[0].wavenumber);
         let count = if fit.rolloff.is_some() { 3 } else { 2 };
@@ -154,7 +155,7 @@ impl SelfAffineProblem {
         let mut freedom = 0.0;
         for ring in &self.rings {
             let beyond = (ring.wavenumber / start).ln();
-            // Derivatives of ln C with respect to ln C₀, H and ln q_r.
+            // The entries are the derivatives of ln C with respect to ln C₀, H and ln q_r.
             let gradient = if beyond > 0.0 {
                 [1.0, -2.0 * beyond, 2.0 * (1.0 + fit.hurst)]
             } else {
@@ -178,26 +179,27 @@ impl SelfAffineProblem {
     }
 }
 
-/// Likelihood of mean densities, with logarithms of wavenumbers and weights.
+/// Whittle likelihood of the mean densities of all rings.
 struct Likelihood {
+    /// Logarithm of the wavenumber of each ring.
     logs: Vec<f64>,
     /// Half the degrees of freedom of each mean density.
     weights: Vec<f64>,
     densities: Vec<f64>,
 }
 
-/// Best power law for a given roll-off.
+/// Best exponent and plateau for a given roll-off.
 struct Power {
     /// Exponent 2(1 + H) of the decay.
     exponent: f64,
     /// Density C₀ below the roll-off.
     plateau: f64,
-    /// Negative log-likelihood, up to a constant.
+    /// Negative logarithm of the likelihood, up to a constant.
     cost: f64,
 }
 
 impl Likelihood {
-    /// Creates the likelihood of the mean over surfaces with multiplicities.
+    /// Creates the likelihood of the mean densities over surfaces with the multiplicities `times`.
     fn new(rings: &[RingOfSurfaces], times: &[u32]) -> Self {
         let surfaces: f64 = times.iter().copied().map(f64::from).sum();
         let mean = |ring: &RingOfSurfaces| {
@@ -212,7 +214,7 @@ impl Likelihood {
         }
     }
 
-    /// Returns the number of rings below the best roll-off, and the logarithm of the roll-off.
+    /// Returns the number of rings below the best roll-off, and the logarithm of this roll-off.
     fn rolloff(&self) -> (usize, f64) {
         let last = self.logs.len() - LEAST_PLATEAU;
         let cost = |rolloff: f64| self.power(rolloff).cost;
@@ -239,7 +241,7 @@ impl Likelihood {
         (before, rolloff)
     }
 
-    /// Returns the best exponent and plateau for a roll-off, by Newton's method with bisection.
+    /// Computes the best exponent and plateau for a roll-off by Newton's method with bisection.
     fn power(&self, rolloff: f64) -> Power {
         let beyond = || self.logs.iter().map(|log| (log - rolloff).max(0.0));
         let total: f64 = self.weights.iter().sum();
@@ -278,7 +280,7 @@ impl Likelihood {
         Power { exponent, plateau, cost: total * plateau.ln() - exponent * first }
     }
 
-    /// Returns the weighted root mean square of ln P/C, and the reduced χ² of P/C.
+    /// Returns the weighted root mean square of ln(P/C), and the reduced χ² of P/C.
     fn residuals(&self, rolloff: f64, power: &Power) -> [f64; 2] {
         let mut sums = [0.0; 3];
         for ((log, weight), density) in self.logs.iter().zip(&self.weights).zip(&self.densities) {
@@ -288,7 +290,7 @@ impl Likelihood {
             sums[1] += weight * (ratio - 1.0).powi(2);
             sums[2] += weight;
         }
-        // The variance of the mean of n pairs of modes is 1/n.
+        // The relative variance of the mean power of n pairs of modes is 1/n.
         let freedom = self.logs.len() as f64 - 3.0;
         [(sums[0] / sums[2]).sqrt(), sums[1] / freedom]
     }
@@ -375,7 +377,7 @@ mod tests {
         }
     }
 
-    /// Returns the complete rings of a grid of 128 nodes.
+    /// Measures the complete rings of drawn surfaces on a grid of 128² nodes.
     fn measured(realizations: std::ops::Range<u32>) -> Vec<RingOfSurfaces> {
         let mut found: Vec<RingOfSurfaces> = Vec::new();
         for realization in realizations {
@@ -410,7 +412,7 @@ mod tests {
             }
             assert!((fit.hurst - 0.8).abs() < 0.15, "{fit:?}");
         }
-        // At a nominal 95 %, fewer than 16 of 20 have a probability of 0.3 %.
+        // If 95 % are covered, fewer than 16 of 20 have a probability of 0.3 %.
         assert!(covered.iter().all(|&covered| covered >= 16), "{covered:?}");
     }
 
@@ -422,7 +424,7 @@ mod tests {
         let single = SelfAffineProblem::new(measured(0..1), Window::ALL);
         let informed = single.intervals(&single.fit().unwrap(), &BOOTSTRAP);
         let expected = informed.intervals.unwrap()[0].standard_error / 12_f64.sqrt();
-        // The scatter of twelve surfaces has an error of 20 %; the tolerance is about two errors.
+        // The scatter of twelve surfaces has an error of 20 %; the tolerance is about twice that.
         let ratio = resampled[0].standard_error / expected;
         assert!((0.6..1.6).contains(&ratio), "{ratio}");
         // The tolerance is four standard errors.

@@ -11,7 +11,7 @@ use crate::least_squares::Design;
 /// Power law of the standard deviation between surfaces.
 #[derive(Debug, Clone)]
 pub struct Scatter {
-    /// Coefficient a₀, and aⱼ of each small parameter.
+    /// Coefficient a₀, followed by the exponents aⱼ of the small parameters.
     coefficients: Vec<f64>,
 }
 
@@ -40,7 +40,7 @@ impl Scatter {
         Scatter { coefficients }
     }
 
-    /// Returns the standard error of the mean over a number of surfaces.
+    /// Returns the standard error of a mean over `surfaces` surfaces at given small parameters.
     pub fn standard_error(&self, small: &[f64], surfaces: usize) -> f64 {
         let slopes = self.coefficients.iter().skip(1).zip(small);
         let slopes = slopes.map(|(slope, small)| slope * libm::log(*small));
@@ -49,21 +49,21 @@ impl Scatter {
     }
 }
 
-/// Returns the mean of ln(s/σ) for normal numbers with ν degrees of freedom.
+/// Returns the mean of ln(s/σ) for the sample standard deviation s with ν degrees of freedom.
 ///
-/// This is an expansion of [ψ(ν/2) − ln(ν/2)]/2, with an error of 0.035 at ν = 1 and below 0.001
+/// The value is an expansion of [ψ(ν/2) − ln(ν/2)]/2. Its error is 0.035 at ν = 1 and below 0.001
 /// for ν ≥ 3.
 fn bias(freedom: f64) -> f64 {
     -0.5 / freedom - 1.0 / (6.0 * freedom * freedom)
 }
 
 impl LimitProblem {
-    /// Predicts the ratio of the standard errors of the limit after and before adding points.
+    /// Predicts the standard error of the limit after adding points, relative to the present error.
     ///
-    /// `more` holds the small parameters of the new points. The prediction is of first order in the
-    /// free exponents and assumes independent points. Each new point has the smallest number of
-    /// surfaces of the present points, with the same power law of the scatter. Returns `None` if
-    /// the points do not determine the terms.
+    /// `more` holds the small parameters of the new points. Each new point is assumed to have as
+    /// many surfaces as the smallest present point, and the scatter of the fitted power law. The
+    /// prediction is of first order in the free exponents and assumes independent points. Returns
+    /// `None` if the points do not determine the terms.
     pub fn predicted_error_ratio(
         &self,
         forms: &[TermForm],
@@ -86,9 +86,9 @@ impl LimitProblem {
     }
 }
 
-/// Returns the derivatives of the law with respect to limit, coefficients and free exponents.
+/// Returns the derivatives of the law with respect to its limit, coefficients and free exponents.
 ///
-/// Rows are divided by the standard errors of the points.
+/// Each row belongs to a point and is divided by the standard error of the point.
 fn design(forms: &[TermForm], fit: &LimitFit, points: &[(&[f64], f64)]) -> DMatrix<f64> {
     let free: Vec<usize> =
         (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect();
@@ -103,7 +103,7 @@ fn design(forms: &[TermForm], fit: &LimitFit, points: &[(&[f64], f64)]) -> DMatr
             * match column {
                 0 => 1.0,
                 _ if column < linear => term(column - 1),
-                // ∂(c xᵉ)/∂e = c xᵉ ln x
+                // The derivative is ∂(c xᵉ)/∂e = c xᵉ ln x.
                 _ => {
                     let free = free[column - linear];
                     fit.coefficients[free] * term(free) * libm::log(small[free])
@@ -130,8 +130,8 @@ mod tests {
         let points: Vec<LimitPoint> = (0..4000).map(point).collect();
         let scatter = Scatter::new(&points);
         for small in [0.15, 0.5, 1.0] {
-            // ln s of four surfaces has a standard deviation of 0.5: an error of 0.01 with 4000
-            // points.
+            // For four surfaces, ln s has a standard deviation of 0.5, which gives an error of 0.01
+            // with 4000 points.
             let found = scatter.standard_error(&[small], 9) * 3.0 / sigma(small);
             assert!((found - 1.0).abs() < 0.04, "{small}: {found}");
         }
@@ -162,7 +162,7 @@ mod tests {
         let (forms, small) = ([TermForm::Power(1.0)], [1.0, 0.5, 0.25]);
         let problem = problem(&small);
         let fit = problem.fit(&forms).unwrap();
-        // Σx²/(n Σ(x − x̄)²)
+        // The variance of the intercept of a line is Σx²/(n Σ(x − x̄)²).
         let variance = |small: &[f64]| {
             let count = small.len() as f64;
             let mean = small.iter().sum::<f64>() / count;

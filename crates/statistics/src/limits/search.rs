@@ -1,7 +1,7 @@
-//! Search for free exponents by variable projection (Golub & Pereyra 1973; Kaufman 1975).
+//! Fit of free exponents by variable projection (Golub & Pereyra 1973; Kaufman 1975).
 //!
-//! For given exponents, limit and coefficients follow from linear least squares. The nonlinear
-//! parameters are the logarithms of the exponents.
+//! For given exponents, the limit and the coefficients follow from linear least squares. Only the
+//! logarithms of the exponents are nonlinear parameters.
 
 use std::cell::RefCell;
 
@@ -11,10 +11,10 @@ use super::{EXPONENTS, LimitFit, LimitProblem, TermForm};
 use crate::FitError;
 use crate::least_squares::{Design, Residuals, minimize};
 
-/// Initial exponents of the search; a single start may end in a local minimum.
+/// Initial exponents; with a single start, the iteration may end in a local minimum.
 const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
 
-/// Fits the used points, which must be more than the free parameters.
+/// Fits a law to the used points, of which there must be more than free parameters.
 pub fn fit(
     problem: &LimitProblem,
     forms: &[TermForm],
@@ -25,7 +25,7 @@ pub fn fit(
 ) -> Result<LimitFit, FitError> {
     let rows: Vec<usize> = (0..used.len()).filter(|&i| used[i]).collect();
     let data = rows.iter().map(|&i| means[i] * problem.scales[i]);
-    let search = Search {
+    let projection = VariableProjection {
         problem,
         forms,
         data: DVector::from_iterator(rows.len(), data),
@@ -33,38 +33,38 @@ pub fn fit(
         terms: (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect(),
         last: RefCell::new(None),
     };
-    let exponents = match search.terms.len() {
+    let exponents = match projection.terms.len() {
         0 => Ok(Vec::new()),
-        1 => search.minimum::<1>(start),
-        2 => search.minimum::<2>(start),
-        3 => search.minimum::<3>(start),
-        _ => search.minimum::<4>(start),
+        1 => projection.minimum::<1>(start),
+        2 => projection.minimum::<2>(start),
+        3 => projection.minimum::<3>(start),
+        _ => projection.minimum::<4>(start),
     }?;
-    search.outcome(&exponents, free)
+    projection.outcome(&exponents, free)
 }
 
-struct Search<'a> {
+struct VariableProjection<'a> {
     problem: &'a LimitProblem,
     forms: &'a [TermForm],
-    /// Means divided by standard errors.
+    /// Mean of each used point, divided by its standard error.
     data: DVector<f64>,
     /// Indices of the used points.
     rows: &'a [usize],
     /// Indices of the terms with a free exponent.
     terms: Vec<usize>,
-    /// Cached solution of the last exponents, shared by residuals and derivatives.
+    /// Last exponents with their linear solution, which residuals and derivatives share.
     last: RefCell<Option<(Vec<f64>, Solved)>>,
 }
 
-/// Linear solution for given exponents.
+/// Linear least-squares solution for given exponents.
 struct Solved {
     columns: DMatrix<f64>,
     design: Design,
     solution: DVector<f64>,
 }
 
-impl Search<'_> {
-    /// Finds the free exponents with the least χ².
+impl VariableProjection<'_> {
+    /// Finds the free exponents that minimise χ².
     fn minimum<const P: usize>(&self, start: Option<&LimitFit>) -> Result<Vec<f64>, FitError> {
         let known = start.map(|fit| {
             let of_term = |&term: &usize| fit.exponents[term].unwrap_or(1.0);
@@ -111,7 +111,7 @@ impl Search<'_> {
         })
     }
 
-    /// Returns an error if an exponent is outside its range.
+    /// Returns an error if an exponent is outside the range [`EXPONENTS`].
     fn outside(&self, exponents: &[f64]) -> Option<FitError> {
         let [least, most] = EXPONENTS;
         let mut all = exponents.iter().zip(&self.terms);
@@ -158,7 +158,7 @@ impl Search<'_> {
         &solved.columns * &solved.solution - &self.data
     }
 
-    /// Calls `work` with the solution for the given exponents; caches the last solution.
+    /// Calls `work` with the solution for the given exponents, and caches this solution.
     fn with<T>(&self, exponents: Vec<f64>, work: impl FnOnce(&Solved) -> T) -> Option<T> {
         let mut last = self.last.borrow_mut();
         if last.as_ref().is_none_or(|(known, _)| *known != exponents) {
@@ -168,7 +168,7 @@ impl Search<'_> {
     }
 }
 
-impl<const P: usize> Residuals<P> for Search<'_> {
+impl<const P: usize> Residuals<P> for VariableProjection<'_> {
     fn count(&self) -> usize {
         self.rows.len()
     }
@@ -178,7 +178,7 @@ impl<const P: usize> Residuals<P> for Search<'_> {
         let residual = self.with(exponents, |solved| self.residual(solved));
         match residual {
             Some(residual) => into.copy_from_slice(residual.as_slice()),
-            // The search reduces its step after residuals that are not finite.
+            // The iteration reduces its step after residuals that are not finite.
             None => into.fill(f64::NAN),
         }
     }
@@ -187,7 +187,7 @@ impl<const P: usize> Residuals<P> for Search<'_> {
         let exponents = logarithms.map(libm::exp).to_vec();
         let known = self.with(exponents.clone(), |solved| {
             for (index, &term) in self.terms.iter().enumerate() {
-                // ∂(c xᵉ)/∂ ln e = c e xᵉ ln x
+                // The derivative is ∂(c xᵉ)/∂ ln e = c e xᵉ ln x.
                 let factor = solved.solution[1 + term] * exponents[index];
                 let column = solved.columns.column(1 + term);
                 let logarithm =

@@ -3,7 +3,7 @@
 use super::*;
 use crate::random::normal;
 
-/// Returns a grid of 27 points of three small parameters.
+/// Returns a grid of 27 points in three small parameters.
 fn grid() -> Vec<Vec<f64>> {
     let mut points = Vec::new();
     for thermodynamic in [0.5, 0.25, 0.125] {
@@ -16,14 +16,14 @@ fn grid() -> Vec<Vec<f64>> {
     points
 }
 
-/// Returns 2.1 + 0.4 x₁ − 0.8 x₂^0.7 + 0.6 x₃.
+/// Evaluates the law 2.1 + 0.4 x₁ − 0.8 x₂^0.7 + 0.6 x₃.
 fn truth(small: &[f64]) -> f64 {
     2.1 + 0.4 * small[0] - 0.8 * small[1].powf(0.7) + 0.6 * small[2]
 }
 
-/// Returns a synthetic study with scatter that is proportional to the first small parameter.
+/// Returns a synthetic study whose scatter is proportional to the first small parameter.
 ///
-/// The scatter of a surface has a part that is common to all points and an independent part.
+/// The deviation of a surface has a part that is common to all points and an independent part.
 fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> LimitProblem {
     let grid = grid();
     let draws = normal(seed, surfaces * (grid.len() + 1));
@@ -44,9 +44,9 @@ fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> 
 const GIVEN: [TermForm; 3] = [TermForm::Power(1.0), TermForm::Power(0.7), TermForm::Power(1.0)];
 const FREE: [TermForm; 3] = [TermForm::Power(1.0), TermForm::FreePower, TermForm::Power(1.0)];
 
-/// Returns the mean deviation of a parameter divided by its standard error, and the coverage.
+/// Returns the bias of a parameter in standard errors, and the coverage of its intervals.
 ///
-/// Both are over 400 studies. For exponents, the deviation is that of the logarithm.
+/// Both are estimated from 400 studies. For exponents, the bias is that of the logarithm.
 fn experiment(forms: &[TermForm], surfaces: usize, parameter: usize, truth_of: f64) -> (f64, f64) {
     const STUDIES: u64 = 400;
     let bootstrap = Bootstrap { replicates: 200, seed: 5, level: 0.95 };
@@ -100,13 +100,13 @@ fn limits_of_given_exponents_are_unbiased_and_covered() {
     for (parameter, known) in [(0, 2.1), (2, -0.8)] {
         let (bias, covered) = experiment(&GIVEN, 10, parameter, known);
         assert!(bias.abs() < 2.0, "{parameter}: {bias} standard errors");
-        // Binomial error: 0.011 for 400 studies.
+        // The binomial error is 0.011 for 400 studies.
         assert!((0.92..=0.98).contains(&covered), "{parameter}: {covered}");
     }
 }
 
-// Intervals of nonlinear parameters are of first order: ten surfaces have one per cent less
-// coverage.
+// Intervals of nonlinear parameters are accurate to first order. With ten surfaces, the coverage is
+// one per cent lower.
 #[test]
 fn free_exponents_and_their_limits_are_unbiased_and_covered() {
     for (parameter, known) in [(0, 2.1), (4, 0.7)] {
@@ -130,7 +130,7 @@ fn the_true_form_has_the_least_criterion_and_predicts_best() {
     let assessed = fits.each_ref().map(|(forms, fit)| problem.assess(forms, fit));
     assert!(assessed[0].akaike + 10.0 < assessed[1].akaike, "{assessed:?}");
     assert!(assessed[0].leave_one_out.unwrap() < assessed[1].leave_one_out.unwrap());
-    // The expected value is one, reduced by the common scatter of realizations.
+    // The expected value would be one, but the common scatter of realizations reduces it.
     assert!((0.4..2.0).contains(&assessed[0].reduced_chi_square), "{assessed:?}");
     let rivals = fits.each_ref().map(|(forms, fit)| (&forms[..], fit));
     let bootstrap = Bootstrap { replicates: 200, seed: 1, level: 0.95 };
@@ -171,7 +171,8 @@ fn estimates_without_surfaces_scatter_by_their_standard_errors() {
     let bootstrap = Bootstrap { replicates: 4000, seed: 1, level: 0.95 };
     let intervals = problem.resample(&[(&forms, &fit)], &bootstrap).intervals;
     let limit = intervals[0].intervals.as_ref().unwrap()[0];
-    // Intercept of a line: σ √(Σx²/(n Σ(x − x̄)²)); 4000 replicates have an error of 1.1 %.
+    // The intercept of a line has the standard error σ √(Σx²/(n Σ(x − x̄)²)). It is estimated from
+    // 4000 replicates, to 1.1 %.
     let known = 0.1 * (14.0_f64 / 6.0).sqrt();
     assert!((limit.standard_error / known - 1.0).abs() < 0.04, "{limit:?}");
 }
@@ -181,7 +182,7 @@ fn problems_without_a_fit_are_errors() {
     let surfaces = |values: [f64; 2]| Observed::from_realizations(values.to_vec());
     let point = |small: f64, values| LimitPoint { small: vec![small], observed: surfaces(values) };
     let refused = |point| LimitProblem::new(vec![point]).unwrap_err().to_string();
-    assert!(refused(point(0.0, [1.0, 2.0])).contains("term 1 is 0"));
+    assert!(refused(point(0.0, [1.0, 2.0])).contains("small parameter of term 1 is 0"));
     assert!(refused(point(1.0, [1.0, 1.0])).contains("2 surfaces"));
     let problem = |small: [f64; 4]| {
         let points = small.map(|small| point(small, [1.0, 1.0 + small]));
