@@ -1,7 +1,8 @@
-//! Claims on asperity models with and without interaction, compared with the solution.
+//! Claims on asperity models with and without interaction, compared with the boundary-element
+//! solution.
 //!
-//! The area of a model is that of the ellipses of its Hertzian contacts. It is compared with the
-//! solved area of the same surfaces, corrected as in 2017.
+//! The area of a model is that of its Hertzian contact ellipses. It is compared with the solved
+//! area of the same surfaces, corrected as in 2017.
 
 use crate::evidence::{AreaCurves, Evidence, PerLoad};
 use crate::quantities::{Quantities, needs};
@@ -22,7 +23,7 @@ const LESS_AREA: Statement = Statement {
                0.004, 0.016, 0.064",
     expected: Expectation::Positive,
     reason: "the claim states an order, so any difference counts; the model counts the common area \
-             of overlapping ellipses twice, so its real area is even smaller",
+             of overlapping ellipses twice, so the area of their union is even smaller",
     figure: None,
 };
 
@@ -78,8 +79,8 @@ const UP_TO: Statement = Statement {
                deviates by at most 10 % from the mean solved area, between the lightest and the \
                heaviest load of the study",
     expected: Expectation::Within(0.01, f64::INFINITY),
-    reason: "about 2 % of the area is in contact at this load; the quantity is the range of \
-             agreement",
+    reason: "about 2 % of the area is in contact at this load; the quantity is the end of the \
+             range of agreement",
     figure: None,
 };
 
@@ -105,7 +106,7 @@ const STAY_APART: Statement = Statement {
     quantity: "mean fraction of the area of the ellipses that is in overlapping ellipses, for \
                `interaction = \"explicit\"`, at loads 0.001, 0.002, 0.004",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.05),
-    reason: "with more than 5 % the model no longer describes the surface",
+    reason: "if more than 5 % of the area overlaps, the model no longer describes the surface",
     figure: None,
 };
 
@@ -121,7 +122,8 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let lacks_models = |interaction: &'static str| {
         move || {
             format!(
-                "a `solve` stage with `method = \"asperities\"`, `interaction = \"{interaction}\"`"
+                "a `solve` stage with `method = \"asperities\"` and `interaction = \
+                 \"{interaction}\"`"
             )
         }
     };
@@ -181,7 +183,10 @@ fn needs_beside(evidence: &Evidence, loads: &[f64]) -> String {
             [] => String::new(),
             loads => format!(", at {}", loads.join(" or ")),
         };
-        format!("the same surfaces solved and pressed as asperities, under the same loads{at}")
+        format!(
+            "the same surfaces in a boundary-element solution and in an asperity model, under the \
+             same loads{at}"
+        )
     }
 }
 
@@ -206,8 +211,8 @@ fn ratio(model: &PerLoad, solved: &AreaCurves, index: usize, weights: &Weights) 
     Some(weights.mean(&model.values[index]) / weights.mean(&solved.areas[other]))
 }
 
-/// Returns true if two loads agree to three digits, the precision with which spaced loads are
-/// written.
+/// Returns true if two loads agree to three digits, to which geometrically spaced loads are
+/// rounded.
 fn is_near(one: f64, other: f64) -> bool {
     (one / other - 1.0).abs() < 1e-3
 }
@@ -286,9 +291,9 @@ fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Qua
     quantities
 }
 
-/// Returns the load at which the deviation exceeds the limit, interpolated over the logarithm of
-/// the load. Returns the first load if it is already beyond the limit, and the last load if none
-/// is.
+/// Returns the load at which the deviation exceeds `limit`, interpolated over the logarithm of the
+/// load. Returns the first load if the deviation exceeds `limit` there, and the last load if it
+/// never does.
 fn first_beyond(points: &[(f64, f64)], limit: f64) -> f64 {
     match points.iter().position(|(_, deviation)| *deviation > limit) {
         Some(0) => points[0].0,

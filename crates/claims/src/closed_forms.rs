@@ -44,7 +44,7 @@ const PERSSON_IS_CONCAVE: Statement = Statement {
     origin: Origin::Paper,
     text: "“in Persson's model the slope decreases as a concave function”",
     source: "section 5.2.2 at light load, section 9.6; inset of fig. 9",
-    quantity: "d³A/dy³ of A = erf(√2 y), at loads up to 0.06",
+    quantity: "d³A/dy³ of A = erf(√2 y), the second derivative of the slope, at loads up to 0.06",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.0),
     reason: "only the sign counts; it changes at y = 1/2, where 68 % of the area is in contact",
     figure: Some("slope"),
@@ -101,8 +101,8 @@ fn judged(statement: Statement, data: &'static str, bounds: Vec<Bound>) -> Claim
     }
 }
 
-/// Counts the summits of twenty small surfaces with one narrow spectrum, about 90 well resolved
-/// summits each.
+/// Judges the tabulated density by counting summits: twenty small surfaces with one narrow spectrum
+/// have about 90 well resolved summits each.
 fn summits() -> Claim {
     let (nodes, surfaces) = (128, 20);
     let grid = Grid::square(nodes, 1.0).expect("a square mesh on a cell of unit side is valid");

@@ -1,11 +1,12 @@
-//! Claims that a growing study has decided at each look, and the number of surfaces that would
-//! decide the others.
+//! Claims that a growing study has decided, and the number of surfaces that would decide the
+//! others.
 //!
-//! A study that tests a claim repeatedly and stops as soon as it is decided errs more often than a
-//! study with one test: ten looks at 95 % each are wrong in up to one case of five. Therefore the 5
-//! % are divided among the looks (Bonferroni), so all looks together are wrong in at most 5 %.
-//! Their intervals are at least as wide as those of a study of fixed size, so a verdict at a look
-//! is the verdict of `claims` on the same surfaces.
+//! A growing study tests its claims several times, at so-called looks, and stops as soon as they
+//! are decided. Such a study errs more often than a study with one test: ten looks at 95 % each are
+//! wrong in up to one case of five. Therefore the 5 % are divided among the looks (Bonferroni), so
+//! all looks together are wrong in at most 5 % of the cases. The intervals are at least as wide as
+//! those of a study of fixed size. So if a look decides a claim, `claims` gives the same verdict on
+//! the same surfaces.
 
 use std::num::NonZeroU32;
 
@@ -17,7 +18,7 @@ use asperity_pipeline::study::Study;
 use asperity_statistics::intervals::Bound;
 use asperity_tables::table::{Table, TableError};
 
-/// Rule of a study that draws surfaces until claims are decided.
+/// Rule for a study that draws surfaces until claims are decided.
 #[derive(Debug, Clone, Copy)]
 pub struct PaperClaims;
 
@@ -42,8 +43,8 @@ pub fn names() -> Vec<&'static str> {
     claims.map(|claim| claim.statement.name).collect()
 }
 
-/// Returns the decisions on the claims with these names, or on all if there are none, at one of
-/// `looks` looks.
+/// Returns the decisions on the claims with these names at one of `looks` looks. If `names` is
+/// empty, all claims are tested.
 fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisions {
     let is_meant =
         |claim: &Claim| names.is_empty() || names.iter().any(|name| name == claim.statement.name);
@@ -61,7 +62,7 @@ fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisi
     decisions
 }
 
-/// Adds a claim to the list of its outcome.
+/// Adds a claim to the decided, undecided or unjudged claims.
 fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
     let (name, expected) = (claim.statement.name, claim.statement.expected);
     debug_assert_ne!(claim.statement.origin, Origin::Misprint);
@@ -77,7 +78,7 @@ fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
     }
 }
 
-/// Largest number of surfaces of each spectrum that is considered.
+/// Largest number of surfaces of each spectrum that a prediction considers.
 const MOST: usize = 1_000_000;
 
 impl Judgement {
@@ -101,8 +102,8 @@ impl Judgement {
     }
 
     /// Returns the present number of surfaces of each spectrum, and the number that would decide
-    /// the claim at one of `looks` looks (see [`Judgement::more_surfaces`]), or `None` if no number
-    /// would.
+    /// the claim at one of `looks` looks (see [`Judgement::more_surfaces`]). Returns `None` if no
+    /// number would.
     pub fn decided_with(&self, expected: Expectation, looks: NonZeroU32) -> Option<[usize; 2]> {
         let needed = self.surfaces_to_decide(expected, looks.get() as usize)?;
         let could_hold = self.bounds.iter().all(|bound| expected.contains(bound.value));
@@ -111,7 +112,7 @@ impl Judgement {
         Some([self.surfaces()?, needed]).filter(|_| !is_hopeless)
     }
 
-    /// Returns the smallest number of surfaces of any quantity.
+    /// Returns the smallest number of surfaces on which a quantity is based.
     fn surfaces(&self) -> Option<usize> {
         let counts = self.bounds.iter().filter_map(|bound| bound.surfaces);
         counts.min()
@@ -154,8 +155,8 @@ impl Judgement {
     }
 }
 
-/// Returns the smallest number of surfaces, at least `from`, for which `does` is true. `does` must
-/// stay true for larger numbers.
+/// Returns the smallest number of surfaces, at least `from`, for which `does` is true, or `None`
+/// above [`MOST`]. `does` must stay true for larger numbers.
 fn fewest(from: usize, does: impl Fn(usize) -> bool) -> Option<usize> {
     let mut above = from;
     while !does(above) {

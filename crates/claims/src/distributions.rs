@@ -17,7 +17,7 @@ const LINEAR_AT_ZERO: Statement = Statement {
     text: "The probability density of the contact pressure rises linearly from zero.",
     source: "Persson 2001, where p(σ) vanishes at σ = 0 by its boundary condition; the density of \
              a Hertzian contact vanishes, too: dA/dp ∝ p",
-    quantity: "exponent of the mesh step in the fraction of the area with a pressure below 0.025, \
+    quantity: "exponent n of Δxⁿ for the fraction of the area with a pressure below 0.025 E* h′, \
                from the same surfaces on a mesh of 32 to 64 nodes per shortest wavelength and on \
                one with twice as many, at loads 0.02, 0.1",
     expected: Expectation::Within(0.3, 0.7),
@@ -37,7 +37,7 @@ const AS_PERSSON: Statement = Statement {
            theory.",
     source: "Persson 2001",
     quantity: "ratio of the fraction of the area with a pressure from 0.1 to 0.5, 0.5 to 1 and 1 \
-               to 1.5 to that in the theory, at loads 0.02, 0.1, 0.4",
+               to 1.5 E* h′ to that in the theory, at loads 0.02, 0.1, 0.4",
     expected: Expectation::Within(0.9, 1.1),
     reason: "±10 %; lower pressures are excluded, because they depend on the mesh",
     figure: None,
@@ -48,9 +48,10 @@ const MIDDLE_AS_PERSSON: Statement = Statement {
     origin: Origin::Ours,
     text: "The fraction of the area with a pressure from 0.5 to 1 times E* × rms slope is that of \
            Persson's theory under all loads.",
-    source: "found in `manifests/distributions.toml`; no theory is known that predicts it",
-    quantity: "ratio of the fraction of the area with a pressure from 0.5 to 1 to that in the \
-               theory, at loads 0.02, 0.05, 0.1, 0.2, 0.4, 0.8",
+    source: "observed in the study `manifests/distributions.toml`; no theory is known that \
+             predicts it",
+    quantity: "ratio of the fraction of the area with a pressure from 0.5 to 1 E* h′ to that in \
+               the theory, at loads 0.02, 0.05, 0.1, 0.2, 0.4, 0.8",
     expected: Expectation::Within(0.95, 1.05),
     reason: "±5 %, while the fractions below and above this range differ by factors",
     figure: None,
@@ -62,8 +63,8 @@ const FEWER_HIGH: Statement = Statement {
     text: "Under light and moderate loads, pressures above E* × rms slope are rarer than in \
            Persson's theory, where a smaller area bears the same load.",
     source: "compare area-above-persson",
-    quantity: "ln of the ratio of the fraction of the area with a pressure from 1 to 2 in the \
-               theory to that in the study, at loads 0.02, 0.05, 0.1, 0.2",
+    quantity: "ln of the ratio of the fraction of the area with a pressure from 1 to 2 E* h′ in \
+               the theory to that in the study, at loads 0.02, 0.05, 0.1, 0.2",
     expected: Expectation::Positive,
     reason: "the claim states an order, so any difference counts",
     figure: None,
@@ -75,7 +76,7 @@ const HEAVY_AS_PERSSON: Statement = Statement {
     text: "Near full contact, pressures far from zero are distributed as in Persson's theory.",
     source: "Persson 2001: at full contact the pressure of a Gaussian surface is Gaussian",
     quantity: "ratio of the fraction of the area with a pressure from 0.5 to 1, 1 to 1.5 and 1.5 \
-               to 2 to that in the theory, at the load 0.8",
+               to 2 E* h′ to that in the theory, at the load 0.8",
     expected: Expectation::Within(0.95, 1.05),
     reason: "±5 %; 89 % of the area is in contact in the theory",
     figure: None,
@@ -129,7 +130,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Returns the distributions near these loads, each combined with each of the bounds.
+/// Returns each distribution near one of these loads, paired with each of the bounds.
 fn with_bounds<'a>(
     all: &'a [Pressures],
     loads: &'a [f64],
@@ -169,7 +170,7 @@ fn ratio(
     });
 }
 
-/// Collects the exponents with which the fraction of the lowest pressures falls with the mesh step.
+/// Collects the exponents n of Δxⁿ for the fraction of the area with the lowest pressures.
 fn linear(evidence: &Evidence, all: &[Pressures]) -> Quantities {
     let mut quantities = Quantities::default();
     for one in under_loads(all, &MODERATE[..2]) {

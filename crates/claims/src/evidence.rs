@@ -61,12 +61,13 @@ pub struct AtLoad {
     pub values: Vec<f64>,
 }
 
-/// Moments over several meshes for one spectrum, from which the error of the area follows: for each
-/// surface, the covariance of area and edge and the variance of the edge, summed over loads.
+/// Moments of area A and edge S_d Δx over several meshes, for the surfaces of one spectrum. They
+/// give the coefficient c of the error A_N = A* + c S_d Δx.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverMeshes {
     pub name: String,
-    /// Covariances and variances, one for each surface.
+    /// Covariance of A and S_d Δx, and variance of S_d Δx, each with one value per surface. Both
+    /// are taken over meshes and summed over loads.
     pub moments: [Vec<f64>; 2],
 }
 
@@ -88,7 +89,7 @@ pub struct Evidence {
     asperities: Table,
     /// Table of all distributions of contact pressures.
     pressures: Table,
-    /// Points of the fits of κ to its limits.
+    /// Values of κ = A/(A₀ y) to which its limits are fitted.
     pub kappa: Vec<KappaPoints>,
     varied: Varied,
     /// Setting that all rows share, and the rows left out.
@@ -97,10 +98,7 @@ pub struct Evidence {
 
 impl Evidence {
     /// Sorts the finished tables of a study, given in the order of the plan. Fits of κ to its
-    /// limits are repeated from their inputs, surface by surface.
-    ///
-    /// # Errors
-    /// If a table lacks a column that its kind of stage writes.
+    /// limits are repeated, with values of single surfaces.
     pub fn from_study(
         study: &Study,
         plan: &Plan,
@@ -171,8 +169,8 @@ impl Evidence {
         Ok(self)
     }
 
-    /// Returns the ensembles with one correction to which the paper's claims apply, by spectrum: H
-    /// = 0.8, no plateau, and meshes at least as fine as the paper's.
+    /// Returns the ensembles with one correction to which the paper's claims apply, ordered by
+    /// spectrum: H = 0.8, no plateau, and meshes at least as fine as the paper's.
     pub fn of_the_paper(&self, correction: &str) -> Vec<&AreaCurves> {
         let mut found = self.under(correction);
         found.retain(|AreaCurves { spectrum, .. }| {
@@ -206,8 +204,10 @@ impl Evidence {
         per_surface(&self.surfaces, |_, row| number(&self.surfaces, name, row))
     }
 
-    /// Returns, for spectra of the paper, the ratio of contact nodes with a gap among their four
-    /// neighbours to switches, at the load nearest to `load` if it is within 10 %.
+    /// Returns the ratio of edge nodes to switches on each surface, for spectra of the paper at the
+    /// load nearest to `load`. Edge nodes are contact nodes with a gap among their four neighbours.
+    /// Switches are pairs of neighbouring nodes with contact at one and a gap at the other. Spectra
+    /// without a load within 10 % are omitted.
     pub fn edge_nodes_over_switches(&self, load: f64) -> Vec<AtLoad> {
         let loads = self.of_the_paper(AS_COUNTED).into_iter().filter_map(|ensemble| {
             let index = ensemble.at(load)?;
@@ -230,7 +230,7 @@ impl Evidence {
         found.collect()
     }
 
-    /// Returns the moments of spectra whose surfaces were pressed on several meshes.
+    /// Returns the moments of each spectrum whose surfaces were pressed on several meshes.
     pub fn of_several_meshes(&self) -> Vec<OverMeshes> {
         let points = refinements(&self.contacts, Window::ALL).unwrap_or_default();
         let found = points.into_iter().filter_map(|point| {
@@ -243,8 +243,8 @@ impl Evidence {
     }
 }
 
-/// Finds the parameters that vary between the spectra of the areas, or of the pressures in a study
-/// without areas.
+/// Finds the parameters that vary between the spectra of the areas. A study without areas has those
+/// of the pressures.
 fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableError> {
     let mut spectra: Vec<Spectrum> = ensembles.iter().map(|one| one.spectrum.clone()).collect();
     if spectra.is_empty() {
@@ -257,8 +257,8 @@ fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableEr
 }
 
 impl AreaCurves {
-    /// Returns true if both have the same spectrum and correction. Areas with the correction `none`
-    /// were counted before.
+    /// Returns true if both have the same spectrum and correction. A `correct` stage with the
+    /// correction `none` repeats counted areas.
     fn is_of(&self, other: &AreaCurves) -> bool {
         (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
     }
@@ -284,7 +284,7 @@ impl AreaCurves {
         Curves::new(loads, areas.collect()).ok()
     }
 
-    /// Returns the area averaged over all surfaces.
+    /// Returns the area at a load, averaged over all surfaces.
     pub fn mean(&self, load: usize) -> f64 {
         self.areas[load].iter().sum::<f64>() / self.surfaces() as f64
     }
@@ -345,7 +345,8 @@ fn ensemble(
     }
 }
 
-/// Collects one value per surface, by spectrum. Rows without a value are skipped.
+/// Collects one value per surface, by spectrum. Rows without a value, and further rows of the same
+/// surface, are skipped.
 fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -> Vec<PerSurface> {
     let mut known: BTreeMap<_, (Spectrum, BTreeMap<Member, f64>)> = BTreeMap::new();
     let Ok(members) = Members::new(table) else {
@@ -367,8 +368,8 @@ fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -
     found.collect()
 }
 
-/// Returns a real or an integer of a row as a number, or `None` if it is null or the column is
-/// missing.
+/// Returns a number of a row, from a column of reals or integers. Returns `None` if it is null or
+/// the column is missing.
 fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
     if let Ok(reals) = table.reals(name) {
         return reals.is_valid(row).then(|| reals.value(row));
@@ -377,7 +378,7 @@ fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
     integers.is_valid(row).then(|| integers.value(row) as f64)
 }
 
-/// Returns the fits of limits, each with the rows that it reads.
+/// Returns the fits of quantities to their limits, each with the rows that it reads.
 fn limits(
     study: &Study,
     plan: &Plan,

@@ -26,8 +26,9 @@ const EXPONENT: Statement = Statement {
     text: "“the exponent of approaching the full contact for our simulations is roughly the same \
            as in Persson's model η = 2”",
     source: "section 7, eqs. (full_area_approx) and (scaled_area), fig. 10",
-    quantity: "η of F(y) = c + (√2 y)^η plus the small remainder of F in Persson's theory, by \
-               least squares at areas from 0.9 to 0.998",
+    quantity: "η of F(y) = c + (√2 y)^η + R(y), fitted by least squares at areas from 0.9 to \
+               0.998, where F(y) = −ln[(1 − A/A₀) y √(2π)] and R is the difference F − 2y² in \
+               Persson's theory",
     expected: Expectation::Within(1.8, 2.2),
     reason: "“roughly” is read as within 10 %; the constant c is added here, because the open area \
              of cracks differs from Persson's by a factor",
@@ -64,8 +65,8 @@ const CRACKS: Statement = Statement {
     name: "cracks-near-full-contact",
     origin: Origin::Ours,
     text: "The open area near full contact is 3/2 of the area that would be in tension at full \
-           contact, as for isolated penny cracks; the factor is 2 in Persson's theory. So η = 2 \
-           holds, and “slightly faster” is ln 4/3.",
+           contact, as for isolated penny-shaped cracks; the factor is 2 in Persson's theory. So η \
+           = 2 holds, and “slightly faster” in faster-than-persson is a difference of ln 4/3.",
     source: "gaps as cracks: Xu, Jackson & Marghitu (2014), extended by Ciavarella, arXiv \
              1504.08240; 3/2 holds for circular cracks",
     quantity: "ratio of the mean open area to ½ erfc(√2 y), at the heaviest load where its \
@@ -81,8 +82,9 @@ const GROUPS_BY_K_UPPER: Statement = Statement {
     text: "“Close to the full contact the numerical data points are grouped by their upper cutoff \
            wavenumber k_s.”",
     source: "section 7, fig. 10",
-    quantity: "distance between neighbouring groups of k_upper minus the width of a group, in ln(1 \
-               − A), by least squares over the spectra, at loads where all areas are at least 0.95",
+    quantity: "distance between neighbouring groups of equal k_upper minus the width of a group, \
+               both in ln(1 − A) from the least-squares plane over ln k_lower and ln k_upper, at \
+               loads where all areas are at least 0.95",
     expected: Expectation::Positive,
     reason: "groups are apart if one step of k_upper, a factor of 2, changes the open area more \
              than the whole range of k_lower, a factor of 16",
@@ -107,11 +109,11 @@ const FASTER_FOR_SMALLER_K_LOWER: Statement = Statement {
 const NEAR_FULL: std::ops::Range<f64> = 0.9..0.998;
 /// Smallest area for the claim that curves group by k_upper.
 const VERY_NEAR_FULL: f64 = 0.95;
-/// Smallest mean number of open nodes that enters the fit of η.
+/// Smallest mean number of open nodes at a load that enters the fit of η.
 const ENOUGH_OPEN_NODES: f64 = 50.0;
-/// Range in which η is searched.
+/// Interval in which the fit searches η.
 const EXPONENTS: [f64; 2] = [0.5, 4.0];
-/// Largest relative standard error of a known open area.
+/// Largest relative standard error of the open area at loads that claims use.
 const KNOWN: f64 = 0.1;
 const WELL_KNOWN: f64 = 0.05;
 const HEAVY_LOADS: &str = "loads with areas from 0.9 to 0.998";
@@ -143,7 +145,7 @@ fn at_the_end(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns the mean open area under a load.
+/// Returns the mean open area fraction at a load.
 fn open(ensemble: &AreaCurves, index: usize, weights: &Weights) -> f64 {
     1.0 - weights.mean(&ensemble.areas[index])
 }
@@ -181,8 +183,7 @@ fn exponent(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Fits η of F(y) = c + (√2 y)^η by least squares, after subtracting the remainder of F beyond 2y²
-/// in Persson's theory.
+/// Fits η of F(y) = c + (√2 y)^η by least squares, after subtracting F − 2y² of Persson's theory.
 fn fitted_exponent(ensemble: &AreaCurves, indices: &[usize], weights: &Weights) -> Option<f64> {
     let point = |&index: &usize| {
         let load = ensemble.loads[index];
@@ -200,7 +201,7 @@ fn fitted_exponent(ensemble: &AreaCurves, indices: &[usize], weights: &Weights) 
     Some(least(residual, EXPONENTS))
 }
 
-/// Returns the minimum of a unimodal function by golden-section search.
+/// Returns the position of the minimum of a unimodal function, by golden-section search.
 fn least(function: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     let section = 0.5 * (5_f64.sqrt() - 1.0);
     while high - low > 1e-7 {
@@ -230,8 +231,8 @@ fn scaled_erf(evidence: &Evidence) -> Claim {
     )
 }
 
-/// Collects a function of mean open area and load for each spectrum and each heavy load with a
-/// known open area.
+/// Collects a function of mean open area and load for each spectrum and each heavy load at which
+/// the open area has a small error.
 fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>) -> Quantities {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {

@@ -43,7 +43,7 @@ const FINITE_SIZE: Statement = Statement {
                spectra",
     expected: Expectation::Positive,
     reason: "the claim states an order, so any increase counts; it is tested only for k_lower ≤ 4, \
-             because an exponent of 1 no longer grows",
+             because an exponent that has reached 1 no longer grows",
     figure: None,
 };
 
@@ -115,7 +115,8 @@ fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
     Some(sum / count)
 }
 
-/// Returns pairs of spectra that differ only in the size of a small cell, by the k_lower of both.
+/// Returns pairs of spectra that differ only in the size of the cell, by the k_lower of both. The
+/// smaller cell has at most [`SMALL_CELL`] longest wavelengths per side.
 fn steps(gaps: &[PerLoad]) -> BTreeMap<[i64; 2], Vec<[&PerLoad; 2]>> {
     let mut steps: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for one in gaps.iter().filter(|one| one.spectrum.k_lower <= SMALL_CELL) {
@@ -160,7 +161,8 @@ const AT_0_415: Statement = Statement {
     text: "The gap stops percolating at a contact area of 41.5 %, for isotropic surfaces whose \
            longest wavelength is much shorter than the cell.",
     source: "Wang & Müser, arXiv 2010.13470: “A critical contact area near 0.415 is confirmed.”",
-    quantity: "mean corrected area at the threshold, k_lower ≥ 8",
+    quantity: "mean area, corrected as in 2017, at the percolation threshold of the gap, k_lower ≥ \
+               8",
     expected: Expectation::Within(0.405, 0.425),
     reason: "“near” is read as ±0.01, which excludes the 0.5 of effective-medium theory, but not \
              the 0.42 used in engineering",
@@ -173,21 +175,22 @@ const BELOW_ONE_HALF: Statement = Statement {
     text: "The gap stops percolating before half of the area is in contact, for all sizes of the \
            cell.",
     source: "effective-medium theory predicts a threshold of 0.5",
-    quantity: "1/2 minus the mean corrected area at the threshold",
+    quantity: "1/2 minus the mean area, corrected as in 2017, at the percolation threshold of the \
+               gap",
     expected: Expectation::Positive,
     reason: "the claim states an order, so any difference counts",
     figure: None,
 };
 
-const WHATEVER_THE_CELL: Statement = Statement {
+const INDEPENDENT_OF_CELL: Statement = Statement {
     name: "sealing-area-does-not-depend-on-k-lower",
     origin: Origin::Ours,
-    text: "The mean area at the threshold does not depend on the number of longest wavelengths per \
-           cell.",
+    text: "The mean area at the percolation threshold does not depend on the number of longest \
+           wavelengths per side of the cell.",
     source: "Wang & Müser state the threshold for cells much larger than the longest wavelength; \
              smaller cells scatter about it",
-    quantity: "difference of the mean corrected areas at the threshold for neighbouring k_lower \
-               (larger minus smaller)",
+    quantity: "difference of the mean areas, corrected as in 2017, at the percolation threshold of \
+               the gap for neighbouring k_lower (larger minus smaller)",
     expected: Expectation::Within(-0.01, 0.01),
     reason: "±0.01, as for interface-is-sealed-at-0.415-of-the-area",
     figure: None,
@@ -196,10 +199,10 @@ const WHATEVER_THE_CELL: Statement = Statement {
 const SCATTER_FALLS: Statement = Statement {
     name: "sealing-area-scatters-less-in-greater-cells",
     origin: Origin::Ours,
-    text: "The area at the threshold scatters less between surfaces in larger cells.",
+    text: "The area at the percolation threshold scatters less between surfaces in larger cells.",
     source: "finite-size scaling: the scatter falls as a power of the size of the cell",
-    quantity: "ln of the ratio of the standard deviations of the corrected area at the threshold \
-               for neighbouring k_lower (smaller over larger)",
+    quantity: "ln of the ratio of the standard deviations of the area, corrected as in 2017, at \
+               the percolation threshold of the gap for neighbouring k_lower (smaller over larger)",
     expected: Expectation::Positive,
     reason: "the claim states an order, so any difference counts",
     figure: None,
@@ -251,7 +254,7 @@ pub fn of_sealing(evidence: &Evidence) -> Vec<Claim> {
     vec![
         at.judge(AT_0_415, SEALING_DATA, lacks("spectra with `k_lower` of at least 8")),
         below.judge(BELOW_ONE_HALF, SEALING_DATA, lacks("random surfaces")),
-        difference.judge(WHATEVER_THE_CELL, SEALING_DATA, lacks(steps)),
+        difference.judge(INDEPENDENT_OF_CELL, SEALING_DATA, lacks(steps)),
         scatter.judge(SCATTER_FALLS, SEALING_DATA, lacks(steps)),
     ]
 }

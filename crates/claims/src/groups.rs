@@ -1,12 +1,13 @@
 //! Claims on the influence of each cutoff: groups of curves, scatter and convergence (sections 5.2,
-//! 6 and 8), and the collapse on the bandwidth, a finding of asperity.
+//! 6 and 8). Also the collapse of corrected areas on the bandwidth, a finding of asperity.
 //!
 //! The counted area groups by k_lower, the area corrected by π/8 by k_upper (sections 5.2 and 8 of
-//! the paper). The area A corrected as in 2017 forms no groups: ln A = c + s ln ζ + t ln k_lower
-//! has t = 0, where ζ = k_upper/k_lower, so the area falls with the logarithm of the bandwidth
-//! only. Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find a logarithm in
-//! Nayak's parameter α. Over the modes of a cell, α is not a function of ζ: it is larger by half
-//! for k_lower = 1.
+//! the paper). The area A corrected as in 2017 forms no groups: in ln A = c + s ln ζ + t ln k_lower
+//! with ζ = k_upper/k_lower, t is 0. So at a given load the area only depends on the bandwidth ζ.
+//!
+//! Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the area falls
+//! with the logarithm of Nayak's parameter α. Over the modes of a cell, α is not a function of ζ:
+//! it is larger by half for k_lower = 1.
 
 use crate::evidence::{AreaCurves, Evidence, Spectrum};
 use crate::light::{LIGHT, UP_TO_FOUR_FIFTHS};
@@ -24,9 +25,9 @@ const GROUPS_BY_K_LOWER: Statement = Statement {
     text: "“The curves form three groups with respect to the lower cutoff wavenumber k_l = 16, 4, \
            1”, “easily distinguished up to about 80 % of the contact area”",
     source: "sections 5.2 and 6, figs. 5, 9",
-    quantity: "distance between neighbouring groups of k_lower minus the width of a group, in ln \
-               A, by least squares over the spectra, at loads from 0.012 to 0.52 with less than 80 \
-               % of the area in contact",
+    quantity: "distance between neighbouring groups of equal k_lower minus the width of a group, \
+               both in ln A from the least-squares plane over ln k_lower and ln k_upper, at loads \
+               from 0.012 to 0.52 with less than 80 % of the area in contact",
     expected: Expectation::Positive,
     reason: "groups are apart if one step of k_lower, a factor of 4, changes the area more than \
              the whole range of k_upper",
@@ -39,9 +40,9 @@ const GROUPS_BY_K_UPPER: Statement = Statement {
     text: "“The results depend only slightly on the lower cutoff wavenumber k_l, but strongly on \
            the upper cutoff k_s. The curves are grouped by the value of k_s”",
     source: "section 8, eq. (corrected_area), fig. 13",
-    quantity: "distance between neighbouring groups of k_upper minus the width of a group, in ln A \
-               for the area A corrected by π/8, by least squares over the spectra, at loads 0.012, \
-               0.024, 0.06",
+    quantity: "distance between neighbouring groups of equal k_upper minus the width of a group, \
+               both in ln A from the least-squares plane over ln k_lower and ln k_upper, for the \
+               area A corrected by π/8, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Positive,
     reason: "groups are apart if one step of k_upper, a factor of 2, changes the area more than \
              the whole range of k_lower, a factor of 16",
@@ -54,8 +55,8 @@ const NO_TREND_WITHIN_GROUPS: Statement = Statement {
     text: "“within each group there is no specific trend with respect to the lower cutoff or \
            Nayak's parameter”",
     source: "section 8, fig. 13",
-    quantity: "∂ ln A/∂ ln k_lower at given k_upper for the area A corrected by π/8, by least \
-               squares over the spectra, at loads 0.012, 0.024, 0.06",
+    quantity: "∂ ln A/∂ ln k_lower at given k_upper, from the least-squares plane over ln k_lower \
+               and ln k_upper, for the area A corrected by π/8, at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(-0.02, 0.02),
     reason: "0.02 changes the area by 5 % from k_lower = 1 to 16, a fifth of the effect of k_upper",
     figure: Some("area-corrected"),
@@ -80,12 +81,12 @@ const NO_CONVERGENCE: Statement = Statement {
     text: "“we do not obtain any convergence in the area evolution curve with an increasing k_l \
            (approaching a Gaussian surface)”",
     source: "sections 5.2.2 and 9.2, figs. 5, 6",
-    quantity: "ln of the ratio of the mean areas for one step of k_lower, minus half of this \
-               logarithm for the step before, for steps of equal ratio, at loads 0.012, 0.024, \
-               0.06",
+    quantity: "ln of the ratio of the mean areas for a step of k_lower, minus half of the same \
+               logarithm for the previous step, where k_lower grows by the same factor; at loads \
+               0.012, 0.024, 0.06",
     expected: Expectation::Positive,
-    reason: "zero or less for a series whose steps halve or shrink faster; “any” claims more, \
-             because slower series converge, too",
+    reason: "zero or negative for a series whose steps halve or shrink faster; “any” claims more, \
+             because a series whose steps shrink more slowly may converge, too",
     figure: Some("area-light"),
 };
 
@@ -182,7 +183,8 @@ fn no_trend_within_groups(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns the smallest steps and the ranges of ln k_lower and ln k_upper: [[step; 2], [range; 2]].
+/// Returns the smallest step and the range of ln k_lower and of ln k_upper, as [[step; 2], [range;
+/// 2]].
 pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
     let cutoffs: [fn(&Spectrum) -> i64; 2] = [|one| one.k_lower, |one| one.k_upper];
     let steps_and_span = cutoffs.map(|cutoff| {
@@ -197,7 +199,7 @@ pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
 }
 
 /// Collects a function of the slopes of ln A over ln k_lower and ln k_upper, and of the [`spread`]
-/// of both, at each load with at most 80 % of the area in contact.
+/// of the cutoffs, at each load with at most 80 % of the area in contact.
 fn sensitivities(
     evidence: &Evidence,
     correction: &str,
@@ -238,12 +240,12 @@ const BANDWIDTH_ALONE: Statement = Statement {
 const LOGARITHMIC: Statement = Statement {
     name: "corrected-area-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
-    text: "The corrected area falls as ζ grows: the law of the collapse.",
+    text: "The corrected area at a given load falls as ζ grows.",
     source: "see corrected-area-depends-on-bandwidth-alone",
     quantity: "−s of ln A = c + s ln ζ + t ln k_lower, as in \
                corrected-area-depends-on-bandwidth-alone",
     expected: Expectation::Positive,
-    reason: "the claim states an order, so any fall counts; the intervals give the law",
+    reason: "the claim states an order, so any fall counts",
     figure: Some("collapse"),
 };
 
@@ -273,7 +275,7 @@ const ALPHA_ALONE: Statement = Statement {
                of the cell, at loads from 0.012 to 0.52 with less than 80 % of the area in contact",
     expected: Expectation::Within(f64::NEG_INFINITY, MOST_LEFT),
     reason: "1 % of the area; loads at which ln A itself deviates from its mean by less than 1 % \
-             rms are not tested, because every line would fit them",
+             rms are not tested, because any line would fit them",
     figure: Some("collapse"),
 };
 
@@ -293,8 +295,8 @@ const ALPHA_ALONE_OF_BOTH: Statement = Statement {
     ..ALPHA_ALONE
 };
 
-/// Largest rms residual of ln A that counts as a collapse. The areas must scatter by more about
-/// their mean, because otherwise every line fits.
+/// Largest rms residual of ln A that counts as a collapse. A load is only tested if ln A deviates
+/// by more from its mean, because otherwise any line fits.
 const MOST_LEFT: f64 = 0.01;
 
 pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
@@ -347,14 +349,14 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
             } else {
                 "three spectra or more, with several `hurst` or with and without a plateau, whose \
                  ln A under light loads deviates from its mean by more than 0.01 rms, because \
-                 nearly equal areas fit every line"
+                 any line fits nearly equal areas"
                     .to_owned()
             }
         }),
     ]
 }
 
-/// Returns two measures of a spectrum.
+/// Function that returns two coordinates of a spectrum for a fit.
 type Axes = fn(&Spectrum) -> Option<[f64; 2]>;
 
 fn ln_bandwidth(spectrum: &Spectrum) -> f64 {
@@ -365,8 +367,7 @@ fn along(points: &[[f64; 3]], axis: usize) -> Vec<f64> {
     points.iter().map(|point| point[axis]).collect()
 }
 
-/// Returns true if the areas scatter about their mean by more than the largest residual of a
-/// collapse.
+/// Returns true if ln A scatters about its mean by more than the largest residual of a collapse.
 fn areas_differ(points: &[[f64; 3]]) -> bool {
     let areas = along(points, 2);
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
@@ -379,7 +380,7 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 }
 
 /// Returns the root mean square of the residuals of a straight line, or `None` for two spectra,
-/// which every line fits.
+/// which any line fits.
 fn rms_residual(x: &[f64], y: &[f64]) -> Option<f64> {
     if x.len() < 3 {
         return None;
@@ -389,7 +390,7 @@ fn rms_residual(x: &[f64], y: &[f64]) -> Option<f64> {
     Some(root_mean_square(rest))
 }
 
-/// Collects a quantity at each load from the points (two measures of the spectrum, ln A) of all
+/// Collects a quantity at each load from the points (two coordinates of the spectrum, ln A) of all
 /// spectra. Loads whose points do not satisfy `is_tested` are skipped.
 fn over_loads(
     ensembles: &[&AreaCurves],

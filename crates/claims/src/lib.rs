@@ -1,24 +1,25 @@
 //! Claims of Yastrebov, Anciaux & Molinari (2015), and claims on their open questions, tested with
 //! the tables of a study.
 //!
-//! A claim is a set of quantities and an expectation: each must be positive or within a range. It
-//! **holds** if every quantity is as expected at one-sided 95 %. This is an intersection–union
-//! test, so the level also applies to all quantities together. It **does not hold** if one quantity
-//! is not as expected, in intervals that cover all quantities together at 95 %. Otherwise the study
-//! cannot say, and the number of further surfaces that would decide the claim is estimated.
+//! A claim is a set of quantities and an expectation: each quantity must be positive or within a
+//! range. It **holds** if every quantity is as expected at one-sided 95 % confidence. This is an
+//! intersection–union test, so the level also applies to the claim as a whole. It **does not hold**
+//! if the joint 95 % confidence interval of one quantity lies outside the expected range. Otherwise
+//! the study cannot say, and the number of further surfaces that would decide the claim is
+//! estimated.
 //!
 //! [`Origin`] separates claims of the paper, its misprints, and claims of asperity.
 //!
 //! | module | content |
 //! |---|---|
-//! | `evidence`, `setting` | the tables of a study in one setting, as curves by spectrum |
-//! | `quantities` | the quantities of a claim, comparison of cutoffs, what a study lacks |
-//! | `decisions` | claims that a growing study has decided, and surfaces still needed |
+//! | `evidence`, `setting` | the tables of a study as curves by spectrum; choice of their rows |
+//! | `quantities` | the quantities of a claim, pairs of cutoffs, unmet requirements |
+//! | `decisions` | claims that a growing study has decided; surfaces that would decide the others |
 //! | `surfaces` | heights, Nayak's parameter and summits (section 3, appendices A and B) |
-//! | `light`, `groups` | area under light loads, effect of cutoffs (5.2, 8, 9.2); the collapse |
+//! | `light`, `groups` | area under light loads, effect of cutoffs (5.2, 8, 9.2), collapse on ζ |
 //! | `slope` | slope of the area, the contact evolution law (5.2, 6, 9.5, appendix C) |
 //! | `full_contact` | the approach to full contact (section 7) |
-//! | `mesh` | the error of the mesh (section 8); limits of cell, bandwidth and mesh |
+//! | `mesh` | the error of the mesh (section 8); limits of large cells and fine meshes |
 //! | `asperities`, `distributions`, `gap` | asperity models, pressures, stiffness, sealing |
 //! | `closed_forms` | claims on closed forms, and misprints |
 
@@ -65,7 +66,7 @@ pub struct Statement {
     pub figure: Option<&'static str>,
 }
 
-/// Source that makes a claim.
+/// Origin of a claim: the paper or another source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
     /// A sentence of the paper.
@@ -100,13 +101,14 @@ pub enum ClaimOutcome {
 pub struct Judgement {
     pub verdict: Verdict,
     pub bounds: Vec<Bound>,
-    /// Index of the quantity with the smallest margin, in standard errors.
+    /// Index of the quantity with the smallest margin. The margin is the distance from the nearest
+    /// end of the expected range in standard errors, negative outside.
     pub deciding: usize,
     /// Number of quantities that contradict the claim.
     pub contradicting: usize,
     /// Number of quantities that neither support nor contradict the claim.
     pub undecided: usize,
-    /// Labels of the quantities without a value. With any of them the claim cannot hold.
+    /// Labels of quantities that cannot be computed. If there are any, the claim cannot hold.
     pub without_value: Vec<String>,
 }
 
@@ -163,13 +165,13 @@ impl fmt::Display for Expectation {
 }
 
 impl Expectation {
-    /// Returns the verdict on one of several quantities.
+    /// Returns the verdict on one of `quantities` quantities.
     pub fn verdict(self, bound: &Bound, quantities: usize) -> Verdict {
         self.verdict_at_look(bound, quantities, 1)
     }
 
-    /// Returns the verdict on one of several quantities at one of several looks. The level holds
-    /// for all looks together.
+    /// Returns the verdict on one of `quantities` quantities at one of `looks` looks (interim tests
+    /// of a growing study). The error level holds for all looks together.
     pub fn verdict_at_look(self, bound: &Bound, quantities: usize, looks: usize) -> Verdict {
         let (low, high) = self.range();
         let [least, most] = bound.one_sided_of(looks);
@@ -183,14 +185,14 @@ impl Expectation {
         }
     }
 
-    /// Returns true if a value is as expected.
+    /// Returns true if a value is in the expected range.
     pub fn contains(self, value: f64) -> bool {
         let (low, high) = self.range();
         value >= low && value <= high
     }
 
-    /// Returns the distance of a quantity from the ends of the expected range, in standard errors,
-    /// positive inside.
+    /// Returns the distance of a quantity from the nearest end of the expected range, in standard
+    /// errors. It is negative outside the range.
     fn margin(self, bound: &Bound) -> f64 {
         let (low, high) = self.range();
         let inside = (bound.value - low).min(high - bound.value);
@@ -207,7 +209,7 @@ impl Expectation {
 }
 
 impl Judgement {
-    /// Judges quantities, or returns `None` if there are none.
+    /// Judges a claim from its quantities, or returns `None` if there are none.
     pub fn new(expected: Expectation, bounds: Vec<Bound>) -> Option<Judgement> {
         let verdict = |bound: &Bound| expected.verdict(bound, bounds.len());
         let verdicts: Vec<Verdict> = bounds.iter().map(verdict).collect();
@@ -230,8 +232,8 @@ impl Judgement {
         })
     }
 
-    /// Adds the labels of quantities without a value, with which a claim on all quantities cannot
-    /// hold.
+    /// Adds the labels of quantities without a value. If there are any, the verdict `Holds` becomes
+    /// `CannotSay`.
     pub fn with_missing(self, without_value: &[String]) -> Judgement {
         let verdict = match self.verdict {
             Verdict::Holds if !without_value.is_empty() => Verdict::CannotSay,
@@ -241,8 +243,8 @@ impl Judgement {
     }
 }
 
-/// Tests all claims. Those of the paper are in its order, with those of asperity on the same
-/// subject, and misprints are at the end.
+/// Tests all claims of the paper and of asperity, by subject in the order of the paper. Claims on
+/// closed forms and misprints are at the end.
 pub fn all(evidence: &Evidence) -> Vec<Claim> {
     let of_the_study = OF_A_STUDY.iter().flat_map(|claims| claims(evidence));
     let mut claims: Vec<Claim> = of_the_study.collect();
@@ -251,7 +253,7 @@ pub fn all(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// The claims that need a study, by subject.
+/// Functions that test the claims on a subject with the results of a study.
 const OF_A_STUDY: [fn(&Evidence) -> Vec<Claim>; 14] = [
     surfaces::claims,
     light::of_light_loads,

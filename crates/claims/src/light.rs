@@ -165,7 +165,8 @@ fn falls_with_alpha(evidence: &Evidence, correction: &str, statement: Statement)
     quantities.judge(statement, data(correction), || needs(evidence, correction, &LIGHT, spectra))
 }
 
-/// Collects a function of ln(ratio of mean areas) for each step of a cutoff and each load.
+/// Collects a function of ln(ratio of mean areas) for each pair of neighbouring cutoffs and each
+/// load.
 fn over_steps(
     evidence: &Evidence,
     correction: &str,
@@ -229,11 +230,10 @@ fn at_light_loads(
     quantities
 }
 
-/// Requirement that spectra have as many nodes per longest wavelength as k_lower = 16 has in the
-/// paper.
+/// Requirement of claims on k_lower = 16, for any mesh with as many nodes per longest wavelength.
 const WIDEST: &str = "spectra with `k_lower` equal to `nodes` / 64, such as 16 on 1024 nodes";
 
-/// Keeps the ensembles that correspond to the paper's largest k_lower.
+/// Keeps the ensembles with as many nodes per longest wavelength as the paper's largest k_lower.
 pub fn of_widest_k_lower(mut ensembles: Vec<&AreaCurves>) -> Vec<&AreaCurves> {
     ensembles.retain(|ensemble| ensemble.spectrum.nodes == 64 * ensemble.spectrum.k_lower);
     ensembles
@@ -278,8 +278,8 @@ const WEAKER_THAN_IN_MODELS: Statement = Statement {
            (Bush, Gibson & Thomas, and the simplified elliptic model of Greenwood 2006)",
     source: "section 5.2, fig. 5; section 9.3 (ii)",
     quantity: "ln of the ratio of the mean areas for neighbouring k_upper (larger over smaller) at \
-               equal k_lower, minus the same logarithm in the model, whose α are those of both \
-               spectra over the modes of the cell; at loads 0.012, 0.024, 0.06",
+               equal k_lower, minus ln of the same ratio in the model; at loads 0.012, 0.024, \
+               0.06. The model has the α of each spectrum, computed over the modes of the cell",
     expected: Expectation::Positive,
     reason: "both logarithms are negative; the claim states an order, so any difference counts",
     figure: Some("area-light"),
@@ -351,7 +351,8 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns the area of an asperity model that has the α of a spectrum over the modes of its cell.
+/// Returns the area in an asperity model with the α of a spectrum, computed over the modes of the
+/// cell.
 fn modelled_area(model: AsperityModel, spectrum: &Spectrum, load: f64) -> Option<f64> {
     let model = Asperities::new(model, spectrum.nayak()?).ok()?;
     model.at_load(load).map(|contact| contact.area)

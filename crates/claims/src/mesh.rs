@@ -2,11 +2,13 @@
 //! the limits of a large cell, a wide spectrum and a fine mesh.
 //!
 //! κ is the secant at a finite load: κ = Q₀ + c x^e + s ln ε + m h^g with x = 1/k_lower, ε =
-//! k_lower/k_upper, h = k_upper/nodes. The manifest gives the exponents of x and h; if it gives
-//! several, the fit with the smallest Akaike criterion counts. To test that the term of the
-//! bandwidth is a logarithm, a parabola s ln ε + r (ln ε)² replaces it. Its κ″/κ′ at the middle of
-//! ln ε is the exponent of a power with the same curvature, and zero for a logarithm. A fit with a
-//! free exponent has no value where the exponent tends to zero, which is the case to test.
+//! k_lower/k_upper, h = k_upper/nodes. The manifest gives the exponents e and g; if it gives
+//! several, the fit with the smallest Akaike criterion counts.
+//!
+//! To test that the term of the bandwidth is a logarithm, a parabola s ln ε + r (ln ε)² replaces
+//! it. The ratio κ″/κ′ of its derivatives with respect to ln ε, at the middle of the range of ln ε,
+//! is the exponent of a power with the same relative curvature. It is zero for a logarithm. A fit
+//! with a free exponent cannot test this, because it has no value where the exponent tends to zero.
 
 use crate::evidence::{AreaCurves, Evidence, KappaPoints};
 use crate::quantities::{Quantities, needs};
@@ -24,11 +26,12 @@ const EDGE_NODES: Statement = Statement {
            the lower bound of the contact area as” A − (π/4) S_d Δx",
     source: "section 8, footnote on the perimeter, fig. 11",
     quantity: "ratio of the number of contact nodes with a gap among their four neighbours to π/4 \
-               of the switches, at the load 0.06",
+               times the number of switches (pairs of neighbouring nodes with contact at one and a \
+               gap at the other), at the load 0.06",
     expected: Expectation::Within(0.8, 1.2),
-    reason: "±20 %, because the paper estimates, and does not say which neighbours count: the \
-             ratio for straight edges of all directions is 0.90 with four neighbours, 1.27 with \
-             eight",
+    reason: "±20 %, because the paper gives an estimate and does not say which neighbours count: \
+             the ratio for straight edges of all directions is 0.90 with four neighbours, 1.27 \
+             with eight",
     figure: None,
 };
 
@@ -103,7 +106,7 @@ pub fn of_the_mesh(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Collects c / `coefficient` for each spectrum whose surfaces were pressed on several meshes.
+/// Judges c / `coefficient` of each spectrum whose surfaces were pressed on several meshes.
 fn over_meshes(evidence: &Evidence, statement: Statement, coefficient: f64) -> Claim {
     let mut quantities = Quantities::default();
     for meshes in evidence.of_several_meshes() {
@@ -132,8 +135,8 @@ fn edge_nodes(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns pairs of the counted and the corrected curves of a spectrum for the same loads, starting
-/// near first contact.
+/// Returns the counted and the corrected curve of each spectrum whose loads are the same in both
+/// and start near first contact.
 fn with_error(evidence: &Evidence) -> Vec<[&AreaCurves; 2]> {
     let corrected = evidence.of_the_paper(OF_2015);
     let counted = evidence.of_the_paper(AS_COUNTED).into_iter();
@@ -207,8 +210,9 @@ const LOGARITHMIC: Statement = Statement {
     source: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
              area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) \
              433, extrapolate the secant to a limit by powers",
-    quantity: "exponent of the power of k_lower/k_upper with the curvature of the secant in the \
-               middle of the spectra, at each load of the fit",
+    quantity: "exponent of the power of ε = k_lower/k_upper whose κ″/κ′ equals that of the fitted \
+               secant κ at the middle of the spectra, with derivatives with respect to ln ε, at \
+               each load of the fit",
     expected: Expectation::Within(-0.2, 0.2),
     reason: "0 is a logarithm; a power with the exponent 0.2 covers more than half of the way to \
              its limit between bandwidths of 2 and 128, and one with an exponent below −0.2 falls \
@@ -239,8 +243,8 @@ const CELL_IS_GREAT_ENOUGH: Statement = Statement {
            cell.",
     source: "section 9.2 of the paper finds no convergence in k_lower up to 16 at a given k_upper, \
              where the bandwidth falls as k_lower grows",
-    quantity: "contribution of 1/k_lower = 1/16 to the secant, divided by the secant in the middle \
-               of the bandwidths, at each load of the fit",
+    quantity: "contribution of the term in 1/k_lower to the fitted secant at k_lower = 16, divided \
+               by the secant at the middle of the bandwidths, at each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
     reason: "2 % of the area, less than the 3 % that count as distinct in \
              alpha-alone-does-not-decide",
@@ -253,8 +257,8 @@ const MESH_IS_FINE_ENOUGH: Statement = Statement {
     text: "If the area is corrected as in 2017, the secant on a mesh of eight nodes per shortest \
            wavelength is that on an infinitely fine mesh.",
     source: "compare section 8 of the paper, whose coarsest meshes have eight nodes",
-    quantity: "contribution of k_upper/nodes = 1/8 to the secant, divided by the secant in the \
-               middle of the bandwidths, at each load of the fit",
+    quantity: "contribution of the term in k_upper/nodes to the fitted secant at k_upper/nodes = \
+               1/8, divided by the secant at the middle of the bandwidths, at each load of the fit",
     expected: Expectation::Within(-0.02, 0.02),
     reason: "2 % of the area; counted areas are too large by about 10 %",
     figure: None,
@@ -262,7 +266,7 @@ const MESH_IS_FINE_ENOUGH: Statement = Statement {
 
 /// Largest load at which κ is compared with the theories for vanishing loads.
 const FIRST_TOUCH: f64 = 0.021;
-/// Requirement that a study without a fit of κ to its limits does not meet.
+/// Requirement of the claims on κ in its limits.
 const A_FIT: &str = "a `fit` stage with `law = \"limits\"`, `of = \"area_corrected / load\"` and terms of \
                      `1 / k_lower`, `k_lower / k_upper` and `k_upper / nodes`, from a `correct` stage with \
                      `correction = \"2017\"`";
@@ -317,18 +321,18 @@ fn between_theories(laws: &[KappaLaw]) -> Quantities {
     quantities
 }
 
-/// Law of κ as a function of the three small numbers.
+/// Law of κ as a function of 1/k_lower, k_lower/k_upper and k_upper/nodes.
 struct KappaLaw<'a> {
     points: &'a KappaPoints,
-    /// Form of each term, which is a logarithm for the bandwidth.
+    /// Form of each term; that of the bandwidth is a logarithm.
     forms: Vec<TermForm>,
     /// Middle of the range of ln(k_lower/k_upper).
     middle: f64,
 }
 
 impl<'a> KappaLaw<'a> {
-    /// Selects the forms of the manifest with the smallest Akaike criterion, or `None` if no
-    /// combination can be fitted.
+    /// Selects the forms in the manifest whose fit has the smallest Akaike criterion. Returns
+    /// `None` if no combination of forms can be fitted.
     fn best_fit(points: &'a KappaPoints) -> Option<KappaLaw<'a>> {
         let [least, most] = points.bandwidths();
         let law = |forms| KappaLaw { points, forms, middle: 0.5 * (least + most) };
@@ -349,8 +353,8 @@ impl<'a> KappaLaw<'a> {
         best.map(|(law, _)| law)
     }
 
-    /// Fits the law to the weighted surfaces. `more` maps ε to a number whose logarithm becomes a
-    /// further term.
+    /// Fits the law to the weighted surfaces. If `more` is given, the law has a further term: the
+    /// logarithm of `more(ε)`.
     fn fit(&self, weights: &Weights, more: Option<fn(f64) -> f64>) -> Option<LimitFit> {
         let mut points = self.points.points(weights);
         let mut forms = self.forms.clone();
@@ -363,22 +367,22 @@ impl<'a> KappaLaw<'a> {
         LimitProblem::new(points).ok()?.fit(&forms).ok()
     }
 
-    /// Returns κ″/κ′ with respect to ln ε, at its middle.
+    /// Returns κ″/κ′ with respect to ln ε, in the middle of its range.
     fn exponent(&self, weights: &Weights) -> Option<f64> {
-        // The logarithm of exp((ln ε)²) is the square.
+        // The term is a logarithm, and the logarithm of exp((ln ε)²) is (ln ε)².
         let parabola = self.fit(weights, Some(|ratio| libm::exp(libm::log(ratio).powi(2))))?;
         let linear = parabola.coefficients[self.points.bandwidth];
         let square = *parabola.coefficients.last()?;
         Some(2.0 * square / (linear + 2.0 * square * self.middle))
     }
 
-    /// Returns κ of an infinite cell on an infinitely fine mesh.
+    /// Returns κ of an infinite cell on an infinitely fine mesh at this ln ε.
     fn kappa(&self, fit: &LimitFit, ln_ratio: f64) -> f64 {
         fit.limit + fit.coefficients[self.points.bandwidth] * ln_ratio
     }
 
-    /// Returns the contribution of a term relative to κ in the middle of the bandwidths, or `None`
-    /// for a logarithm, which has no limit.
+    /// Returns the contribution of a term at the number `small`, relative to κ in the middle of the
+    /// bandwidths. Returns `None` for a logarithm, which has no limit.
     fn added(&self, weights: &Weights, term: usize, small: f64) -> Option<f64> {
         let fit = self.fit(weights, None)?;
         let added = fit.coefficients[term] * libm::pow(small, fit.exponents[term]?);

@@ -1,12 +1,12 @@
-//! The quantities of a claim, steps between neighbouring ensembles, and texts on what a study
-//! lacks.
+//! The quantities of a claim, pairs of ensembles with neighbouring cutoffs, and the requirements
+//! that a study does not meet.
 
 use crate::evidence::{AreaCurves, Evidence, Spectrum};
 use crate::{Claim, ClaimOutcome, Judgement, Statement};
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::intervals::{Bound, FEWEST_SURFACES, Weights, jackknife};
 
-/// The quantities that one claim is about.
+/// Quantities of one claim, with standard errors.
 #[derive(Default)]
 pub struct Quantities {
     bounds: Vec<Bound>,
@@ -17,7 +17,8 @@ pub struct Quantities {
 }
 
 impl Quantities {
-    /// Adds a quantity of ensembles with these numbers of surfaces.
+    /// Adds a quantity that `value` computes from weighted surfaces. `surfaces` is the number of
+    /// surfaces of each ensemble on which it depends.
     pub fn add(
         &mut self,
         label: String,
@@ -33,7 +34,7 @@ impl Quantities {
         }
     }
 
-    /// Adds a quantity that also has a systematic error.
+    /// Adds a quantity with a systematic standard error.
     pub fn add_rounded(
         &mut self,
         label: String,
@@ -48,8 +49,8 @@ impl Quantities {
         }
     }
 
-    /// Judges the claim that all quantities are as expected. `needs` returns what the study lacks
-    /// if there is no quantity.
+    /// Judges the claim that all quantities are as expected. If there is no quantity, `needs`
+    /// returns the requirement that the study does not meet.
     pub fn judge(
         self,
         statement: Statement,
@@ -61,12 +62,12 @@ impl Quantities {
         let outcome = judgement.map_or_else(
             || {
                 let few = format!(
-                    "{FEWEST_SURFACES} surfaces or more of each spectrum, to know their scatter"
+                    "{FEWEST_SURFACES} or more surfaces of each spectrum, to estimate their scatter"
                 );
                 ClaimOutcome::NotComputed(match (self.lacks_surfaces, self.without_value.last()) {
                     (true, _) => few,
                     (false, Some(label)) => {
-                        format!("curves that determine it: it has no value for {label}")
+                        format!("other data: the quantity cannot be computed for {label}")
                     }
                     (false, None) => needs(),
                 })
@@ -77,7 +78,7 @@ impl Quantities {
     }
 }
 
-/// Returns the name of the area under a correction.
+/// Returns the name of the data with a correction of the area.
 pub fn data(correction: &str) -> &'static str {
     match correction {
         AS_COUNTED => "counted area",
@@ -87,8 +88,8 @@ pub fn data(correction: &str) -> &'static str {
     }
 }
 
-/// Returns the first requirement that a study does not meet: curves under the correction, spectra
-/// of the paper, one of the loads, or else `spectra`.
+/// Returns the first requirement that a study does not meet: areas with the correction, spectra
+/// like the paper's, then one of the loads. If it meets these, the result is `spectra`.
 pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str) -> String {
     let all = evidence.under(correction);
     if all.is_empty() {
@@ -108,8 +109,8 @@ pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str
         let wanted: Vec<String> = loads.iter().map(f64::to_string).collect();
         let known = own.iter().flat_map(|ensemble| &ensemble.loads);
         let nearest = known.min_by(|a, b| (*a - first).abs().total_cmp(&(*b - first).abs()));
-        let nearest =
-            nearest.map_or_else(String::new, |load| format!("; the nearest to {first} is {load}"));
+        let nearest = nearest
+            .map_or_else(String::new, |load| format!("; the load nearest to {first} is {load}"));
         return format!("a load at {}{nearest}", wanted.join(" or "));
     }
     spectra.to_owned()
@@ -120,7 +121,7 @@ pub fn under(load: f64) -> String {
     format!("load {:.3}", load)
 }
 
-/// Groups ensembles by mesh and Hurst exponent.
+/// Groups ensembles with the same mesh and Hurst exponent.
 pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     let mut families: Vec<Vec<&AreaCurves>> = Vec::new();
     for &ensemble in ensembles {
@@ -133,7 +134,8 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     families
 }
 
-/// Returns the index of a load in each ensemble, if at most 80 % of the area is in contact there.
+/// Returns the index of a load in each ensemble, or `None` if more than 80 % of the area is in
+/// contact there.
 pub fn below_four_fifths(family: &[&AreaCurves], load: f64) -> Option<Vec<usize>> {
     let indices: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
     let mut members = family.iter().zip(indices.as_ref()?);
@@ -169,10 +171,10 @@ impl Plane {
         Plane::through(&points)
     }
 
-    /// Fits points (x₁, x₂, ln q). Returns `None` for fewer than four points or nearly proportional
-    /// variables.
+    /// Fits points (x₁, x₂, ln q). Returns `None` for fewer than four points or nearly collinear
+    /// (x₁, x₂).
     pub fn through(points: &[[f64; 3]]) -> Option<Plane> {
-        /// Determinant of normalised variables below which they count as proportional.
+        /// Smallest 1 − r² at which a plane is fitted, where r is the correlation of x₁ and x₂.
         const LEAST_DETERMINANT: f64 = 1e-6;
         let count = points.len() as f64;
         let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / count;
@@ -208,7 +210,7 @@ impl Cutoff {
     }
 
     /// Returns the item whose spectrum differs from `from` only by the next larger value of this
-    /// cutoff.
+    /// cutoff. Spectra with a plateau are not compared.
     pub fn next<'a, T>(
         self,
         from: &Spectrum,
@@ -238,7 +240,7 @@ impl Cutoff {
     }
 }
 
-/// Two ensembles that differ only in one cutoff and are neighbours in it.
+/// Two ensembles with neighbouring values of one cutoff, and otherwise equal spectra.
 pub struct Step<'a> {
     pub lesser: &'a AreaCurves,
     pub greater: &'a AreaCurves,
@@ -254,8 +256,8 @@ impl<'a> Step<'a> {
         ensembles.iter().filter_map(step).collect()
     }
 
-    /// Returns the index of a load in both ensembles, if at most 80 % of the area is in contact
-    /// there.
+    /// Returns the index of a load in both ensembles, or `None` if more than 80 % of the area is in
+    /// contact there.
     pub fn at(&self, load: f64) -> Option<[usize; 2]> {
         let indices = [self.lesser.at(load)?, self.greater.at(load)?];
         let most = self.lesser.mean(indices[0]).max(self.greater.mean(indices[1]));

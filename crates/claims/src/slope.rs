@@ -13,7 +13,7 @@ use asperity_statistics::intervals::Weights;
 
 /// Upper ends of three equal intervals of light load.
 const STRETCHES: [f64; 3] = [0.02, 0.04, 0.06];
-/// Loads that are closer together where the curvature is larger.
+/// Loads of a third divided difference, closer together where the curvature is larger.
 const SPREAD: [f64; 3] = [0.005, 0.02, 0.06];
 
 const DECREASES: Statement = Statement {
@@ -109,7 +109,7 @@ fn is_convex(evidence: &Evidence, correction: &str, statement: Statement) -> Cla
     quantities.judge(statement, data(correction), || all_of(evidence, correction, &SPREAD))
 }
 
-/// Returns what a study lacks if it does not have all of these loads.
+/// Returns the requirement that a study without all of these loads does not meet.
 fn all_of(evidence: &Evidence, correction: &str, loads: &[f64]) -> String {
     let missing = loads.iter().find(|&&load| {
         let own = evidence.of_the_paper(correction);
@@ -142,7 +142,7 @@ fn curve(ensemble: &AreaCurves, indices: [usize; 3], weights: &Weights) -> [(f64
     [(0.0, 0.0), a, b, c]
 }
 
-/// Returns the divided differences of neighbouring points.
+/// Returns the first divided differences of neighbouring points.
 fn divided(points: &[(f64, f64); 4]) -> [f64; 3] {
     [0, 1, 2].map(|i| (points[i + 1].1 - points[i].1) / (points[i + 1].0 - points[i].0))
 }
@@ -167,8 +167,8 @@ fn crosses_persson(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns the mean area at which the slope falls below Persson's, interpolated between midpoints
-/// of loads.
+/// Returns the mean area at which the slope falls below Persson's. The slopes are differences
+/// between neighbouring loads; their excess is interpolated linearly over the area.
 fn crossing(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;
     for index in 1..ensemble.loads.len() {
@@ -260,11 +260,11 @@ const FITS_WELL: Statement = Statement {
     figure: Some("area-light"),
 };
 
-/// Window of the loads that the paper calls light.
+/// Range of the loads that the paper calls light.
 const LIGHT: Window = Window { from: 0.0, to: 0.06 };
-/// The κ with which the paper fits slopes.
+/// Value of κ with which the paper fits slopes.
 const GIVEN_KAPPA: f64 = 1.1 * KAPPA_BGT;
-/// Smallest number of light loads that determines the curvature of the slope.
+/// Smallest number of light loads for a fit of the evolution law.
 const ENOUGH_LOADS: usize = 10;
 const MANY_LOADS: &str = "ten loads or more from first contact to 0.06";
 

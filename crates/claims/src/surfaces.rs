@@ -11,11 +11,11 @@ const GAUSSIAN: Statement = Statement {
     text: "“When we increase the lower cutoff to k_l = 4, 16, an accurate Gaussian distribution is \
            obtained even for individual surfaces.”",
     source: "section 3, fig. 3; appendix B, fig. 16",
-    quantity: "root mean square over surfaces of the excess kurtosis of the heights of each, \
-               k_lower ≥ 4",
+    quantity: "root mean square over surfaces of the excess kurtosis of their heights, k_lower ≥ 4",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.25),
     reason: "an excess kurtosis of 0.25 changes the maximum of the density by 3 %, which is hardly \
-             visible in a figure; k_lower = 1 has about twice that; the skewness is not tested",
+             visible in a figure; surfaces with k_lower = 1 have about twice that; the skewness is \
+             not tested",
     figure: Some("heights"),
 };
 
@@ -24,11 +24,10 @@ const NOT_GAUSSIAN: Statement = Statement {
     origin: Origin::Paper,
     text: "“For k_l = 1 … each particular distribution is strictly non-Gaussian”",
     source: "section 3, fig. 3; appendix B, fig. 16",
-    quantity: "root mean square over surfaces of the excess kurtosis of the heights of each, \
-               k_lower = 1",
+    quantity: "root mean square over surfaces of the excess kurtosis of their heights, k_lower = 1",
     expected: Expectation::Within(0.25, f64::INFINITY),
-    reason: "the bound of heights-are-gaussian-from-k-lower-4; “each … strictly” claims more than \
-             a root mean square over surfaces can show",
+    reason: "0.25 is the limit of heights-are-gaussian-from-k-lower-4; “each … strictly” claims \
+             more than a root mean square over surfaces can show",
     figure: Some("heights"),
 };
 
@@ -40,8 +39,8 @@ const K_UPPER_DOES_NOT_HELP: Statement = Statement {
            distribution”",
     source: "section 3; appendix B, fig. 16",
     quantity: "ratio of the mean effective numbers of modes for neighbouring k_upper (larger over \
-               smaller) at equal k_lower, k_upper ≥ 8 k_lower; the number represents the \
-               distribution, whose mean excess kurtosis is −3/2 divided by it",
+               smaller) at equal k_lower, k_upper ≥ 8 k_lower; the mean excess kurtosis of the \
+               heights is −3/2 divided by this number",
     expected: Expectation::Within(0.9, 1.1),
     reason: "“practically no effect” is read as less than 10 %",
     figure: Some("heights"),
@@ -130,9 +129,9 @@ fn modes(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Number of surfaces behind each cell of the paper's tables.
+/// Number of surfaces over which the paper averages each cell of its tables.
 const TABULATED: f64 = 200.0;
-/// Standard errors by which a printed mean may differ.
+/// Number of standard errors by which a mean may differ from the printed one.
 const ERRORS: f64 = 3.5;
 
 fn table(evidence: &Evidence, statement: Statement, column: &str, printed: &str) -> Claim {
@@ -156,8 +155,8 @@ fn table(evidence: &Evidence, statement: Statement, column: &str, printed: &str)
     })
 }
 
-/// Returns the printed number for a spectrum. The columns of `printed` are hurst, k_lower, k_upper,
-/// numerical.
+/// Returns the printed number for a spectrum. `printed` is CSV with the columns hurst, k_lower,
+/// k_upper, numerical.
 fn cell(printed: &str, ensemble: &PerSurface) -> Option<f64> {
     let spectrum = &ensemble.spectrum;
     if !spectrum.is_plain() {

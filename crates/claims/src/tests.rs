@@ -14,10 +14,10 @@ use asperity_tables::table::Table;
 
 mod open_questions;
 
-/// A grid of spectra whose surfaces share a part of their scatter with other spectra.
+/// Artificial areas for a grid of cutoffs, with scatter between surfaces.
 struct Campaign {
     surfaces: u64,
-    /// Relative scatter that a realization has in all spectra alike.
+    /// Relative scatter of a realization, the same in all spectra.
     shared: f64,
     /// Independent relative scatter of each surface.
     own: f64,
@@ -98,7 +98,7 @@ fn judgement<'a>(claims: &'a [Claim], name: &str) -> &'a Judgement {
     }
 }
 
-/// Returns what the study lacks for a claim that is not computed.
+/// Returns the unmet requirement of a claim that is not computed.
 #[track_caller]
 fn lacking<'a>(claims: &'a [Claim], name: &str) -> &'a str {
     match &named(claims, name).outcome {
@@ -217,8 +217,8 @@ fn areas_of_the_bandwidth_alone_collapse_and_others_do_not() {
     assert_eq!(verdict(&of_both.claims(), name), Verdict::DoesNotHold);
 }
 
-/// Creates claims for one pair of cutoffs and these Hurst exponents, with areas that are a function
-/// of α and H.
+/// Tests claims on one pair of cutoffs with these Hurst exponents. The area is a function of α and
+/// H.
 fn of_exponents(exponents: &[f64], area: fn(alpha: f64, hurst: f64) -> f64) -> Vec<Claim> {
     let scatter = normal(5, 10);
     let mut rows = Vec::new();
@@ -281,8 +281,8 @@ fn two_spectra_do_not_tell_a_collapse_for_any_line_goes_through_both() {
     lacking(&of_two, name);
 }
 
-/// Creates claims for surfaces that approach full contact with an exponent, with an open area of
-/// `share` times Persson's.
+/// Tests claims on surfaces that approach full contact with an exponent η. Their open area is
+/// `share` times Persson's for η = 2.
 fn approaching(exponent: f64, share: f64) -> Vec<Claim> {
     let loads: Vec<f64> = (0..12).map(|i| 0.8 + 0.06 * f64::from(i)).collect();
     let surfaces = 10;
@@ -348,7 +348,7 @@ fn what_a_study_lacks_is_named_and_not_judged() {
     }
 }
 
-/// Returns what a claim needs if only some rows of a campaign are there.
+/// Returns the unmet requirement of a claim on some rows of a campaign.
 fn needs(campaign: &Campaign, keep: impl Fn(&Table, usize) -> bool, name: &str) -> String {
     let table = campaign.table();
     let rows: Vec<usize> = (0..table.rows()).filter(|&row| keep(&table, row)).collect();
@@ -432,7 +432,7 @@ fn names_tell_claims_apart() {
     assert_eq!(names.len(), count);
 }
 
-/// Creates claims for one spectrum on four meshes: A_N = A* + c S_d Δx, where c scatters between
+/// Tests claims on one spectrum on four meshes: A_N = A* + c S_d Δx, where c scatters between
 /// surfaces.
 fn on_meshes(coefficient: f64, scatter: f64) -> Vec<Claim> {
     let surfaces = 10;

@@ -41,7 +41,7 @@ pub struct Pressures {
     pub shares: Vec<Vec<f64>>,
 }
 
-/// Contact area, corrected as in 2017, at which the gap stops percolating, for each surface of a
+/// Contact areas, corrected as in 2017, at which the gap stops percolating, for the surfaces of a
 /// spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SealingAreas {
@@ -70,8 +70,8 @@ impl Pressures {
         self.shares.first().map_or(0, Vec::len)
     }
 
-    /// Returns the fraction of the area with a pressure from `low` to `high` for each surface, or
-    /// `None` if one of them is not an edge of a bin.
+    /// Returns the fraction of the nominal area with a pressure from `low` to `high` for each
+    /// surface. Returns `None` if `low` or `high` is not an edge of a bin.
     pub fn between(&self, low: f64, high: f64) -> Option<Vec<f64>> {
         let first = self.bins.iter().position(|bin| decimal::is_same(bin[0], low))?;
         let last = self.bins.iter().position(|bin| decimal::is_same(bin[1], high))?;
@@ -108,14 +108,14 @@ impl Evidence {
     }
 
     /// Returns the areas, corrected as in 2017, at which the gap of each surface stops percolating,
-    /// by spectrum. A spectrum is omitted if the loads of one surface do not include its threshold,
-    /// because the mean of the others would be biased.
+    /// by spectrum. A spectrum is omitted if one of its surfaces is not sealed, or not open, at any
+    /// load. The mean of the others would be biased.
     pub fn percolation_areas(&self) -> Vec<SealingAreas> {
         let table = &self.contacts;
-        let is_told = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES]
+        let has_columns = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES]
             .iter()
             .all(|column| table.has(column.name));
-        if is_told { thresholds(table).unwrap_or_default() } else { Vec::new() }
+        if has_columns { thresholds(table).unwrap_or_default() } else { Vec::new() }
     }
 
     /// Returns the distributions of contact pressure, by spectrum and load.
@@ -213,10 +213,10 @@ fn distributions(table: &Table) -> Result<Vec<Pressures>, TableError> {
     Ok(distributions)
 }
 
-/// A fit of limits, and the rows that it reads.
+/// A fit of a quantity to its limits, and the rows that it reads.
 #[derive(Debug, Clone)]
 pub struct LimitsFit {
-    /// The quantity, its terms and their forms.
+    /// Fitted quantity, its terms and their possible forms.
     pub choices: LimitChoices,
     pub window: Window,
     pub table: Table,
@@ -228,7 +228,8 @@ pub struct KappaPoints {
     /// Name that distinguishes the fit: `load 0.01`.
     pub label: String,
     pub load: f64,
-    /// κ of each surface, and the small numbers.
+    /// κ of each surface, with 1/k_lower, k_lower/k_upper and k_upper/nodes in the order of the
+    /// terms.
     points: Vec<LimitPoint>,
     /// Forms that each term may have.
     pub forms: Vec<Vec<TermForm>>,
@@ -241,7 +242,7 @@ pub struct KappaPoints {
 }
 
 impl KappaPoints {
-    /// Returns the points of the weighted surfaces.
+    /// Returns the points with the values of the weighted surfaces.
     pub fn points(&self, weights: &Weights) -> Vec<LimitPoint> {
         let points = self.points.iter().map(|point| LimitPoint {
             small: point.small.clone(),
@@ -270,7 +271,8 @@ impl KappaPoints {
     }
 }
 
-/// Returns the points of each fit of κ = `area_corrected / load` with the three small numbers.
+/// Returns the points of each fit whose quantity is κ = `area_corrected / load` and whose terms are
+/// those of 1/k_lower, k_lower/k_upper and k_upper/nodes.
 pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPoints>, TableError> {
     let kappa = Expression::parse("area_corrected / load").expect("this is an expression");
     let mut all: Vec<KappaPoints> = Vec::new();
@@ -310,7 +312,7 @@ pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPo
     Ok(all)
 }
 
-/// Returns the rows of the setting with the correction of 2017.
+/// Returns the rows in the setting with the correction of 2017, or `None` if there are none.
 fn corrected_as_in_2017(table: &Table, setting: &Setting) -> Result<Option<Table>, TableError> {
     if !table.has(CORRECTION.name) {
         return Ok(None);
@@ -322,8 +324,8 @@ fn corrected_as_in_2017(table: &Table, setting: &Setting) -> Result<Option<Table
     Ok((!own.is_empty()).then(|| table.pick(&own)))
 }
 
-/// Returns the indices of the terms of cell, bandwidth and mesh, if these are the three terms of
-/// the fit.
+/// Returns the indices of the terms of 1/k_lower, k_lower/k_upper and k_upper/nodes, or `None` if
+/// the fit has other terms.
 fn small_numbers(choices: &LimitChoices) -> Option<[usize; 3]> {
     let of = |columns: &[&str]| {
         let columns: BTreeSet<&str> = columns.iter().copied().collect();

@@ -30,8 +30,8 @@ fn judged(stages: &[KindTable]) -> Vec<Claim> {
     all(&Evidence::from_tables(stages).unwrap())
 }
 
-/// Creates claims for 27 spectra and meshes, whose κ is a function of (1/k_lower, k_lower/k_upper,
-/// k_upper/nodes) with independent scatter between surfaces.
+/// Tests claims on 27 spectra and meshes. κ is a function of (1/k_lower, k_lower/k_upper,
+/// k_upper/nodes), with independent scatter between surfaces.
 fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
     let (mut rows, mut areas) = (Vec::new(), Vec::new());
     for k_lower in [1, 4, 16] {
@@ -130,13 +130,13 @@ fn what_cells_and_meshes_add_is_told_at_sixteen_waves_and_at_eight_nodes() {
     assert!((found.bounds[0].value - 0.1 / middle).abs() < 0.005, "{found:?}");
 }
 
-/// Creates claims for contacts that are sealed at an area with this mean and scatter, as functions
+/// Tests claims on contacts that are sealed at an area with this mean and scatter, both functions
 /// of k_lower.
 fn sealing(mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> Vec<Claim> {
     sealing_under(1, mean, scatter)
 }
 
-/// Creates the claims of [`sealing`] with loads that are `step` thousandths apart.
+/// Tests the claims of [`sealing`] with loads that are `step` thousandths apart.
 fn sealing_under(step: usize, mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> Vec<Claim> {
     let loads: Vec<f64> =
         (200..=650).step_by(step).map(|thousandth| 0.001 * f64::from(thousandth)).collect();
@@ -205,7 +205,7 @@ fn surfaces_that_stay_open_leave_no_sealing_area() {
     assert!(needs.contains("from open to sealed"), "{needs}");
 }
 
-/// Creates claims for mean gaps with K = y^(1 − bend), where the bend depends on k_lower.
+/// Tests claims on mean gaps with K = y^(1 − bend), where the bend depends on k_lower.
 fn stiffness(bend: fn(i64) -> f64, scatter: f64) -> Vec<Claim> {
     let loads: [f64; 6] = [0.009, 0.01, 0.011, 0.045, 0.05, 0.055];
     let (mut rows, mut at, mut gaps) = (Vec::new(), Vec::new(), Vec::new());
@@ -246,13 +246,13 @@ fn the_exponent_of_the_stiffness_is_that_of_the_gaps() {
     assert_eq!(verdict(&of_the_material, finite), Verdict::CannotSay);
 }
 
-/// Creates claims for asperity models with a given ratio of the area to the solved one, a given
-/// mean gap, and an overlap proportional to the load.
+/// Tests claims on asperity models with a given ratio of the area to the solved area, a given mean
+/// gap, and an overlap proportional to the load.
 fn asperities(area: fn(&str, f64) -> f64, gap: fn(&str) -> f64, overlap: f64) -> Vec<Claim> {
     asperities_that_stop(|_, _| "converged", area, gap, overlap)
 }
 
-/// Creates the claims of [`asperities`] with given reasons for the end of each search.
+/// Tests the claims of [`asperities`] with given texts in the column `stop`.
 fn asperities_that_stop(
     stop: fn(usize, f64) -> &'static str,
     area: fn(&str, f64) -> f64,
@@ -352,12 +352,12 @@ fn a_load_that_was_given_up_on_one_surface_tells_nothing_of_asperity_models() {
     assert_eq!(stopped + 1, whole);
 }
 
-/// Creates claims for Persson's distribution of pressures times a function of the pressure.
+/// Tests claims on Persson's distribution of pressures times a function of the pressure.
 fn pressures(factor: fn(f64) -> f64, scatter: f64) -> Vec<Claim> {
     judged(&[pressures_on(256, factor, scatter)])
 }
 
-/// Creates the table of [`pressures`] for one mesh.
+/// Returns the distributions of [`pressures`] on one mesh.
 fn pressures_on(nodes: i64, factor: impl Fn(f64) -> f64, scatter: f64) -> KindTable {
     let width = 0.025;
     let (mut rows, mut values) = (Vec::new(), Vec::new());
