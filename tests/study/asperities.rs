@@ -86,7 +86,7 @@ fn a_page_draws_models_over_the_solution() {
     let bench = Bench::new();
     bench.run(ASPERITIES);
     let (said, page) = report(&bench);
-    let title = "Asperity models same_row the solution";
+    let title = "Asperity models beside the solution";
     let drawn = said["drawn"].as_array().unwrap();
     assert!(drawn.iter().any(|one| one == title), "{said}");
     for interaction in ["no interaction", "mean field", "explicit interaction"] {
