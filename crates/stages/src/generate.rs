@@ -1,4 +1,4 @@
-//! `generate` stages: draw or read surfaces and describe them.
+//! `generate` stages, which draw or read surfaces and describe them.
 
 mod description;
 pub mod files;
@@ -40,9 +40,9 @@ use asperity_tables::store::key::{Digest, TaskKey};
 use asperity_tables::table::Table;
 
 pub use self::mesh::PerAxis;
-pub use self::origin::{MeasuredSurface, Origin, SeenMap};
+pub use self::origin::{InspectedMap, MeasuredSurface, Origin};
 
-/// Version of the numbers, part of every key: raised whenever they change.
+/// Version of the results, which is part of every key. It is raised whenever numbers change.
 pub const VERSION: u32 = 3;
 
 /// The kind of stage that draws surfaces or reads measured ones.
@@ -69,13 +69,13 @@ pub const STAGE: Definition = Definition {
     summary,
 };
 
-/// The recipe of a surface.
+/// The recipe of one surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Params {
-    /// Storage of the heights.
+    /// Storage of the heights, if there are any.
     pub heights: Heights,
     /// Sides of the cell along x and y, in the unit of length of the manifest. For a measured
-    /// surface the sides of the map in the file before its preparation, and none if the file has
+    /// surface, sides of the map in the file before its preparation; `None` if the file contains
     /// them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<PerAxis<f64>>,
@@ -88,16 +88,17 @@ pub struct Params {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Heights {
-    /// They are stored.
+    /// The heights are stored in the table.
     Keep,
-    /// They are drawn, or read from their file, again when needed.
+    /// The heights are drawn, or read from their file, again when needed.
     Redraw,
-    /// There are none. The surface cannot be pressed, and its heights cannot be counted.
+    /// There are no heights: `solve` and `measure` stages cannot read the surface.
     None,
 }
 
 impl Heights {
-    /// Removes `"none"` from a schema: only random surfaces can be described by their modes alone.
+    /// Removes `"none"` from a schema, because only random self-affine surfaces can be described by
+    /// their modes alone.
     fn not_none(schema: &mut Schema) {
         if let Some(words) = schema.get_mut("oneOf").and_then(Value::as_array_mut) {
             words.retain(|word| word["const"] != "none");
@@ -106,7 +107,7 @@ impl Heights {
 }
 
 impl Params {
-    /// Returns another realization; shapes and files have only one.
+    /// Returns the recipe of another realization. Shapes and files have only one.
     pub fn realization(&self, number: u32) -> Params {
         let mut params = self.clone();
         match &mut params.origin {
@@ -117,9 +118,9 @@ impl Params {
         params
     }
 
-    /// Draws or reads the surface. If another task has measured its spectrum, the returned recipe
-    /// has the name of the measured surface.
-    fn made(
+    /// Draws or reads the surface. If its spectrum is in the table of another task, the returned
+    /// recipe names the measured surface.
+    fn draw_with_inputs(
         &self,
         inputs: &[Input],
         sources: &SurfaceFiles,
@@ -133,7 +134,7 @@ impl Params {
         let name = measured.table.texts(SURFACE.name)?.value(0).to_owned();
         let spectrum_of = Some(name);
         surface.source = Source::Stage { spectrum_of };
-        let density = SpectrumSurface::density_measured(&measured.table)?;
+        let density = SpectrumSurface::density_from_spectrum(&measured.table)?;
         let drawn = surface.draw(&density, self.grid()?, threads)?;
         Ok((params, drawn))
     }
@@ -142,8 +143,8 @@ impl Params {
         Params { heights, ..self.clone() }
     }
 
-    /// Returns the key after which the surface is named. It does not depend on how heights are
-    /// kept, nor on whether an anisotropy ratio of 1 is written.
+    /// Returns the key after which the surface is named. It depends neither on the storage of the
+    /// heights nor on whether the manifest contains an anisotropy ratio of 1.
     fn surface_key(&self) -> TaskKey {
         let mut params = self.with(Heights::Redraw);
         if let Origin::Random { has_unit_ratio, .. } = &mut params.origin {
@@ -153,12 +154,12 @@ impl Params {
         TaskKey::new(Kind::Generate.name(), VERSION, Digest::from_params(&recipe), &[])
     }
 
-    /// Returns the nodes along x and y.
+    /// Returns the number of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.origin.nodes()
     }
 
-    /// Returns the sides of its cell along x and y.
+    /// Returns the sides of the cell along x and y.
     pub fn size(&self) -> [f64; 2] {
         let PerAxis(size) = match &self.origin {
             Origin::File(file) => file.seen.side,
@@ -169,20 +170,20 @@ impl Params {
         size
     }
 
-    /// Returns the grid of its nodes.
+    /// Returns the grid of the nodes of the surface.
     ///
     /// # Errors
-    /// If nodes or sides are not valid, which cannot happen in a recipe from a study.
+    /// If nodes or sides are invalid, which cannot happen in a recipe from a study.
     pub fn grid(&self) -> Result<Grid, StageError> {
         grids::grid(self.nodes(), self.size())
     }
 
-    /// Returns the sides that the manifest gives.
+    /// Returns the sides along x and y that the manifest gives, if it gives them.
     pub fn sides(&self) -> Option<[f64; 2]> {
         self.side.map(|PerAxis(sides)| sides)
     }
 
-    /// Draws or reads the surface.
+    /// Draws the surface, or reads it from its file.
     ///
     /// # Errors
     /// If the file is missing, has changed or cannot be read.
@@ -190,16 +191,17 @@ impl Params {
         self.origin.draw(self.sides(), sources, threads)
     }
 
-    /// Returns the row of this surface without its heights and without columns from its file.
+    /// Returns the row of this surface without its heights and without the columns about its file.
     pub fn described(&self, surface: &Surface) -> Table {
-        let description = Description::of_surface(&self.origin, surface, &Threads::one());
+        let description = Description::from_surface(&self.origin, surface, &Threads::one());
         Table::new(1, description.row(self, surface.grid()))
     }
 
-    /// Returns the surface from the heights in `table`, or draws it again.
+    /// Returns the surface from the heights in `table`. If the table has no heights, draws the
+    /// surface again.
     ///
     /// # Errors
-    /// As [`Params::draw`], and if the table is not one of this stage.
+    /// As [`Params::draw`], and if the table is not one of a `generate` stage.
     pub fn surface(
         &self,
         table: &Table,
@@ -216,7 +218,7 @@ impl Params {
     }
 }
 
-/// Returns the columns that distinguish a surface from others of its method.
+/// Returns the columns that distinguish a surface from others of the same method.
 pub fn own_columns(origin: &Origin) -> Vec<Column> {
     let mut origin = origin.clone();
     if let Origin::Spectrum { surface, .. } = &mut origin
@@ -228,7 +230,7 @@ pub fn own_columns(origin: &Origin) -> Vec<Column> {
     coordinates.map(|(column, _)| column).collect()
 }
 
-/// Returns one row with the coordinates that distinguish a surface from others of its method.
+/// Returns one row with the coordinates that distinguish a surface from others of the same method.
 pub fn own_row(origin: &Origin) -> Table {
     Table::row(&description::own_coordinates(origin))
 }
@@ -242,7 +244,7 @@ impl Stage for Params {
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         if let (Origin::Random { surface, .. }, Heights::None) = (&self.origin, self.heights) {
             let grid = self.grid()?;
-            let description = Description::of_modes(surface, grid.cell());
+            let description = Description::from_modes(surface, grid.cell());
             let columns = description.row(self, grid);
             return Ok(Table::new(1, columns));
         }
@@ -253,11 +255,12 @@ impl Stage for Params {
                 (self.clone(), read.prepared.surface, found)
             }
             Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
-                let (params, surface) = self.made(inputs, context.sources, context.threads)?;
+                let (params, surface) =
+                    self.draw_with_inputs(inputs, context.sources, context.threads)?;
                 (params, surface, vec![])
             }
         };
-        let description = Description::of_surface(&params.origin, &surface, context.threads);
+        let description = Description::from_surface(&params.origin, &surface, context.threads);
         let mut columns = description.row(&params, surface.grid());
         columns.extend(found);
         if self.heights == Heights::Keep {
@@ -280,7 +283,8 @@ impl Stage for Params {
         description::coordinates(self)
     }
 
-    /// Drawing and describing take a few transforms; moments of modes take none.
+    /// Returns the effort: six pairs of transforms for drawing and describing, or none for a
+    /// description by modes.
     fn effort(&self, _: Extent) -> Effort {
         match (&self.origin, self.heights) {
             (Origin::Random { surface, .. }, Heights::None) => {
@@ -291,12 +295,12 @@ impl Stage for Params {
         }
     }
 
-    /// Measured peak memory of a run on one thread, at 512² and 1024² nodes.
+    /// Returns the peak memory in bytes per node, measured on one thread at 512² and 1024² nodes.
     fn footprint(&self) -> Footprint {
         Footprint {
             work: match (&self.origin, self.heights) {
                 (_, Heights::None) => 0.0,
-                (Origin::File(file), _) => 28.0 + file.seen.read_besides(),
+                (Origin::File(file), _) => 28.0 + file.seen.extra_bytes_per_node(),
                 (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
             },
             table: match self.heights {
@@ -325,8 +329,8 @@ impl Stage for Params {
 /// Returns the table of these surfaces without rows.
 pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table {
     let mut columns = Vec::new();
-    let mut add = |place: Vec<Column>| {
-        let new = place.into_iter().filter(|column| !columns.contains(column));
+    let mut add = |more: Vec<Column>| {
+        let new = more.into_iter().filter(|column| !columns.contains(column));
         columns.extend(new.collect::<Vec<_>>());
     };
     add(vec![SURFACE, METHOD]);
@@ -351,7 +355,7 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     Table::empty(&columns)
 }
 
-/// Returns the summary of a table of surfaces.
+/// Returns the parts of the summary of a table of surfaces.
 ///
 /// # Errors
 /// If the table is not one of a `generate` stage.
@@ -367,7 +371,7 @@ fn summary(source: &TableSource) -> Result<Vec<String>, StageError> {
     Ok(parts.into_iter().flatten().collect())
 }
 
-/// Summarises the files of measured surfaces: the maps that were read, units, and filled nodes.
+/// Summarises the files of measured surfaces: formats, unit, channels and filled nodes.
 fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>, StageError> {
     if !table.has(FORMAT.name) && !table.has(FILLED_NODES.name) {
         return Ok(None);
@@ -392,8 +396,8 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
     Ok(Some(parts.join(", ")))
 }
 
-/// Returns the number of parameter points to which the theories do not apply, with the reason for
-/// the first one.
+/// Returns the number of parameter points whose surfaces are not isotropic Gaussian roughness, with
+/// the reason for the first point. The theories do not apply to them.
 fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
     let points = caveats::points(surfaces)?;
     let others: Vec<_> = points.iter().filter(|point| !point.departures.is_empty()).collect();

@@ -1,4 +1,4 @@
-//! The row of a surface: its coordinates and its descriptors.
+//! Descriptions of surfaces: the coordinates and descriptors of their rows.
 
 use arrow::array::ArrayRef;
 
@@ -20,42 +20,43 @@ use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
 
-/// The description of a surface.
+/// Descriptors of a surface, for its row.
 pub struct Description {
     moments: Moments,
     rms_slope: f64,
-    /// Number of modes; none for a map that is not periodic.
+    /// Effective number of modes; `None` for a map that is not periodic.
     effective_modes: Option<f64>,
-    /// Reference values of the spectrum of a random surface.
+    /// Reference values of the spectrum, for a random self-affine surface.
     expected: Option<Expected>,
-    /// Descriptors that need heights on a mesh.
+    /// Descriptors that need heights; `None` for a surface described by its modes alone.
     seen: Option<Seen>,
 }
 
-/// Descriptors that need heights on a mesh.
+/// Descriptors that need the heights of a surface.
 struct Seen {
     skewness: Option<f64>,
     excess_kurtosis: Option<f64>,
-    /// Load of full contact over E* × the slope of the row; none where no formula gives it.
+    /// Load of full contact, over E* × the rms slope of the row; `None` if no formula gives it.
     full_contact_load: Option<f64>,
 }
 
-/// Reference values of a spectrum.
+/// Reference values of the spectrum of a random self-affine surface.
 struct Expected {
-    /// None for an anisotropic spectrum, for which there is no closed form.
+    /// Moments for the continuum of wavenumbers; `None` for an anisotropic spectrum, which has no
+    /// closed form.
     continuum: Option<Continuum>,
     k_rolloff: f64,
-    /// Of modes that have their mean power.
+    /// Moments of the modes of the cell, each with its mean power.
     lattice: Moments,
 }
 
 impl Description {
-    /// Describes a random surface by its modes, on any mesh.
-    pub fn of_modes(surface: &RandomSurface, cell: Cell) -> Description {
+    /// Describes a random self-affine surface by its modes, independently of any mesh.
+    pub fn from_modes(surface: &RandomSurface, cell: Cell) -> Description {
         let (moments, lattice) = surface.realized_and_expected_moments(cell);
         Description {
             moments,
-            // The scaled surface has this slope to rounding; rows of one spectrum must be equal.
+            // The scaled surface has this slope up to rounding. Rows of one spectrum must be equal.
             rms_slope: surface.rms_slope,
             effective_modes: Some(moments.effective_modes()),
             expected: Some(Expected {
@@ -70,15 +71,16 @@ impl Description {
         }
     }
 
-    /// Describes a surface by its heights, and a random one also by its modes.
-    pub fn of_surface(origin: &Origin, surface: &Surface, threads: &Threads) -> Description {
+    /// Describes a surface by its heights. A random self-affine surface is also described by its
+    /// modes.
+    pub fn from_surface(origin: &Origin, surface: &Surface, threads: &Threads) -> Description {
         if origin.is_open() {
-            return Description::of_open_map(surface);
+            return Description::from_open_map(surface);
         }
         let seen = Descriptors::from_surface_on(threads, surface);
         let known = match origin {
             Origin::Random { surface: drawn, .. } => {
-                Description::of_modes(drawn, surface.grid().cell())
+                Description::from_modes(drawn, surface.grid().cell())
             }
             Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => Description {
                 moments: seen.moments,
@@ -101,8 +103,8 @@ impl Description {
         }
     }
 
-    /// Describes a map that is not periodic by finite differences.
-    fn of_open_map(surface: &Surface) -> Description {
+    /// Describes a map that is not periodic, by finite differences.
+    fn from_open_map(surface: &Surface) -> Description {
         let moments = differences::moments(surface);
         let (skewness, excess_kurtosis) = skewness_and_excess_kurtosis(surface).unzip();
         Description {
@@ -114,12 +116,13 @@ impl Description {
         }
     }
 
-    /// Returns the columns of the row of a surface.
+    /// Returns the columns and values of the row of a surface.
     pub fn row(&self, params: &Params, grid: Grid) -> Vec<(Column, ArrayRef)> {
         let rms_slope = Some(self.rms_slope);
-        let place = coordinates_of(params, grid.nodes(), grid.cell().size(), rms_slope).into_iter();
+        let coordinates =
+            coordinates_of(params, grid.nodes(), grid.cell().size(), rms_slope).into_iter();
         let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
-        let mut columns: Vec<(Column, ArrayRef)> = place.map(cell).collect();
+        let mut columns: Vec<(Column, ArrayRef)> = coordinates.map(cell).collect();
         let described = self.descriptors(grid.cell());
         columns.extend(DESCRIPTORS.into_iter().zip(described.map(|value| optional_reals([value]))));
         if let Some(expected) = &self.expected {
@@ -129,6 +132,7 @@ impl Description {
         columns
     }
 
+    /// Returns the values of [`DESCRIPTORS`], in their order.
     fn descriptors(&self, cell: Cell) -> [Option<f64>; 14] {
         let moments = &self.moments;
         let seen = self.seen.as_ref();
@@ -152,6 +156,7 @@ impl Description {
 }
 
 impl Expected {
+    /// Returns the values of [`REFERENCES`], in their order.
     fn values(&self, cell: Cell) -> [Option<f64>; 5] {
         [
             self.continuum.map(|continuum| continuum.nayak()),
@@ -166,15 +171,15 @@ impl Expected {
 /// Returns the coordinates of a surface that are known before it is drawn.
 pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
     let rms_slope = rms_slope_given(&params.origin);
-    let mut place = coordinates_of(params, params.nodes(), params.size(), rms_slope);
+    let mut coordinates = coordinates_of(params, params.nodes(), params.size(), rms_slope);
     if is_unread(&params.origin) {
-        // The surface is named after the table that it reads.
-        place.retain(|(column, _)| *column != SURFACE);
+        // The name of the surface depends on the table that it reads.
+        coordinates.retain(|(column, _)| *column != SURFACE);
     }
-    place
+    coordinates
 }
 
-/// Returns the slope to which a surface is scaled, if it is.
+/// Returns the rms slope to which the surface is scaled, if it is scaled.
 fn rms_slope_given(origin: &Origin) -> Option<f64> {
     match origin {
         Origin::Random { surface, .. } => Some(surface.rms_slope),
@@ -183,6 +188,7 @@ fn rms_slope_given(origin: &Origin) -> Option<f64> {
     }
 }
 
+/// Returns whether the spectrum is in the table of another task that has not been read yet.
 fn is_unread(origin: &Origin) -> bool {
     matches!(origin, Origin::Spectrum { surface, .. } if surface.source.is_unread())
 }
@@ -193,7 +199,7 @@ pub fn columns_of_grid(params: &Params) -> Vec<Column> {
     cells.map(|(column, _)| column).collect()
 }
 
-/// Returns the column of the slope, whose description says how the slope is computed.
+/// Returns the column of the rms slope. Its meaning tells how the slope is computed.
 pub fn column_of_slope(origin: &Origin) -> Column {
     match origin {
         Origin::Spectrum { surface, .. } if surface.rms_slope.is_none() => RMS_SLOPE_OF_SURFACE,
@@ -202,25 +208,26 @@ pub fn column_of_slope(origin: &Origin) -> Column {
     }
 }
 
+/// Returns the coordinates of a surface in the order of the columns.
 fn coordinates_of(
     params: &Params,
     nodes: [usize; 2],
     size: [f64; 2],
     rms_slope: Option<f64>,
 ) -> Vec<(Column, Value)> {
-    let mut place = vec![
+    let mut coordinates = vec![
         (SURFACE, Value::Text(params.surface_key().to_string())),
         (METHOD, Value::Text(Method::from_origin(&params.origin).word().to_owned())),
     ];
-    place.extend(grids::coordinates(nodes, size));
+    coordinates.extend(grids::coordinates(nodes, size));
     let slope = column_of_slope(&params.origin);
-    place.extend(rms_slope.map(|value| (slope, Value::Real(value))));
-    place.extend(own_coordinates(&params.origin));
-    place
+    coordinates.extend(rms_slope.map(|value| (slope, Value::Real(value))));
+    coordinates.extend(own_coordinates(&params.origin));
+    coordinates
 }
 
-/// Returns the columns of the preparation of a map, for the keys that are given.
-fn asked_of(preparation: &Preparation) -> Vec<(Column, Value)> {
+/// Returns the columns of the preparation of a map, for the keys in the manifest.
+fn preparation_coordinates(preparation: &Preparation) -> Vec<(Column, Value)> {
     let mut columns = Vec::new();
     if let Some(Crop { from, size }) = preparation.crop {
         let lengths = [from[0], from[1], size[0], size[1]].map(Value::Real);
@@ -240,8 +247,8 @@ fn asked_of(preparation: &Preparation) -> Vec<(Column, Value)> {
     columns
 }
 
-/// Returns the columns of what was found in the file of a surface. A NumPy array only has missing
-/// points.
+/// Returns the columns that describe the file of a surface. A NumPy array only has a number of
+/// filled nodes.
 pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
     let Origin::File(file) = origin else {
         return vec![];
@@ -256,7 +263,7 @@ pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
     columns
 }
 
-/// Returns the columns of what was found in the file of a surface.
+/// Returns the columns that describe the file of a surface, with their values.
 pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column, ArrayRef)> {
     let mut columns = Vec::new();
     if let Some(reader) = &file.reader {
@@ -270,7 +277,7 @@ pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column
     columns
 }
 
-/// Returns the coordinates that distinguish a surface from others of its method.
+/// Returns the coordinates that distinguish a surface from others of the same method.
 pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
     let real = |column: Column, value: f64| (column, Value::Real(value));
@@ -321,7 +328,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             }
             let channel = file.channel.as_ref();
             columns.extend(channel.map(|channel| text(CHANNEL, channel.to_string())));
-            columns.extend(asked_of(&file.preparation));
+            columns.extend(preparation_coordinates(&file.preparation));
             columns
         }
         Origin::Shape { shape, .. } => match *shape {

@@ -1,6 +1,6 @@
-//! Measured surfaces: their keys, and checks of the keys and of the files.
+//! Keys of measured surfaces, and the checks of their values and files.
 //!
-//! The doc comments of keys are shown by editors and quoted in messages.
+//! Editors show the doc comments of keys, and messages quote them.
 
 mod map_checks;
 
@@ -11,12 +11,12 @@ use std::rc::Rc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::map_checks::{Lengths, lengths, part, preparation};
+use self::map_checks::{Lengths, inspected, lengths, preparation};
 use super::growth::PlannedSurfaces;
 use super::map_file::{ChannelChoice, MapFile, MapFileError, Reader};
 use super::mesh::{MAX_NODES, MIN_NODES};
 use super::method::{single, surfaces};
-use super::{Heights, MeasuredSurface, Origin, Params, PerAxis, SeenMap};
+use super::{Heights, InspectedMap, MeasuredSurface, Origin, Params, PerAxis};
 use crate::CheckContext;
 use crate::surface_files::{ContentHash, Recalled, SurfaceFileError, SurfaceFiles};
 use asperity_contact::topography::fill::Fill;
@@ -29,89 +29,92 @@ use asperity_manifest::written::declare::{always_pair, positive_items, required,
 use asperity_manifest::written::{Key, KeyTable, OnAxes, Point, Section, Spanned, table};
 use asperity_topography_files::ChannelError;
 
-/// A measured surface, from the file of the instrument. Its keys are applied in this order:
+/// A measured surface, read from the file of an instrument. Its keys are applied in this order:
 /// channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, `resample`, `edges`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {
-    /// File of a height map, relative to the manifest: x3p, sur, gwy, gsf, sdf, opd, al3d,
-    /// Nanoscope, Igor, MetroPro, netCDF, text and more, recognised by content
-    /// (`asperity surface FILE` describes it), or a NumPy array with x along its first axis.
+    /// File of a height map, relative to the manifest. The format is recognised by content: x3p,
+    /// sur, gwy, gsf, sdf, opd, al3d, Nanoscope, Igor, MetroPro, netCDF, text and more, or a NumPy
+    /// array with x along its first axis. `asperity surface FILE` describes a file.
     #[schemars(transform = swept, transform = required)]
     pub path: Key<String>,
-    /// Map to read from a file with several: its name, or its number starting at 1. The default is
-    /// the first map of heights.
+    /// Name, or number starting at 1, of the map to read from a file with several maps. The default
+    /// is the first map of heights.
     #[schemars(transform = swept)]
     pub channel: Key<ChannelChoice>,
-    /// Side of the map in the file, nodes × step, for files that do not contain it. Any unit of
-    /// length, but metres if the file has a unit. Of a rectangle the sides along x and along y,
-    /// `[2.0, 1.0]`; a list of two numbers is a pair and not swept.
+    /// Side length of the map in the file (nodes × step), for files that do not contain it: in
+    /// metres if the file has a unit, otherwise in any unit of length. For a rectangle it is a pair
+    /// along x and y, such as `[2.0, 1.0]`; a list of two numbers is always a pair and not swept.
     #[schemars(extend("exclusiveMinimum" = 0), transform = always_pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
-    /// Name of the unit of length, for files without one. It is a label and converts nothing.
+    /// Name of the unit of length, for files without a unit. It is a label and converts nothing.
     /// Lengths of a file with a unit are in `"m"`.
     #[schemars(extend("default" = ""), transform = swept)]
     pub unit: Key<String>,
     /// Factor that converts the heights of the file to the unit of `side`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
     pub height_scale: Key<f64>,
-    /// Part of a map that is not periodic, rounded to its nodes: `{ from = [x, y], size = [a, b] }`
-    /// in the unit of `side`. The default is the whole map.
+    /// Rectangle of the map to keep, `{ from = [x, y], size = [a, b] }` in the unit of `side`,
+    /// rounded to nodes. It needs `periodic = false`. The default is the whole map.
     #[schemars(transform = swept)]
     pub crop: Key<Part>,
-    /// Form that is subtracted, fitted to the measured points by least squares: `"mean"`, `"plane"`
-    /// or `"quadric"`. The default `"none"` subtracts nothing.
+    /// Form that is fitted to the measured points by least squares and subtracted: `"mean"`,
+    /// `"plane"` or `"quadric"`. The default `"none"` subtracts nothing.
     #[schemars(transform = swept)]
     pub level: Key<Level>,
-    /// Heights of points that were not measured: `"harmonic"` solves Laplace's equation in the
+    /// Method to fill points that were not measured: `"harmonic"` solves Laplace's equation in the
     /// holes, `"nearest"` takes the height of the nearest measured point, `"lowest"` the lowest
     /// height of the map. The default `"error"` refuses a map with such points.
     #[schemars(transform = swept)]
     pub fill: Key<Fill>,
-    /// Wavelength above which waves are removed, in the unit of `side`, by the areal Gaussian
-    /// filter of ISO 16610-61. Half of the amplitude of a wave of this length remains. The default
-    /// removes none.
+    /// Cutoff wavelength above which waves are removed, in the unit of `side`, by the areal
+    /// Gaussian filter of ISO 16610-61. A wave of exactly this length keeps half of its amplitude.
+    /// By default no long waves are removed.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub high_pass: Key<f64>,
-    /// Wavelength below which waves are removed by the same filter, in the unit of `side`: at least
-    /// two steps of the map, and below `high_pass`. The default removes none.
+    /// Cutoff wavelength below which waves are removed, in the unit of `side`, by the filter of
+    /// `high_pass`. It must be at least two steps of the map and below `high_pass`. By default no
+    /// short waves are removed.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub low_pass: Key<f64>,
-    /// Number of nodes per side on which a periodic map is interpolated by its Fourier modes; of a
-    /// rectangle those along x and along y, `[512, 256]`. A list of two numbers is a pair and not
-    /// swept. The default keeps the nodes of the map.
+    /// Number of nodes per side to which a periodic map is interpolated by its Fourier modes. For a
+    /// rectangle it is a pair along x and y, such as `[512, 256]`; a list of two numbers is always
+    /// a pair and not swept. The default keeps the nodes of the map.
     #[schemars(range(min = MIN_NODES, max = MAX_NODES), transform = always_pair, transform = swept)]
     pub resample: Key<OnAxes<u32>>,
-    /// Method that makes a map periodic, after its mean plane has been subtracted. Without this key
-    /// a map that is not periodic can only be pressed with `boundary = "free"`.
+    /// Method that makes a map periodic, after its mean plane has been subtracted. Without this
+    /// key, a map that is not periodic needs `boundary = "free"` in `solve` stages.
     #[schemars(transform = swept)]
     pub edges: Key<WrittenEdges>,
-    /// Fraction of the side over which `edges = "taper"` fades the heights, at each edge.
+    /// Fraction of the side over which `edges = "taper"` fades the heights to zero at each edge.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0, "default" = 0.1))]
     #[schemars(transform = swept)]
     pub taper_fraction: Key<f64>,
-    /// `true` lets `side` and `unit` replace those of the file. Otherwise a contradiction is an
-    /// error.
+    /// `true` replaces the side and the unit of the file by `side` and `unit`. With `false`, a
+    /// contradiction between the file and the manifest is an error.
     #[serde(rename = "override")]
     #[schemars(extend("default" = false))]
     pub overrides: Key<bool>,
-    /// `true` for a map that is periodic once the form that `level` names has been subtracted.
+    /// `true` for a map that is periodic after `level` has subtracted the form, `false` for other
+    /// maps.
     #[schemars(transform = required)]
     pub periodic: Key<bool>,
-    /// Storage of the heights: kept in the table, or read again when needed.
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` reads the file again
+    /// when needed.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
     pub heights: Key<Heights>,
 }
 
 table!(FileTable);
 
-/// A rectangle of a map.
+/// A rectangle of a map that `crop` keeps.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
-    /// Corner with the smallest coordinates, along x and along y.
+    /// Corner of the rectangle with the smallest x and y, as `[x, y]`.
     pub from: [f64; 2],
-    /// Sides along x and along y.
+    /// Side lengths of the rectangle along x and y.
     #[schemars(transform = positive_items)]
     pub size: [f64; 2],
 }
@@ -126,12 +129,12 @@ pub enum WrittenEdges {
     Taper,
 }
 
-/// Returns the measured surfaces of a stage.
+/// Returns the measured surfaces of a stage, or `None` after reporting problems.
 pub fn files(
     section: &Section<FileTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
-    let mut reading = Reading::new(context.sources);
+    let mut reading = FileCache::new(context.sources);
     let mut resolved = Vec::new();
     let planned = surfaces(section, context.problems, |table, checks| {
         let path = checks.required("path", &table.path);
@@ -143,7 +146,7 @@ pub fn files(
         let channel = checks.optional("channel", &table.channel)?.map(|channel| &channel.value);
         let found = reading.map(path, table, channel);
         let found = found.map_err(|problem| checks.problems.push(problem)).ok()?;
-        let asked = Asked {
+        let keys = FileKeys {
             path,
             table,
             height_scale: height_scale.unwrap_or(1.0),
@@ -153,37 +156,37 @@ pub fn files(
         let surface = |content, reader, unit: String, seen| MeasuredSurface {
             content,
             unit,
-            height_scale: asked.height_scale,
-            edges: asked.edges,
+            height_scale: keys.height_scale,
+            edges: keys.edges,
             reader,
             channel: channel.cloned(),
-            preparation: asked.preparation.clone(),
+            preparation: keys.preparation.clone(),
             seen,
         };
         let (surface, side) = match &found {
-            Found::Map(content, map) => {
-                let Lengths { unit, side, cell } = lengths(&asked, map, checks)?;
-                let seen = part(&asked, map, cell, checks)?;
+            FoundMap::Map(content, map) => {
+                let Lengths { unit, side, cell } = lengths(&keys, map, checks)?;
+                let seen = inspected(&keys, map, cell, checks)?;
                 reading.check_distinct(*content, path, checks)?;
                 (surface(*content, map.reader.clone(), unit, seen), side)
             }
-            Found::Recalled(recalled) => {
+            FoundMap::Recalled(recalled) => {
                 let side = map_checks::written_side(table, checks)?;
-                (of_recalled(recalled, table, surface), side)
+                (recalled_surface(recalled, table, surface), side)
             }
         };
         // Problems with other keys have been reported.
         let (_, _, _) = (height_scale?, edges?, preparation?);
         let planned = single(heights?, side, Origin::File(Box::new(surface)));
-        resolved.push(without_synonyms(&planned.params));
+        resolved.push(canonical(&planned.params));
         Some(planned)
     })?;
-    report_synonyms(section, &resolved, context.problems);
+    report_same_surfaces(section, &resolved, context.problems);
     Some(planned)
 }
 
-/// The keys of a point that concern its file.
-struct Asked<'a> {
+/// The keys of one point that concern the map in its file.
+struct FileKeys<'a> {
     path: &'a Spanned<String>,
     table: &'a FileTable,
     height_scale: f64,
@@ -191,8 +194,13 @@ struct Asked<'a> {
     preparation: Preparation,
 }
 
-/// Reports points with identical surfaces but different keys: their results would count twice.
-fn report_synonyms(section: &Section<FileTable>, resolved: &[Params], problems: &mut Problems) {
+/// Reports points whose keys differ but give the same surface, because its results would count
+/// twice.
+fn report_same_surfaces(
+    section: &Section<FileTable>,
+    resolved: &[Params],
+    problems: &mut Problems,
+) {
     let mut seen: BTreeMap<String, &Point<FileTable>> = BTreeMap::new();
     for (point, params) in section.points.iter().zip(resolved) {
         let text = serde_json::to_string(params).expect("parameters are plain data");
@@ -229,9 +237,9 @@ fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
     ]
 }
 
-/// Returns the canonical form of a surface, used to detect duplicate points: the map by its number,
-/// the crop in nodes, and without keys that change nothing.
-fn without_synonyms(params: &Params) -> Params {
+/// Returns the canonical form of a surface, used to detect duplicate points. It has the number of
+/// the map instead of its name, the crop in nodes, and no keys without effect.
+fn canonical(params: &Params) -> Params {
     let mut params = params.clone();
     if let Origin::File(file) = &mut params.origin {
         if let Some(read) = &file.seen.channel {
@@ -252,16 +260,17 @@ fn without_synonyms(params: &Params) -> Params {
     params
 }
 
-fn of_recalled(
+/// Returns the surface for a file that cannot be read now, from the record of an earlier run.
+fn recalled_surface(
     recalled: &Recalled,
     table: &FileTable,
-    surface: impl Fn(ContentHash, Option<Reader>, String, SeenMap) -> MeasuredSurface,
+    surface: impl Fn(ContentHash, Option<Reader>, String, InspectedMap) -> MeasuredSurface,
 ) -> MeasuredSurface {
     let written = table.unit.written().map(|unit| unit.value.clone());
-    let seen = SeenMap {
+    let seen = InspectedMap {
         nodes: PerAxis(recalled.nodes),
         side: PerAxis(recalled.side),
-        ..SeenMap::default()
+        ..InspectedMap::default()
     };
     surface(
         recalled.content,
@@ -271,7 +280,7 @@ fn of_recalled(
     )
 }
 
-/// Returns how the edges are treated; keys that do not fit together are reported.
+/// Returns the treatment of the edges, and refuses keys that contradict each other.
 fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
     let taper_fraction = checks.number("taper_fraction", &table.taper_fraction);
     let is_periodic = checks.required("periodic", &table.periodic)?.value;
@@ -292,40 +301,42 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
     untapered.map(|()| treatment)
 }
 
-/// A map that is in a file, or was there when the study ran.
-enum Found {
-    /// The map, and the hash of its file.
+/// A map that was read now, or the record of a map that an earlier run read.
+enum FoundMap {
+    /// The hash of the file, and its map.
     Map(ContentHash, Rc<MapFile>),
     /// The record of a map whose file cannot be read now.
     Recalled(Recalled),
 }
 
-/// Reads the files of a stage. Points of the grid that only prepare a map differently share one
-/// reading.
-struct Reading<'a> {
+/// Reads the files of a stage, and keeps the last map: points that only differ in the preparation
+/// of a map read its file once.
+struct FileCache<'a> {
     sources: &'a mut SurfaceFiles,
-    /// The map that was read last. Paths and channels come first in the order of the grid.
+    /// Path, channel, hash and map of the last reading. `path` and `channel` vary slowest in the
+    /// grid, so that one entry is enough.
     last: Option<(String, Option<ChannelChoice>, ContentHash, Rc<MapFile>)>,
+    /// Path and its span for each content that a point reads.
     seen: BTreeMap<ContentHash, (String, Span)>,
 }
 
-impl Reading<'_> {
-    fn new(sources: &mut SurfaceFiles) -> Reading<'_> {
-        Reading { sources, last: None, seen: BTreeMap::new() }
+impl FileCache<'_> {
+    fn new(sources: &mut SurfaceFiles) -> FileCache<'_> {
+        FileCache { sources, last: None, seen: BTreeMap::new() }
     }
 
-    /// Reads a map, so that its problems show before a run.
+    /// Reads a map, so that its problems are reported before a run.
     fn map(
         &mut self,
         path: &Spanned<String>,
         table: &FileTable,
         channel: Option<&ChannelChoice>,
-    ) -> Result<Found, Problem> {
+    ) -> Result<FoundMap, Problem> {
         if let Some((last, choice, content, map)) = &self.last
             && *last == path.value
             && choice.as_ref() == channel
         {
-            return Ok(Found::Map(*content, Rc::clone(map)));
+            return Ok(FoundMap::Map(*content, Rc::clone(map)));
         }
         let refuse = |reason: String, label: &str| {
             let message = format!("{:?} {reason}", path.value);
@@ -339,7 +350,7 @@ impl Reading<'_> {
             Ok(found) => found,
             Err(SurfaceFileError::Read { source, .. }) => {
                 if let Some(recalled) = self.sources.recall(Path::new(&path.value)) {
-                    return Ok(Found::Recalled(recalled));
+                    return Ok(FoundMap::Recalled(recalled));
                 }
                 return refuse(format!("cannot be read: {source}"), "relative to the manifest");
             }
@@ -350,14 +361,14 @@ impl Reading<'_> {
                 let map = Rc::new(map);
                 let last = (path.value.clone(), channel.cloned(), content, Rc::clone(&map));
                 self.last = Some(last);
-                Ok(Found::Map(content, map))
+                Ok(FoundMap::Map(content, map))
             }
             Err(MapFileError::Channel(error)) => Err(no_channel(path, table, &error)),
             Err(error) => refuse(format!("cannot be read: {}", chain(&error)), "this file"),
         }
     }
 
-    /// Refuses two paths to the same content: the surface would count twice.
+    /// Refuses two paths to files with the same content: the surface would count twice.
     fn check_distinct(
         &mut self,
         content: ContentHash,
@@ -377,12 +388,13 @@ impl Reading<'_> {
     }
 }
 
+/// Words the problem of a channel that the file does not have.
 fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -> Problem {
     let message = format!("{:?}: {error}", path.value);
     let channel = table.channel.written().map(|channel| &channel.span);
-    let place = channel.unwrap_or(&path.span).clone();
+    let span = channel.unwrap_or(&path.span).clone();
     let problem =
-        Problem::new(message, place, "this channel").and(path.span.clone(), "of this file");
+        Problem::new(message, span, "this channel").and(path.span.clone(), "of this file");
     match error {
         ChannelError::Unknown { wanted, names } => {
             let names = names.iter().map(String::as_str);

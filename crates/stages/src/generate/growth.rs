@@ -1,6 +1,6 @@
-//! Number of surfaces of a parameter point: fixed, or growing until a condition holds.
+//! Number of surfaces of a parameter point: fixed, or adaptive until a condition holds.
 //!
-//! The doc comments of keys are shown by editors and quoted in messages.
+//! Editors show the doc comments of keys, and messages quote them.
 
 use std::fmt;
 use std::ops::Mul;
@@ -13,66 +13,66 @@ use super::Params;
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, Spanned, deserialize_either};
 
-/// Maximum number of surfaces of a point.
+/// Maximum number of surfaces of a parameter point.
 const MAX: u32 = 1_000_000;
-/// Minimum number of surfaces that have a standard error.
+/// Minimum number of surfaces for which a standard error exists.
 const MIN: u32 = 2;
-/// Default of `at_least`.
+/// Default value of `at_least`.
 pub const AT_LEAST: u32 = 10;
-/// Condition that all claims are decided.
+/// Text of the condition that all claims of the study are decided.
 const CLAIMS_DECIDED: &str = "claims decided";
 
-/// The number of surfaces of each point of the grid.
+/// The value of `realizations`: the number of surfaces for each point of the grid.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Realizations {
-    /// A fixed number.
+    /// A fixed number of surfaces.
     Number(#[schemars(range(min = 1, max = MAX))] u32),
-    /// As many as a condition needs.
+    /// As many surfaces as a condition needs.
     Until(Growing),
 }
 
-/// As many surfaces as a condition on a mean or on claims needs.
+/// Keys of adaptive sampling: surfaces are drawn until a condition on a mean or on claims holds.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Growing {
-    /// Number of surfaces at the start.
+    /// Number of surfaces at the start, before the condition is tested.
     #[serde(default)]
     #[schemars(range(min = MIN, max = MAX), extend("default" = AT_LEAST))]
     pub at_least: Key<u32>,
-    /// Number of surfaces at which sampling stops in any case.
+    /// Maximum number of surfaces, even if the condition does not hold.
     #[schemars(range(min = MIN, max = MAX))]
     pub at_most: Spanned<u32>,
     /// Condition that ends sampling. `"sem(STAGE.COLUMN) < 0.5 %"` bounds the standard error of the
-    /// mean over surfaces, at each point and each load, relative to the mean; without `%` the bound
-    /// is in the unit of the column. `"claims decided"` waits for all claims that the study can
-    /// judge, and `"decided(CLAIM, …)"` for those that it names (`asperity claims` lists them).
-    /// Claims need `at_least` of 5 or more.
+    /// mean over surfaces, relative to the mean, at every point and load; without `%` the bound is
+    /// in the unit of the column. `"claims decided"` waits for all claims that the study can judge,
+    /// and `"decided(CLAIM, …)"` for the claims that it names (`asperity claims` lists them).
+    /// Conditions on claims need `at_least` of 5 or more.
     pub until: Spanned<String>,
 }
 
 deserialize_either!(Realizations { whole => Number, table => Until });
 
-/// Surfaces that differ by their realization only.
+/// The surfaces of one point of the grid, which differ only by their realization.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedSurfaces {
-    /// The first of them.
+    /// Recipe of the first surface, which is realization 0.
     pub params: Params,
-    /// Number of surfaces, at least one; the number at the start if it grows.
+    /// Number of surfaces, at least one. With adaptive sampling, the number at the start.
     pub realizations: u32,
-    /// Growth of the number, if it grows. Equal for all points of a stage.
+    /// Adaptive sampling, which is the same at all points of a stage; `None` for a fixed number.
     pub growth: Option<Arc<Growth>>,
-    /// True if the lists that were read as pairs of nodes and sides might have been meant to be
-    /// swept.
+    /// True if the values of `nodes` and `side` that were read as pairs could also be lists to
+    /// sweep.
     pub may_be_swept: bool,
 }
 
-/// The growth of the number of surfaces of a stage.
+/// Adaptive sampling of a stage: its condition and the bounds of the number of surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
     /// Number of surfaces at the start.
     pub at_least: u32,
-    /// Number of surfaces at which sampling stops in any case.
+    /// Maximum number of surfaces, even if the condition does not hold.
     pub at_most: u32,
     /// Condition that ends sampling.
     pub until: Until,
@@ -86,32 +86,32 @@ impl PlannedSurfaces {
     }
 }
 
-/// A condition that ends sampling.
+/// A condition that ends sampling, on a mean or on claims.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Until {
-    /// A mean is known with a given precision.
+    /// The standard error of a mean is below a bound.
     Mean(KnownMean),
-    /// The named claims are decided; an empty list stands for all that the study can judge.
+    /// The named claims are decided. An empty list stands for all claims that the study can judge.
     Claims(Vec<String>),
 }
 
 /// A bound of the standard error of a mean: `sem(area.area_fraction) < 0.5 %`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownMean {
-    /// The stage whose table has the column.
+    /// Name of the stage whose table has the column.
     pub stage: String,
-    /// The column whose mean over surfaces is bounded, at each point and each load.
+    /// Name of the column whose mean over surfaces is bounded, at every point and load.
     pub column: String,
     /// Upper bound of the standard error of the mean.
     pub limit: Limit,
 }
 
-/// A bound of a standard error.
+/// An upper bound of a standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// In the column's unit.
+    /// Bound in the unit of the column.
     Absolute(f64),
-    /// Relative to the mean.
+    /// Bound relative to the mean, as a fraction.
     Relative(f64),
 }
 
@@ -142,7 +142,7 @@ impl fmt::Display for Limit {
     }
 }
 
-/// Multiplies a limit and rounds it to three digits.
+/// Multiplies a bound and rounds the product to three significant digits.
 impl Mul<f64> for Limit {
     type Output = Limit;
 
@@ -158,7 +158,7 @@ impl Mul<f64> for Limit {
     }
 }
 
-/// Returns the number of surfaces at the start, and how it grows.
+/// Returns the number of surfaces at the start, and the adaptive sampling if there is any.
 pub fn realizations(
     key: &Key<Realizations>,
     checks: &mut Checks,
@@ -181,16 +181,17 @@ pub fn realizations(
     Some((at_least, Some(Arc::new(growth))))
 }
 
+/// Returns the condition of a text, and refuses any other text.
 fn checked(written: &Spanned<String>, checks: &mut Checks) -> Option<Until> {
     parse(&written.value).or_else(|| {
         let message = format!("cannot read the condition {:?}", written.value);
-        let label = "must be `sem(STAGE.COLUMN) < 0.5 %` (without `%` in the unit of the column), `claims \
-                     decided` or `decided(CLAIM, …)`";
+        let label = "must be `sem(STAGE.COLUMN) < 0.5 %`, `sem(STAGE.COLUMN) < 0.01` (in the unit of the \
+                     column), `claims decided` or `decided(CLAIM, …)`";
         checks.refuse("realizations.until", message, &written.span, label)
     })
 }
 
-/// Reads a condition; returns none if the text is not one.
+/// Reads a condition. Returns `None` if the text is not a condition.
 pub fn parse(text: &str) -> Option<Until> {
     let text = text.trim();
     if text.split_whitespace().eq(CLAIMS_DECIDED.split_whitespace()) {
@@ -208,6 +209,7 @@ pub fn parse(text: &str) -> Option<Until> {
     }
 }
 
+/// Reads a bound of a standard error: `sem(STAGE.COLUMN) < 0.5 %`.
 fn known_mean(text: &str) -> Option<KnownMean> {
     let inside = text.strip_prefix("sem")?.trim_start().strip_prefix('(')?;
     let (mean, rest) = inside.split_once(')')?;

@@ -1,8 +1,8 @@
-//! The height map of a file, before its preparation.
+//! Height maps in files, before their preparation.
 //!
-//! NumPy arrays have no unit and no size, and their recipes name no reader. Recipes of all other
-//! formats have the format and the version of its reader, so that maps are read again when a reader
-//! is corrected.
+//! NumPy arrays have no unit and no sides, and their recipes name no reader. The recipes of all
+//! other formats contain the format and the version of its reader. A map is therefore read again
+//! after its reader has been corrected.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,43 +14,43 @@ use asperity_topography_files::{
     ChannelError, NpyError, Quantity, Size, TopographyFileError, formats, npy_array, read,
 };
 
-/// The reader of a file format.
+/// The reader of a file format, as recipes name it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Reader {
-    /// Name of the format.
+    /// Name of the file format.
     pub format: String,
     /// Version of the reader of this format.
     pub version: u32,
 }
 
-/// The map of a file that a manifest asks for.
+/// The map of a file that the manifest selects.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ChannelChoice {
-    /// The number of the map, starting at 1.
+    /// The number of the map in the file, starting at 1.
     Number(#[schemars(range(min = 1, max = u16::MAX))] u32),
-    /// The name of the map.
+    /// The name of the map in the file.
     Name(String),
 }
 
-/// A height map in a file.
+/// A height map as read from a file.
 #[derive(Debug, Clone)]
 pub struct MapFile {
-    /// The reader of the format; none for a NumPy array.
+    /// Reader of the format; `None` for a NumPy array.
     pub reader: Option<Reader>,
-    /// The map that was read.
+    /// The map of the file that was read.
     pub channel: ChannelRead,
-    /// Physical quantity of its numbers.
+    /// Physical quantity of the values of the map.
     pub quantity: Quantity,
-    /// Sides of the map, if the file has them.
+    /// Sides of the map, if the file contains them.
     pub size: Size,
-    /// Nodes along x and y.
+    /// Number of nodes along x and y.
     pub nodes: [usize; 2],
-    /// Heights of the nodes, row-major; missing points are not finite.
+    /// Heights of the nodes, row-major. Points that were not measured are not finite.
     pub heights: Vec<f64>,
 }
 
-/// The map of a file that was read.
+/// Name and number of the map that was read from a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelRead {
     /// Number of the map in the file, starting at 1.
@@ -61,7 +61,7 @@ pub struct ChannelRead {
     pub of: usize,
 }
 
-/// The reason why a map cannot be read from a file.
+/// An error of reading a height map from a file. The message is shown after the path.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum MapFileError {
@@ -71,26 +71,26 @@ pub enum MapFileError {
     Format(Box<TopographyFileError>),
     #[error(transparent)]
     Channel(ChannelError),
-    #[error("none of its channels holds heights: {}", channels.join(", "))]
+    #[error("the file has no channel of heights; its channels are {}", channels.join(", "))]
     NoHeights {
         /// Names and units of the channels.
         channels: Vec<String>,
     },
-    #[error("it does not say how large its map is")]
+    #[error("the file does not contain the sides of its map; set `side`")]
     NoSize,
     #[error(transparent)]
     Surface(#[from] SurfaceError),
 }
 
 impl Reader {
-    /// Returns the reader of a format. The reader of an unknown format has version zero.
+    /// Returns the current reader of a format. An unknown format has version 0.
     pub fn of_format(name: &str) -> Reader {
         let format = formats().iter().find(|format| format.name() == name);
         Reader { format: name.to_owned(), version: format.map_or(0, |format| format.version()) }
     }
 }
 
-/// Writes the number or the name as in a manifest.
+/// Formats the number or the name as in a manifest.
 impl std::fmt::Display for ChannelChoice {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -101,31 +101,31 @@ impl std::fmt::Display for ChannelChoice {
 }
 
 impl MapFile {
-    /// Reads the chosen map, or the first one with heights.
+    /// Reads the chosen map, or the first map of heights if none is chosen.
     ///
     /// # Errors
     /// If the format is unknown, the file is damaged, or it has no such map.
     pub fn read(bytes: &[u8], choice: Option<&ChannelChoice>) -> Result<MapFile, MapFileError> {
         if bytes.starts_with(b"\x93NUMPY") {
-            return MapFile::of_npy(bytes, choice);
+            return MapFile::read_npy(bytes, choice);
         }
         let file = read(bytes).map_err(|error| MapFileError::Format(Box::new(error)))?;
         let channels = file.channels();
-        let place = match choice {
-            Some(choice) => place_of(choice, channels.len(), |name| file.find(name))?,
+        let index = match choice {
+            Some(choice) => channel_index(choice, channels.len(), |name| file.find(name))?,
             None => file.first_heights().ok_or_else(|| {
-                let told = channels
+                let described = channels
                     .iter()
                     .map(|one| format!("`{}` in {}", one.name(), one.unit().unwrap_or("no unit")));
-                MapFileError::NoHeights { channels: told.collect() }
+                MapFileError::NoHeights { channels: described.collect() }
             })?,
         };
-        let channel = &channels[place];
+        let channel = &channels[index];
         let (heights, _) = channel.map().into_parts();
         Ok(MapFile {
             reader: Some(Reader::of_format(file.format().name())),
             channel: ChannelRead {
-                number: place + 1,
+                number: index + 1,
                 name: channel.name().to_owned(),
                 of: channels.len(),
             },
@@ -136,16 +136,17 @@ impl MapFile {
         })
     }
 
-    fn of_npy(bytes: &[u8], choice: Option<&ChannelChoice>) -> Result<MapFile, MapFileError> {
+    /// Reads a NumPy array, which has one channel: number 1, named `heights`.
+    fn read_npy(bytes: &[u8], choice: Option<&ChannelChoice>) -> Result<MapFile, MapFileError> {
         let (nodes, heights) = npy_array(bytes).map_err(MapFileError::Npy)?;
         if let Some(choice) = choice {
             let names = || vec!["heights".to_owned()];
-            place_of(choice, 1, |name| match name {
+            channel_index(choice, 1, |name| match name {
                 "heights" | "1" => Ok(0),
                 _ => Err(ChannelError::Unknown { wanted: name.to_owned(), names: names() }),
             })?;
         }
-        // An array without nodes is not a map.
+        // An array without nodes cannot be a map.
         Grid::new(nodes, Cell::square(1.0).expect("a side of one")).map_err(SurfaceError::from)?;
         Ok(MapFile {
             reader: None,
@@ -157,10 +158,11 @@ impl MapFile {
         })
     }
 
-    /// Returns the map on a cell with the given sides, or with those of the file.
+    /// Returns the map with scaled heights on a cell with the given sides, or with the sides of the
+    /// file.
     ///
     /// # Errors
-    /// If neither has sides, or a scaled height is out of the range of floating-point numbers.
+    /// If sides are neither given nor in the file, or if a scaled height overflows.
     pub fn scan(self, side: Option<[f64; 2]>, height_scale: f64) -> Result<Scan, MapFileError> {
         let side = side.or(self.size.sides()).ok_or(MapFileError::NoSize)?;
         let cell = Cell::new(side).map_err(SurfaceError::from)?;
@@ -178,8 +180,8 @@ impl MapFile {
     }
 }
 
-/// Returns the index of a channel.
-fn place_of(
+/// Returns the index of the chosen channel.
+fn channel_index(
     choice: &ChannelChoice,
     count: usize,
     find: impl Fn(&str) -> Result<usize, ChannelError>,

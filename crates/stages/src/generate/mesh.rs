@@ -8,22 +8,22 @@ use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::{Key, OnAxes};
 
-/// Minimum number of nodes per side.
+/// Minimum number of nodes per side of a cell.
 pub const MIN_NODES: u32 = 4;
-/// Maximum number of nodes per side.
+/// Maximum number of nodes per side of a cell.
 pub const MAX_NODES: u32 = 16384;
-/// Maximum number of waves along a side, and of cutoff wavenumbers in waves along the longer side.
+/// Maximum number of waves along a side, and maximum of cutoff wavenumbers: two nodes per wave.
 pub const MAX_WAVES: u32 = MAX_NODES / 2;
 
-/// One number along x and one along y.
+/// Two values, one along x and one along y.
 ///
-/// It is serialised as one number if both are equal, so that the keys of squares stay as they were
+/// Equal values are serialised as a single value, so that the keys of squares stay as they were
 /// before there were rectangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PerAxis<T>(pub [T; 2]);
 
 impl<T: Copy> PerAxis<T> {
-    /// Returns the same number along both axes.
+    /// Creates a pair of equal values.
     pub fn same(value: T) -> Self {
         Self([value; 2])
     }
@@ -54,7 +54,7 @@ impl<'de, T: Deserialize<'de> + Copy> Deserialize<'de> for PerAxis<T> {
     }
 }
 
-/// Nodes and sides along x and y.
+/// Nodes and sides of a cell along x and y.
 #[derive(Debug, Clone, Copy)]
 pub struct Mesh {
     pub nodes: PerAxis<u32>,
@@ -62,23 +62,23 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Returns the cell of the mesh.
+    /// Returns the cell without its nodes.
     pub fn cell(&self) -> Cell {
         Cell::new(self.side.0).expect("sides were checked")
     }
 }
 
-/// A wave that the mesh must resolve.
+/// A wave that the mesh must resolve, for [`check_waves`].
 pub struct Wave<'a> {
-    /// The key and its value: `k_upper = 32`.
+    /// The key and its value as in the manifest: `k_upper = 32`.
     pub written: String,
     pub span: &'a Span,
-    /// Maximum number of waves along x and y.
+    /// Maximum number of waves along x and along y.
     pub waves: [u32; 2],
 }
 
-/// Returns nodes and sides, and refuses a pair beside a single number: the shape of the cells is
-/// unknown.
+/// Returns nodes and sides. Refuses a pair for one key and a single number for the other, because
+/// the shape of the cells is then unknown.
 pub fn mesh(
     nodes: &Key<OnAxes<u32>>,
     side: &Key<OnAxes<f64>>,
@@ -93,39 +93,41 @@ pub fn mesh(
     match (counts, lengths) {
         (OnAxes::Both(_), OnAxes::Both(_)) | (OnAxes::Each(_), OnAxes::Each(_)) => Some(mesh),
         (OnAxes::Each(_), OnAxes::Both(length)) => {
-            checks.reject(lacks_sides(counts, nodes_span, decimal::nearest(length), side_span))
+            checks.reject(single_side(counts, nodes_span, decimal::nearest(length), side_span))
         }
         (OnAxes::Both(count), OnAxes::Each(_)) => {
-            checks.reject(lacks_nodes(count, nodes_span, mesh.side.0, side_span?))
+            checks.reject(single_nodes(count, nodes_span, mesh.side.0, side_span?))
         }
     }
 }
 
-fn lacks_sides(
+/// Reports a pair of nodes with a single side.
+fn single_side(
     nodes: OnAxes<u32>,
     nodes_span: &Span,
     longer_side: f64,
     side_span: Option<&Span>,
 ) -> Problem {
-    let message = format!("`nodes = {nodes}` is a rectangle, and `side` is a square");
+    let message = format!("`nodes = {nodes}` is a pair, but `side` is one number");
     let problem = Problem::new(message, nodes_span.clone(), "along x and along y");
     let problem = match side_span {
         Some(span) => problem.and(span.clone(), "one number"),
         None => problem,
     };
     let square = square_cells(nodes.pair(), longer_side);
-    problem.help(format!("give both sides; with `side = {square}` cells are square"))
+    problem.help(format!("give both sides; `side = {square}` makes cells square"))
 }
 
-/// Returns the sides on which these nodes have square cells.
+/// Returns the sides along x and y with which these nodes have square cells.
 pub fn square_cells(counts: [u32; 2], longer_side: f64) -> OnAxes<f64> {
     let most = f64::from(counts[0].max(counts[1]));
     OnAxes::Each(counts.map(|nodes| longer_side * (f64::from(nodes) / most)))
 }
 
-fn lacks_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span) -> Problem {
+/// Reports a pair of sides with a single number of nodes.
+fn single_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span) -> Problem {
     let side = OnAxes::Each(lengths);
-    let message = format!("`side = {side}` is a rectangle, and `nodes` is a square");
+    let message = format!("`side = {side}` is a pair, but `nodes` is one number");
     let problem = Problem::new(message, side_span.clone(), "along x and along y")
         .and(nodes_span.clone(), "one number");
     let longer_side = lengths[0].max(lengths[1]);
@@ -133,14 +135,15 @@ fn lacks_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span
     let are_whole = square.iter().all(|nodes| nodes.fract() == 0.0);
     problem.help(if are_whole {
         let square = OnAxes::Each(square);
-        format!("give the nodes along both axes; with `nodes = {square}` cells are square")
+        format!("give the nodes along both axes; `nodes = {square}` makes cells square")
     } else {
         "give the nodes along both axes: `nodes = [along x, along y]`".to_owned()
     })
 }
 
-/// Refuses waves that are shorter than two nodes. If phases matter, two nodes are not enough
-/// either: the extrema may fall between them.
+/// Refuses waves that the mesh does not resolve, with fewer than two nodes per wave. If
+/// `phases_matter`, exactly two nodes per wave are refused too, because the extrema may fall
+/// between the nodes.
 pub fn check_waves(
     wave: &Wave,
     key: &Key<OnAxes<u32>>,
@@ -159,14 +162,14 @@ pub fn check_waves(
     let (message, label) = match written.value {
         OnAxes::Both(_) => (
             format!(
-                "`{}` needs at least {} nodes per side, and `nodes` is {}",
+                "`{}` needs at least {} nodes per side, but `nodes` is {}",
                 wave.written, needed[0], nodes[0]
             ),
             format!("resolves wavenumbers up to {}", carried[0]),
         ),
         OnAxes::Each(_) => (
             format!(
-                "`{}` needs at least {} × {} nodes, and `nodes` is {}",
+                "`{}` needs at least {} × {} nodes, but `nodes` is {}",
                 wave.written, needed[0], needed[1], written.value
             ),
             format!("resolves up to {} waves along x and {} along y", carried[0], carried[1]),

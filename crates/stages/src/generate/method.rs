@@ -1,4 +1,4 @@
-//! The methods of `generate` stages and their tables of keys.
+//! The methods of `generate` stages, each with its table of keys.
 
 use toml::de::DeTable;
 
@@ -16,24 +16,24 @@ use asperity_manifest::written::checks::{Checks, report_equal_points};
 use asperity_manifest::written::expected_keys::ExpectedKeys;
 use asperity_manifest::written::{KeyTable, Layout, Point, Section, reader};
 
-/// The value of `method`.
+/// The value of the key `method`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// Random self-affine surfaces.
+    /// Random self-affine surfaces, whose modes have random or deterministic amplitudes.
     Random(Amplitude),
-    /// Random surfaces with a given spectrum.
+    /// Random surfaces with a given power spectral density.
     Spectrum,
-    /// A measured surface.
+    /// Measured surfaces, which are read from files.
     File,
-    /// A paraboloid.
+    /// A paraboloid, for comparison with Hertz contact.
     Paraboloid,
-    /// A wave.
+    /// A wave, or the product or sum of two waves.
     Wave(WaveShape),
-    /// A flat punch.
+    /// A flat circular punch.
     FlatPunch,
 }
 
-/// The points of the grid of a `generate` stage.
+/// The points of the grid of a `generate` stage, by method.
 #[derive(Debug)]
 pub enum SurfacePoints {
     Random(Amplitude, Section<RandomTable>),
@@ -45,7 +45,7 @@ pub enum SurfacePoints {
 }
 
 impl Method {
-    /// All methods; the first one is the default.
+    /// All methods, in the order of the documentation; the first one is the default.
     pub const ALL: [Method; 9] = [
         Method::Random(Amplitude::Gaussian),
         Method::Random(Amplitude::Deterministic),
@@ -58,7 +58,7 @@ impl Method {
         Method::FlatPunch,
     ];
 
-    /// Returns the word for it in manifests.
+    /// Returns the value of `method` in manifests.
     pub fn word(self) -> &'static str {
         match self {
             Method::Random(Amplitude::Gaussian) => "filter",
@@ -73,7 +73,7 @@ impl Method {
         }
     }
 
-    /// Returns the method that makes a surface.
+    /// Returns the method that makes surfaces of this origin.
     pub fn from_origin(origin: &Origin) -> Method {
         match origin {
             Origin::Random { surface, .. } => Method::Random(surface.amplitude),
@@ -89,7 +89,7 @@ impl Method {
         }
     }
 
-    /// Returns a sentence about it for editors and the guide.
+    /// Returns the description of the method for editors and the guide.
     pub fn about(self) -> &'static str {
         match self {
             Method::Random(Amplitude::Gaussian) => {
@@ -98,38 +98,39 @@ impl Method {
                  spectrum."
             }
             Method::Random(Amplitude::Deterministic) => {
-                "Random self-affine surfaces whose modes have exactly the power of the spectrum, and \
-                 random phases."
+                "Random self-affine surfaces with random phases. Each mode has exactly the power of the \
+                 spectrum."
             }
             Method::Spectrum => {
                 "Gaussian random surfaces with a given isotropic power spectral density C(q), \
                  normalised so that ∫ C d²q/(2π)² is their mean square height."
             }
             Method::File => {
-                "A measured surface, from the file of the instrument. Its keys are applied in this order: \
-                 channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, `resample`, \
-                 `edges`."
+                "A measured surface, read from the file of an instrument. Its keys are applied in this \
+                 order: channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, \
+                 `resample`, `edges`."
             }
-            Method::Paraboloid => "Paraboloid −r²/(2R), for Hertz contact.",
+            Method::Paraboloid => "Paraboloid −r²/(2R), for comparison with Hertz contact.",
             Method::Wave(WaveShape::Single) => {
-                "Wave Δ cos(2πnx/L), for the contact of Westergaard."
+                "Wave Δ cos(2πnx/L), for comparison with the solution of Westergaard."
             }
             Method::Wave(WaveShape::Product) => {
-                "Wave Δ cos(2πnx/L) cos(2πny/L), for the contact of Johnson, Greenwood & Higginson."
+                "Product of waves Δ cos(2πnx/L) cos(2πny/L), for comparison with the solution of \
+                 Johnson, Greenwood & Higginson."
             }
             Method::Wave(WaveShape::Sum) => {
-                "Wave Δ (cos(2πnx/L) + cos(2πny/L)): `\"wave-product\"` turned by 45°."
+                "Sum of waves Δ (cos(2πnx/L) + cos(2πny/L)): `\"wave-product\"` turned by 45°."
             }
-            Method::FlatPunch => "Flat disc in the middle of the cell.",
+            Method::FlatPunch => "Flat circular punch in the middle of the cell.",
         }
     }
 
-    /// Returns whether the stage may have a key `from`.
+    /// Returns whether stages with this method may have a key `from`.
     pub fn may_read(self) -> bool {
         self == Method::Spectrum
     }
 
-    /// Returns the keys of its table.
+    /// Returns the declarations of the keys of this method.
     pub fn layout(self) -> &'static Layout {
         match self {
             Method::Random(_) => RandomTable::layout(),
@@ -141,7 +142,7 @@ impl Method {
         }
     }
 
-    /// Reads its table.
+    /// Reads the table of a stage with this method.
     pub fn read(
         self,
         table: DeTable,
@@ -166,7 +167,7 @@ impl Method {
 }
 
 impl SurfacePoints {
-    /// Returns the surfaces, one entry for each point of the grid.
+    /// Returns the surfaces of each point of the grid, or `None` after reporting problems.
     pub fn surfaces(&self, context: &mut CheckContext) -> Option<Vec<PlannedSurfaces>> {
         match self {
             SurfacePoints::Random(amplitude, section) => {
@@ -180,7 +181,8 @@ impl SurfacePoints {
         }
     }
 
-    /// Returns whether surfaces are described by their modes alone, so that they cannot be pressed.
+    /// Returns whether surfaces of the stage are described by their modes alone and have no
+    /// heights.
     pub fn lack_heights(&self) -> bool {
         let SurfacePoints::Random(_, section) = self else {
             return false;
@@ -188,7 +190,8 @@ impl SurfacePoints {
         section.points.iter().any(|point| point.table.heights.value() == Some(Heights::None))
     }
 
-    /// Returns the rows that the method reads from other stages, if it can read any.
+    /// Returns the kinds of rows that the method reads from other stages, or `None` if it reads no
+    /// stage.
     pub fn reads(&self) -> Option<Reads> {
         matches!(self, SurfacePoints::Spectrum(_)).then(|| Reads {
             rows: &[RowKind::PowerSpectra],
@@ -197,7 +200,8 @@ impl SurfacePoints {
         })
     }
 
-    /// Returns how the number of surfaces grows, if it does; all points of a grid share it.
+    /// Returns the keys of adaptive sampling, if the number of surfaces is adaptive. All points of
+    /// the grid share them.
     pub fn growing(&self) -> Option<&Growing> {
         let realizations = match self {
             SurfacePoints::Random(_, section) => &section.points.first()?.table.realizations,
@@ -211,7 +215,8 @@ impl SurfacePoints {
     }
 }
 
-/// Returns the surfaces of a stage, one entry for each point of its grid.
+/// Applies `surfaces` to each point of the grid and reports points with equal parameters. Returns
+/// `None` if the surfaces of a point could not be determined.
 pub fn surfaces<T: KeyTable>(
     section: &Section<T>,
     problems: &mut Problems,
@@ -226,7 +231,7 @@ pub fn surfaces<T: KeyTable>(
     Some(planned)
 }
 
-/// Returns a surface without realizations.
+/// Returns the plan of one surface, which is not random.
 pub fn single(heights: Heights, side: Option<PerAxis<f64>>, origin: Origin) -> PlannedSurfaces {
     PlannedSurfaces {
         params: Params { heights, side, origin },

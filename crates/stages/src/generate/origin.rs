@@ -1,4 +1,4 @@
-//! The origin of a surface: its spectrum, its file or its shape.
+//! Origin of a surface: a spectrum, a file or a shape.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::{Scan, Surface};
 
-/// The origin of a surface.
+/// The origin of a surface: a spectrum, a file or a shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Origin {
@@ -24,7 +24,7 @@ pub enum Origin {
     Random {
         /// Nodes along x and y.
         nodes: PerAxis<u32>,
-        /// Spectrum, draw and scale.
+        /// Parameters of the spectrum, slope, seed and realization.
         #[serde(flatten)]
         surface: RandomSurface,
         /// True if the manifest gives the anisotropy ratio 1, which is then a coordinate of the
@@ -32,74 +32,75 @@ pub enum Origin {
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         has_unit_ratio: bool,
     },
-    /// A measured surface.
+    /// A measured surface from a file.
     File(Box<MeasuredSurface>),
-    /// A random surface with a given spectrum.
+    /// A random surface with a given power spectral density.
     Spectrum {
         /// Nodes along x and y.
         nodes: PerAxis<u32>,
-        /// Spectrum and draw.
+        /// Source of the spectrum, slope, seed and realization.
         #[serde(flatten)]
         surface: SpectrumSurface,
     },
-    /// A shape with a closed-form solution.
+    /// A shape with a closed-form contact solution.
     Shape {
         /// Nodes along x and y.
         nodes: PerAxis<u32>,
-        /// Shape and its dimensions.
+        /// The shape with its dimensions.
         #[serde(flatten)]
         shape: Shape,
     },
 }
 
-/// A height map in a file, with its preparation.
+/// The recipe of a measured surface: a height map in a file, and its preparation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename = "file")]
 pub struct MeasuredSurface {
-    /// Hash of the content of the file; the path is not part of the recipe.
+    /// Hash of the content of the file. The path is not part of the recipe.
     pub content: ContentHash,
-    /// Unit of length, which is only a label.
+    /// Name of the unit of length, which is only a label.
     pub unit: String,
-    /// Factor that converts the numbers of the file to lengths.
+    /// Factor that converts the values of the file to heights in the unit of length.
     pub height_scale: f64,
-    /// Treatment of the edges of the map.
+    /// Method that makes the map periodic, if there is one.
     #[serde(flatten)]
     pub edges: Edges,
-    /// Reader of the file; none for a NumPy array.
+    /// Reader of the file; `None` for a NumPy array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reader: Option<Reader>,
-    /// The chosen map of the file; none for the first one with heights.
+    /// The map of the file that the manifest selects; `None` for the first map of heights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channel: Option<ChannelChoice>,
-    /// Preparation of the map before the treatment of its edges.
+    /// Crop, levelling, filling, filters and resampling, all applied before the treatment of the
+    /// edges.
     #[serde(flatten)]
     pub preparation: Preparation,
-    /// Properties of the map when the study was read, for forecasts and messages only.
+    /// Properties of the map found when the manifest was checked, for forecasts and messages only.
     #[serde(skip)]
-    pub seen: SeenMap,
+    pub seen: InspectedMap,
 }
 
-/// Properties of a measured map when the study was read.
+/// Properties of a measured map, found when the manifest was checked.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct SeenMap {
-    /// Nodes along x and y of the prepared map.
+pub struct InspectedMap {
+    /// Number of nodes of the prepared map along x and y.
     pub nodes: PerAxis<u32>,
     /// Sides of the prepared map along x and y.
     pub side: PerAxis<f64>,
-    /// The map that was read; none if the file cannot be read.
+    /// The map that was read; `None` if the file could not be read.
     pub channel: Option<ChannelRead>,
     /// Number of points of the cropped map that were not measured.
     pub missing: usize,
-    /// Number of points of the cropped map.
+    /// Number of all points of the cropped map.
     pub points: usize,
-    /// Grid of the map in the file.
+    /// Grid of the map in the file; `None` if the file could not be read.
     pub file: Option<Grid>,
 }
 
-impl SeenMap {
-    /// Returns the memory in bytes that the map in the file takes for each node of the prepared
-    /// map, in addition to that of a map without preparation.
-    pub fn read_besides(&self) -> f64 {
+impl InspectedMap {
+    /// Returns the additional memory for reading a map that is larger than the prepared map, in
+    /// bytes per node of the prepared map.
+    pub fn extra_bytes_per_node(&self) -> f64 {
         let PerAxis([nodes_x, nodes_y]) = self.nodes;
         let prepared = f64::from(nodes_x) * f64::from(nodes_y);
         let more = self.file.map_or(0.0, |grid| grid.count() as f64) - prepared;
@@ -107,7 +108,7 @@ impl SeenMap {
     }
 }
 
-/// A measured surface with the map that was read.
+/// A measured surface after its preparation, and the map of the file that was read.
 pub struct ReadSurface {
     /// The surface after its preparation.
     pub prepared: Prepared,
@@ -116,7 +117,7 @@ pub struct ReadSurface {
 }
 
 impl Origin {
-    /// Returns the nodes along x and y.
+    /// Returns the number of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         let PerAxis(nodes) = match self {
             Origin::Random { nodes, .. }
@@ -127,20 +128,22 @@ impl Origin {
         nodes.map(|nodes| nodes as usize)
     }
 
-    /// Returns whether it is a measured map that is not periodic and has not been made so.
+    /// Returns whether the surface is a measured map that is not periodic.
     pub fn is_open(&self) -> bool {
         matches!(self, Origin::File(file) if file.edges == Edges::Open)
     }
 
-    /// Returns whether its spectrum is in the table of another task.
+    /// Returns whether the spectrum of the surface is in the table of another task.
     pub fn reads_stage(&self) -> bool {
         matches!(self, Origin::Spectrum { surface, .. } if surface.source.is_stage())
     }
 
-    /// Draws or reads the surface.
+    /// Draws the surface, or reads it from its file. `side` gives the sides along x and y; for a
+    /// file they are optional.
     ///
-    /// # Errors If the file is missing, has changed, or cannot be read, or if the spectrum is in
-    /// the table of another task.
+    /// # Errors
+    /// If the file is missing, has changed or cannot be read, or if the spectrum is in the table of
+    /// another task.
     pub fn draw(
         &self,
         side: Option<[f64; 2]>,
@@ -152,7 +155,7 @@ impl Origin {
             Origin::Random { surface, .. } => Ok(surface.draw_on(threads, grid()?)),
             Origin::Shape { shape, .. } => Ok(shape.draw(grid()?)),
             Origin::Spectrum { surface, .. } => {
-                let density = surface.density_of_file(sources)?;
+                let density = surface.density_from_file(sources)?;
                 surface.draw(&density, grid()?, threads)
             }
             Origin::File(file) => Ok(file.read(side, sources)?.prepared.surface),
@@ -161,7 +164,7 @@ impl Origin {
 }
 
 impl MeasuredSurface {
-    /// Reads and prepares the map; `side` is for files without the side of their map.
+    /// Reads and prepares the map. `side` is needed for files without the sides of their map.
     ///
     /// # Errors
     /// If the file is missing, has changed or cannot be read, or the map cannot be prepared.
@@ -195,12 +198,15 @@ impl MeasuredSurface {
     }
 
     /// Prepares a map that has been read.
+    ///
+    /// # Errors
+    /// If a step of the preparation fails.
     pub fn prepare(&self, scan: Scan, sources: &SurfaceFiles) -> Result<Prepared, StageError> {
         let prepared = self.preparation.prepare(scan, self.edges);
         prepared.map_err(|source| StageError::Preparation { path: self.path(sources), source })
     }
 
-    /// Returns the path of the file for messages.
+    /// Returns the path of the file for messages; empty if it is unknown.
     fn path(&self, sources: &SurfaceFiles) -> String {
         let path = sources.path_of(&self.content);
         path.map(|path| path.display().to_string()).unwrap_or_default()

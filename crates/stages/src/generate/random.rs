@@ -1,6 +1,6 @@
-//! Random self-affine surfaces, and their keys.
+//! Keys and recipes of random self-affine surfaces.
 //!
-//! The doc comments of keys are shown by editors and quoted in messages.
+//! Editors show the doc comments of keys, and messages quote them.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -20,88 +20,90 @@ use asperity_manifest::written::checks::Checks;
 use asperity_manifest::written::declare::{pair, required, swept};
 use asperity_manifest::written::{Key, OnAxes, Section, table};
 
-/// Relative tolerance between a side and a whole number of wavelengths: the rounding of a quotient
-/// with twelve digits.
+/// Relative tolerance between a side and a whole number of wavelengths. It covers the rounding of a
+/// quotient with twelve digits.
 const ROUNDING: f64 = 1e-9;
 
 /// Random self-affine surfaces with a plateau up to `k_rolloff` and a power law up to `k_upper`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RandomTable {
-    /// Number of nodes per side, at least two to the shortest wave; of a rectangle those along x
-    /// and along y, `[1024, 512]`, together with a pair for `side`. The mesh samples the surface
-    /// and does not change it.
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`. The shortest wave must span at least two
+    /// nodes. The mesh only samples the surface: a finer mesh shows the same one.
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y,
-    /// `[2.0, 1.0]`, together with a pair for `nodes`. A list of pairs is swept.
+    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
+    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`. A list of pairs is swept.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     #[schemars(transform = pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
-    /// Hurst exponent, above 0 and at most 1.
+    /// Hurst exponent H: beyond the roll-off the power spectral density falls as q^(−2(1 + H)).
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     #[schemars(transform = swept, transform = required)]
     pub hurst: Key<f64>,
-    /// Smallest wavenumber of the spectrum, in units of 2π / (longer side), inclusive. Give either
+    /// Smallest wavenumber of the spectrum, in waves per longer side L (q = 2πk/L). Give either
     /// this key or `longest_wavelength`.
     #[schemars(range(min = 1, max = MAX_WAVES), transform = swept)]
     pub k_lower: Key<u32>,
-    /// Longest wavelength of the spectrum, in the unit of `side`. The longer side must be a
+    /// Longest wavelength of the spectrum, in the unit of `side`. The longer side must be a whole
     /// multiple of it. Give either this key or `k_lower`.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub longest_wavelength: Key<f64>,
-    /// Roll-off wavenumber up to which the spectrum is flat, from `k_lower` to `k_upper`. The
-    /// default is `k_lower`: no plateau.
+    /// Roll-off wavenumber, in waves per longer side: the spectrum is flat from `k_lower` to
+    /// `k_rolloff`. The default is `k_lower`, which gives no plateau.
     #[schemars(range(min = 1, max = MAX_WAVES), transform = swept)]
     pub k_rolloff: Key<u32>,
-    /// Largest wavenumber of the spectrum, in units of 2π / (longer side), inclusive, at most half
-    /// of `nodes`. Give either this key or `shortest_wavelength`.
+    /// Largest wavenumber of the spectrum, in waves per longer side, at most half of `nodes`. Give
+    /// either this key or `shortest_wavelength`.
     #[schemars(range(min = 1, max = MAX_WAVES), transform = swept)]
     pub k_upper: Key<u32>,
-    /// Shortest wavelength of the spectrum, in the unit of `side`. The longer side must be a
+    /// Shortest wavelength of the spectrum, in the unit of `side`. The longer side must be a whole
     /// multiple of it. Give either this key or `k_upper`.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub shortest_wavelength: Key<f64>,
-    /// Anisotropy, `{ ratio = 2.0, angle = 30 }`: along the direction at `angle` degrees from x,
-    /// wavelengths and correlation lengths are `ratio` times those across it. The density at (k∥,
-    /// k⊥) is the isotropic one at √((ratio k∥)² + k⊥²), with k∥ = k_x cos angle + k_y sin angle.
-    /// Cutoffs are those across the direction. The default is isotropic.
+    /// Anisotropy of the spectrum, `{ ratio = 2.0, angle = 30 }`: wavelengths and correlation
+    /// lengths along the direction at `angle` degrees from x are `ratio` times those across it. The
+    /// density at (k∥, k⊥) is the isotropic density at √((ratio k∥)² + k⊥²), with k∥ = k_x cos
+    /// angle + k_y sin angle. The cutoffs `k_lower`, `k_rolloff` and `k_upper` apply across the
+    /// direction. By default surfaces are isotropic.
     #[schemars(transform = swept)]
     pub anisotropy: Key<AnisotropyTable>,
     /// Root mean square slope to which each surface is scaled.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
     pub rms_slope: Key<f64>,
-    /// Seed of the random numbers; the default is the seed of the study.
+    /// Seed of the random numbers. The default is the `seed` of `[study]`.
     #[schemars(transform = swept)]
     pub seed: Key<u64>,
-    /// Number of surfaces for each point of the grid, or `{ at_least, at_most, until }` to draw
-    /// surfaces until a condition holds. Drawing more surfaces does not change the earlier ones.
+    /// Number of surfaces for each combination of swept values, or `{ at_least, at_most, until }`
+    /// to draw surfaces until a condition holds. Drawing more surfaces does not change the earlier
+    /// ones.
     #[schemars(extend("default" = 1))]
     pub realizations: Key<Realizations>,
-    /// Storage of the heights: kept in the table, drawn again when needed, or none. `"none"`
-    /// describes surfaces by their modes alone, which is many times faster, for statistics without
-    /// contact.
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed. `"none"` describes surfaces by their modes alone, which is many times faster, but
+    /// their contact cannot be solved.
     #[schemars(extend("default" = "keep"))]
     pub heights: Key<Heights>,
 }
 
 table!(RandomTable);
 
-/// Anisotropy of a spectrum.
+/// Keys of the anisotropy of a spectrum.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnisotropyTable {
-    /// Correlation length along the direction divided by that across it, from 1 to 1000.
+    /// Correlation length along the direction divided by the correlation length across it.
     #[schemars(range(min = 1, max = 1000))]
     pub ratio: f64,
-    /// Direction in degrees from the x axis, from 0 to below 180.
+    /// Angle from the x axis to the direction, in degrees.
     #[serde(default)]
     #[schemars(range(min = 0), extend("exclusiveMaximum" = 180, "default" = 0.0))]
     pub angle: Key<f64>,
 }
 
-/// Returns the random self-affine surfaces of a stage.
+/// Returns the random self-affine surfaces of a stage, or `None` after reporting problems.
 pub fn random(
     amplitude: Amplitude,
     section: &Section<RandomTable>,
@@ -167,7 +169,7 @@ pub fn random(
     })
 }
 
-/// Refuses cutoffs without `k_lower ≤ k_rolloff ≤ k_upper`.
+/// Refuses cutoffs that violate `k_lower ≤ k_rolloff ≤ k_upper`.
 fn check_cutoffs(
     table: &RandomTable,
     [lower, upper]: [&Cutoff; 2],
@@ -197,15 +199,15 @@ fn check_cutoffs(
     Some(())
 }
 
-/// A cutoff in waves along the longer side.
+/// A cutoff of the spectrum, in waves along the longer side.
 struct Cutoff<'a> {
     waves: u32,
-    /// The key and its value: `k_upper = 32`, or `shortest_wavelength = 0.05`.
+    /// The key and its value as in the manifest: `k_upper = 32`, or `shortest_wavelength = 0.05`.
     written: String,
     span: &'a Span,
 }
 
-/// Returns the lower or the upper cutoff, given in waves or as a wavelength.
+/// Returns the lower or the upper cutoff, which the manifest gives in waves or as a wavelength.
 fn cutoff<'t>(
     (name, key): (&str, &'t Key<u32>),
     (length_name, length): (&str, &'t Key<f64>),
@@ -239,8 +241,8 @@ fn cutoff<'t>(
     Some(Cutoff { waves, written: format!("{length_name} = {wavelength}"), span: &written.span })
 }
 
-/// Returns how many wavelengths fit the longer side, or message and label if the number is not
-/// whole.
+/// Returns the number of wavelengths along the longer side. If it is not a whole number, returns
+/// message and label of the problem instead.
 fn waves_along(longer_side: f64, wavelength: f64) -> Result<u32, (String, String)> {
     let times = longer_side / wavelength;
     let waves = times.round();
@@ -261,7 +263,7 @@ fn waves_along(longer_side: f64, wavelength: f64) -> Result<u32, (String, String
     Err((found, format!("the nearest are {}", nearest.join(" and "))))
 }
 
-/// Returns the anisotropy; none if the ratio is 1.
+/// Returns the anisotropy, or no anisotropy if the key is left out or its ratio is 1.
 fn anisotropy(key: &Key<AnisotropyTable>, checks: &mut Checks) -> Option<Option<Anisotropy>> {
     let Some(written) = checks.optional("anisotropy", key)? else {
         return Some(None);
@@ -270,7 +272,7 @@ fn anisotropy(key: &Key<AnisotropyTable>, checks: &mut Checks) -> Option<Option<
     Some(Anisotropy::new(decimal::nearest(written.value.ratio), angle))
 }
 
-/// Refuses an anisotropy that leaves no wave of the cell between the cutoffs.
+/// Refuses an anisotropy for which no wave of the cell lies between the cutoffs.
 fn check_modes(
     key: &Key<AnisotropyTable>,
     spectrum: &Spectrum,

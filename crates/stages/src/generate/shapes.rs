@@ -1,6 +1,6 @@
-//! Shapes with a closed-form solution, and their keys.
+//! Keys of shapes with a closed-form contact solution.
 //!
-//! The doc comments of keys are shown by editors and quoted in messages.
+//! Editors show the doc comments of keys, and messages quote them.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -14,82 +14,89 @@ use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::written::declare::{pair, required, swept};
 use asperity_manifest::written::{Key, OnAxes, Section, table};
 
-/// Paraboloid, for Hertz contact.
+/// Paraboloid −r²/(2R), for comparison with Hertz contact.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ParaboloidTable {
-    /// Number of nodes per side; of a rectangle those along x and along y, `[1024, 512]`, together
-    /// with a pair for `side`.
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`.
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
+    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
+    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     #[schemars(transform = pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
-    /// Radius of curvature of the summit, in the unit of `side`.
+    /// Radius of curvature R of the summit, in the unit of `side`.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub radius: Key<f64>,
-    /// Storage of the heights: kept in the table, or drawn again when needed.
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
     pub heights: Key<Heights>,
 }
 
 table!(ParaboloidTable);
 
-/// Wave along one direction or two.
+/// Wave along one direction or two, for comparison with the solutions for wavy surfaces.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WaveTable {
-    /// Number of nodes per side, more than twice `waves`; of a rectangle those along x and along y,
-    /// `[1024, 512]`, together with a pair for `side`.
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`. The number of nodes must be more than twice
+    /// `waves`.
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
+    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
+    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     #[schemars(transform = pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
-    /// Amplitude of the wave, or of each wave, in the unit of `side`.
+    /// Amplitude Δ in the formula of the method, in the unit of `side`.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub amplitude: Key<f64>,
-    /// Number of wavelengths along each side.
+    /// Number n of wavelengths along each side.
     #[schemars(range(min = 1, max = MAX_WAVES), extend("default" = 1), transform = swept)]
     pub waves: Key<u32>,
-    /// Storage of the heights: kept in the table, or drawn again when needed.
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
     pub heights: Key<Heights>,
 }
 
 table!(WaveTable);
 
-/// Flat disc in the middle of the cell.
+/// Flat circular punch in the middle of the cell.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PunchTable {
-    /// Number of nodes per side; of a rectangle those along x and along y, `[1024, 512]`, together
-    /// with a pair for `side`.
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`.
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side of the periodic cell, in any unit of length; of a rectangle those along x and along y.
+    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
+    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     #[schemars(transform = pair, transform = swept)]
     pub side: Key<OnAxes<f64>>,
-    /// Radius of the disc, in the unit of `side`: less than half of the shorter side.
+    /// Radius of the disc, in the unit of `side`. It must be less than half of the shorter side.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub radius: Key<f64>,
-    /// Depth of the surface around the disc below it, in the unit of `side`.
+    /// Height of the disc above the surface around it, in the unit of `side`.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
     pub depth: Key<f64>,
-    /// Storage of the heights: kept in the table, or drawn again when needed.
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
     pub heights: Key<Heights>,
 }
 
 table!(PunchTable);
 
-/// Returns the paraboloids of a stage.
+/// Returns the paraboloids of a stage, or `None` after reporting problems.
 pub fn paraboloid(
     section: &Section<ParaboloidTable>,
     problems: &mut Problems,
@@ -103,18 +110,18 @@ pub fn paraboloid(
     })
 }
 
-/// The combination of waves along two directions.
+/// The combination of a wave along x with a wave along y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WaveShape {
-    /// There is only the wave along x.
+    /// The wave along x alone.
     Single,
-    /// Their product.
+    /// The product of both waves.
     Product,
-    /// Their sum.
+    /// The sum of both waves.
     Sum,
 }
 
-/// Returns the waves of a stage.
+/// Returns the waves of a stage, or `None` after reporting problems.
 pub fn wave(
     shape: WaveShape,
     section: &Section<WaveTable>,
@@ -144,7 +151,7 @@ pub fn wave(
     })
 }
 
-/// Returns the flat punches of a stage.
+/// Returns the flat punches of a stage, or `None` after reporting problems.
 pub fn punch(
     section: &Section<PunchTable>,
     problems: &mut Problems,

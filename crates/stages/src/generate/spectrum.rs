@@ -1,6 +1,6 @@
-//! Random surfaces with a given spectrum: their keys and their recipes.
+//! Keys and recipes of random surfaces with a given spectrum.
 //!
-//! The doc comments of keys are shown by editors and quoted in messages.
+//! Editors show the doc comments of keys, and messages quote them.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -32,40 +32,42 @@ use asperity_tables::table::Table;
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SpectrumTable {
-    /// CSV or Parquet file, relative to the manifest, with columns `wavenumber` (angular, 2π/λ) and
-    /// `density` or `spectral_density`. The density is a power law between two rows, and zero
-    /// beyond the first and the last. A CSV header may have units: `wavenumber [1/µm]`,
-    /// `density [µm^4]`. For a measured spectrum, name its stage in `from` instead; modes then have
-    /// the densities of their rings.
+    /// CSV or Parquet file with the spectrum, relative to the manifest. Its columns are
+    /// `wavenumber` (angular, 2π/λ) and `density` or `spectral_density`. The density is a power law
+    /// between two rows, and zero beyond the first and the last row. A CSV header may have units:
+    /// `wavenumber [1/µm]`, `density [µm^4]`. To use the spectrum that a `measure` stage computes,
+    /// omit this key and name the stage in `from`; each mode then has the density of its ring of
+    /// wavenumbers.
     #[schemars(transform = swept)]
     pub path: Key<String>,
-    /// Number of nodes per side; of a rectangle those along x and along y, `[1024, 512]`, together
-    /// with a pair for `side`. Waves shorter than two nodes are left out.
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`. Waves shorter than two nodes are left out.
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side of the periodic cell, in `unit` or, with `from`, in the unit of the measured surface;
-    /// of a rectangle those along x and along y. Waves longer than the cell are left out.
+    /// Side length of the periodic cell, in `unit` or, with `from`, in the unit of the measured
+    /// surface; for a rectangle a pair along x and y. Waves longer than the cell are left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub side: Key<OnAxes<f64>>,
-    /// Root mean square slope to which each surface is scaled. By default nothing is scaled, and
-    /// height and slope follow from the spectrum.
+    /// Root mean square slope to which each surface is scaled. By default surfaces are not scaled,
+    /// and the spectrum determines their height and slope.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub rms_slope: Key<f64>,
-    /// Seed of the random numbers; the default is the seed of the study.
+    /// Seed of the random numbers. The default is the `seed` of `[study]`.
     #[schemars(transform = swept)]
     pub seed: Key<u64>,
-    /// Name of the unit of length of `side`. The spectrum is converted if its file has another
-    /// unit. The default is the unit of the file.
+    /// Name of the unit of length of `side`. If the file has another unit, the spectrum is
+    /// converted. The default is the unit of the file.
     #[schemars(extend("default" = ""))]
     pub unit: Key<String>,
-    /// Number of surfaces for each point of the grid, or `{ at_least, at_most, until }` to draw
-    /// surfaces until a condition holds. Drawing more surfaces does not change the earlier ones.
+    /// Number of surfaces for each combination of swept values, or `{ at_least, at_most, until }`
+    /// to draw surfaces until a condition holds. Drawing more surfaces does not change the earlier
+    /// ones.
     #[schemars(extend("default" = 1))]
     pub realizations: Key<Realizations>,
-    /// Storage of the heights: kept in the table, or drawn again when needed; with `from` they are
-    /// always kept.
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed. With `from` they must be stored.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
     pub heights: Key<Heights>,
 }
@@ -79,40 +81,40 @@ pub struct SpectrumSurface {
     /// Source of the spectral density.
     #[serde(flatten)]
     pub source: Source,
-    /// √⟨|∇h|²⟩ to which each surface is scaled; without it the density decides the slope.
+    /// √⟨|∇h|²⟩ to which the surface is scaled. If it is `None`, the density determines the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_slope: Option<f64>,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Number of the realization.
+    /// Number of the realization among the surfaces with the same parameters.
     pub realization: u32,
 }
 
-/// The source of a power spectral density.
+/// The source of a power spectral density: a file or another stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Source {
-    /// A table of wavenumbers and densities.
+    /// A file with a table of wavenumbers and densities.
     File {
         /// Hash of the content of the file; the path is not part of the recipe.
         content: ContentHash,
         /// Unit of length of the surface; empty for the unit of the table.
         unit: String,
     },
-    /// A measured spectrum in the table of another task.
+    /// A measured spectrum, which is in the table of another task.
     Stage {
-        /// Name of the measured surface, once the table has been read.
+        /// Name of the measured surface; `None` until the table has been read.
         spectrum_of: Option<String>,
     },
 }
 
 impl Source {
-    /// Returns whether it is in the table of another task.
+    /// Returns whether the density is in the table of another task.
     pub fn is_stage(&self) -> bool {
         matches!(self, Source::Stage { .. })
     }
 
-    /// Returns whether the table of the other task has not been read yet.
+    /// Returns whether the density is in a table that has not been read yet.
     pub fn is_unread(&self) -> bool {
         matches!(self, Source::Stage { spectrum_of: None })
     }
@@ -142,11 +144,12 @@ impl SpectrumSurface {
         Ok(surface.draw_on(threads, grid))
     }
 
-    /// Returns the density from its file.
+    /// Reads the density from its file, in the unit of length of the surface.
     ///
-    /// # Errors If the file is missing, has changed or has no density, or the density is in the
-    /// table of another task.
-    pub fn density_of_file(&self, sources: &SurfaceFiles) -> Result<SpectralDensity, StageError> {
+    /// # Errors
+    /// If the file is missing, has changed or has no density, or if the density is in the table of
+    /// another task.
+    pub fn density_from_file(&self, sources: &SurfaceFiles) -> Result<SpectralDensity, StageError> {
         let Source::File { content, unit } = &self.source else {
             return Err(StageError::NotKept);
         };
@@ -159,18 +162,18 @@ impl SpectrumSurface {
         let bytes = sources.read(content)?;
         let table = spectrum_files::read(&bytes).map_err(|error| unusable(error.to_string()))?;
         let Some(factor) = table.length_scale(unit) else {
-            return Err(unusable(format!("cannot be had in {unit:?}")));
+            return Err(unusable(format!("cannot be converted to the unit {unit:?}")));
         };
         let density = SpectralDensity::from_points(table.points);
         let density = density.map_err(|error| unusable(error.to_string()))?;
         Ok(density.in_unit(factor))
     }
 
-    /// Returns the density of a measured spectrum, ring by ring.
+    /// Returns the density of a measured spectrum, constant on each ring of wavenumbers.
     ///
     /// # Errors
-    /// If the table has no spectrum, or that of a flat surface.
-    pub fn density_measured(table: &Table) -> Result<SpectralDensity, StageError> {
+    /// If the table has no spectrum, or the spectrum of a flat surface.
+    pub fn density_from_spectrum(table: &Table) -> Result<SpectralDensity, StageError> {
         let longer_side = Grids::new(table)?.grid(0)?.cell().longer_side();
         let step = TAU / longer_side;
         let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();
@@ -181,7 +184,7 @@ impl SpectrumSurface {
     }
 }
 
-/// Returns the surfaces with a given spectrum of a stage.
+/// Returns the surfaces of a stage with `method = "spectrum"`, or `None` after reporting problems.
 pub fn spectra(
     section: &Section<SpectrumTable>,
     context: &mut CheckContext,
@@ -195,9 +198,9 @@ pub fn spectra(
         let realizations = growth::realizations(&table.realizations, checks);
         let heights = checks.value("heights", &table.heights);
         let source = if reads_stages {
-            of_stage(table, checks)
+            stage_source(table, checks)
         } else {
-            of_file(table, mesh.as_ref(), sources, checks)
+            file_source(table, mesh.as_ref(), sources, checks)
         };
         let (mesh, (realizations, growth)) = (mesh?, realizations?);
         let surface =
@@ -215,8 +218,9 @@ pub fn spectra(
     })
 }
 
-/// Returns the spectrum that another stage measures.
-fn of_stage(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
+/// Returns the source of a spectrum that another stage measures. Keys that only apply to files are
+/// refused.
+fn stage_source(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
     let why = "`from` names the stage with the spectrum";
     let path = checks.forbidden("path", &table.path, why);
     let why = "with `from` lengths are in the unit of the measured surface";
@@ -230,8 +234,9 @@ fn of_stage(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
     path.and(unit).map(|()| Source::Stage { spectrum_of: None })
 }
 
-/// Reads the file of a spectrum, so that its problems show before a run.
-fn of_file(
+/// Returns the source of a spectrum in a file. The file is read here, so that its problems are
+/// reported before a run.
+fn file_source(
     table: &SpectrumTable,
     mesh: Option<&Mesh>,
     sources: &mut SurfaceFiles,
@@ -274,7 +279,7 @@ fn written_unit(table: &SpectrumTable) -> String {
     unit.unwrap_or_default()
 }
 
-/// Returns the unit of length of the file in units of that of the surface.
+/// Returns the unit of length of the file, in units of the unit of the surface.
 fn length_scale(
     table: &SpectrumTable,
     path: &Spanned<String>,
@@ -294,7 +299,7 @@ fn length_scale(
     scale
 }
 
-/// Refuses a spectrum without density for any mode of the mesh.
+/// Refuses a spectrum whose density is zero for all modes of the mesh.
 fn check_occupied(
     density: &SpectralDensity,
     path: &Spanned<String>,
@@ -311,7 +316,7 @@ fn check_occupied(
     let longest = TAU / mesh.cell().longer_side();
     let shortest = longest * grid.smaller_steps() / 2.0;
     let message = format!(
-        "{:?} has no density for the waves of the mesh: it goes from {from:.4e} to {to:.4e}",
+        "{:?} has no density for the waves of the mesh: its wavenumbers go from {from:.4e} to {to:.4e}",
         path.value
     );
     let label =

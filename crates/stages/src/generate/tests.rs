@@ -1,4 +1,4 @@
-//! Recipes of surfaces: keys are made of their text.
+//! Tests of the recipes of surfaces. Keys are digests of the text of recipes.
 
 use super::map_file::{ChannelChoice, Reader};
 use super::*;
@@ -29,7 +29,7 @@ fn a_surface_is_known_from_its_recipe() {
         reader: None,
         channel: None,
         preparation: Preparation::default(),
-        seen: SeenMap::default(),
+        seen: InspectedMap::default(),
     };
     let shape = Shape::Punch { radius: 0.25, depth: 0.5 };
     let prepared = MeasuredSurface {
@@ -78,7 +78,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
             reader: None,
             channel: None,
             preparation: Preparation::default(),
-            seen: SeenMap { missing: 3, ..SeenMap::default() },
+            seen: InspectedMap { missing: 3, ..InspectedMap::default() },
         })),
     };
     let expected = format!(

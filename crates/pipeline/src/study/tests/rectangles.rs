@@ -103,15 +103,15 @@ fn rectangles_are_swept_as_lists_of_pairs() {
 #[test]
 fn half_a_rectangle_is_refused_with_the_other_half() {
     for (rest, parts) in [
-        ("nodes = [[128, 64]]", ["`nodes = [128, 64]` is a rectangle", "`side = [1, 0.5]`"]),
-        ("nodes = [[128, 64], [64, 32]]\nside = 3.0", ["`side` is a square", "`side = [3, 1.5]`"]),
+        ("nodes = [[128, 64]]", ["`nodes = [128, 64]` is a pair", "`side = [1, 0.5]`"]),
         (
-            "nodes = 64\nside = [[2.0, 1.0]]",
-            ["`side = [2, 1]` is a rectangle", "`nodes = [64, 32]`"],
+            "nodes = [[128, 64], [64, 32]]\nside = 3.0",
+            ["`side` is one number", "`side = [3, 1.5]`"],
         ),
+        ("nodes = 64\nside = [[2.0, 1.0]]", ["`side = [2, 1]` is a pair", "`nodes = [64, 32]`"]),
         (
             "nodes = [[128, 64], 64]\nside = [2.0, 1.0]",
-            ["`nodes` is a square", "`nodes = [64, 32]`"],
+            ["`nodes` is one number", "`nodes = [64, 32]`"],
         ),
         ("nodes = [[128, 64, 32]]\nside = [[2.0, 1.0]]", ["`nodes` has 3 entries", "must have 2"]),
         ("nodes = [[128, 2]]\nside = [[2.0, 1.0]]", ["`nodes` holds 2", "from 4 to 16384"]),
@@ -134,7 +134,7 @@ fn waves_must_fit_both_sides() {
     assert_eq!(of(ROUGH, fits), [([128, 64], [2.0, 1.0])]);
     let message = message(ROUGH, &fits.replace("64]", "62]"));
     for part in [
-        "`k_upper = 64` needs at least 128 × 64 nodes, and `nodes` is [128, 62]",
+        "`k_upper = 64` needs at least 128 × 64 nodes, but `nodes` is [128, 62]",
         "64 waves along x and 31 along y",
     ] {
         assert!(message.contains(part), "{part} in {message}");
@@ -187,7 +187,7 @@ fn a_map_of_more_nodes_along_one_axis_has_two_sides() {
     let mirrored = head.replace("true", "false\nedges = \"mirror\"");
     assert_eq!(of(&mirrored, "side = [3.0, 2.0]"), [([12, 8], [6.0, 4.0])]);
     let message = message(head, "side = 3.0");
-    for part in ["is a rectangle, and `side` is a square", "`side = [3, 2]`"] {
+    for part in ["along x and y, but `side` is one number", "`side = [3, 2]`"] {
         assert!(message.contains(part), "{part} in {message}");
     }
 }

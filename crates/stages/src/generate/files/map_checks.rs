@@ -1,11 +1,11 @@
-//! Checks of the map in a file: its unit, its sides and its preparation.
+//! Checks of the unit, the sides and the preparation of the map in a file.
 
 use std::ops::RangeBounds;
 
-use super::{Asked, FileTable};
+use super::{FileKeys, FileTable};
 use crate::generate::map_file::MapFile;
 use crate::generate::mesh::{MAX_NODES, MIN_NODES, square_cells};
-use crate::generate::{PerAxis, SeenMap};
+use crate::generate::{InspectedMap, PerAxis};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
@@ -19,54 +19,54 @@ use asperity_manifest::written::validation::QUANTITY;
 use asperity_manifest::written::{Key, OnAxes, Spanned};
 use asperity_topography_files::{Quantity, Size, is_metre};
 
-/// Relative tolerance between sides in the manifest and in the file.
+/// Relative tolerance between the sides in the manifest and the sides in the file.
 const SAME: f64 = 1e-6;
 
-/// The unit and the sides of a map.
+/// The unit and the sides of a map in its file.
 pub struct Lengths {
-    /// Unit of length.
+    /// Name of the unit of length.
     pub unit: String,
-    /// Sides that the manifest gives.
+    /// Sides along x and y that the manifest gives, if it gives them.
     pub side: Option<PerAxis<f64>>,
-    /// Cell of the map in the file.
+    /// Cell of the map in the file, with the sides of the manifest or of the file.
     pub cell: Cell,
 }
 
-/// Returns the sides that the manifest gives.
+/// Returns the sides that the manifest gives along x and y, if it gives them.
 pub fn written_side(table: &FileTable, checks: &mut Checks) -> Option<Option<PerAxis<f64>>> {
     let sides = checks.optional("side", &table.side)?;
     Some(sides.map(|sides| PerAxis(sides.value.pair().map(decimal::nearest))))
 }
 
-/// Returns unit and sides of a map; contradictions are reported.
-pub fn lengths(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
-    let written = written_side(asked.table, checks);
-    let unit = unit(asked, map, checks)?;
-    let known = sides_of_file(asked, map, checks)?;
+/// Returns the unit and the sides of a map. Reports contradictions between manifest and file.
+pub fn lengths(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
+    let written = written_side(keys.table, checks);
+    let unit = unit(keys, map, checks)?;
+    let known = sides_of_file(keys, map, checks)?;
     let side = written?;
-    let sides = match (asked.table.side.written(), side, known) {
+    let sides = match (keys.table.side.written(), side, known) {
         (Some(written), Some(PerAxis(sides)), Some(known)) => {
-            check_same(asked, written, sides, known, &unit, checks)?;
+            check_same(keys, written, sides, known, &unit, checks)?;
             sides
         }
         (Some(written), Some(PerAxis(sides)), None) => {
-            check_both(asked.path, written, map.nodes, checks)?;
+            check_both(keys.path, written, map.nodes, checks)?;
             sides
         }
         (_, _, Some(known)) => known,
-        _ => return lacks_side(asked, map, checks),
+        _ => return missing_side(keys, map, checks),
     };
     if let Some(side) = sides.into_iter().find(|side| !QUANTITY.contains(side)) {
-        let message = format!("{:?} has a side of {side:?}", asked.path.value);
+        let message = format!("{:?} has a side of {side:?}", keys.path.value);
         let label = "sides must be from 1e-30 to 1e30";
-        return checks.reject(Problem::new(message, asked.path.span.clone(), label));
+        return checks.reject(Problem::new(message, keys.path.span.clone(), label));
     }
     let cell = Cell::new(sides).expect("sides were checked");
     Some(Lengths { unit, side, cell })
 }
 
-/// Returns whether lengths are in metres: the heights are, or the heights have no unit and the
-/// sides are.
+/// Returns whether the lengths of a map are read in metres. This is so if its heights have a unit
+/// of length, or if its heights have no unit and its sides have one.
 fn is_in_metres(map: &MapFile) -> bool {
     match map.quantity {
         Quantity::Height => true,
@@ -79,14 +79,16 @@ fn overrides(table: &FileTable) -> bool {
     table.overrides.value() == Some(true)
 }
 
-/// Returns whether the manifest replaces the unit of the file.
+/// Returns whether the manifest replaces the unit of the file by another one than the metre.
 fn has_other_unit(table: &FileTable) -> bool {
     let unit = table.unit.written();
     overrides(table) && unit.is_some_and(|unit| !is_metre(&unit.value))
 }
 
-fn unit(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<String> {
-    let Asked { path, table, .. } = asked;
+/// Returns the unit of length of a map. Refuses a channel without heights, and a unit that
+/// contradicts the file.
+fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
+    let FileKeys { path, table, .. } = keys;
     let written = table.unit.written();
     if let Quantity::Other(unit) = &map.quantity
         && !(overrides(table) && written.is_some())
@@ -124,22 +126,21 @@ fn unit(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<String> {
     ))
 }
 
-/// Returns the sides that the file gives in the unit of the map.
-fn sides_of_file(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Option<[f64; 2]>> {
-    if has_other_unit(asked.table) && matches!(map.size, Size::Metres(_)) {
+/// Returns the sides in the file, if it has them in the unit of the map. Refuses sides in metres
+/// with heights without a unit, unless the manifest gives their factor.
+fn sides_of_file(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Option<[f64; 2]>> {
+    if has_other_unit(keys.table) && matches!(map.size, Size::Metres(_)) {
         return Some(None);
     }
     Some(match (&map.quantity, map.size) {
         (Quantity::Height | Quantity::Other(_), Size::Metres(sides)) => Some(sides),
         (Quantity::Unitless, Size::Unitless(sides)) => Some(sides),
         (Quantity::Unitless, Size::Metres(sides)) => {
-            let is_said = asked.table.height_scale.written().is_some() || overrides(asked.table);
+            let is_said = keys.table.height_scale.written().is_some() || overrides(keys.table);
             if !is_said {
-                let message = format!(
-                    "{:?} has sides in metres and heights without a unit",
-                    asked.path.value
-                );
-                let problem = Problem::new(message, asked.path.span.clone(), "this file");
+                let message =
+                    format!("{:?} has sides in metres and heights without a unit", keys.path.value);
+                let problem = Problem::new(message, keys.path.span.clone(), "this file");
                 return checks.reject(problem.help(
                     "set the factor that converts its heights to metres: `height_scale = 1e-6` for \
                      micrometres, `height_scale = 1` for metres",
@@ -151,9 +152,10 @@ fn sides_of_file(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Op
     })
 }
 
-/// Refuses sides in the manifest that differ from those of the file, unless it overrides the file.
+/// Refuses sides in the manifest that differ from those of the file, unless the manifest overrides
+/// the file.
 fn check_same(
-    asked: &Asked,
+    keys: &FileKeys,
     written: &Spanned<OnAxes<f64>>,
     sides: [f64; 2],
     known: [f64; 2],
@@ -161,7 +163,7 @@ fn check_same(
     checks: &mut Checks,
 ) -> Option<()> {
     let is_same = |axis: usize| (sides[axis] - known[axis]).abs() <= SAME * known[axis];
-    if overrides(asked.table) || (is_same(0) && is_same(1)) {
+    if overrides(keys.table) || (is_same(0) && is_same(1)) {
         return Some(());
     }
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
@@ -171,14 +173,15 @@ fn check_same(
     };
     let message = format!(
         "`side = {}` contradicts {:?}, which has {said}{unit}",
-        written.value, asked.path.value
+        written.value, keys.path.value
     );
     let problem = Problem::new(message, written.span.clone(), "this side")
-        .and(asked.path.span.clone(), "has other sides");
+        .and(keys.path.span.clone(), "has other sides");
     checks.reject(problem.help("remove `side`, or set `override = true` if the file is wrong"))
 }
 
-/// Refuses one side for a map with more nodes along one axis: the shape of its cells is unknown.
+/// Refuses one side for a map with different numbers of nodes along x and y, because the shape of
+/// its cells is then unknown.
 fn check_both(
     path: &Spanned<String>,
     sides: &Spanned<OnAxes<f64>>,
@@ -191,28 +194,32 @@ fn check_both(
     if nodes_x == nodes_y {
         return Some(());
     }
-    let message = format!("{:?} is a rectangle, and `side` is a square", path.value);
-    let problem = Problem::new(message, sides.span.clone(), "one number")
-        .and(path.span.clone(), "has more nodes along one axis");
+    let message = format!(
+        "{:?} has different numbers of nodes along x and y, but `side` is one number",
+        path.value
+    );
+    let problem =
+        Problem::new(message, sides.span.clone(), "one number").and(path.span.clone(), "this map");
     let counts = [nodes_x, nodes_y].map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
     checks.reject(problem.help(format!(
-        "give both sides, along the first axis of the array and along the second; with \
-         `side = {}` cells are square",
+        "give the sides along the first and the second axis of the array; `side = {}` makes cells \
+         square",
         square_cells(counts, side)
     )))
 }
 
-fn lacks_side(asked: &Asked, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
+/// Reports that neither the manifest nor the file gives the side of the map.
+fn missing_side(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
     let says = match map.size {
         Size::Unitless([x, y]) => format!("has {x} × {y} without a unit"),
         Size::Metres([x, y]) => format!("has {x:?} × {y:?} m, not in the unit of the manifest"),
         Size::Unknown => "does not contain it".to_owned(),
     };
-    let message = format!("`side` is not given, and {:?} {says}", asked.path.value);
-    checks.refuse("side", message, &asked.path.span, "needs `side`")
+    let message = format!("`side` is not given, and {:?} {says}", keys.path.value);
+    checks.refuse("side", message, &keys.path.span, "needs `side`")
 }
 
-/// Returns the preparation of the map, checked as far as possible without the map.
+/// Returns the preparation of the map, after the checks that need no map.
 pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation> {
     let crop = crop(table, checks);
     let resample = resample(table, checks);
@@ -238,7 +245,7 @@ fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
     Some(Some(Crop { from, size }))
 }
 
-/// Refuses filters that leave no wavelengths between them.
+/// Refuses a high-pass and a low-pass filter that leave no wavelengths between them.
 fn check_band(table: &FileTable, cutoffs: [Option<f64>; 2], checks: &mut Checks) -> Option<()> {
     let [Some(low), Some(high)] = cutoffs else {
         return Some(());
@@ -273,33 +280,39 @@ fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> 
     Some(Some(written.value.pair()))
 }
 
-/// Returns the prepared map; problems with its preparation are reported.
-pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Option<SeenMap> {
+/// Applies `crop` and `level` to a map, checks the result, and returns the properties of the
+/// prepared map.
+pub fn inspected(
+    keys: &FileKeys,
+    map: &MapFile,
+    cell: Cell,
+    checks: &mut Checks,
+) -> Option<InspectedMap> {
     let grid = Grid::new(map.nodes, cell).expect("the file has as many numbers");
-    let scan = match map.clone().scan(Some(cell.size()), asked.height_scale) {
+    let scan = match map.clone().scan(Some(cell.size()), keys.height_scale) {
         Ok(scan) => scan,
-        Err(error) => return refuse(asked, format!("cannot be read: {error}"), checks),
+        Err(error) => return refuse(keys, format!("cannot be read: {error}"), checks),
     };
     let before = spread(scan.heights());
-    let crop = asked.table.crop.written();
-    let levelled = match asked.preparation.levelled(scan) {
+    let crop = keys.table.crop.written();
+    let levelled = match keys.preparation.levelled(scan) {
         Ok(levelled) => levelled,
         Err(error) => {
-            let message = format!("`crop` is not a part of {:?}: {error}", asked.path.value);
-            let span = crop.map_or(&asked.path.span, |crop| &crop.span).clone();
+            let message = format!("`crop` is not a part of {:?}: {error}", keys.path.value);
+            let span = crop.map_or(&keys.path.span, |crop| &crop.span).clone();
             let [x, y] = cell.size().map(decimal::nearest);
             let problem = Problem::new(message, span, "must lie within the map");
             let sides = format!("the map has sides of {x:?} and {y:?}");
             return checks.reject(problem.help(sides));
         }
     };
-    check_nodes(asked, levelled.grid(), checks)?;
-    check_holes(asked, &levelled, checks)?;
-    check_heights(asked, &levelled, before, checks)?;
-    check_cutoffs(asked, levelled.grid(), checks)?;
-    check_resampled(asked, levelled.grid(), checks)?;
-    let (nodes, side) = prepared(asked, levelled.grid());
-    Some(SeenMap {
+    check_nodes(keys, levelled.grid(), checks)?;
+    check_holes(keys, &levelled, checks)?;
+    check_heights(keys, &levelled, before, checks)?;
+    check_cutoffs(keys, levelled.grid(), checks)?;
+    check_resampled(keys, levelled.grid(), checks)?;
+    let (nodes, side) = prepared(keys, levelled.grid());
+    Some(InspectedMap {
         nodes: PerAxis(nodes),
         side: PerAxis(side),
         channel: Some(map.channel.clone()),
@@ -309,19 +322,20 @@ pub fn part(asked: &Asked, map: &MapFile, cell: Cell, checks: &mut Checks) -> Op
     })
 }
 
-/// Refuses a file, with the description of `path`.
-fn refuse<T>(asked: &Asked, reason: String, checks: &mut Checks) -> Option<T> {
-    let message = format!("{:?} {reason}", asked.path.value);
-    checks.refuse("path", message, &asked.path.span, "this file")
+/// Reports that a file cannot be used, with the description of `path`.
+fn refuse<T>(keys: &FileKeys, reason: String, checks: &mut Checks) -> Option<T> {
+    let message = format!("{:?} {reason}", keys.path.value);
+    checks.refuse("path", message, &keys.path.span, "this file")
 }
 
-/// Returns how many copies of the map lie along each axis.
-fn copies(asked: &Asked) -> u32 {
-    if asked.edges == Edges::Mirror { 2 } else { 1 }
+/// Returns the number of copies of the map along each axis of the prepared map.
+fn copies(keys: &FileKeys) -> u32 {
+    if keys.edges == Edges::Mirror { 2 } else { 1 }
 }
 
-fn check_nodes(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
-    let max = MAX_NODES / copies(asked);
+/// Refuses a map with too few or too many nodes.
+fn check_nodes(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
+    let max = MAX_NODES / copies(keys);
     let can_be = MIN_NODES as usize..=max as usize;
     let nodes = grid.nodes();
     if nodes.iter().all(|nodes| can_be.contains(nodes)) {
@@ -331,64 +345,65 @@ fn check_nodes(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
         [x, y] if x == y => format!("{x} nodes per side"),
         [x, y] => format!("{x} × {y} nodes"),
     };
-    let found = match asked.table.crop.written() {
+    let found = match keys.table.crop.written() {
         Some(_) => format!("has {found} in the cropped part"),
         None => format!("has {found}"),
     };
-    refuse(asked, format!("{found}; it must have from {MIN_NODES} to {max} here"), checks)
+    refuse(keys, format!("{found}; it must have from {MIN_NODES} to {max} here"), checks)
 }
 
-/// Refuses a map with points that were not measured, unless they are filled.
-fn check_holes(asked: &Asked, scan: &Scan, checks: &mut Checks) -> Option<()> {
+/// Refuses a map with points that were not measured, unless `fill` names a method for them.
+fn check_holes(keys: &FileKeys, scan: &Scan, checks: &mut Checks) -> Option<()> {
     let (missing, points) = (scan.missing(), scan.grid().count());
     if missing == 0 {
         return Some(());
     }
     if missing == points {
-        return refuse(asked, "has no measured point".to_owned(), checks);
+        return refuse(keys, "has no measured point".to_owned(), checks);
     }
-    if asked.preparation.fill.unwrap_or_default() != Fill::Error {
+    if keys.preparation.fill.unwrap_or_default() != Fill::Error {
         return Some(());
     }
     let percentage = 100.0 * missing as f64 / points as f64;
     let message =
-        format!("{:?} lacks {missing} of {points} points, {percentage:.3} %", asked.path.value);
-    let fill = asked.table.fill.written().map(|fill| &fill.span);
-    let span = fill.unwrap_or(&asked.path.span);
+        format!("{:?} lacks {missing} of {points} points, {percentage:.3} %", keys.path.value);
+    let fill = keys.table.fill.written().map(|fill| &fill.span);
+    let span = fill.unwrap_or(&keys.path.span);
     checks.refuse("fill", message, span, "some points were not measured")
 }
 
-fn check_heights(asked: &Asked, levelled: &Scan, before: f64, checks: &mut Checks) -> Option<()> {
+/// Refuses a map whose heights are flat, or spread over a range that is too small or too large.
+fn check_heights(keys: &FileKeys, levelled: &Scan, before: f64, checks: &mut Checks) -> Option<()> {
     if before != 0.0 && !QUANTITY.contains(&before) {
-        let message = format!("{:?} has heights that spread over {before:?}", asked.path.value);
+        let message = format!("{:?} has heights that spread over {before:?}", keys.path.value);
         let label = "must be from 1e-30 to 1e30; another unit may help";
-        return checks.refuse("path", message, &asked.path.span, label);
+        return checks.refuse("path", message, &keys.path.span, label);
     }
     // The mean plane is subtracted before edges are made periodic: an inclined plane has no
     // roughness.
-    let left = match asked.edges {
+    let left = match keys.edges {
         Edges::Mirror | Edges::Taper { .. } => Level::Plane.level(levelled.clone()),
         Edges::Periodic | Edges::Open => levelled.clone(),
     };
     if spread(left.heights()) > 1e-12 * before {
         return Some(());
     }
-    let when = match (asked.preparation.level, asked.edges) {
+    let when = match (keys.preparation.level, keys.edges) {
         (Some(Level::Plane | Level::Quadric), _) => "after levelling",
         _ => "after its edges are made periodic",
     };
-    refuse(asked, format!("is flat: it has no roughness {when}"), checks)
+    refuse(keys, format!("is flat: it has no roughness {when}"), checks)
 }
 
-/// Refuses cutoffs that are not between two steps and the longer side.
-fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
+/// Refuses cutoff wavelengths shorter than two mesh steps or longer than the longer side.
+fn check_cutoffs(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
     let [x, y] = grid.spacing();
     let least = decimal::nearest(2.0 * x.max(y));
     let most = decimal::nearest(grid.cell().longer_side());
-    let table = asked.table;
+    let table = keys.table;
     let both = [
-        ("high_pass", asked.preparation.high_pass, &table.high_pass),
-        ("low_pass", asked.preparation.low_pass, &table.low_pass),
+        ("high_pass", keys.preparation.high_pass, &table.high_pass),
+        ("low_pass", keys.preparation.low_pass, &table.low_pass),
     ];
     let mut all = Some(());
     for (name, cutoff, key) in both {
@@ -400,7 +415,7 @@ fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
         if cutoff >= least * (1.0 - rounding) && cutoff <= most * (1.0 + rounding) {
             continue;
         }
-        let message = format!("`{name} = {cutoff}` is not a wavelength of {:?}", asked.path.value);
+        let message = format!("`{name} = {cutoff}` is not a wavelength of {:?}", keys.path.value);
         let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
         checks.report(name, Problem::new(message, written.span.clone(), label));
         all = None;
@@ -408,9 +423,9 @@ fn check_cutoffs(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
     all
 }
 
-/// Refuses one number of nodes for a rectangle: the shape of the cells is unknown.
-fn check_resampled(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()> {
-    let Some(written) = asked.table.resample.written() else {
+/// Refuses one number of nodes for a rectangle, because the shape of its cells is then unknown.
+fn check_resampled(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
+    let Some(written) = keys.table.resample.written() else {
         return Some(());
     };
     let [side_x, side_y] = grid.cell().size();
@@ -420,21 +435,21 @@ fn check_resampled(asked: &Asked, grid: Grid, checks: &mut Checks) -> Option<()>
     if (side_x - side_y).abs() <= 1e-9 * side_x {
         return Some(());
     }
-    let message = format!("{:?} is a rectangle, and `resample` is a square", asked.path.value);
+    let message = format!("{:?} is a rectangle, but `resample` is one number", keys.path.value);
     let longer = side_x.max(side_y);
     let square = [side_x, side_y].map(|side| (f64::from(nodes) * side / longer).round());
     let problem = Problem::new(message, written.span.clone(), "one number");
     checks.reject(problem.help(format!(
-        "give the nodes along x and along y; with `resample = {}` cells are square, or nearly so",
+        "give the nodes along x and along y; `resample = {}` makes cells square, or nearly so",
         OnAxes::Each(square)
     )))
 }
 
-/// Returns nodes and sides of the prepared map.
-fn prepared(asked: &Asked, grid: Grid) -> ([u32; 2], [f64; 2]) {
+/// Returns the nodes and the sides of the prepared map, along x and y.
+fn prepared(keys: &FileKeys, grid: Grid) -> ([u32; 2], [f64; 2]) {
     let nodes = grid.nodes().map(|nodes| nodes as u32);
-    let nodes = asked.preparation.resample.unwrap_or(nodes);
-    let copies = copies(asked);
+    let nodes = keys.preparation.resample.unwrap_or(nodes);
+    let copies = copies(keys);
     let side = grid.cell().size().map(|side| f64::from(copies) * side);
     (nodes.map(|nodes| copies * nodes), side)
 }
