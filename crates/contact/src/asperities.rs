@@ -76,11 +76,11 @@ pub struct AsperityOutcome {
     pub outcome: Outcome,
     /// Number of summits in contact.
     pub contacts: usize,
-    /// Number of contacts whose ellipse overlaps another.
+    /// Number of contacts whose ellipse overlaps another ellipse.
     pub overlapping: usize,
     /// Sum of the areas of the ellipses divided by the nominal area.
     pub area_fraction: f64,
-    /// Fraction of the contact area in ellipses that overlap another.
+    /// Fraction of the contact area in ellipses that overlap another ellipse.
     pub overlapping_fraction: f64,
     /// Displacement of the body by the mean pressure, in units of h′ L; zero without interaction.
     ///

@@ -107,7 +107,7 @@ impl Observed {
     }
 }
 
-/// Points to which laws in the same small parameters are fitted.
+/// Points (spectra on meshes) to which laws of their small parameters are fitted.
 #[derive(Debug, Clone)]
 pub struct LimitProblem {
     points: Vec<LimitPoint>,
@@ -367,7 +367,7 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
 
 /// Returns the mean of each point in a replicate, and whether the replicate uses the point.
 ///
-/// A point is not used if none of its surfaces is drawn.
+/// A point without drawn surfaces is not used.
 fn resampled_means(
     problem: &LimitProblem,
     times: &[u32],

@@ -1,9 +1,9 @@
 //! Fit of the growth dp̄/dp₀ of the mean contact pressure as a power of the contact area.
 //!
 //! The contact evolution law assumes dp̄/dp₀ = β a^(μ−1) with the mean contact pressure p̄ = p₀/a.
-//! This fit tests the assumption directly. It fits a line to the logarithms of the difference
-//! quotients of p̄ between neighbouring loads and of the mean of the two areas (fig. dpdp0 of
-//! Yastrebov, Anciaux & Molinari 2015).
+//! This fit tests the assumption directly. For each pair of neighbouring loads, it computes the
+//! difference quotient Δp̄/Δp₀ and the mean area. A line is fitted to the logarithms of both (fig.
+//! dpdp0 of Yastrebov, Anciaux & Molinari 2015).
 
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;

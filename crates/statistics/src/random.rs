@@ -71,12 +71,12 @@ pub(crate) mod curves {
         (1..=steps).map(|i| to * f64::from(i) / f64::from(steps)).collect()
     }
 
-    /// Returns one surface with the given areas under `uniform(0.06, 50)`.
+    /// Returns the curve of one surface with the given areas at the loads `uniform(0.06, 50)`.
     pub fn single(areas: &[f64]) -> Curves {
         Curves::new(uniform(0.06, 50), vec![areas.to_vec()]).expect("well formed")
     }
 
-    /// Returns one surface that follows Persson's theory.
+    /// Returns the curve of one surface that follows Persson's theory.
     pub fn persson_curve(loads: Vec<f64>) -> Curves {
         let areas = loads.iter().map(|&load| persson::area(load)).collect();
         Curves::new(loads, vec![areas]).expect("well formed")

@@ -7,12 +7,12 @@
 use super::graph::Graph;
 use crate::grid::Grid;
 
-/// Marker that replaces the index of a node that has none.
+/// Value that stands for a missing index or number of a node.
 pub const NONE: u32 = u32::MAX;
 
 /// Nodes of all channels that percolate along an axis, numbered in the order of the grid.
 pub struct Channels {
-    /// `true` if a channel percolates along x, and along y.
+    /// `true` if a channel percolates; one entry for x and one for y.
     pub percolates: [bool; 2],
     /// Number of nodes in these channels.
     pub count: usize,

@@ -14,7 +14,7 @@ pub type Pair = [f64; 2];
 pub struct Graph {
     /// Index of the first link of each node, followed by the number of links.
     starts: Vec<u32>,
-    /// End of higher index of each link.
+    /// For each link, the index of its other end, which is the higher one.
     others: Vec<u32>,
     conductances: Vec<f64>,
     /// Nodes that are linked to the ground, each with its conductance to the ground.

@@ -146,7 +146,7 @@ struct GradientTerms {
     log_proportional: f64,
     /// Logarithm ln(1 + t), where t = βY^μ.
     log_bend: f64,
-    /// t/(1 + t) = βa^μ, the relative deviation of y da/dy from a.
+    /// Relative difference (a − y da/dy)/a, which equals t/(1 + t) = βa^μ.
     deviation: f64,
 }
 

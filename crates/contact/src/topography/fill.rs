@@ -24,7 +24,7 @@ mod harmonic;
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
-    /// No filling; missing points are an error.
+    /// No method: missing points are an error.
     #[default]
     Error,
     /// Solution of Laplace's equation in each hole.

@@ -276,7 +276,9 @@ mod tests {
         assert_eq!(counts(&Histogram::from_surface(&flat, 5, 2.0)), [0, 0, 9, 0, 0]);
     }
 
-    /// Returns histograms of four nodes at ±1, and at √3 and −1/√3 rms heights from the mean.
+    /// Returns the histograms of two surfaces of four nodes.
+    ///
+    /// The first has heights of ±1 rms height, the second of √3 and −1/√3 rms heights.
     fn histograms() -> [Histogram; 2] {
         [[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]].map(|heights| {
             let surface = Surface::new(square(2, 1.0), heights.to_vec()).unwrap();

@@ -115,7 +115,7 @@ impl Basis {
         Basis { grid, middle }
     }
 
-    /// Returns 1, x, y, P₂(x), xy and P₂(y) at a node.
+    /// Evaluates the basis functions 1, x, y, P₂(x), xy and P₂(y) at a node.
     fn at(&self, node: usize) -> Terms {
         let indices = self.grid.indices(node);
         let along = |axis: usize| {
@@ -193,7 +193,7 @@ mod tests {
 
     const LEVELS: [Level; 3] = [Level::Mean, Level::Plane, Level::Quadric];
 
-    /// Returns a function of x and y that consists of the terms that `level` removes.
+    /// Returns a polynomial in x and y with the terms that `level` removes.
     fn form(level: Level) -> impl Fn(f64, f64) -> f64 {
         let terms = level.terms();
         move |x, y| {

@@ -47,7 +47,7 @@ pub struct Moments {
     pub m40: f64,
     /// Mean square second derivative along y.
     pub m04: f64,
-    /// Σ P_j² over pairs of modes ±k, where P_j is the power of a pair, in length⁴.
+    /// Sum Σ P_j² over pairs of modes ±k, where P_j is the power of a pair, in length⁴.
     pub squared_pair_power: f64,
 }
 

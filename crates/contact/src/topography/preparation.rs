@@ -122,7 +122,7 @@ pub fn spread(heights: &[f64]) -> f64 {
     heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
 }
 
-/// A rectangle of a map, given by lengths along x and y in the unit of the sides.
+/// Rectangle of a map, given by lengths along x and y in the unit of the sides.
 ///
 /// ```
 /// use asperity_contact::grid::{Cell, Grid};

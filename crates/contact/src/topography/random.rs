@@ -123,7 +123,7 @@ impl RandomSurface {
         (moments(drawn), moments(mean))
     }
 
-    /// Returns the mean power |ĥ|² in rings of wavenumbers that round to the same integer.
+    /// Returns the mean power |ĥ|² of each ring of wavenumbers that round to the same integer.
     ///
     /// Rings without modes are omitted. [`Ring::mean_power`] is normalised to the same rms slope.
     pub fn rings(&self, cell: Cell) -> Vec<Ring> {
