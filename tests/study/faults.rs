@@ -153,7 +153,7 @@ fn verify_tells_scripts_what_it_found() {
     let aside = format!("{}.damaged", victim.display());
     assert_eq!(damaged["damaged"][0]["aside"], aside);
     let cause = damaged["damaged"][0]["cause"].as_str().unwrap();
-    assert!(cause.contains("does not hold the table of stage `area` of study `small`"), "{cause}");
+    assert!(cause.contains("expected stage `area` of study `small`"), "{cause}");
 }
 
 /// Returns the command for a user without the permissions of root.

@@ -1,12 +1,13 @@
-//! Cells of a table as text: numbers with aligned decimals, keys and long texts shortened.
+//! Formatting of the cells of a table: numbers have aligned decimals, and keys and long texts are
+//! shortened.
 
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Float64Type};
 use arrow::util::display::array_value_to_string;
 
-/// Length at which texts are cut off, in characters.
+/// Maximum length of a text in characters. Longer texts are shortened.
 const MAX_LETTERS: usize = 40;
-/// Number of printed digits of a key. `show` and `view` accept this abbreviation.
+/// Number of printed digits of a key. The commands `show` and `view` accept a key of this length.
 const KEY_DIGITS: usize = 8;
 
 /// Formats the first `rows` cells of a column.
@@ -41,10 +42,10 @@ fn shortened(text: &str) -> String {
 
 /// Formats numbers with a common number of decimals.
 ///
-/// The smallest number gets three significant digits, the largest five. Decimals that are zero in
-/// the whole column are left out.
+/// The smallest number has at least three significant digits, the largest at least five. Decimals
+/// that are zero in all numbers are omitted.
 fn reals(values: &[Option<f64>]) -> Vec<String> {
-    /// Above this number of decimals the column is printed in scientific notation.
+    /// Maximum number of decimals. If more are needed, numbers have scientific notation.
     const MAX_DECIMALS: i32 = 8;
     let finite = || values.iter().flatten().filter(|value| value.is_finite());
     let exponents = finite().filter(|value| **value != 0.0);
@@ -68,7 +69,8 @@ fn reals(values: &[Option<f64>]) -> Vec<String> {
     values.iter().map(text).collect()
 }
 
-/// Returns the number of decimals of a value without trailing zeros, at most `most`.
+/// Returns the number of decimals, not counting trailing zeros, of a value rounded to `most`
+/// decimals.
 fn needed(value: f64, most: usize) -> usize {
     let text = format!("{value:.most$}");
     match text.split_once('.') {

@@ -1,9 +1,8 @@
-//! Declarations of the columns of tables: name, role, type, unit, meaning and codes, each declared
-//! once.
+//! Declarations of columns. Each column has a name, a role, a type, a unit, a meaning and codes.
 //!
-//! The name, the type and the role decide how later stages use a column, so that the file of a
-//! task stores them. The unit, the meaning and the codes are wording: they are attached when a
-//! table is published or described, and rewriting them changes no stored byte.
+//! The name, the role and the type decide how later stages use a column. The file of a task stores
+//! them. The unit, the meaning and the codes are called wording. The wording is added when a table
+//! is published or described, so it can be changed without changing any stored table.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -23,15 +22,15 @@ pub struct Column {
     pub name: &'static str,
     pub role: Role,
     pub kind: ColumnKind,
-    /// Unit of the values; `1` for pure numbers, empty for text and flags.
+    /// Unit of the values; `1` for dimensionless numbers, empty for text and flags.
     pub unit: &'static str,
     /// Meaning of the values in one phrase.
     pub meaning: &'static str,
-    /// All values of a column that holds codes, empty for other columns.
+    /// Possible codes of a categorical column, with their meanings; empty for other columns.
     pub codes: &'static [Code],
 }
 
-/// Value of a column with a closed list of values, with an explanation for readers.
+/// Possible value of a categorical column, with its meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Code {
     #[serde(rename = "code")]
@@ -43,13 +42,13 @@ pub struct Code {
 /// later stages copy them into their tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Parameter that all surfaces of one statistical ensemble share.
+    /// Parameter that is the same for all surfaces of a statistical ensemble.
     Parameter,
-    /// Coordinate that distinguishes the surfaces of one ensemble.
+    /// Coordinate that distinguishes the surfaces of an ensemble.
     Surface,
-    /// Coordinate that distinguishes the states of one surface.
+    /// Coordinate that distinguishes the states of one surface, such as the load.
     Load,
-    /// Value of a coordinate in another unit, which does not distinguish rows.
+    /// Another form of a coordinate, for example in another unit. It does not distinguish rows.
     Derived,
     Result,
     /// Large result, such as a map, which stays in the store and is not published.
@@ -69,7 +68,7 @@ pub enum ColumnKind {
 }
 
 impl Column {
-    /// Returns a column whose values are the same for all surfaces of an ensemble.
+    /// Declares a column whose values are the same for all surfaces of an ensemble.
     pub const fn parameter(
         name: &'static str,
         kind: ColumnKind,
@@ -79,7 +78,7 @@ impl Column {
         Column { name, role: Role::Parameter, kind, unit, meaning, codes: &[] }
     }
 
-    /// Returns the column with the closed list of its values.
+    /// Returns this column as a categorical column with the given possible codes.
     pub const fn with_codes(self, codes: &'static [Code]) -> Column {
         Column { codes, ..self }
     }
@@ -88,7 +87,7 @@ impl Column {
         Column { role, ..self }
     }
 
-    /// Returns a column of computed values.
+    /// Declares a column of computed values.
     pub const fn result(
         name: &'static str,
         kind: ColumnKind,
@@ -98,7 +97,7 @@ impl Column {
         Column { name, role: Role::Result, kind, unit, meaning, codes: &[] }
     }
 
-    /// Returns a computed column that stays in the store.
+    /// Declares a column of large computed values, which stays in the store.
     pub const fn heavy(
         name: &'static str,
         kind: ColumnKind,
@@ -108,7 +107,7 @@ impl Column {
         Column { name, role: Role::Heavy, kind, unit, meaning, codes: &[] }
     }
 
-    /// Returns the column as an Arrow field whose metadata hold role, unit, meaning and codes.
+    /// Converts the declaration to an Arrow field, with role, unit, meaning and codes as metadata.
     pub fn field(&self) -> Field {
         let mut metadata = described(self.role, self.unit, self.meaning);
         if !self.codes.is_empty() {
@@ -119,18 +118,18 @@ impl Column {
     }
 }
 
-/// Entry of a field's metadata that is stored in the file of a task.
+/// Name of the metadata entry of a field that the file of a task stores.
 pub(crate) const ROLE: &str = "role";
 pub(crate) const CODES: &str = "codes";
-/// Entries of a field's metadata that are wording and are not stored in the file of a task.
+/// Names of the metadata entries of a field that the file of a task does not store.
 pub(crate) const WORDING: [&str; 3] = ["unit", "meaning", CODES];
 
-/// Returns role, unit and meaning of a column as the metadata of a field.
+/// Returns the metadata of a field from role, unit and meaning of its column.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
     Metadata::new().with(ROLE, role.name()).with("unit", unit).with("meaning", meaning)
 }
 
-/// Description of a column for readers of a table.
+/// Description of a column for users of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Description {
     pub name: String,
@@ -141,7 +140,7 @@ pub struct Description {
     pub unit: String,
     /// Meaning of the values in one phrase.
     pub meaning: String,
-    /// All values of a column that holds codes.
+    /// Possible codes of a categorical column, with their meanings; empty for other columns.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub codes: Vec<ExplainedCode>,
 }
@@ -190,7 +189,7 @@ impl Role {
     const ALL: [Role; 6] =
         [Role::Parameter, Role::Surface, Role::Load, Role::Derived, Role::Result, Role::Heavy];
 
-    /// Returns the name of the role in a field's metadata.
+    /// Returns the name of the role in the metadata of a field.
     pub fn name(self) -> &'static str {
         match self {
             Role::Parameter => "parameter",
@@ -202,22 +201,21 @@ impl Role {
         }
     }
 
-    /// Reads the role from a field's metadata; `None` for columns of other programs.
+    /// Reads the role from the metadata of a field. Returns `None` for columns of other programs.
     pub fn from_field(field: &Field) -> Option<Role> {
         let name = field.metadata().get(ROLE)?;
         Role::ALL.into_iter().find(|role| role.name() == name)
     }
 
-    /// Returns whether columns of this role identify the rows of a study.
+    /// Returns whether columns of this role are coordinates, which identify rows.
     pub fn is_coordinate(self) -> bool {
         matches!(self, Role::Parameter | Role::Surface | Role::Load | Role::Derived)
     }
 
-    /// Returns whether a column that has this role in one table and `other` in another table keeps
-    /// this role when the tables are stacked.
+    /// Returns whether this role prevails when tables are stacked and a column has this role in one
+    /// table and `other` in another.
     ///
-    /// A column that distinguishes surfaces in one table does so in the stack, and a coordinate of
-    /// one table stays a coordinate if other tables derive it.
+    /// `Surface` prevails over `Parameter`, and all other coordinates prevail over `Derived`.
     pub(crate) fn prevails_over(self, other: Role) -> bool {
         match other {
             Role::Parameter => self == Role::Surface,
@@ -246,7 +244,8 @@ impl Value {
         }
     }
 
-    /// Reads the value of a row; `None` if it is null or has a type that coordinates cannot have.
+    /// Reads the value of a row. Returns `None` if it is null or has a type that coordinates cannot
+    /// have.
     pub fn from_array(array: &dyn Array, row: usize) -> Option<Value> {
         if array.is_null(row) {
             return None;
@@ -270,7 +269,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// Total order in which integers come before real numbers before text, each in ascending order.
+/// Total order: integers, then real numbers, then texts, each in ascending order.
 impl Ord for Value {
     fn cmp(&self, other: &Value) -> Ordering {
         match (self, other) {
@@ -283,7 +282,7 @@ impl Ord for Value {
 }
 
 impl Value {
-    /// Returns the position of the type in the order; values of one column have the same type.
+    /// Returns the position of the value's type in the order.
     fn rank(&self) -> u8 {
         match self {
             Value::Integer(_) => 0,
@@ -317,7 +316,7 @@ impl ColumnKind {
         ColumnKind::Reals,
     ];
 
-    /// Returns whether this Arrow type is the type of some kind of column.
+    /// Returns whether a kind of column has this Arrow type.
     pub fn holds(found: &DataType) -> bool {
         let is_found = |kind: ColumnKind| kind.data_type() == *found;
         ColumnKind::ALL.into_iter().any(is_found)
@@ -370,7 +369,8 @@ pub fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
     Arc::new(LargeBinaryArray::from_iter_values(values))
 }
 
-/// Returns a column of lists from the concatenated values and the number of values of each row.
+/// Returns a column of lists. `values` has the elements of all lists in sequence, and `lengths` the
+/// number of elements of each.
 pub fn lists(values: Float64Array, lengths: impl IntoIterator<Item = usize>) -> ArrayRef {
     let offsets = OffsetBuffer::from_lengths(lengths);
     Arc::new(LargeListArray::new(element(), offsets, Arc::new(values), None))

@@ -1,17 +1,17 @@
-//! Tables with described columns, their Parquet files, and the store that keeps each table once.
+//! Tables with described columns, Parquet files of tables, and the store of finished tables.
 //!
-//! The crate knows neither physics nor manifests. A table is a set of columns with unit, meaning
-//! and role. A key is the digest of everything that decides a table.
+//! The crate contains no physics and does not read manifests. A table is a set of columns with
+//! unit, meaning and role. A key is the digest of everything that decides the content of a table.
 //!
 //! | module | contents |
 //! |---|---|
 //! | [`mod@column`] | description of a column: name, unit, meaning, role, type |
 //! | [`table`] | table in memory with typed access to its columns; concatenation of tables |
-//! | [`cells`] | cells formatted as text |
-//! | [`parquet`] | Parquet files with digests, and bounded reading of foreign Parquet files |
+//! | [`cells`] | formatting of cells as text |
+//! | [`parquet`] | Parquet files with digests; Parquet files of other programs |
 //! | [`source`] | tables in files or in memory, read column by column |
-//! | [`store`] | finished tables by key, with the recipe of each |
-//! | [`parallel`] | work on several threads that end with the call |
+//! | [`store`] | finished tables by key, each with its recipe |
+//! | [`parallel`] | calls that run on several threads |
 
 pub mod cells;
 pub mod column;

@@ -1,6 +1,6 @@
-//! Parallel work on threads that end with the call.
+//! Calls that run on several threads and end all threads before they return.
 //!
-//! Threads of rayon's global pool stay alive after a call. If the process forks afterwards, as
+//! In contrast, the threads of rayon's global pool stay alive. If the process forks afterwards, as
 //! Python does, the pool of the child waits forever for threads that do not exist there. The pool
 //! also panics if the system refuses a thread. This module uses fewer threads instead.
 
@@ -10,7 +10,7 @@ use std::thread::{self, Builder, available_parallelism};
 
 /// Applies a function to all items and returns the results in the order of the items.
 ///
-/// Uses one thread per core, or fewer if the system refuses threads.
+/// There is one thread per core, or fewer if the system refuses to start threads.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let take = || {
@@ -30,8 +30,8 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Runs `work` on `count` threads, including the calling one, or on fewer if the system refuses
-/// some. Returns the result of each thread.
+/// Runs `work` on `count` threads, one of which is the calling thread. Returns the result of each
+/// thread. If the system refuses to start threads, there are fewer.
 ///
 /// # Panics
 /// Panics if `work` panics, after all threads have ended.

@@ -1,7 +1,7 @@
 //! Reading and writing of tables as Parquet files. Equal tables give equal bytes.
 
 mod decode;
-/// Public for fuzzing only, which needs to write the right digest.
+/// Public only for fuzz tests, which must write valid digests.
 #[doc(hidden)]
 pub mod digest;
 mod footer;
@@ -29,26 +29,26 @@ use crate::table::Table;
 pub use decode::{decode, decode_bytes};
 pub use foreign::NumberColumns;
 pub use parts::TableFile;
-pub use thrift::Claim;
+pub use thrift::InvalidThrift;
 
-/// Prefix of the entries of this program in the metadata of a file.
+/// Prefix of the names of this program's entries in the metadata of a file.
 const PREFIX: &str = "asperity.";
-// Entries that are not in [`Metadata::entries`].
+// Names of the entries that are not in `Metadata::entries`.
 const KEY: &str = "key";
 const FIELDS: &str = "fields";
 const DIGESTED: &str = "digested";
 
-/// Size in bytes up to which a column is stored plain, a block of most disks.
+/// Maximum size in bytes of a column that is stored without compression: a block of most disks.
 const SMALL: usize = 4096;
-/// Number of rows of a row group, the smallest unit of reading.
+/// Number of rows of a row group, the smallest number of rows that can be read.
 pub const GROUP: usize = 1 << 16;
 
 /// Metadata of a file about the whole table.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Metadata {
-    /// Key of the task, or `None` for a table of results, which has rows of many tasks.
+    /// Key of the task, or `None` for a published table, which has rows of many tasks.
     pub key: Option<TaskKey>,
-    /// Other entries by name, such as recipe, versions and inputs.
+    /// Other entries as names and values, such as recipe, versions and inputs.
     pub entries: Vec<(String, String)>,
 }
 
@@ -81,9 +81,9 @@ pub enum ParquetError {
     #[error("the content does not match the digest in the file")]
     Digest,
     #[error("invalid Parquet metadata: {0}")]
-    Footer(#[from] Claim),
-    #[error("invalid page of column `{column}`: {claim}")]
-    Page { column: String, claim: Claim },
+    Footer(#[from] InvalidThrift),
+    #[error("invalid page of column `{column}`: {problem}")]
+    Page { column: String, problem: InvalidThrift },
     #[error("the parts of the file contradict each other")]
     Malformed,
     /// A column has a type that no table of this program has.
@@ -91,8 +91,8 @@ pub enum ParquetError {
     Schema { name: String, found: DataType },
     #[error("the columns of the file differ from those in its metadata")]
     Columns,
-    /// The file holds the table of another task or stage.
-    #[error("the file does not hold the table of {owner}")]
+    /// The file contains the table of another task or stage.
+    #[error("the file contains the table of another task or stage; expected {owner}")]
     Foreign {
         /// Task or stage whose table was requested.
         owner: String,
@@ -109,9 +109,10 @@ pub fn verify(file: File) -> Result<Metadata, ParquetError> {
 
 /// Encodes a table as the bytes of a Parquet file.
 ///
-/// The bytes do not depend on time or machine. `created_by` is fixed because its default names the
-/// version of the writing crate. Digests of all other bytes lie between the pages and the footer,
-/// which other Parquet readers ignore. They reveal a single flipped bit.
+/// The bytes depend neither on the time nor on the machine. `created_by` is a constant, because its
+/// default contains the version of the `parquet` crate. Digests of all other bytes are stored
+/// between the pages and the footer, where other Parquet readers ignore them. They reveal a single
+/// flipped bit.
 pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     let batch = table.batch();
     let is_small = batch.columns().iter().map(is_small);
@@ -127,9 +128,10 @@ pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     sealed.expect("a finished file has a footer, and column chunks before it")
 }
 
-/// Writes a table of `rows` rows part by part, with one part in memory at a time.
+/// Writes a table of `rows` rows that is given in consecutive parts, so that only one part is in
+/// memory at a time.
 ///
-/// Every part except the last has [`GROUP`] rows. The bytes are the same as those of [`encode`].
+/// All parts except the last must have [`GROUP`] rows. The bytes are the same as from [`encode`].
 pub fn write_parts(
     file: &mut File,
     rows: usize,
@@ -143,7 +145,7 @@ pub fn write_parts(
         return file.write_all(&encode(&first, metadata));
     }
     let schema = first.batch().schema();
-    // Even a row group of booleans exceeds `SMALL`.
+    // No column is small: even a row group of booleans exceeds `SMALL`.
     let properties = properties(&schema, metadata, &vec![false; schema.fields().len()]);
     let mut writer = writer(&mut *file, schema, properties, metadata);
     for part in std::iter::once(first).chain(parts) {
@@ -176,7 +178,8 @@ fn writer<W: Write + Send>(
         .expect("all column types have Parquet equivalents")
 }
 
-/// Returns the kind of digest: the table of a task is read whole, a table of results in parts.
+/// Returns the kind of digests that a file gets: one digest for the table of a task, which is read
+/// as a whole, and digests of column chunks for a published table, which is read in parts.
 fn digested(metadata: &Metadata) -> Digested {
     match metadata.key {
         Some(_) => Digested::Whole,
@@ -201,7 +204,7 @@ fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> Wri
         builder = builder.set_max_row_group_row_count(Some(GROUP));
     }
     if is_small.iter().all(|is_small| *is_small) {
-        // The offset index is useless for columns of one page.
+        // An offset index is useless if each column has only one page.
         builder = builder.set_offset_index_disabled(true);
     }
     for (field, is_small) in schema.fields().iter().zip(is_small) {
@@ -214,10 +217,11 @@ fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> Wri
     builder.build()
 }
 
-/// Returns true if a column is so small that it is stored plain.
+/// Returns true if a column is so small that it is stored without compression, dictionary and
+/// statistics.
 ///
 /// A study has tens of thousands of tables with one row. Setting up compression, dictionaries and
-/// statistics would take longer than everything else.
+/// statistics for them would take longer than everything else.
 fn is_small(array: &ArrayRef) -> bool {
     let size = array.to_data().get_slice_memory_size();
     size.is_ok_and(|bytes| bytes <= SMALL)
@@ -230,7 +234,7 @@ fn plain(builder: WriterPropertiesBuilder, path: ColumnPath) -> WriterProperties
         .set_column_statistics_enabled(path, EnabledStatistics::None)
 }
 
-/// Returns the Parquet path of the values of a column. The values of a list lie two levels deeper.
+/// Returns the Parquet path of the values of a column. The values of a list are two levels deeper.
 fn column_path(field: &Field) -> ColumnPath {
     let mut parts = vec![field.name().clone()];
     if let DataType::LargeList(_) = field.data_type() {
@@ -239,7 +243,7 @@ fn column_path(field: &Field) -> ColumnPath {
     ColumnPath::new(parts)
 }
 
-/// Sets the encoding of a column. Maps compress best with byte-stream split and no dictionary.
+/// Sets the encoding of a column. Maps compress best with byte-stream split and without dictionary.
 fn encoding(
     builder: WriterPropertiesBuilder,
     path: ColumnPath,

@@ -1,4 +1,4 @@
-//! Tables in files or in memory, of which only the needed columns and rows are read.
+//! Tables in files or in memory, from which only the needed columns and rows are read.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ impl From<Table> for TableSource {
 }
 
 impl TableSource {
-    /// Opens the table in a file and returns it with the metadata of the file.
+    /// Opens the table in a file. Returns it with the metadata of the file.
     ///
     /// # Errors
     /// Returns an error if the file is missing, unreadable or not a table of this program.
@@ -67,7 +67,8 @@ impl TableSource {
         self.first(&all, self.rows())
     }
 
-    /// Reads the first `rows` rows of the columns with these indices, in the given order.
+    /// Reads the first `rows` rows of the columns with the given indices, in the order of the
+    /// indices.
     ///
     /// # Errors
     /// Returns an error if a part that is read is damaged.
@@ -83,7 +84,8 @@ impl TableSource {
         }
     }
 
-    /// Reads some columns part by part from the first row to the last. A part fits into memory.
+    /// Reads some columns as consecutive parts, from the first row to the last. Each part fits into
+    /// memory.
     pub fn parts<'a>(
         &'a self,
         columns: &'a [usize],
@@ -131,7 +133,7 @@ impl TableSource {
         let table = self.first(&[column], self.rows())?;
         let values = table.batch().column(0);
         let pairs = values.len().saturating_sub(1);
-        // Compare the column with itself, shifted by one row.
+        // Compare each row with the next one.
         Ok(values.slice(0, pairs).to_data() == values.slice(values.len() - pairs, pairs).to_data())
     }
 }

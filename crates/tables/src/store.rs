@@ -1,9 +1,9 @@
-//! Finished tables on disk, each written once under its key.
+//! Store of finished tables on disk. Each table is written once, under its key.
 //!
-//! Writing is atomic. A table is written to a staging folder, flushed, and renamed to its final
-//! path unless that exists. Equal keys mean equal tables, so several processes may share a store:
-//! if two of them compute the same table, either file is right. A file holds a digest of its bytes
-//! and the recipe from which its key follows. Reading verifies both.
+//! Writing is atomic: a table is written to a staging folder, flushed, and renamed to its final
+//! path unless that exists. Equal keys mean equal tables, so several processes can share a store.
+//! If two of them compute the same table, it does not matter whose file is kept. A file contains a
+//! digest of its bytes and the recipe from which its key was computed. Reading verifies both.
 
 pub mod checkpoints;
 pub mod files;
@@ -22,10 +22,11 @@ use crate::store::key::{Provenance, TaskKey};
 use crate::store::users::Lock;
 use crate::table::Table;
 
-/// Folder in the store where files are written before they are renamed to their final path.
+/// Name of the folder in the store in which files are written before they are renamed to their
+/// final path.
 const STAGING: &str = "unfinished";
 
-/// Folder of finished tables, with a shared lock that prevents their removal.
+/// Folder of finished tables, with a shared lock that prevents the removal of tables.
 #[derive(Debug, Clone)]
 pub struct Store {
     root: PathBuf,
@@ -33,12 +34,12 @@ pub struct Store {
     _lock: Arc<Lock>,
 }
 
-/// Access to the tables of finished tasks without their maps.
+/// Source of the tables of finished tasks, without maps.
 pub trait TaskTables {
-    /// Returns for each task, in the given order, whether it is finished.
+    /// Returns, for each of the tasks in the given order, whether it is finished.
     fn have(&self, keys: &[TaskKey]) -> Vec<bool>;
 
-    /// Reads the table of a finished task without its maps.
+    /// Reads the table of a finished task, without maps.
     ///
     /// # Errors
     /// Returns an error if the table is missing or unreadable.
@@ -54,7 +55,7 @@ pub enum StoreError {
     Read { path: PathBuf, source: io::Error },
     #[error("`{}` is damaged, or was not written by this program", path.display())]
     Damaged { path: PathBuf, source: ParquetError },
-    /// A page or figure of a report was changed after it had been written.
+    /// A page or figure of a report was changed by a user or another program.
     #[error("`{}` was edited; run `asperity report` to write it again", path.display())]
     Changed { path: PathBuf },
     #[error("cannot lock the store: cannot open or lock `{}`", path.display())]
@@ -62,7 +63,8 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Adds the path to an error of reading. A failed read does not mean that the file is damaged.
+    /// Adds the path of the file to an error. Only errors other than failed reads mean that the
+    /// file is damaged.
     pub(crate) fn in_file(path: &Path, error: ParquetError) -> StoreError {
         let path = path.to_owned();
         match error {
@@ -71,7 +73,8 @@ impl StoreError {
         }
     }
 
-    /// Returns true if no other table could be stored either: the disk is full or not writable.
+    /// Returns true if no other table could be stored either, because the disk is full or not
+    /// writable.
     pub fn affects_all_tables(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, StorageFull};
         let is_full = matches!(
@@ -91,7 +94,7 @@ impl StoreError {
         )
     }
 
-    /// Returns true if computing the table again helps, because it is damaged or missing.
+    /// Returns true if the table is damaged or missing, so that recomputing it helps.
     pub fn is_recomputable(&self) -> bool {
         match self {
             StoreError::Damaged { .. } => true,
@@ -104,7 +107,7 @@ impl StoreError {
 }
 
 impl Store {
-    /// Opens the store in this folder and creates the folder if necessary.
+    /// Opens the store in a folder. Creates the folder if necessary.
     ///
     /// # Errors
     /// Returns an error if the folder cannot be created or the lock file cannot be opened.
@@ -114,7 +117,7 @@ impl Store {
         Store::open_read_only(root)
     }
 
-    /// Opens the store in this folder without creating anything. The folder need not exist.
+    /// Opens the store in a folder without creating anything. The folder need not exist.
     ///
     /// # Errors
     /// Returns an error if a lock file exists but cannot be opened.
@@ -131,10 +134,10 @@ impl Store {
         path(&self.root, key)
     }
 
-    /// Returns for each task, in the given order, whether it is finished.
+    /// Returns, for each of the tasks in the given order, whether it is finished.
     ///
-    /// If many keys belong to one folder, the folder is listed. On a parallel file system this
-    /// costs about as much as looking up one file.
+    /// If many of the tasks have their tables in the same folder, the folder is listed. On a
+    /// parallel file system, this takes about as long as looking up one file.
     pub fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
         const MANY: usize = 16;
         let mut folders: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
@@ -169,8 +172,8 @@ impl Store {
         Path::new(&name).is_file()
     }
 
-    /// Returns the finished tasks whose keys begin with these digits, of which there must be two
-    /// or more.
+    /// Returns the finished tasks whose keys begin with the given hexadecimal digits. There must be
+    /// at least two digits.
     ///
     /// # Errors
     /// Returns an error if the folder cannot be listed.
@@ -196,7 +199,7 @@ impl Store {
     /// Reads the table of a finished task and its provenance.
     ///
     /// # Errors
-    /// As [`Store::read`].
+    /// Returns the same errors as [`Store::read`].
     pub fn read_with_provenance(
         &self,
         key: TaskKey,
@@ -205,18 +208,17 @@ impl Store {
         read_keyed(&self.path(key), key, columns)
     }
 
-    /// Verifies the digest of the file of a task, and that its content belongs to the key.
-    ///
-    /// Does not decode the rows, which the digest covers.
+    /// Verifies the digest of the file of a task, and checks that its content belongs to the key.
+    /// The rows are not decoded, because the digest covers them.
     ///
     /// # Errors
-    /// As [`Store::read`].
+    /// Returns the same errors as [`Store::read`].
     pub fn verify(&self, key: TaskKey) -> Result<(), StoreError> {
         let path = self.path(key);
         provenance_of(&path, key, files::verify_whole(&path)?).map(drop)
     }
 
-    /// Stores the table of a finished task under the key that follows from its provenance.
+    /// Stores the table of a finished task under the key that its provenance gives.
     ///
     /// # Errors
     /// Returns an error if the disk is full or the folder is not writable.
@@ -227,9 +229,8 @@ impl Store {
         self.unflushed.add(&path)
     }
 
-    /// Flushes the folders of all published tables, so that a power cut loses none of their names.
-    ///
-    /// The contents are already on the disk.
+    /// Flushes the folders of all stored tables, so that no table is lost in a power cut. The
+    /// contents of the files are on the disk already.
     ///
     /// # Errors
     /// Returns an error if a folder cannot be flushed.
@@ -237,12 +238,13 @@ impl Store {
         self.unflushed.flush()
     }
 
-    /// Returns the staging folder, which lies in the store because a rename cannot cross disks.
+    /// Returns the staging folder. It is in the store, because a file can be renamed only within a
+    /// disk.
     fn staging(&self) -> PathBuf {
         self.root.join(STAGING)
     }
 
-    /// Renames the damaged file of a task, so that its table can be computed again.
+    /// Renames the damaged file of a task, so that the table can be recomputed.
     ///
     /// Returns the new path, or `None` if another process has already replaced the file.
     ///
@@ -275,7 +277,7 @@ impl TaskTables for Store {
 
 /// Returns the path of the table of a task, which need not exist.
 ///
-/// The first two digits of the key name the folder, which keeps listings short.
+/// The first two digits of the key are the name of the folder, so that each folder has few files.
 pub fn path(root: &Path, key: TaskKey) -> PathBuf {
     let name = key.to_string();
     let mut path = root.join(&name[..2]);

@@ -13,11 +13,11 @@ use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
 use super::column::{Column, Description, Role, Value, WORDING};
 
-/// Table with named columns that is cheap to clone.
+/// Table with named columns. Cloning is cheap, because clones share their data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table(RecordBatch);
 
-/// Error when a table does not have the columns or values that its reader needs.
+/// Error of using a table: it lacks columns or has values of wrong types.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error("the table has no column `{name}`")]
@@ -36,10 +36,10 @@ pub enum TableError {
 }
 
 impl Table {
-    /// Creates a table from columns of equal length.
+    /// Creates a table from columns with `rows` rows each.
     ///
     /// # Panics
-    /// Panics if a length or type contradicts the declaration of the column, which is a bug of a
+    /// Panics if a column has another length or another type than declared, which is a bug of a
     /// stage.
     pub fn new(rows: usize, columns: Vec<(Column, ArrayRef)>) -> Table {
         let (fields, arrays): (Vec<_>, Vec<_>) =
@@ -62,7 +62,7 @@ impl Table {
     /// Creates a table from a schema that is known only at run time.
     ///
     /// # Panics
-    /// Panics under the conditions of [`Table::new`].
+    /// Panics if an array has another length than `rows`, or another type than in the schema.
     pub fn from_arrays(rows: usize, schema: Schema, arrays: Vec<ArrayRef>) -> Table {
         let options = RecordBatchOptions::new().with_row_count(Some(rows));
         let batch = RecordBatch::try_new_with_options(Arc::new(schema), arrays, &options)
@@ -70,7 +70,7 @@ impl Table {
         Table(batch)
     }
 
-    /// Stacks the rows of tables. A column that a table lacks is null in its rows.
+    /// Concatenates the rows of tables. If a table lacks a column, its rows are null there.
     ///
     /// # Errors
     /// Returns an error if two tables have a column of the same name with different types.
@@ -100,8 +100,8 @@ impl Table {
         fields.map(|field| field.as_ref().into()).collect()
     }
 
-    /// Returns the table with the units, meanings and codes of the columns of the same names in
-    /// `other`. A column that `other` lacks keeps its wording.
+    /// Returns the table with the units, meanings and codes that columns of the same names have in
+    /// `other`. Columns that `other` lacks remain unchanged.
     pub fn described_by(&self, other: &Table) -> Table {
         let words = other.0.schema_ref();
         self.with_fields(|field| {
@@ -113,7 +113,7 @@ impl Table {
         })
     }
 
-    /// Returns the table without units, meanings and codes, as the file of a task stores it.
+    /// Returns the table as the file of a task stores it: without units, meanings and codes.
     pub fn without_wording(&self) -> Table {
         self.with_fields(|field| {
             let metadata = without_wording(&field);
@@ -127,7 +127,7 @@ impl Table {
         Table::from_arrays(self.rows(), Schema::new(fields), self.0.columns().to_vec())
     }
 
-    /// Returns the size of the rows in bytes, including memory that they share with other tables.
+    /// Returns the memory that the table holds in bytes, including memory shared with other tables.
     pub fn bytes_held(&self) -> usize {
         let columns = self.0.columns().iter();
         let sizes = columns.map(|array| array.to_data().get_slice_memory_size().unwrap_or(0));
@@ -142,8 +142,8 @@ impl Table {
     /// Returns a column of real numbers.
     ///
     /// # Errors
-    /// Returns an error, like the following five methods, if the column is missing or has another
-    /// type.
+    /// Returns an error if the column is missing or has another type. The following five methods
+    /// return the same errors.
     pub fn reals(&self, name: &str) -> Result<&Float64Array, TableError> {
         self.typed(name, "real numbers", |array| array.as_primitive_opt::<Float64Type>())
     }
@@ -218,7 +218,7 @@ impl Table {
         Ok(())
     }
 
-    /// Returns the columns that identify the rows; later stages copy them into their tables.
+    /// Returns a table with only the coordinates, which are the columns that identify rows.
     pub fn coordinates(&self) -> Table {
         self.keep(|_, role| role.is_some_and(Role::is_coordinate))
     }
@@ -231,17 +231,18 @@ impl Table {
         self.keep(|_, role| role != Some(unwanted))
     }
 
-    /// Returns the table with only these columns, in the order of the table.
+    /// Returns the table with only the named columns, in the order of the table.
     pub fn only(&self, names: &[&str]) -> Table {
         self.keep(|name, _| names.contains(&name))
     }
 
-    /// Returns the table without these columns.
+    /// Returns the table without the named columns.
     pub fn without(&self, names: &[&str]) -> Table {
         self.keep(|name, _| !names.contains(&name))
     }
 
-    /// Returns the table with the columns for whose name and role `wanted` is true.
+    /// Returns the table with only the columns for which `wanted` returns true. The arguments of
+    /// `wanted` are the name and the role of a column.
     pub fn keep(&self, wanted: impl Fn(&str, Option<Role>) -> bool) -> Table {
         let schema = self.0.schema_ref();
         let chosen: Vec<usize> = (0..schema.fields().len())
@@ -254,7 +255,8 @@ impl Table {
         Table(batch.expect("the indices come from the schema"))
     }
 
-    /// Returns the rows at these indices, in this order. An index may occur several times.
+    /// Returns a table of the rows with the given indices, in the order of the indices. Indices may
+    /// be repeated.
     pub fn pick(&self, rows: &[usize]) -> Table {
         let indices = UInt32Array::from_iter_values(
             rows.iter().map(|&row| u32::try_from(row).expect("a table has fewer than 2³² rows")),
@@ -267,7 +269,7 @@ impl Table {
         Table::from_arrays(rows.len(), schema, arrays.collect())
     }
 
-    /// Returns the columns at these indices, in this order.
+    /// Returns a table of the columns with the given indices, in the order of the indices.
     pub(crate) fn project(&self, columns: &[usize]) -> Table {
         let batch = self.0.project(columns);
         Table(batch.expect("the indices lie within the table"))
@@ -278,7 +280,7 @@ impl Table {
         Table(self.0.slice(rows.start, rows.len()))
     }
 
-    /// Returns the columns whose value is the same in every row, as a table with one row.
+    /// Returns a table with one row and those columns whose value is the same in all rows.
     pub fn common(&self) -> Table {
         let is_common = |name: &str| {
             let values = self.0.column_by_name(name).map(|array| array.to_data());
@@ -289,7 +291,7 @@ impl Table {
         self.keep(|name, _| is_common(name)).pick(&[0])
     }
 
-    /// Returns the table with more columns at its right.
+    /// Returns the table with additional columns after its own.
     pub fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
         let schema = self.0.schema_ref();
         let mut fields: Vec<Field> = schema.fields().iter().map(|f| f.as_ref().clone()).collect();
@@ -301,7 +303,7 @@ impl Table {
         Table::from_arrays(self.rows(), Schema::new(fields), arrays)
     }
 
-    /// Returns the table with other values in one of its columns.
+    /// Returns the table with the values of one column replaced.
     pub fn replacing(&self, name: &str, values: ArrayRef) -> Table {
         let schema = self.0.schema_ref();
         let arrays = schema.fields().iter().zip(self.0.columns());
@@ -311,7 +313,8 @@ impl Table {
         Table::from_arrays(self.rows(), schema.as_ref().clone(), arrays.collect())
     }
 
-    /// Returns the table with the columns of another table of equal length at its right.
+    /// Returns the table with the columns of `other` after its own. Both must have the same number
+    /// of rows.
     pub fn beside(&self, other: &Table) -> Table {
         let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
         let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();
@@ -332,26 +335,26 @@ impl From<RecordBatch> for Table {
     }
 }
 
-/// Common columns of stacked tables. Thousands of tables have only a few different schemas, so that
-/// all tables of one schema share a layout.
+/// Columns of the concatenation of many tables. Thousands of tables have only a few different
+/// schemas, and all tables of the same schema share a layout.
 #[derive(Debug, Default)]
 pub struct Stacking {
-    /// All columns, in the order in which they appear.
+    /// Columns of the concatenation, in the order in which they first appear.
     fields: Vec<Arc<Field>>,
     layouts: Vec<Layout>,
 }
 
-/// Indices of the stacked columns in tables of one schema.
+/// Layout of the tables with a given schema.
 #[derive(Debug)]
 struct Layout {
     schema: SchemaRef,
-    /// Index of each stacked column in these tables. Columns that were added later are missing at
-    /// the end.
+    /// For each column of the concatenation, its index in these tables, or `None` if they lack it.
+    /// The list ends early if columns were added later.
     indices: Vec<Option<usize>>,
 }
 
 impl Stacking {
-    /// Adds the columns of a table and returns the number of its layout.
+    /// Adds the columns of a table and returns the index of its layout.
     pub fn add(&mut self, table: &Table) -> usize {
         let batch = table.batch();
         let schema = batch.schema_ref();
@@ -388,18 +391,19 @@ impl Stacking {
         }
     }
 
-    /// Returns the names of all columns, in order.
+    /// Returns the names of the columns of the concatenation, in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.fields.iter().map(|field| field.name().as_str())
     }
 
-    /// Returns the index of a stacked column in the tables of a layout.
+    /// Returns the index that a column of the concatenation has in the tables of a layout, or
+    /// `None` if these lack it.
     pub fn index_in(&self, layout: usize, column: usize) -> Option<usize> {
         self.layouts[layout].indices.get(column).copied().flatten()
     }
 
-    /// Stacks tables, each given with the number of its layout. A column that a table lacks is null
-    /// in its rows.
+    /// Concatenates the rows of tables, each given with the index of its layout. If a table lacks a
+    /// column, its rows are null in that column.
     ///
     /// # Errors
     /// Returns an error if two tables have a column of the same name with different types.

@@ -1,9 +1,9 @@
 //! Decoding of tables from Parquet files.
 //!
 //! The file of a task does not contain the Arrow schema, which would take nine kilobytes and half
-//! of the run time of a small task. All types but two can be restored without it, and the roles of
-//! the columns fit in one line of JSON. Published tables contain the Arrow schema for other
-//! programs.
+//! of the run time of a small task. Instead, the types of the columns are derived from their
+//! Parquet types, and the roles are stored as JSON in the metadata entry `fields`. Published tables
+//! contain the Arrow schema for other programs.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -30,7 +30,7 @@ use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, foot
 use crate::column::{ColumnKind, ROLE, Role};
 use crate::table::Table;
 
-/// Number of rows per batch, which bounds the memory for a file that claims too many rows.
+/// Maximum number of rows per batch. It bounds the memory for a file that declares too many rows.
 const BATCH: usize = 1 << 16;
 
 /// Reads a table and the metadata of its file.
@@ -44,7 +44,7 @@ pub fn decode(file: File, columns: Columns) -> Result<(Table, Metadata), Parquet
 /// Decodes a table and its metadata from the bytes of a file.
 ///
 /// # Errors
-/// Returns an error under the conditions of [`decode`].
+/// Returns the same errors as [`decode`].
 pub fn decode_bytes(bytes: Bytes, columns: Columns) -> Result<(Table, Metadata), ParquetError> {
     let footer = verified(&bytes)?;
     catch_panics(|| decode_verified(bytes, footer, columns))
@@ -66,15 +66,15 @@ pub(super) fn verified(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
             Err(ParquetError::Digest)
         }
     };
-    // Errors and panics of the `parquet` crate on damaged bytes only mean that they are damaged.
+    // Any error or panic of the `parquet` crate means that the bytes are damaged.
     catch_panics(verified).map_err(|_| ParquetError::Digest)
 }
 
-/// Converts panics of the `parquet` crate, which some forged files cause, to errors.
+/// Converts panics of the `parquet` crate to errors. Some forged files cause such panics.
 pub(super) fn catch_panics<T>(
     read: impl FnOnce() -> Result<T, ParquetError>,
 ) -> Result<T, ParquetError> {
-    // Unwind safe, since nothing that `read` has touched is used again.
+    // This is unwind safe, because no value that `read` has changed is used after a panic.
     catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err(ParquetError::Malformed))
 }
 
@@ -97,7 +97,7 @@ fn decode_verified(
     Ok((collected(reader, schema)?, metadata))
 }
 
-/// Reads all rows into a table with this schema.
+/// Reads all rows of `reader` into a table with the given schema.
 pub(super) fn collected(
     reader: ParquetRecordBatchReader,
     schema: SchemaRef,
@@ -129,8 +129,8 @@ pub(super) fn read_metadata(footer: &ParquetMetaData) -> Metadata {
     metadata
 }
 
-/// Returns the kind of digests of a file. Before version 2 of the tables of results, every file had
-/// a single digest.
+/// Returns the kind of digests of a file. Published tables before version 2 of their format have a
+/// single digest, like the files of tasks.
 pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
     if entry(footer, DIGESTED) == Some(Digested::Chunks.name()) {
         Digested::Chunks
@@ -139,7 +139,7 @@ pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
     }
 }
 
-/// Returns the index of the Parquet leaf column that holds the values of a column.
+/// Returns the index of the Parquet leaf column with the values of a column.
 pub(super) fn leaf(footer: &ParquetMetaData, column: usize) -> Option<usize> {
     let schema = footer.file_metadata().schema_descr();
     (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == column)
@@ -156,79 +156,80 @@ fn entries(footer: &ParquetMetaData) -> impl Iterator<Item = &KeyValue> {
     entries.into_iter().flatten()
 }
 
-/// Entry of a column in the file of a task.
+/// Description of a column in the metadata entry `fields` of a task's file.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum StoredColumn {
     /// Role of the column, if it has one.
     Role(Option<String>),
-    /// Role, unit and meaning, as older files store them. Unit and meaning are ignored.
+    /// Role, unit and meaning, as in older files. Unit and meaning are ignored.
     Described([Option<String>; 3]),
 }
 
-/// Returns the roles of the columns, in order, as a JSON list.
+/// Returns the roles of the columns as a JSON list, which is the metadata entry `fields`.
 pub(super) fn roles_as_json(schema: &Schema) -> String {
     let roles = schema.fields().iter().map(|field| field.metadata().get(ROLE));
     serde_json::to_string(&roles.collect::<Vec<_>>()).expect("roles are plain text")
 }
 
-/// Selection of columns of a file by their indices, with their schema.
-type Chosen = (Arc<[usize]>, SchemaRef);
+/// Selection of columns of a file: their indices and their schema.
+type ColumnSelection = (Arc<[usize]>, SchemaRef);
 
-/// Columns of a file, as needed to read it.
+/// Columns of a file, with everything that is needed to read them.
 #[derive(Debug)]
-pub(super) struct Known {
+pub(super) struct FileColumns {
     pub arrow: ArrowReaderMetadata,
     pub schema: SchemaRef,
-    /// Selection of all columns except maps.
-    pub light: Chosen,
+    /// All columns except maps.
+    pub light: ColumnSelection,
 }
 
-impl Known {
-    pub fn all(&self) -> Chosen {
+impl FileColumns {
+    pub fn all(&self) -> ColumnSelection {
         let indices = (0..self.schema.fields().len()).collect();
         (indices, self.schema.clone())
     }
 }
 
-/// Restores the columns of a file from the entry in the file of a task, or else from the Arrow
-/// schema.
+/// Returns the columns of a file, from its metadata entry `fields` if there is one, otherwise from
+/// the Arrow schema.
 ///
 /// # Errors
-/// Returns an error if the columns differ from this entry or have unsupported types.
-pub(super) fn columns_of(footer: ParquetMetaData) -> Result<Known, ParquetError> {
+/// Returns an error if the columns do not match the entry `fields` or have unsupported types.
+pub(super) fn columns_of(footer: ParquetMetaData) -> Result<FileColumns, ParquetError> {
     let stored = entry(&footer, FIELDS).map(str::to_owned);
     let footer = Arc::new(footer);
     let options = ArrowReaderOptions::new();
     let Some(stored) = stored else {
         let arrow = ArrowReaderMetadata::try_new(footer, options)?;
         let schema = arrow.schema().as_ref().clone();
-        // Drop the metadata of the file, which would otherwise be copied to other tables.
+        // Remove the metadata of the file, which would otherwise be copied to other tables.
         let schema = Arc::new(schema.with_metadata(FieldMetadata::new()));
         check(&schema)?;
         let light = light(&schema);
-        return Ok(Known { arrow, schema, light });
+        return Ok(FileColumns { arrow, schema, light });
     };
     let CachedColumns { schema, light, .. } = match CachedColumns::find(&footer, &stored) {
         Some(cached) => cached,
         None => CachedColumns::insert(&footer, &stored)?,
     };
     let arrow = ArrowReaderMetadata::try_new(footer, options.with_schema(schema.clone()))?;
-    Ok(Known { arrow, schema, light })
+    Ok(FileColumns { arrow, schema, light })
 }
 
-/// Restored columns of a task's file, cached because thousands of tables have the same columns.
+/// Columns that were restored from the entry `fields`, cached because thousands of files have the
+/// same columns.
 #[derive(Clone)]
 struct CachedColumns {
     text: Arc<str>,
     parquet: Arc<SchemaDescriptor>,
     schema: SchemaRef,
-    light: Chosen,
+    light: ColumnSelection,
 }
 
-/// Cache of the restored columns that were read last.
+/// Cache of restored columns, most recent first.
 static CACHE: Mutex<VecDeque<CachedColumns>> = Mutex::new(VecDeque::new());
-/// Size of the cache, more than the number of stages and methods of a study.
+/// Maximum number of entries of the cache. A study has fewer kinds of tables.
 const CACHE_SIZE: usize = 32;
 
 impl CachedColumns {
@@ -269,15 +270,15 @@ fn check(schema: &Schema) -> Result<(), ParquetError> {
     }
 }
 
-fn light(schema: &Schema) -> Chosen {
+fn light(schema: &Schema) -> ColumnSelection {
     let is_light = |&index: &usize| Role::from_field(schema.field(index)) != Some(Role::Heavy);
     let indices: Arc<[usize]> = (0..schema.fields().len()).filter(is_light).collect();
     let fields: Vec<_> = indices.iter().map(|&index| schema.fields()[index].clone()).collect();
     (indices, Arc::new(Schema::new(fields)))
 }
 
-/// Restores the schema of a table from its Parquet types and the stored roles, or returns `None` if
-/// they do not match.
+/// Restores the schema of a table from its Parquet types and the stored roles. Returns `None` if
+/// the numbers of columns differ or the roles are invalid.
 fn restored(parquet: &Schema, roles: &str) -> Option<Schema> {
     let columns: Vec<StoredColumn> = serde_json::from_str(roles).ok()?;
     if columns.len() != parquet.fields().len() {
@@ -294,8 +295,8 @@ fn restored(parquet: &Schema, roles: &str) -> Option<Schema> {
     Some(Schema::new(fields.map(field).collect::<Vec<_>>()))
 }
 
-/// Returns the column type for a type that Arrow derives from Parquet, which does not store the
-/// size of the offsets of lists and bytes.
+/// Converts a type that Arrow derives from Parquet to the type of a column. Lists and bytes get
+/// 64-bit offsets, because Parquet does not store the size of offsets.
 fn our_type(found: &DataType) -> DataType {
     match found {
         DataType::Binary => ColumnKind::Bytes.data_type(),

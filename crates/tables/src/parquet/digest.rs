@@ -1,8 +1,8 @@
 //! Digests of a Parquet file, stored before its footer, where other readers ignore them.
 //!
-//! The file of a task has one digest of all other bytes. A table of results, of which parts are
-//! read, has one digest of each column chunk. A further digest covers these digests and all bytes
-//! outside of chunks. A column can therefore be verified without reading the others.
+//! The file of a task has one digest of all other bytes. A published table has one digest of each
+//! column chunk, and one of these digests and all bytes outside of chunks. A column can therefore
+//! be verified without reading the others.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -15,24 +15,24 @@ use parquet::file::metadata::ParquetMetaData;
 
 /// Length of the digest before the footer, in bytes.
 const DIGEST: usize = blake3::OUT_LEN;
-/// Length of the digest of a column chunk, in bytes, the same as that of a key.
+/// Length of the digest of a column chunk, in bytes.
 const CHUNK_DIGEST: usize = 16;
-/// Length of the footer's length and the closing mark, in bytes.
+/// Length in bytes of the end of a file: the length of the footer and the closing mark.
 pub(super) const TAIL: usize = 8;
 /// First four bytes of every Parquet file.
 pub(super) const MARK: &[u8] = b"PAR1";
 
-/// Units of a file that have a digest each.
+/// Parts of a file that have a digest each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Digested {
-    /// The whole file has one digest.
+    /// There is one digest of the whole file.
     Whole,
-    /// Each column chunk has its digest.
+    /// There is a digest of each column chunk.
     Chunks,
 }
 
 impl Digested {
-    /// Returns the value of the entry in the metadata of a file.
+    /// Returns the value of the metadata entry that states the kind of digests.
     pub(super) fn name(self) -> &'static str {
         match self {
             Digested::Whole => "whole",
@@ -41,7 +41,8 @@ impl Digested {
     }
 }
 
-/// Inserts a digest of a Parquet file before its footer. Returns `None` if the file has no footer.
+/// Inserts the digest of a Parquet file before the footer. Returns `None` if the file has no
+/// footer.
 pub fn seal(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     let footer = footer_start(&bytes)?;
     let digest = blake3::hash(&bytes);
@@ -59,7 +60,8 @@ pub(super) fn seal_chunks(mut bytes: Vec<u8>, metadata: &ParquetMetaData) -> io:
     Ok(bytes)
 }
 
-/// Inserts digests as [`seal_chunks`] does into a file on disk, with one chunk in memory at a time.
+/// Inserts the same digests as [`seal_chunks`] into a file on disk. Only one chunk is in memory at
+/// a time.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read or written.
@@ -123,7 +125,8 @@ fn is_whole_intact(bytes: &Bytes) -> bool {
     hasher.finalize().as_bytes() == &bytes[start..footer]
 }
 
-/// Byte ranges of the column chunks of a file, which follow each other from the opening mark on.
+/// Byte ranges of the column chunks of a file. The first chunk follows the opening mark, and each
+/// other chunk follows the previous one.
 #[derive(Debug)]
 struct Chunks {
     ranges: Vec<Range<usize>>,
@@ -146,18 +149,20 @@ impl Chunks {
     }
 }
 
-/// Digests of the column chunks of a file, themselves verified.
+/// Verified digests of the column chunks of a file.
 #[derive(Debug)]
 pub(super) struct ChunkDigests {
-    /// Byte range of each chunk, row group after row group.
+    /// Byte range of each chunk, ordered by row group and column.
     pub ranges: Vec<Range<usize>>,
     digests: Bytes,
 }
 
 impl ChunkDigests {
-    /// Reads the digests of the chunks from the end of a file; `None` if the end is damaged.
+    /// Reads the digests of the chunks from the end of a file. Returns `None` if the end is
+    /// damaged.
     ///
-    /// `end` begins at byte `start` of the file, at or before the end of the last chunk.
+    /// `end` has all bytes of the file from byte `start` on, which must not be after the end of the
+    /// last chunk.
     pub(crate) fn verified(
         end: &Bytes,
         start: usize,
@@ -175,7 +180,7 @@ impl ChunkDigests {
             .then(|| ChunkDigests { ranges: chunks.ranges, digests: end.slice(digests..top) })
     }
 
-    /// Returns true if `bytes` agree with the digest of a chunk.
+    /// Returns true if `bytes` have the digest of the chunk.
     pub fn matches(&self, chunk: usize, bytes: &[u8]) -> bool {
         let start = chunk * CHUNK_DIGEST;
         self.digests[start..start + CHUNK_DIGEST] == chunk_digest(bytes)
@@ -188,8 +193,8 @@ fn chunk_digest(bytes: &[u8]) -> [u8; CHUNK_DIGEST] {
     digest
 }
 
-/// Returns the offset of the footer in the last bytes of a file, from the length before the closing
-/// mark.
+/// Returns the position of the footer in `bytes`, the last bytes of a file. It is computed from the
+/// length of the footer, which precedes the closing mark.
 pub(super) fn footer_start(bytes: &[u8]) -> Option<usize> {
     let tail = bytes.len().checked_sub(TAIL)?;
     let length = bytes[tail..].first_chunk::<4>()?;
@@ -214,7 +219,7 @@ mod tests {
         Table::new(100, vec![(GAP, optional_reals(gaps)), (AREA, reals(areas))])
     }
 
-    /// Returns the file of a task and the file of a table of results.
+    /// Returns the file of a task and a published file.
     fn files() -> [Vec<u8>; 2] {
         let of_task = Metadata {
             key: Some(TaskKey::new("test", 1, Digest::from_params(&()), &[])),
@@ -236,7 +241,7 @@ mod tests {
         }
     }
 
-    /// The `parquet` crate panics on some of the forged files.
+    // The `parquet` crate panics on some of the forged files.
     #[test]
     fn a_forged_file_with_the_right_digest_is_a_table_or_an_error() {
         let [mut opened, _] = files();

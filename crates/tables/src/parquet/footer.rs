@@ -1,18 +1,17 @@
 //! Reading of Parquet footers in time and memory proportional to their length.
 //!
-//! A footer may be damaged, or made to break its reader. It is therefore validated before the
-//! `parquet` crate sees it. Lists must not claim more elements than they have
-//! ([`thrift`](super::thrift)), and the columns must form a tree. Version 60 of the crate lacks
-//! three bounds:
+//! A footer may be damaged or malicious. It is therefore validated before the `parquet` crate reads
+//! it. Lists must have as many elements as they declare ([`thrift`](super::thrift)), and the
+//! columns must form a tree. Version 60 of the crate does not limit the following:
 //!
-//! - It allocates as many columns as a group claims. A file of 42 bytes asks for 16 GiB, and the
-//!   process ends if there is less memory.
+//! - It allocates as many columns as a group declares. A file of 42 bytes can request 16 GiB, which
+//!   ends the process if there is less memory.
 //! - It recurses into groups. 10,000 levels overflow a stack of 8 MiB.
-//! - It stores the full path of every column. A file of 1 MB takes 10 GB.
+//! - It stores the full path of every column. A file of 1 MB can take 10 GB of memory.
 //!
 //! The constants describe the structures of [parquet.thrift][spec] field by field. Enumerations are
 //! integers; unions are structures with one field. The constants must contain all fields that the
-//! crate reads. They may omit fields that it skips.
+//! crate reads. They may omit fields that the crate skips.
 //!
 //! [spec]: https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift
 
@@ -22,11 +21,11 @@ use parquet::file::metadata::{FooterTail, ParquetMetaData, ParquetMetaDataReader
 
 use super::ParquetError;
 use super::digest::{TAIL, footer_start};
-use super::thrift::{Claim, Kind, MAX_DEPTH, Shape, Walk};
+use super::thrift::{InvalidThrift, Kind, MAX_DEPTH, Shape, Walk};
 
-/// Largest number of bytes of column paths per byte of the footer.
+/// Maximum number of bytes of column paths per byte of the footer.
 const PATH_BYTES_PER_BYTE: usize = 64;
-/// Memory of one name in a path in addition to its letters, in bytes.
+/// Memory in bytes that a name in a path takes in addition to its letters.
 const NAME_OVERHEAD: usize = 32;
 
 const UNKNOWN: Shape = Shape::Unknown;
@@ -42,10 +41,10 @@ const LONGS: Shape = Shape::List(&LONG);
 const TEXTS: Shape = Shape::List(&BYTES);
 const EMPTY: Shape = Shape::Struct(&[]);
 
-/// Fields of `FileMetaData`, the footer.
+/// Fields of `FileMetaData`, which is the footer.
 const FOOTER: &[Shape] =
     &[INT, SCHEMA, LONG, ROW_GROUPS, KEY_VALUES, BYTES, ORDERS, UNKNOWN, BYTES];
-/// Tree of columns, in which each group precedes its children.
+/// List of the columns and groups of columns. Each group precedes its children.
 const SCHEMA: Shape = Shape::List(&Shape::Struct(COLUMN));
 /// Fields of `SchemaElement`, a column or a group of columns.
 const COLUMN: &[Shape] = &[INT, INT, INT, BYTES, INT, INT, INT, INT, INT, LOGICAL_TYPE];
@@ -79,7 +78,7 @@ const ENCODINGS: Shape = Shape::List(&Shape::Struct(&[INT, INT, INT]));
 const SIZES: Shape = Shape::Struct(&[LONG, LONGS, LONGS]);
 const GEOSPATIAL: Shape = Shape::Struct(&[Shape::Struct(&[DOUBLE; 8]), INTS]);
 
-/// Fields of `PageHeader`, which precedes each page of a column.
+/// Fields of `PageHeader`, the header of each page of a column.
 pub const PAGE: &[Shape] = &[
     INT,
     INT,
@@ -90,26 +89,26 @@ pub const PAGE: &[Shape] = &[
     Shape::Struct(DICTIONARY),
     Shape::Struct(&[INT, INT, INT, INT, INT, INT, BOOL, STATISTICS]),
 ];
-/// Fields of `DictionaryPageHeader`, a part of `PageHeader`.
+/// Fields of `DictionaryPageHeader`, which is part of `PageHeader`.
 pub const DICTIONARY: &[Shape] = &[INT, INT, BOOL];
 
-/// Reads the footer of a file that ends with these bytes.
+/// Reads the footer of a file. `end` are the last bytes of the file.
 ///
 /// # Errors
-/// Returns an error if the footer is damaged or begins before these bytes.
+/// Returns an error if the footer is damaged, or if `end` does not contain the whole footer.
 pub fn read(end: &Bytes) -> Result<ParquetMetaData, ParquetError> {
-    let tail = end.last_chunk::<TAIL>().ok_or(Claim::Bytes)?;
+    let tail = end.last_chunk::<TAIL>().ok_or(InvalidThrift::Bytes)?;
     if FooterTail::try_new(tail)?.is_encrypted_footer() {
         return Err(ReaderError::NYI("encrypted footers".to_owned()).into());
     }
-    let start = footer_start(end).ok_or(Claim::Bytes)?;
+    let start = footer_start(end).ok_or(InvalidThrift::Bytes)?;
     let footer = end.slice(start..end.len() - TAIL);
     check(&footer)?;
     Ok(ParquetMetaDataReader::decode_metadata(&footer)?)
 }
 
-/// Refuses a footer whose reading takes more time or memory than a multiple of its length.
-fn check(bytes: &[u8]) -> Result<(), Claim> {
+/// Checks that the `parquet` crate can read a footer in time and memory proportional to its length.
+fn check(bytes: &[u8]) -> Result<(), InvalidThrift> {
     let most = PATH_BYTES_PER_BYTE * bytes.len();
     Walk::new(bytes).fields(FOOTER, |walk, field, kind, shape| match field {
         2 => {
@@ -124,7 +123,7 @@ fn check(bytes: &[u8]) -> Result<(), Claim> {
     })
 }
 
-/// Column, or group with `children`.
+/// A column, or a group of columns with `children`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Element {
     /// Length of the name in bytes.
@@ -133,7 +132,7 @@ struct Element {
 }
 
 impl Element {
-    fn read(walk: &mut Walk<'_>) -> Result<Element, Claim> {
+    fn read(walk: &mut Walk<'_>) -> Result<Element, InvalidThrift> {
         let mut element = Element::default();
         walk.fields(COLUMN, |walk, field, kind, shape| {
             match field {
@@ -149,10 +148,10 @@ impl Element {
 
 /// Checks the tree of columns.
 ///
-/// Refuses groups that claim more children than there are elements, groups nested more than
-/// [`MAX_DEPTH`] deep, and column paths of more than `most` bytes in total.
-fn check_tree(elements: &[Element], most: usize) -> Result<(), Claim> {
-    // Open groups: number of missing children, and bytes of the path down to the group.
+/// Returns an error if a group declares more children than there are elements, if groups are nested
+/// deeper than [`MAX_DEPTH`], or if the column paths have more than `most` bytes in total.
+fn check_tree(elements: &[Element], most: usize) -> Result<(), InvalidThrift> {
+    // For each open group: number of missing children, and bytes of the path to the group.
     let mut groups: Vec<(i64, usize)> = Vec::new();
     let mut names = 0;
     for (index, element) in elements.iter().enumerate() {
@@ -165,16 +164,16 @@ fn check_tree(elements: &[Element], most: usize) -> Result<(), Claim> {
             Ok(0) => {
                 names += path;
                 if names > most {
-                    return Err(Claim::Names(most));
+                    return Err(InvalidThrift::Names(most));
                 }
             }
             Ok(children) if children < elements.len() - index => {
                 groups.push((element.children, path));
             }
-            _ => return Err(Claim::Columns(element.children)),
+            _ => return Err(InvalidThrift::Columns(element.children)),
         }
         if groups.len() > MAX_DEPTH {
-            return Err(Claim::TooDeep);
+            return Err(InvalidThrift::TooDeep);
         }
         while groups.last().is_some_and(|(missing, _)| *missing == 0) {
             groups.pop();
@@ -196,12 +195,12 @@ mod tests {
         encode(&table, &Metadata::default())
     }
 
-    /// Returns the file with more fields at the end of its footer.
+    /// Returns a file with additional fields at the end of its footer.
     fn with(fields: &[u8]) -> Bytes {
         let mut bytes = file();
         let start = footer_start(&bytes).unwrap();
         let end = bytes.len() - TAIL;
-        // A structure ends with a zero.
+        // The last byte of a structure is zero.
         bytes.splice(end - 1..end - 1, fields.iter().copied());
         let length = u32::try_from(bytes.len() - TAIL - start).unwrap();
         let tail = bytes.len() - TAIL;
@@ -209,9 +208,9 @@ mod tests {
         bytes.into()
     }
 
-    fn claim(bytes: &Bytes) -> Claim {
+    fn problem(bytes: &Bytes) -> InvalidThrift {
         match read(bytes) {
-            Err(ParquetError::Footer(claim)) => claim,
+            Err(ParquetError::Footer(problem)) => problem,
             other => panic!("{other:?}"),
         }
     }
@@ -224,7 +223,7 @@ mod tests {
         assert_eq!(read(&with(&unknown)).unwrap().file_metadata().num_rows(), 1);
     }
 
-    /// A list of a thousand lists of 2³¹ − 1 booleans would take the `parquet` crate minutes.
+    // A list of a thousand lists of 2³¹ − 1 booleans would take the `parquet` crate minutes.
     #[test]
     fn lists_of_booleans_are_refused() {
         let list = [0xf1, 0xff, 0xff, 0xff, 0xff, 0x07];
@@ -233,13 +232,13 @@ mod tests {
         assert_eq!(error.to_string(), "invalid Parquet metadata: a list of 2147483647 booleans");
     }
 
-    /// The `parquet` crate would read the content of this text as fields of the footer.
+    // The `parquet` crate would read the content of this text as fields of the footer.
     #[test]
     fn a_list_cannot_be_hidden_in_a_text_field() {
-        // Field 3, the number of rows, for a second time, as text of four bytes.
+        // Field 3, the number of rows, is repeated as a text of four bytes.
         let hidden = [0x08, 0x06, 4, 0x19, 0xf1, 0xff, 0x07];
         let (found, known) = (Kind::Bytes, Kind::Long);
-        assert_eq!(claim(&with(&hidden)), Claim::WrongType { found, known });
+        assert_eq!(problem(&with(&hidden)), InvalidThrift::WrongType { found, known });
     }
 
     #[test]
@@ -248,8 +247,8 @@ mod tests {
         let tail = bytes.len() - TAIL;
         let length = u32::try_from(tail + 1).unwrap();
         bytes[tail..tail + 4].copy_from_slice(&length.to_le_bytes());
-        assert_eq!(claim(&bytes.into()), Claim::Bytes);
-        assert_eq!(claim(&Bytes::from_static(b"PAR1")), Claim::Bytes);
+        assert_eq!(problem(&bytes.into()), InvalidThrift::Bytes);
+        assert_eq!(problem(&Bytes::from_static(b"PAR1")), InvalidThrift::Bytes);
     }
 
     fn columns(children: impl IntoIterator<Item = i64>) -> Vec<Element> {
@@ -260,32 +259,32 @@ mod tests {
     #[test]
     fn a_group_has_as_many_columns_as_it_claims() {
         let most = usize::MAX;
-        // The root has a group of two columns and another column.
+        // The root has two children: a group of two columns, and a column.
         assert_eq!(check_tree(&columns([2, 2, 0, 0, 0]), most), Ok(()));
-        let root = Claim::Columns(1 << 31);
+        let root = InvalidThrift::Columns(1 << 31);
         assert_eq!(check_tree(&columns([1 << 31, 0]), most), Err(root));
-        let group = Claim::Columns(2);
+        let group = InvalidThrift::Columns(2);
         assert_eq!(check_tree(&columns([2, 2, 0]), most), Err(group));
-        let group = Claim::Columns(-1);
+        let group = InvalidThrift::Columns(-1);
         assert_eq!(check_tree(&columns([1, -1]), most), Err(group));
     }
 
-    /// The `parquet` crate recurses into groups, which would overflow the stack.
+    // The `parquet` crate recurses into groups, which would overflow the stack.
     #[test]
     fn deeply_nested_groups_are_refused() {
         let nested = |groups: usize| columns([vec![1; groups], vec![0]].concat());
         assert_eq!(check_tree(&nested(MAX_DEPTH), usize::MAX), Ok(()));
         let deep = check_tree(&nested(MAX_DEPTH + 1), usize::MAX);
-        assert_eq!(deep, Err(Claim::TooDeep));
+        assert_eq!(deep, Err(InvalidThrift::TooDeep));
     }
 
-    /// A group name of a million letters with a thousand columns would take a gigabyte of paths.
+    // With a group name of a million letters, the paths of a thousand columns would take 1 GB.
     #[test]
     fn long_column_paths_are_refused() {
         let mut elements = columns([1, 1000].into_iter().chain([0; 1000]));
         elements[1].name = 1_000_000;
         let most = PATH_BYTES_PER_BYTE * 1_020_000;
-        assert_eq!(check_tree(&elements, most), Err(Claim::Names(most)));
+        assert_eq!(check_tree(&elements, most), Err(InvalidThrift::Names(most)));
         elements[1].name = 50;
         let most = PATH_BYTES_PER_BYTE * 20_000;
         assert_eq!(check_tree(&elements, most), Ok(()));

@@ -1,9 +1,9 @@
 //! Reading of numeric columns from Parquet files of other programs, in bounded time and memory.
 //!
-//! The bound is proportional to the bytes and rows of the file. Each page begins with a header,
-//! which is validated like the footer before the `parquet` crate reads it
-//! ([`thrift`](super::thrift)). The header states the uncompressed size of the page and the number
-//! of values in a dictionary, for which the crate allocates memory.
+//! Time and memory are at most proportional to the bytes and rows of the file. Each page begins
+//! with a header, which is validated like the footer before the `parquet` crate reads it
+//! ([`thrift`](super::thrift)). The crate allocates memory for the uncompressed size of the page
+//! and for the number of values in a dictionary, as given in the header.
 
 use std::sync::Arc;
 
@@ -20,15 +20,15 @@ use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 use super::ParquetError;
 use super::decode::{catch_panics, leaf};
 use super::footer::{self, DICTIONARY, PAGE};
-use super::thrift::{Claim, Walk};
+use super::thrift::{InvalidThrift, Walk};
 
-/// Uncompressed bytes allowed per row. The largest type, a decimal, has 32 bytes; a dictionary
-/// index and levels come on top.
+/// Maximum number of uncompressed bytes per row. The largest type, a decimal, has 32 bytes; in
+/// addition, there can be a dictionary index and levels.
 const BYTES_PER_VALUE: usize = 64;
-/// Uncompressed bytes allowed for a column of any number of rows.
+/// Number of uncompressed bytes that a column may have in addition, independent of its rows.
 const BASE_BYTES: usize = 1 << 20;
 
-/// Numeric columns of a Parquet file, each decoded on request.
+/// Numeric columns of a Parquet file. Each column is decoded only when it is read.
 pub struct NumberColumns {
     bytes: Bytes,
     file: ArrowReaderMetadata,
@@ -45,7 +45,7 @@ impl NumberColumns {
         catch_panics(|| {
             let bytes = Bytes::from(bytes);
             let footer = Arc::new(footer::read(&bytes)?);
-            // Skip the Arrow schema in the file, whose decoding is not bounded by its length.
+            // Ignore the Arrow schema in the file: its decoding is not bounded by its length.
             let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
             let file = ArrowReaderMetadata::try_new(footer, options)?;
             let fields = file.schema().fields().iter().enumerate();
@@ -60,21 +60,21 @@ impl NumberColumns {
         indices.map(|&index| self.field(index).name().as_str()).collect()
     }
 
-    /// Returns the number of rows that the footer states.
+    /// Returns the number of rows according to the footer.
     pub fn rows(&self) -> usize {
         usize::try_from(self.footer().file_metadata().num_rows()).unwrap_or(usize::MAX)
     }
 
-    /// Reads a numeric column by its index in [`names`](Self::names); nulls become NaN.
+    /// Reads the numeric column with a given index in [`names`](Self::names). Nulls become NaN.
     ///
     /// # Errors
-    /// Returns an error if the column is damaged or its number of rows differs from the footer.
+    /// Returns an error if the column is damaged or does not have the number of rows of the footer.
     pub fn read(&self, column: usize) -> Result<Vec<f64>, ParquetError> {
         let index = self.indices[column];
         catch_panics(|| self.read_at(index))
     }
 
-    /// Decodes one column without touching others, which may be large or damaged.
+    /// Decodes one column without reading others, which may be large or damaged.
     fn read_at(&self, index: usize) -> Result<Vec<f64>, ParquetError> {
         let leaf = leaf(self.footer(), index).ok_or(ParquetError::Malformed)?;
         let groups = self.footer().row_groups().iter();
@@ -108,10 +108,8 @@ impl NumberColumns {
     }
 }
 
-/// Checks the chunks of a column before they are decoded.
-///
-/// Refuses them if decoding takes more time or memory than a multiple of the number of rows and
-/// the length of the file.
+/// Checks that the chunks of a column can be decoded in time and memory proportional to the number
+/// of rows and the length of the file.
 fn check_chunks<'a>(
     file: &[u8],
     chunks: impl Iterator<Item = &'a ColumnChunkMetaData>,
@@ -120,55 +118,57 @@ fn check_chunks<'a>(
     let mut read = 0;
     let mut left = rows.saturating_mul(BYTES_PER_VALUE).saturating_add(BASE_BYTES);
     for chunk in chunks {
-        let refused = |claim| ParquetError::Page { column: chunk.column_path().string(), claim };
+        let refused =
+            |problem| ParquetError::Page { column: chunk.column_path().string(), problem };
         let (start, length) = chunk.byte_range();
         let start = usize::try_from(start).ok().and_then(|start| file.get(start..));
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         let pages = start.and_then(|bytes| bytes.get(..length));
-        let pages = pages.ok_or_else(|| refused(Claim::Bytes))?;
-        // Without this check, many chunks could share the same bytes.
+        let pages = pages.ok_or_else(|| refused(InvalidThrift::Bytes))?;
+        // This check prevents many chunks from sharing the same bytes.
         read += pages.len();
         if read > file.len() {
-            return Err(refused(Claim::Bytes));
+            return Err(refused(InvalidThrift::Bytes));
         }
         check_pages(pages, &mut left).map_err(refused)?;
     }
     Ok(())
 }
 
-/// Subtracts the uncompressed sizes of the pages from `left`, and refuses pages beyond it.
-fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), Claim> {
+/// Subtracts the uncompressed sizes of the pages from `left`, the number of bytes that the column
+/// may still have. Returns an error if they exceed it.
+fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), InvalidThrift> {
     while !pages.is_empty() {
         let (after, header) = Header::read(pages)?;
         let rest = &pages[after..];
         let unpacked = usize::try_from(header.unpacked).ok();
         let unpacked = unpacked.filter(|bytes| bytes <= left);
-        let unpacked = unpacked.ok_or(Claim::Unpacked(header.unpacked))?;
+        let unpacked = unpacked.ok_or(InvalidThrift::Unpacked(header.unpacked))?;
         *left -= unpacked;
-        // Each value takes one byte or more.
+        // Each value has at least one byte.
         if !usize::try_from(header.values).is_ok_and(|values| values <= unpacked) {
-            return Err(Claim::Values(header.values));
+            return Err(InvalidThrift::Values(header.values));
         }
-        let length = usize::try_from(header.length).map_err(|_| Claim::Bytes)?;
-        pages = rest.get(length..).ok_or(Claim::Bytes)?;
+        let length = usize::try_from(header.length).map_err(|_| InvalidThrift::Bytes)?;
+        pages = rest.get(length..).ok_or(InvalidThrift::Bytes)?;
     }
     Ok(())
 }
 
-/// Fields of a page header that need a check.
+/// Fields of a page header that are checked.
 #[derive(Debug, Default)]
 struct Header {
     /// Compressed length of the page after the header, in bytes.
     length: i64,
     /// Uncompressed length of the page, in bytes.
     unpacked: i64,
-    /// Number of values of a dictionary page, otherwise zero.
+    /// Number of values of a dictionary page; zero for other pages.
     values: i64,
 }
 
 impl Header {
-    /// Reads the header at the start of the bytes and returns its length with it.
-    fn read(bytes: &[u8]) -> Result<(usize, Header), Claim> {
+    /// Reads the header at the start of `bytes`. Returns its length and the header.
+    fn read(bytes: &[u8]) -> Result<(usize, Header), InvalidThrift> {
         let mut header = Header::default();
         let mut walk = Walk::new(bytes);
         walk.fields(PAGE, |walk, field, kind, shape| {
@@ -261,25 +261,25 @@ mod tests {
         }
     }
 
-    /// Builds a page with these zigzag-encoded sizes and further header fields `more`.
+    /// Returns a page with the given zigzag-encoded sizes and additional header fields `more`.
     fn page(unpacked: &[u8], size: &[u8], more: &[u8], bytes: usize) -> Vec<u8> {
         let header = [&[0x15, 0, 0x15], unpacked, &[0x15], size, more, &[0]].concat();
         [header, vec![7; bytes]].concat()
     }
 
-    fn passed(pages: &[u8], mut left: usize) -> Result<usize, Claim> {
+    fn passed(pages: &[u8], mut left: usize) -> Result<usize, InvalidThrift> {
         check_pages(pages, &mut left).map(|()| left)
     }
 
     #[test]
     fn pages_fill_their_chunk() {
-        // Three bytes, five uncompressed, and an empty page.
+        // A page of three bytes, or five uncompressed bytes, and an empty page.
         let pages = [page(&[10], &[6], &[], 3), page(&[0], &[0], &[], 0)].concat();
         assert_eq!(passed(&pages, 8), Ok(3));
-        assert_eq!(passed(&pages, 4), Err(Claim::Unpacked(5)));
-        assert_eq!(passed(&pages[..pages.len() - 1], 8), Err(Claim::Bytes));
-        assert_eq!(passed(&page(&[10], &[8], &[], 3), 8), Err(Claim::Bytes));
-        assert_eq!(passed(&page(&[1], &[6], &[], 3), 8), Err(Claim::Unpacked(-1)));
+        assert_eq!(passed(&pages, 4), Err(InvalidThrift::Unpacked(5)));
+        assert_eq!(passed(&pages[..pages.len() - 1], 8), Err(InvalidThrift::Bytes));
+        assert_eq!(passed(&page(&[10], &[8], &[], 3), 8), Err(InvalidThrift::Bytes));
+        assert_eq!(passed(&page(&[1], &[6], &[], 3), 8), Err(InvalidThrift::Unpacked(-1)));
     }
 
     #[test]
@@ -287,21 +287,21 @@ mod tests {
         // Field 7 is a dictionary header with the number of values and the encoding 0.
         let of = |values| page(&[10], &[6], &[0x4c, 0x15, values, 0x15, 0, 0], 3);
         assert_eq!(passed(&of(10), 8), Ok(3));
-        assert_eq!(passed(&of(12), 8), Err(Claim::Values(6)));
+        assert_eq!(passed(&of(12), 8), Err(InvalidThrift::Values(6)));
     }
 
-    /// The `parquet` crate consumes no bytes for booleans, nor for doubles at the end of a file.
+    // The `parquet` crate consumes no bytes for booleans, nor for doubles at the end of a file.
     #[test]
     fn page_headers_with_lists_longer_than_their_bytes_are_refused() {
         const MANY: usize = 0x7fff_ffff;
         let list = |kind: u8| [0xf0 | kind, 0xff, 0xff, 0xff, 0xff, 0x07];
-        // Lists in the header of the data page, and next to it.
+        // The list is a field of the data page header, or a field next to that header.
         let inside = |kind| [&[0x2c, 0x99][..], &list(kind), &[0]].concat();
         let beside = |kind| [&[0x99][..], &list(kind)].concat();
         for more in [&inside as &dyn Fn(u8) -> Vec<u8>, &beside] {
-            let claim = |kind| passed(&page(&[10], &[6], &more(kind), 3), 8);
-            assert_eq!(claim(1), Err(Claim::Booleans(MANY)));
-            assert_eq!(claim(7), Err(Claim::Elements(MANY)));
+            let refusal = |kind| passed(&page(&[10], &[6], &more(kind), 3), 8);
+            assert_eq!(refusal(1), Err(InvalidThrift::Booleans(MANY)));
+            assert_eq!(refusal(7), Err(InvalidThrift::Elements(MANY)));
         }
     }
 }

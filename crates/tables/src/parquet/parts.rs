@@ -1,4 +1,4 @@
-//! Reading of some columns or row groups of a table, verified as they are read.
+//! Reading of some columns or row groups of a table in a file. Only what is read is verified.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -14,26 +14,27 @@ use parquet::file::reader::{ChunkReader, Length};
 use parquet::file::statistics::Statistics;
 
 use super::decode::{
-    self, Known, catch_panics, collected, columns_of, digested, leaf, read_metadata,
+    self, FileColumns, catch_panics, collected, columns_of, digested, leaf, read_metadata,
 };
 use super::digest::{ChunkDigests, Digested, MARK, footer_start};
 use super::{Metadata, ParquetError, footer};
 use crate::parallel;
 use crate::table::Table;
 
-/// Smallest size of the values, in bytes, at which columns are read on several threads.
+/// Minimum size in bytes of the values for which columns are read on several threads.
 const WORTH_THREADS: i64 = 1 << 20;
 
-/// Number of bytes at the end of a file that are read first. A longer footer needs a second read.
+/// Number of bytes at the end of a file that are read first. If the footer is longer, a second read
+/// follows.
 const TAIL_READ: usize = 1 << 16;
 
-/// Open table in a file, of which parts are read.
+/// Open file of a table, from which parts are read.
 ///
-/// Opening verifies the footer. Reading verifies the column chunks that it reads.
+/// Opening the file verifies the footer. Reading a part verifies its column chunks.
 #[derive(Debug)]
 pub struct TableFile {
     bytes: Source,
-    known: Known,
+    known: FileColumns,
     metadata: Metadata,
 }
 
@@ -47,7 +48,8 @@ enum Source {
 }
 
 impl TableFile {
-    /// Opens a file and verifies its footer, or all bytes if the file has a single digest.
+    /// Opens a file and verifies its footer. If the file has a single digest, all bytes are
+    /// verified.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is not Parquet, or is damaged where it is
@@ -73,7 +75,8 @@ impl TableFile {
         Ok(TableFile { bytes, known, metadata })
     }
 
-    /// Verifies all bytes, with one column chunk in memory at a time, and returns the metadata.
+    /// Verifies all bytes of the file and returns its metadata. Only one column chunk is in memory
+    /// at a time.
     ///
     /// # Errors
     /// Returns an error if the file is damaged.
@@ -111,7 +114,8 @@ impl TableFile {
         self.known.arrow.metadata()
     }
 
-    /// Reads the first `rows` rows of the columns with these indices, in the given order.
+    /// Reads the first `rows` rows of the columns with the given indices, in the order of the
+    /// indices.
     ///
     /// # Errors
     /// Returns an error if a part that is read is damaged.
@@ -143,11 +147,11 @@ impl TableFile {
         usize::try_from(rows).unwrap_or(0)
     }
 
-    /// Returns whether a column has the same value in all rows, if the statistics of the file
-    /// decide it.
+    /// Returns whether a column has the same value in all rows, or `None` if the statistics in the
+    /// file do not decide this.
     ///
     /// The statistics are the smallest and largest value of each row group. They ignore NaN and
-    /// nulls, so that only integers without nulls can be found constant.
+    /// nulls, so they can prove only that a column of integers without nulls is constant.
     pub fn is_constant(&self, column: usize) -> Option<bool> {
         let leaf = leaf(self.footer(), column)?;
         let groups = self.footer().row_groups().iter();
@@ -165,7 +169,7 @@ impl TableFile {
         }
     }
 
-    /// Reads the first `rows` rows of some columns from some row groups.
+    /// Reads the first `rows` rows of the given row groups; only the given columns are read.
     fn read(
         &self,
         columns: &[usize],
@@ -188,8 +192,8 @@ impl TableFile {
         Ok(Table::from_arrays(rows, schema, arrays.collect()))
     }
 
-    /// Returns the uncompressed size of some columns in some row groups, as the file states it, in
-    /// bytes.
+    /// Returns the uncompressed size in bytes of some columns in some row groups, according to the
+    /// footer.
     fn size(&self, columns: &[usize], groups: &[usize]) -> i64 {
         let leaves: Vec<usize> =
             columns.iter().filter_map(|&column| leaf(self.footer(), column)).collect();
@@ -260,7 +264,7 @@ fn end_of(file: &File, length: u64, wanted: usize) -> Result<Bytes, ParquetError
     Ok(bytes.into())
 }
 
-/// Reads the footer of a file, without verification. `end` holds the last bytes of the file.
+/// Reads the footer of a file without verifying it. `end` are the last bytes of the file.
 fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, ParquetError> {
     let mut end = end.clone();
     if footer_start(&end).is_none() {
@@ -285,7 +289,7 @@ fn digests(
     if let Some(digests) = verified(end) {
         return Ok(digests);
     }
-    // The first read of the end may have been too short.
+    // If the first read of the end was too short, read more.
     let groups = footer.row_groups().iter();
     let last = groups.flat_map(|group| group.columns()).last();
     let chunks_end = last.map_or(0, |chunk| {
@@ -306,7 +310,7 @@ impl Part {
         Part(Arc::new(vec![(0, bytes)]))
     }
 
-    /// Returns the bytes from an offset in the file to the end of its chunk.
+    /// Returns the bytes from a position in the file to the end of the chunk there.
     fn from_offset(&self, start: u64) -> Result<Bytes, ReaderError> {
         let found = self.0.iter().find_map(|(first, bytes)| {
             let offset = usize::try_from(start).ok()?.checked_sub(*first)?;
@@ -352,7 +356,7 @@ mod tests {
     };
     use crate::parquet::{Columns, GROUP, Metadata, decode_bytes, encode, write_parts};
 
-    /// Number of rows, more than one row group has.
+    /// Number of rows of the test table, which has several row groups.
     const ROWS: usize = 150_000;
 
     const KINDS: [(&str, ColumnKind); 5] = [
@@ -448,7 +452,7 @@ mod tests {
         assert_eq!(open(&none).first(&[0, 3], 10).unwrap(), none.project(&[0, 3]));
     }
 
-    /// Files of tasks have a single digest, as did older tables of results.
+    // Files of tasks have a single digest, and so do published tables of older versions.
     #[test]
     fn a_file_with_one_digest_is_read_in_parts_too() {
         let whole = table(10);
@@ -510,7 +514,7 @@ mod tests {
         }
     }
 
-    /// The footer of this many columns exceeds the first read of the end of a file.
+    // The footer of so many columns is longer than the first read of the end of a file.
     #[test]
     fn a_long_footer_is_read_to_its_beginning() {
         let names: Vec<&'static str> = (0..700)

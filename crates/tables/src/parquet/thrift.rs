@@ -1,14 +1,15 @@
 //! Validation of Thrift's compact protocol, in which Parquet writes its footer and page headers.
 //!
-//! The walk over the bytes stores nothing, and each of its steps consumes at least one byte. Its
-//! time is therefore bounded by the number of bytes. The `parquet` crate (version 60) has no such
-//! bound. It skips elements of lists and maps of booleans without consuming bytes. In page headers
-//! it also skips doubles and texts beyond the end of the file. A list of 2³¹ elements fits into
-//! eight bytes and takes the crate seventeen seconds, and a list may contain many such lists.
+//! A [`Walk`] passes over the bytes without storing anything, and each of its steps consumes at
+//! least one byte. Its time is therefore proportional to the number of bytes. This is not true of
+//! the `parquet` crate (version 60). The crate skips elements of lists and maps of booleans without
+//! consuming bytes. In page headers it also skips doubles and texts beyond the end of the file. A
+//! list of 2³¹ elements can be declared in eight bytes and takes the crate seventeen seconds, and a
+//! list may contain many such lists.
 //!
-//! The walk must see the same fields as the crate. The crate reads known fields without checking
-//! the type in the bytes. The walk therefore compares the type of every known field with its
-//! [`Shape`].
+//! The walk must interpret the bytes as the crate does. The crate reads known fields without
+//! checking the type in the bytes. The walk therefore compares the type of every known field with
+//! its [`Shape`].
 //!
 //! The protocol has a [specification][spec].
 //!
@@ -16,19 +17,19 @@
 
 use thiserror::Error;
 
-/// Largest nesting depth of lists and structures, and of column groups.
+/// Maximum nesting depth of lists and structures, and of column groups.
 ///
-/// The `parquet` crate skips values to the same depth. Its stack is large enough for it.
+/// The `parquet` crate skips values with at most this depth, and the stack suffices for it.
 pub const MAX_DEPTH: usize = 64;
 
-/// Reason why bytes are refused, as the end of a message "invalid …: ".
+/// Reason why a footer or page header is refused. The text completes a message "invalid …: ".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-pub enum Claim {
+pub enum InvalidThrift {
     #[error("a length or offset beyond the end of the data")]
     Bytes,
     #[error("a list of {0} booleans")]
     Booleans(usize),
-    #[error("a list of {0} elements with fewer bytes")]
+    #[error("a list that declares {0} elements, impossible for its size")]
     Elements(usize),
     #[error("more than {MAX_DEPTH} levels of nesting")]
     TooDeep,
@@ -38,17 +39,17 @@ pub enum Claim {
     WrongType { found: Kind, known: Kind },
     #[error("an integer of more than 64 bits")]
     Number,
-    #[error("a group of {0} columns that do not exist")]
+    #[error("a group that declares {0} columns, which do not exist")]
     Columns(i64),
     #[error("column paths of more than {0} bytes in total")]
     Names(usize),
     #[error("an uncompressed size of {0} bytes, too large for the number of rows")]
     Unpacked(i64),
-    #[error("a dictionary of {0} values with fewer bytes")]
+    #[error("a dictionary page that declares {0} values, impossible for its size")]
     Values(i64),
 }
 
-/// Type of a value as its bytes state it.
+/// Type of a value according to its bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Bool,
@@ -67,7 +68,7 @@ pub enum Kind {
 
 impl Kind {
     /// Decodes the type of a field or of the elements of a list.
-    fn from_code(word: u8) -> Result<Kind, Claim> {
+    fn from_code(word: u8) -> Result<Kind, InvalidThrift> {
         Ok(match word {
             1 | 2 => Kind::Bool,
             3 => Kind::Byte,
@@ -81,7 +82,7 @@ impl Kind {
             11 => Kind::Map,
             12 => Kind::Struct,
             13 => Kind::Uuid,
-            _ => return Err(Claim::UnknownType(word)),
+            _ => return Err(InvalidThrift::UnknownType(word)),
         })
     }
 }
@@ -89,7 +90,7 @@ impl Kind {
 /// Expected structure of a value that the `parquet` crate reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// The crate skips the value by the type in the bytes.
+    /// The crate skips the value according to the type in the bytes.
     Unknown,
     Plain(Kind),
     List(&'static Shape),
@@ -98,19 +99,19 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Returns an error if the type does not fit the shape.
-    fn check(self, found: Kind) -> Result<(), Claim> {
+    /// Checks that a value of the type `found` can have this shape.
+    fn check(self, found: Kind) -> Result<(), InvalidThrift> {
         let known = match self {
             Shape::Unknown => return Ok(()),
             Shape::Plain(kind) => kind,
             Shape::List(_) => Kind::List,
             Shape::Struct(_) => Kind::Struct,
         };
-        if found == known { Ok(()) } else { Err(Claim::WrongType { found, known }) }
+        if found == known { Ok(()) } else { Err(InvalidThrift::WrongType { found, known }) }
     }
 }
 
-/// Position in bytes of the compact protocol.
+/// Reader that passes over bytes of the compact protocol from a current position.
 #[derive(Debug, Clone)]
 pub struct Walk<'a> {
     bytes: &'a [u8],
@@ -128,12 +129,12 @@ impl<'a> Walk<'a> {
         self.position
     }
 
-    /// Consumes a structure, whose fields `visit` must consume one by one.
+    /// Consumes a structure. `visit` is called for each field and must consume its value.
     pub fn fields(
         &mut self,
         known: &'static [Shape],
-        mut visit: impl FnMut(&mut Self, i16, Kind, Shape) -> Result<(), Claim>,
-    ) -> Result<(), Claim> {
+        mut visit: impl FnMut(&mut Self, i16, Kind, Shape) -> Result<(), InvalidThrift>,
+    ) -> Result<(), InvalidThrift> {
         self.nested(|walk| {
             let mut last: i16 = 0;
             while let Some((kind, field)) = walk.field(last)? {
@@ -148,12 +149,12 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Consumes a list, whose elements `visit` must consume one by one.
+    /// Consumes a list. `visit` is called for each element and must consume it.
     pub fn elements(
         &mut self,
         known: Shape,
-        mut visit: impl FnMut(&mut Self, Kind) -> Result<(), Claim>,
-    ) -> Result<(), Claim> {
+        mut visit: impl FnMut(&mut Self, Kind) -> Result<(), InvalidThrift>,
+    ) -> Result<(), InvalidThrift> {
         let (size, kind) = self.list()?;
         if size > 0 {
             known.check(kind)?;
@@ -161,8 +162,8 @@ impl<'a> Walk<'a> {
         self.nested(|walk| (0..size).try_for_each(|_| visit(walk, kind)))
     }
 
-    /// Consumes a value of this type and shape.
-    pub fn skip(&mut self, kind: Kind, shape: Shape) -> Result<(), Claim> {
+    /// Consumes a value of the given type and shape.
+    pub fn skip(&mut self, kind: Kind, shape: Shape) -> Result<(), InvalidThrift> {
         match kind {
             // The type of a boolean field includes its value.
             Kind::Bool => Ok(()),
@@ -185,19 +186,19 @@ impl<'a> Walk<'a> {
     }
 
     /// Reads an integer in zigzag encoding.
-    pub fn number(&mut self) -> Result<i64, Claim> {
+    pub fn number(&mut self) -> Result<i64, InvalidThrift> {
         let value = self.varint()?;
         Ok((value >> 1).cast_signed() ^ -((value & 1).cast_signed()))
     }
 
     /// Reads a byte string, which is preceded by its length.
-    pub fn bytes(&mut self) -> Result<&'a [u8], Claim> {
-        let length = usize::try_from(self.varint()?).map_err(|_| Claim::Bytes)?;
+    pub fn bytes(&mut self) -> Result<&'a [u8], InvalidThrift> {
+        let length = usize::try_from(self.varint()?).map_err(|_| InvalidThrift::Bytes)?;
         self.take(length)
     }
 
-    fn map(&mut self) -> Result<(), Claim> {
-        let size = usize::try_from(self.varint()?).map_err(|_| Claim::Number)?;
+    fn map(&mut self) -> Result<(), InvalidThrift> {
+        let size = usize::try_from(self.varint()?).map_err(|_| InvalidThrift::Number)?;
         if size == 0 {
             return Ok(());
         }
@@ -213,36 +214,34 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Reads the number and the type of the elements of a list or set.
-    fn list(&mut self) -> Result<(usize, Kind), Claim> {
+    /// Reads the header of a list or set: the number and the type of its elements.
+    fn list(&mut self) -> Result<(usize, Kind), InvalidThrift> {
         let header = self.take(1)?[0];
         if header == 0 {
-            // Some programs write an empty list this way.
+            // Some programs write an empty list as a single zero byte.
             return Ok((0, Kind::Byte));
         }
         let kind = Kind::from_code(header & 0xf)?;
         let size = match header >> 4 {
-            15 => usize::try_from(self.varint()?).map_err(|_| Claim::Number)?,
+            15 => usize::try_from(self.varint()?).map_err(|_| InvalidThrift::Number)?,
             size => usize::from(size),
         };
         self.bounded(size, kind)?;
         Ok((size, kind))
     }
 
-    /// Returns an error if `size` elements need more bytes than there are.
-    ///
-    /// Every element needs a byte. Booleans are refused because the `parquet` crate consumes no
-    /// byte for them.
-    fn bounded(&self, size: usize, kind: Kind) -> Result<(), Claim> {
+    /// Checks that a list or set of `size` elements is possible: each element needs at least one
+    /// byte. Lists of booleans are refused, because the `parquet` crate consumes no bytes for them.
+    fn bounded(&self, size: usize, kind: Kind) -> Result<(), InvalidThrift> {
         match kind {
-            Kind::Bool if size > 0 => Err(Claim::Booleans(size)),
-            _ if size > self.bytes.len() - self.position => Err(Claim::Elements(size)),
+            Kind::Bool if size > 0 => Err(InvalidThrift::Booleans(size)),
+            _ if size > self.bytes.len() - self.position => Err(InvalidThrift::Elements(size)),
             _ => Ok(()),
         }
     }
 
-    /// Reads the type and the number of the next field; `None` at the end of a structure.
-    fn field(&mut self, last: i16) -> Result<Option<(Kind, i16)>, Claim> {
+    /// Reads the type and the number of the next field. Returns `None` at the end of a structure.
+    fn field(&mut self, last: i16) -> Result<Option<(Kind, i16)>, InvalidThrift> {
         let header = self.take(1)?[0];
         if header & 0xf == 0 {
             return Ok(None);
@@ -251,12 +250,12 @@ impl<'a> Walk<'a> {
         let number = match header >> 4 {
             #[expect(clippy::cast_possible_truncation, reason = "the parquet crate truncates too")]
             0 => self.number()? as i16,
-            step => last.checked_add(step.into()).ok_or(Claim::Number)?,
+            step => last.checked_add(step.into()).ok_or(InvalidThrift::Number)?,
         };
         Ok(Some((kind, number)))
     }
 
-    fn varint(&mut self) -> Result<u64, Claim> {
+    fn varint(&mut self) -> Result<u64, InvalidThrift> {
         let mut value = 0;
         for shift in (0..64).step_by(7) {
             let byte = self.take(1)?[0];
@@ -265,19 +264,22 @@ impl<'a> Walk<'a> {
                 return Ok(value);
             }
         }
-        Err(Claim::Number)
+        Err(InvalidThrift::Number)
     }
 
-    fn take(&mut self, length: usize) -> Result<&'a [u8], Claim> {
+    fn take(&mut self, length: usize) -> Result<&'a [u8], InvalidThrift> {
         let rest = &self.bytes[self.position..];
-        let taken = rest.get(..length).ok_or(Claim::Bytes)?;
+        let taken = rest.get(..length).ok_or(InvalidThrift::Bytes)?;
         self.position += length;
         Ok(taken)
     }
 
-    fn nested(&mut self, inner: impl FnOnce(&mut Self) -> Result<(), Claim>) -> Result<(), Claim> {
+    fn nested(
+        &mut self,
+        inner: impl FnOnce(&mut Self) -> Result<(), InvalidThrift>,
+    ) -> Result<(), InvalidThrift> {
         if self.depth == MAX_DEPTH {
-            return Err(Claim::TooDeep);
+            return Err(InvalidThrift::TooDeep);
         }
         self.depth += 1;
         inner(self)?;
@@ -295,7 +297,7 @@ mod tests {
         Shape::List(&Shape::Struct(&[Shape::Plain(Kind::Bytes)])),
     ]);
 
-    fn passed(bytes: &[u8]) -> Result<usize, Claim> {
+    fn passed(bytes: &[u8]) -> Result<usize, InvalidThrift> {
         let mut walk = Walk::new(bytes);
         walk.skip(Kind::Struct, KNOWN)?;
         Ok(walk.position())
@@ -321,7 +323,7 @@ mod tests {
         assert_eq!(number(&[0xd8, 0x04]), Ok(300));
         let least = [&[0xff; 9][..], &[0x01]].concat();
         assert_eq!(number(&least), Ok(i64::MIN));
-        assert_eq!(number(&[0xff; 11]), Err(Claim::Number));
+        assert_eq!(number(&[0xff; 11]), Err(InvalidThrift::Number));
     }
 
     /// 2³¹ − 1 as the encoded size of a list.
@@ -332,21 +334,21 @@ mod tests {
     fn lists_longer_than_their_bytes_are_refused() {
         let list = |header: u8| [&[0x39, header][..], &MANY, &[0, 0]].concat();
         // The unknown field 3 with booleans, of both types, and with structures.
-        assert_eq!(passed(&list(0xf1)), Err(Claim::Booleans(SIZE)));
-        assert_eq!(passed(&list(0xf2)), Err(Claim::Booleans(SIZE)));
-        assert_eq!(passed(&list(0xfc)), Err(Claim::Elements(SIZE)));
+        assert_eq!(passed(&list(0xf1)), Err(InvalidThrift::Booleans(SIZE)));
+        assert_eq!(passed(&list(0xf2)), Err(InvalidThrift::Booleans(SIZE)));
+        assert_eq!(passed(&list(0xfc)), Err(InvalidThrift::Elements(SIZE)));
         // Even short lists are refused: the `parquet` crate would misread the bytes after them.
-        assert_eq!(passed(&[0x39, 0x21, 1, 1, 0]), Err(Claim::Booleans(2)));
+        assert_eq!(passed(&[0x39, 0x21, 1, 1, 0]), Err(InvalidThrift::Booleans(2)));
         assert_eq!(passed(&[0x39, 0x01, 0]), Ok(3));
         let map = [&[0x3b][..], &MANY, &[0x12, 0]].concat();
-        assert_eq!(passed(&map), Err(Claim::Booleans(SIZE)));
+        assert_eq!(passed(&map), Err(InvalidThrift::Booleans(SIZE)));
     }
 
     #[test]
     fn a_known_field_of_another_type_is_refused() {
-        let refused = Claim::WrongType { found: Kind::Bytes, known: Kind::Int };
+        let refused = InvalidThrift::WrongType { found: Kind::Bytes, known: Kind::Int };
         assert_eq!(passed(&[0x18, 1, b'a', 0]), Err(refused));
-        let refused = Claim::WrongType { found: Kind::Int, known: Kind::Struct };
+        let refused = InvalidThrift::WrongType { found: Kind::Int, known: Kind::Struct };
         assert_eq!(passed(&[0x29, 0x15, 0, 0]), Err(refused));
     }
 
@@ -355,7 +357,7 @@ mod tests {
         // Field 3 of each structure is the next structure.
         let nested = |levels: usize| [vec![0x3c; levels], vec![0; levels + 1]].concat();
         assert_eq!(passed(&nested(63)), Ok(127));
-        assert_eq!(passed(&nested(64)), Err(Claim::TooDeep));
-        assert_eq!(passed(&nested(1 << 20)), Err(Claim::TooDeep));
+        assert_eq!(passed(&nested(64)), Err(InvalidThrift::TooDeep));
+        assert_eq!(passed(&nested(1 << 20)), Err(InvalidThrift::TooDeep));
     }
 }

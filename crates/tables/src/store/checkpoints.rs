@@ -1,7 +1,7 @@
 //! Checkpoints of long tasks, from which another process can continue after a crash.
 //!
-//! The file `checkpoints/KEY.checkpoint` in the store ends with the digest of all bytes before. It
-//! is removed when the table of the task has been stored.
+//! A checkpoint is a file `checkpoints/KEY.checkpoint` in the store. Its last bytes are the digest
+//! of all bytes before. It is removed when the table of the task has been stored.
 
 use std::fs;
 use std::io::{self, Write};
@@ -16,33 +16,32 @@ use super::key::TaskKey;
 
 /// Name of the folder of checkpoints in a store.
 pub const FOLDER: &str = "checkpoints";
-/// Extension of the names of checkpoints.
+/// Extension of the file names of checkpoints.
 pub(crate) const ENDING: &str = ".checkpoint";
 
 const DIGEST: usize = blake3::OUT_LEN;
 
 /// Storage for the checkpoints of one task.
 ///
-/// A checkpoint changes no result: a continued task produces the same bytes as an uninterrupted
-/// one.
+/// A task that is continued from a checkpoint produces the same bytes as an uninterrupted one.
 pub trait Checkpoints: Sync {
-    /// Returns the last checkpoint, or `None` if there is none or its digest is wrong.
+    /// Returns the bytes of the last checkpoint, or `None` if there is no valid checkpoint.
     fn last(&self) -> Option<Vec<u8>>;
 
     /// Returns true if it is time for the next checkpoint.
     fn is_due(&self) -> bool;
 
-    /// Replaces the checkpoint by the bytes that `write` writes. Ignores errors.
+    /// Replaces the checkpoint with the bytes that `write` writes. Ignores errors.
     fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>);
 }
 
-/// Checkpoints of one task in a store, each replacing the one before.
+/// Storage for the checkpoint of one task in a store. A new checkpoint replaces the previous one.
 #[derive(Debug)]
 pub struct StoredCheckpoints<'a> {
     store: &'a Store,
     key: TaskKey,
     every: Duration,
-    /// Time of the last checkpoint, or the start of the task.
+    /// Time of the last checkpoint, or of the start of the task before the first checkpoint.
     last: Mutex<Instant>,
     is_kept: AtomicBool,
 }
@@ -96,14 +95,14 @@ impl Checkpoints for StoredCheckpoints<'_> {
             out.out.write_all(digest.as_bytes())?;
             out.out.flush()
         });
-        // Writing the table reports a full disk.
+        // Errors are ignored: if the disk is full, writing the table reports it.
         drop(written);
         self.is_kept.store(true, Ordering::Relaxed);
         *self.kept_at() = Instant::now();
     }
 }
 
-/// Writer that also computes the digest of the bytes.
+/// Writer that also computes the digest of the written bytes.
 struct Hashing<W> {
     hasher: blake3::Hasher,
     out: W,

@@ -15,23 +15,23 @@ use crate::table::Table;
 /// Suffix of the names of damaged files in quarantine.
 pub(crate) const DAMAGED: &str = ".damaged";
 
-/// Longest time that a new file waits for the flush of its folder.
+/// Maximum time between writing a file and flushing its folder.
 const MAX_WAIT: Duration = Duration::from_secs(1);
 
-/// Treatment of an existing file with the same path.
+/// What to do with an existing file of the same path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
-    /// Keep the existing file, which has the same content.
+    /// Keep the existing file, because it has the same content.
     Keep,
     /// Replace the existing file by the new one.
     Replace,
 }
 
-/// Writes a file atomically, even if the power is cut: its bytes are on the disk before it is
-/// renamed to `path`.
+/// Writes a file atomically, even in case of a power cut.
 ///
-/// The file is first written to `staging`, a folder on the same disk, because a rename cannot cross
-/// disks. A killed process leaves the file there, with a name that identifies the process.
+/// The file is first written to the folder `staging` and flushed, and then renamed to `path`. Both
+/// must be on the same disk. If the process is killed, it leaves the file in `staging`, with a name
+/// that identifies the process.
 ///
 /// # Errors
 /// Returns an error if a folder cannot be created, or if the file cannot be written, flushed or
@@ -46,11 +46,11 @@ pub fn write_whole(
     flush_folder(path.parent().unwrap_or(Path::new(".")))
 }
 
-/// Writes a file as [`write_whole`] does, but without flushing its folder. A power cut may lose the
-/// whole file, but never leaves a part of it.
+/// Writes a file as [`write_whole`] does, but without flushing its folder. After a power cut, the
+/// file may be missing, but it is never incomplete.
 ///
 /// # Errors
-/// As [`write_whole`].
+/// Returns the same errors as [`write_whole`].
 pub fn write_file(
     path: &Path,
     bytes: &[u8],
@@ -60,10 +60,10 @@ pub fn write_file(
     write_with(path, existing, staging, |file| file.write_all(bytes))
 }
 
-/// Writes a file as [`write_file`] does, with content that `write` produces piece by piece.
+/// Writes a file as [`write_file`] does; the function `write` writes the content.
 ///
 /// # Errors
-/// As [`write_file`], and the errors of `write`.
+/// Returns the same errors as [`write_file`], and the errors of `write`.
 pub fn write_with(
     path: &Path,
     existing: Existing,
@@ -104,7 +104,8 @@ pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
         .map_err(|source| StoreError::Write { path: folder.to_owned(), source })
 }
 
-/// Ignores `EINVAL` and `ENOSYS`, with which some file systems refuse to flush folders.
+/// Converts the errors `EINVAL` and `ENOSYS` to success. They mean that the file system cannot
+/// flush folders.
 fn unless_unsupported(error: io::Error) -> io::Result<()> {
     match error.kind() {
         io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported => Ok(()),
@@ -114,21 +115,22 @@ fn unless_unsupported(error: io::Error) -> io::Result<()> {
 
 /// Folders with new files whose names may not be on the disk yet.
 ///
-/// The bytes of a file are on the disk before the file is renamed. Its name is on the disk once its
-/// folder has been flushed. One flush serves many files, so that tasks of milliseconds do not wait
-/// for one flush each. A power cut loses at most the tasks of the last second.
+/// The content of a file is on the disk before the file is renamed, but the new name is on the disk
+/// only after a flush of the folder. The folders are flushed about once a second, because a flush
+/// for each file would slow down tasks of milliseconds. A power cut therefore loses at most the
+/// tasks of the last second.
 #[derive(Debug, Default)]
 pub(crate) struct Unflushed(Mutex<Waiting>);
 
 #[derive(Debug, Default)]
 struct Waiting {
     folders: BTreeSet<PathBuf>,
-    /// Time at which the oldest of the new files was added.
+    /// Time at which the oldest file was added.
     since: Option<Instant>,
 }
 
 impl Unflushed {
-    /// Adds a new file, and flushes all folders if the oldest file has waited for [`MAX_WAIT`].
+    /// Adds a new file. Flushes all folders if the oldest file was added [`MAX_WAIT`] ago.
     ///
     /// # Errors
     /// Returns an error if a folder cannot be flushed.
@@ -154,8 +156,8 @@ impl Unflushed {
     }
 }
 
-/// Takes the exclusive lock of a folder until the returned file is dropped, so that readers that
-/// take the shared lock see only complete sets of files.
+/// Takes the exclusive lock of a folder, which is held until the returned file is dropped. Readers
+/// that take the shared lock then see only complete sets of files.
 ///
 /// Returns `None` if the folder cannot be locked.
 pub fn lock_to_write(folder: &Path) -> Option<File> {
@@ -169,7 +171,7 @@ pub fn lock_to_read(folder: &Path) -> Option<File> {
     folder.lock_shared().is_ok().then_some(folder)
 }
 
-/// Checks that an existing path is a file: a folder in its place means that nothing was stored.
+/// Checks that an existing path is a file and not, for example, a folder of the same name.
 fn is_file(path: &Path) -> io::Result<()> {
     if path.is_file() { Ok(()) } else { Err(io::Error::other("the path exists and is not a file")) }
 }
@@ -195,7 +197,8 @@ pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
     up.chain(whole.components().skip(common)).collect()
 }
 
-/// Lists the sorted names of the entries of a folder, none if the folder does not exist.
+/// Returns the sorted names of the entries of a folder. If the folder does not exist, there are
+/// none.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
@@ -212,7 +215,7 @@ pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
     Ok(names)
 }
 
-/// Returns permissions for everybody to read. Temporary files are private by default.
+/// Returns permissions that let all users read a file. By default, temporary files are private.
 fn readable() -> fs::Permissions {
     use std::os::unix::fs::PermissionsExt;
     fs::Permissions::from_mode(0o644)
@@ -229,15 +232,16 @@ pub fn read_whole(path: &Path, columns: Columns) -> Result<(Table, Metadata), St
 /// Verifies all bytes and the columns of a file and returns its metadata.
 ///
 /// # Errors
-/// As [`read_whole`].
+/// Returns the same errors as [`read_whole`].
 pub fn verify_whole(path: &Path) -> Result<Metadata, StoreError> {
     read(path, parquet::verify)
 }
 
-/// Opens a table of which parts are read later.
+/// Opens a file in order to read parts of its table later.
 ///
 /// # Errors
-/// As [`read_whole`], except that damage in later parts is not found yet.
+/// Returns the same errors as [`read_whole`], except that damage in the parts is found only when
+/// they are read.
 pub(crate) fn open_table(path: &Path) -> Result<TableFile, StoreError> {
     read(path, TableFile::open)
 }
@@ -250,7 +254,7 @@ fn read<T>(
     file.and_then(read).map_err(|error| StoreError::in_file(path, error))
 }
 
-/// Renames a damaged file, so that it is kept but no longer read as a table.
+/// Renames a damaged file so that it is kept but no longer read as a table.
 ///
 /// Returns the new path, or `None` if the file no longer exists.
 ///

@@ -1,4 +1,4 @@
-//! Keys of tasks, and the provenance from which a key follows.
+//! Keys of tasks, and the provenance from which a key is computed.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,9 +7,9 @@ use serde::{Serialize, Serializer};
 
 use crate::parquet::Metadata;
 
-/// Key of a task and of its table, a hash of everything that decides the table.
+/// Key of a task and its table: a hash of everything that decides the content of the table.
 ///
-/// Two tasks with equal keys produce equal tables, so a stored table never goes stale.
+/// Tasks with equal keys produce equal tables, so a stored table never becomes outdated.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TaskKey([u8; 16]);
 
@@ -22,14 +22,14 @@ pub struct InvalidKey {
     word: String,
 }
 
-/// Hash of parameters, computed once for all tasks that share them.
+/// Hash of the parameters of a task. It is computed once for all tasks with the same parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Digest(blake3::Hash);
 
 impl Digest {
-    /// Hashes the parameters as JSON, which is readable and the same for all builds.
+    /// Hashes parameters, serialized as JSON. Their JSON text is the same in all builds.
     pub fn from_params(params: &impl Serialize) -> Digest {
-        // Hash one buffer: feeding the hasher word by word is several times slower.
+        // Hashing the JSON word by word as it is written would be several times slower.
         let json = serde_json::to_vec(params)
             .expect("parameters are plain numbers, strings and lists of them");
         Digest(blake3::hash(&json))
@@ -48,13 +48,14 @@ impl fmt::Display for Digest {
 }
 
 impl TaskKey {
-    /// Computes the key of a task of `stage` at `version` with these parameters and inputs.
+    /// Computes the key of a task from the name and version of its stage, its parameters and its
+    /// inputs.
     ///
-    /// `inputs` are the identities of the input tables: their keys without the parameters that no
-    /// later stage reads.
+    /// `inputs` are the identities of the input tasks. The identity of a task is the key that it
+    /// would have without the parameters that later stages do not read.
     pub fn new(stage: &str, version: u32, params: Digest, inputs: &[TaskKey]) -> TaskKey {
         let mut hasher = blake3::Hasher::new();
-        // Hash the length first, so that the bytes of different arguments never coincide.
+        // Hash the length too, so that different arguments never give the same bytes.
         hasher.update(&(stage.len() as u64).to_le_bytes());
         hasher.update(stage.as_bytes());
         hasher.update(&version.to_le_bytes());
@@ -108,16 +109,16 @@ impl Serialize for TaskKey {
     }
 }
 
-/// Everything that decides a table, as its file states it.
+/// Everything that decides the content of a table, as recorded in the file of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Provenance {
     pub stage: String,
-    /// Version of the stage, which increases when its numbers change.
+    /// Version of the stage, which increases when the stage computes other numbers.
     pub version: u32,
-    /// Parameters of the stage for the task, as JSON.
+    /// Parameters of the task as JSON.
     pub recipe: String,
     pub inputs: Vec<TaskKey>,
-    /// Identities of the inputs, which are keys without the parameters that no later stage reads.
+    /// Identities of the inputs; see [`TaskKey::new`].
     pub input_identities: Vec<TaskKey>,
 }
 
@@ -125,7 +126,7 @@ const STAGE: &str = "stage";
 const STAGE_VERSION: &str = "stage_version";
 const RECIPE: &str = "recipe";
 const INPUTS: &str = "inputs";
-/// Name of the identities of inputs in files.
+/// Name of the metadata entry with the identities of the inputs.
 const INPUT_IDENTITIES: &str = "read_as";
 const PROGRAM_VERSION: &str = "version";
 

@@ -1,4 +1,5 @@
-//! Listings of the folders of a store and of results, with the kind of each file by its name.
+//! Listings of the files in a store and in results folders. The kind of a file is known from its
+//! name.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ pub struct StoredFile {
     pub what: FileKind,
 }
 
-/// Kind of a file, as its name and folder say.
+/// Kind of a file according to its name and folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FileKind {
     Task(TaskKey),
@@ -26,7 +27,7 @@ pub enum FileKind {
         study: String,
         stage: String,
     },
-    /// File that names the owner of the tables in a folder of results.
+    /// File that names the manifest to which a results folder belongs.
     Owner {
         study: String,
     },
@@ -39,11 +40,11 @@ pub enum FileKind {
         study: String,
     },
     Quarantined,
-    /// File that a process is writing, or did not finish because it was killed.
+    /// File that a process is writing, or that a killed process has left.
     Unfinished,
 }
 
-/// Lists the files of this program in a store by name, including unfinished and damaged files.
+/// Lists the files of this program in a store, including unfinished and damaged files.
 ///
 /// # Errors
 /// Returns an error if a folder cannot be listed.
@@ -63,7 +64,7 @@ pub fn store_files(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     Ok(files)
 }
 
-/// Lists the files in the staging folder of a store, which are unfinished.
+/// Lists the unfinished files of a store, which are in its staging folder.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
@@ -71,8 +72,8 @@ pub fn unfinished(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     known(&root.join(STAGING), |_| None)
 }
 
-/// Lists the files of this program in a folder. `whole` returns the kind of a finished file by its
-/// name, or `None` for a foreign file.
+/// Lists the files of this program in a folder. `whole` returns the kind of a finished file with a
+/// given name, or `None` for a file of another program.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
@@ -92,14 +93,14 @@ pub fn known(
     let found = names.filter_map(|name| {
         let what = what(&name)?;
         let path = folder.join(name);
-        // A file that was removed meanwhile has no size.
+        // The size of a file that has just been removed is reported as zero.
         let bytes = path.metadata().map_or(0, |metadata| metadata.len());
         Some(StoredFile { path, bytes, what })
     });
     Ok(found.collect())
 }
 
-/// Returns the tasks whose tables are in a folder, none if the folder does not exist.
+/// Returns the tasks whose tables are in a folder. If the folder does not exist, there are none.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
@@ -116,7 +117,7 @@ pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
         let Some(key) = key.and_then(|key| key.parse().ok()) else {
             continue;
         };
-        // The directory entry knows plain files. Links cost another system call.
+        // The entry itself says whether it is a plain file. Only links need another system call.
         if entry.file_type()?.is_file() || entry.path().is_file() {
             finished.insert(key);
         }
@@ -124,7 +125,8 @@ pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
     Ok(finished)
 }
 
-/// Lists the folders in a folder by name, none if it does not exist.
+/// Returns the paths of the folders in a folder, sorted by name. If the folder does not exist,
+/// there are none.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.

@@ -1,12 +1,12 @@
 //! Locks of a store, and the processes that write its unfinished files.
 //!
-//! A process that works with a store holds a shared lock; one that removes tables holds an
+//! A process that uses a store holds a shared lock; a process that removes tables holds an
 //! exclusive lock. The lock belongs to an open file, so that the system releases it when the
-//! process ends, even by a crash.
+//! process ends, even after a crash.
 //!
 //! On some file systems, such as some NFS and Lustre, `flock` works within one machine only. A
-//! process then does not see the locks of other machines. The name of an unfinished file therefore
-//! names the machine and the process that write it.
+//! process then does not see the locks of other machines. Therefore the name of an unfinished file
+//! contains the names of the machine and the process that write it.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
@@ -18,23 +18,23 @@ use sysinfo::{Pid, ProcessesToUpdate, System};
 
 use super::StoreError;
 
-/// Name of the lock file in the store. It is always empty and never removed.
+/// Name of the lock file in the store. The file is empty and is never removed.
 const LOCK: &str = "lock";
 
-/// Lock of a store, held until it is dropped.
+/// Lock of a store. The lock is held until this value is dropped.
 ///
-/// It is empty if the file cannot be locked. Then no process can take the exclusive lock, so that
-/// no process removes tables.
+/// If the file cannot be locked, the value holds no lock. No process can then take the exclusive
+/// lock either, so no process removes tables.
 #[derive(Debug)]
 pub struct Lock {
     _file: Option<File>,
 }
 
 impl Lock {
-    /// Takes the shared lock of the store in this folder; waits while another process has the
+    /// Takes the shared lock of the store in a folder. Waits while another process has the
     /// exclusive lock.
     ///
-    /// Creates no file. A store without lock file has never been used.
+    /// The lock file is not created: a store without a lock file has never been used.
     ///
     /// # Errors
     /// Returns an error if the lock file exists but cannot be opened.
@@ -51,7 +51,8 @@ impl Lock {
         let _ = writable(&folder.join(LOCK));
     }
 
-    /// Takes the exclusive lock of the store in this folder; `None` if another process uses it.
+    /// Takes the exclusive lock of the store in a folder. Returns `None` if another process uses
+    /// the store.
     ///
     /// # Errors
     /// Returns an error if the lock file cannot be created, opened or locked.
@@ -69,7 +70,7 @@ impl Lock {
 
 /// Opens the lock file, or returns `None` if it does not exist.
 ///
-/// The file is opened for writing if possible: some file systems lock only such files.
+/// The file is opened for writing if possible, because some file systems lock only such files.
 fn open(folder: &Path) -> Result<Option<File>, StoreError> {
     let path = folder.join(LOCK);
     let mut options = OpenOptions::new();
@@ -88,9 +89,9 @@ fn writable(path: &Path) -> io::Result<File> {
 /// Prefix of the names of files that are still being written.
 pub(crate) const UNFINISHED: &str = ".unfinished-";
 
-/// Time without a change after which an unfinished file counts as abandoned.
+/// Time without a change after which an unfinished file of another machine counts as abandoned.
 ///
-/// It exceeds the time to write a file plus any difference between the clocks of two machines.
+/// It exceeds the time of writing a file plus the difference between the clocks of two machines.
 const ABANDONED_AFTER: Duration = Duration::from_secs(7 * 86400);
 
 /// Process that writes an unfinished file.
@@ -106,12 +107,13 @@ impl Writer {
         Writer { machine: own_machine().to_owned(), process: std::process::id() }
     }
 
-    /// Returns the prefix of the names of its unfinished files; random letters follow it.
+    /// Returns the prefix of the names of unfinished files of this process. Random letters follow.
     pub fn prefix(&self) -> String {
         format!("{UNFINISHED}{}@{}-", self.process, self.machine)
     }
 
-    /// Parses the name of an unfinished file; `None` for names of older versions of the program.
+    /// Parses the name of an unfinished file. Returns `None` for names that older versions of the
+    /// program have given.
     pub fn from_name(name: &str) -> Option<Writer> {
         let (process, rest) = name.strip_prefix(UNFINISHED)?.split_once('@')?;
         let (machine, _) = rest.rsplit_once('-')?;
@@ -119,12 +121,13 @@ impl Writer {
     }
 }
 
-/// Name, clock and process table of a machine, which decide if a file is abandoned.
+/// Name, clock and running processes of a machine, which decide whether a file is abandoned.
 #[derive(Debug)]
 pub struct HostState {
     pub machine: String,
     pub now: SystemTime,
-    /// Returns the start time of a running process of the machine.
+    /// Function that returns the start time of a process of the machine, or `None` if the process
+    /// is not running.
     pub started: fn(u32) -> Option<SystemTime>,
 }
 
@@ -135,11 +138,12 @@ impl HostState {
 
     /// Returns true if no process writes this unfinished file any more.
     ///
-    /// A file of this machine is abandoned once its process has ended. The processes of other
-    /// machines are unknown, so that their files are abandoned after a week without a change.
+    /// A file of this machine is abandoned once its process has ended. It is not known whether
+    /// processes of other machines are running, so their files are abandoned after a week without a
+    /// change.
     pub fn is_abandoned(&self, file: &Path) -> bool {
         let Some(touched) = file.metadata().and_then(|metadata| metadata.modified()).ok() else {
-            // The file was finished or removed meanwhile.
+            // The file has just been finished or removed.
             return false;
         };
         let is_long_before = |moment: SystemTime| {
@@ -148,7 +152,8 @@ impl HostState {
         };
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         match Writer::from_name(&name) {
-            // A process that started long after the last change has reused the identifier.
+            // A process that started long after the last change is another one with the same
+            // identifier.
             Some(writer) if !self.machine.is_empty() && writer.machine == self.machine => {
                 (self.started)(writer.process).is_none_or(is_long_before)
             }
@@ -157,7 +162,8 @@ impl HostState {
     }
 }
 
-/// Returns the name of this machine in characters fit for file names; empty if it is not unique.
+/// Returns the name of this machine, made of characters that are allowed in file names. The name is
+/// empty if it does not identify the machine.
 fn own_machine() -> &'static str {
     static NAME: OnceLock<String> = OnceLock::new();
     NAME.get_or_init(|| {
@@ -217,7 +223,7 @@ mod tests {
         assert_eq!(folder.path().read_dir().unwrap().count(), 0);
     }
 
-    /// Machine whose only process, 7, has been running for a day.
+    /// Returns a machine with one process, number 7, which has been running for a day.
     fn node07() -> HostState {
         HostState {
             machine: "node-07".to_owned(),
@@ -228,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Returns true if a file of this name, last changed `days` days ago, is abandoned.
+    /// Returns true if a file of this name is abandoned `days` days after its last change.
     fn is_abandoned(name: &str, days: u64) -> bool {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
