@@ -79,14 +79,14 @@ impl Manifest {
         }
         if stages.is_empty() && problems.is_empty() {
             problems.push(
-                Problem::without_place("the manifest has no stages")
+                Problem::without_position("the manifest has no stages")
                     .help("add a table such as `[stage.surface]` with `kind = \"generate\"`"),
             );
         }
         let study = study.unwrap_or_else(|| {
             if problems.is_empty() {
                 problems.push(
-                    Problem::without_place("the table `[study]` is missing")
+                    Problem::without_position("the table `[study]` is missing")
                         .help("start the manifest with `[study]` and `name = \"…\"`"),
                 );
             }

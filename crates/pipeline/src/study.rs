@@ -196,7 +196,7 @@ fn read_text(path: &Path) -> Result<String, ManifestErrors> {
     let file = path.display().to_string();
     let unreadable = |reason: String| {
         let mut problems = Problems::default();
-        let problem = Problem::without_place(format!("cannot read manifest `{file}`: {reason}"));
+        let problem = Problem::without_position(format!("cannot read manifest `{file}`: {reason}"));
         let with_ending = path.with_extension("toml");
         let meant = path.extension().is_none() && with_ending.is_file();
         problems.push(if meant {

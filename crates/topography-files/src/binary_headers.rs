@@ -117,10 +117,10 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
 /// Zygo MetroPro format, with a header of 834 or 4096 bytes, intensities, and phases as `i32`.
 ///
 /// All numbers are big-endian. The sides are nodes × lateral resolution, in metres; they are
-/// unknown if the resolution is zero. A height is phase × S W O / R (MetroPro Reference Guide). S is
-/// the scale factor of the interferometer, W the wavelength, O the obliquity factor and R the
-/// number of phase steps per wavelength. Lines run along x; the first line has y = 0. Phases of at
-/// least 2147483640 mark missing points.
+/// unknown if the resolution is zero. A height is phase × S W O / R (MetroPro Reference Guide).
+/// Here S is the scale factor of the interferometer, W the wavelength, O the obliquity factor and R
+/// the number of phase steps per wavelength. Lines run along x; the first line has y = 0. Phases of
+/// at least 2147483640 mark missing points.
 pub const METROPRO: Format = Format {
     name: "metropro",
     title: "Zygo MetroPro",

@@ -130,7 +130,7 @@ impl Settings {
         let file = path.display().to_string();
         let unreadable = |why: String| {
             let mut problems = Problems::default();
-            problems.push(Problem::without_place(format!("cannot read `{file}`: {why}")));
+            problems.push(Problem::without_position(format!("cannot read `{file}`: {why}")));
             problems.into_errors(&file, "")
         };
         let bytes = match read_regular(path, MAX_BYTES) {

@@ -88,8 +88,8 @@ enum LimitedBy {
 impl MemoryLimit {
     /// Creates the limit for a run on `threads` threads.
     ///
-    /// The limit is the size `asked` that the user allows, by default seven eighths of the machine's
-    /// memory. It is lower if the process has less address space left.
+    /// The limit is the size `asked` that the user allows, by default seven eighths of the memory
+    /// of the machine. It is lower if the process has less address space left.
     pub fn new(asked: Option<ByteSize>, threads: usize) -> MemoryLimit {
         let allowance = match asked {
             Some(size) => MemoryLimit { size, limit: LimitedBy::Asked },

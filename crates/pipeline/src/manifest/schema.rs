@@ -21,7 +21,7 @@ pub fn schema() -> Value {
                 "description": "Stages of the study, each a table `[stage.NAME]`.",
                 "type": "object",
                 "minProperties": 1,
-                "propertyNames": { "pattern": names::PATTERN, "maxLength": names::LONGEST },
+                "propertyNames": { "pattern": names::PATTERN, "maxLength": names::MAX_LENGTH },
                 "additionalProperties": { "oneOf": stages },
             },
         },

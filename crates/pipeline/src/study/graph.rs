@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BinaryHeap};
 use crate::manifest::StageTable;
 use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::names;
-use asperity_manifest::names::{LONGEST, is_plain};
+use asperity_manifest::names::{MAX_LENGTH, is_plain};
 use asperity_manifest::written::Spanned;
 use asperity_stages::RowKind;
 use asperity_stages::form::{Points, a_stage};
@@ -76,7 +76,7 @@ pub fn check_name(
     span: asperity_manifest::diagnostics::Span,
     problems: &mut Problems,
 ) {
-    let (message, label) = if name.len() > LONGEST {
+    let (message, label) = if name.len() > MAX_LENGTH {
         (format!("the name of the {what} is too long"), "too long")
     } else if !is_plain(name) {
         (format!("{name:?} is not a valid name of a {what}"), "invalid name")
@@ -84,7 +84,7 @@ pub fn check_name(
         return;
     };
     let help = format!(
-        "a name has a letter or `_`, then letters, digits, `_` and `-`, and at most {LONGEST} \
+        "a name has a letter or `_`, then letters, digits, `_` and `-`, and at most {MAX_LENGTH} \
          characters"
     );
     problems.push(Problem::new(message, span, label).help(help));
@@ -100,7 +100,7 @@ fn resolve(
     let mut seen = BTreeMap::new();
     let mut complete = true;
     for Spanned { value, span } in stage.from.as_ref()? {
-        if problems.are_enough() {
+        if problems.is_full() {
             return None;
         }
         let Some(&input) = names.get(value.as_str()) else {
