@@ -12,10 +12,10 @@ use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue, Error};
 
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
-use asperity_manifest::written::declare::required;
-use asperity_manifest::written::expected_keys::ExpectedKeys;
-use asperity_manifest::written::validation::{found, unknown_word, validate_against};
-use asperity_manifest::written::{Key, Section, Spanned, reader, table};
+use asperity_manifest::keys::declare::required;
+use asperity_manifest::keys::expected_keys::ExpectedKeys;
+use asperity_manifest::keys::validation::{found, unknown_word, validate_against};
+use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
 use asperity_stages::Kind;
 use asperity_stages::form::{Points, Reading, StageVariant, a_stage};
 

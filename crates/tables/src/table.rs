@@ -17,7 +17,7 @@ use super::column::{Column, Description, Role, Value, WORDING};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table(RecordBatch);
 
-/// Error of using a table: it lacks columns or has values of wrong types.
+/// Error of reading a column, checking values or combining tables.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error("the table has no column `{name}`")]

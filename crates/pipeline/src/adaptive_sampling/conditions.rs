@@ -204,8 +204,8 @@ fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> 
 }
 
 /// Returns the next number of surfaces: `surfaces` × `error`², but more than `surfaces` and at most
-/// twice as many. `error` is the ratio of a standard error to its limit; it is inversely
-/// proportional to the square root of the number of surfaces.
+/// twice as many. `error` is the ratio of a standard error to its limit. Standard errors are
+/// inversely proportional to the square root of the number of surfaces.
 pub fn surfaces_for_mean(surfaces: u32, error: f64) -> u32 {
     let now = f64::from(surfaces);
     // Twice the maximum of a million fits into 32 bits.
@@ -322,7 +322,7 @@ mod tests {
         Growth { at_least, at_most, until: Until::Claims(Vec::new()) }
     }
 
-    /// Returns a claim that has ten surfaces of each spectrum and would be decided by `needed`.
+    /// Returns a claim with ten surfaces of each spectrum, which `needed` surfaces would decide.
     fn needs(needed: Option<usize>) -> Undecided {
         Undecided { name: "area-above-persson", surfaces: needed.map(|needed| [10, needed]) }
     }

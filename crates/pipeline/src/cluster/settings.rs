@@ -14,10 +14,10 @@ use toml::de::{DeTable, DeValue};
 use crate::manifest::report_syntax;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, did_you_mean};
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::list;
-use asperity_manifest::written::expected_keys::ExpectedKeys;
-use asperity_manifest::written::{Key, Section, Spanned, reader, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::list;
+use asperity_manifest::keys::expected_keys::ExpectedKeys;
+use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
 use asperity_stages::surface_files::read_regular;
 
 /// Name of the settings file.

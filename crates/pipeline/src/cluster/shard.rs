@@ -1,4 +1,4 @@
-//! Parts of a study's surfaces, each computed by one process.
+//! Shards: parts of a study's surfaces, each of which is computed by one process.
 
 use std::fmt;
 use std::str::FromStr;

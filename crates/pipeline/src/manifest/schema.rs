@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::StudyTable;
+use asperity_manifest::keys::KeyTable;
 use asperity_manifest::names;
-use asperity_manifest::written::KeyTable;
 use asperity_stages::form::{Reading, StageVariant};
 
 /// Returns the JSON Schema of manifests in draft 7, which the TOML extensions of editors support.

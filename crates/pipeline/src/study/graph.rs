@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::manifest::StageTable;
 use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
+use asperity_manifest::keys::Spanned;
 use asperity_manifest::names;
 use asperity_manifest::names::{MAX_LENGTH, is_plain};
-use asperity_manifest::written::Spanned;
 use asperity_stages::RowKind;
 use asperity_stages::form::{Points, a_stage};
 

@@ -41,9 +41,9 @@ pub struct TableFile {
 /// Source of the column chunks.
 #[derive(Debug)]
 enum Source {
-    /// File and the digests of its chunks.
+    /// A file, and the digests of its chunks.
     File(File, ChunkDigests),
-    /// Verified bytes of a file with a single digest.
+    /// All bytes of a file with a single digest, which have been verified.
     Memory(Bytes),
 }
 

@@ -1,4 +1,4 @@
-//! The schema accepts what the reader accepts.
+//! Tests that the JSON Schema accepts what the reader of manifests accepts.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -150,7 +150,7 @@ fn swept_keys_and_lists_are_keys() {
     }
 }
 
-/// Without bounds in the schema a number would not be checked at all.
+// A number without bounds in the schema would not be checked at all.
 #[test]
 fn every_number_has_bounds() {
     fn unbounded(schema: &Value, path: &str, found: &mut Vec<String>) {
