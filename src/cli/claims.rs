@@ -87,7 +87,7 @@ const INDENT: usize = 14;
 fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
     let headings = [
         (Origin::Paper, "Statements of the paper"),
-        (Origin::Ours, "Our statements"),
+        (Origin::Ours, "Statements of asperity"),
         (Origin::Misprint, "Misprints (notes without a verdict)"),
     ];
     let mut text = String::new();

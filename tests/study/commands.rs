@@ -163,7 +163,7 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
         "alpha-in-asperity-models",
         "does not hold",
         "needs 5 surfaces or more",
-        "What is ours",
+        "Statements of asperity",
         "noted",
         "claims of the paper:",
     ] {

@@ -290,5 +290,5 @@ fn maps_of_a_page_are_of_one_hardness() {
     assert_near(&areas, &expected.iter().map(|a| 100.0 * a).collect::<Vec<_>>(), 5e-3);
     assert!(page.contains("hardness 0.012 ·"), "it says which");
     assert!(!page.contains("hardness_reduced 0.3 ·"));
-    assert!(page.contains("not of materials with a hardness"));
+    assert!(page.contains("assume elastic contact without a hardness"));
 }
