@@ -381,7 +381,9 @@ pub enum StageError {
     /// Stored or scaled heights, or the grid, are invalid.
     #[error("the heights are not a valid surface")]
     Heights(#[source] SurfaceError),
-    #[error("cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)")]
+    #[error(
+        "cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)"
+    )]
     Hardness(#[from] HardnessError),
     #[error("cannot solve the contact of the asperities")]
     NoSummits(#[from] NoSummits),
