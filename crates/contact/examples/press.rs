@@ -1,5 +1,5 @@
-//! Presses a rough surface under nine loads and prints its contact area and that of Persson's
-//! theory.
+//! Solves the contact of a rough surface under nine loads, and compares the contact area with
+//! Persson's theory.
 //!
 //! ```sh
 //! cargo run --release -p asperity-contact --example press

@@ -65,7 +65,7 @@ impl Interaction {
 /// (4/π) [ln(1 + √2) − (√2 − 1)/3].
 const MEAN_OF_A_SQUARE: f64 = 0.946_402_008_818_677;
 
-/// Result of pressing the asperities under a load.
+/// Solution of the asperity model under a load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AsperityOutcome {
     /// Results in the form of the boundary-element solver.

@@ -19,13 +19,13 @@
 //!
 //! [`RandomSurface`](topography::random::RandomSurface) and
 //! [`Preparation`](topography::preparation::Preparation) return a
-//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) presses its heights
-//! under one load after another. The elastic body is a
+//! [`Surface`](topography::surface::Surface). A [`Solver`](solver::Solver) computes its contact
+//! with an elastic body under one load after another. The body is a
 //! [`PeriodicHalfSpace`](elasticity::PeriodicHalfSpace) or a
-//! [`FreeHalfSpace`](elasticity::FreeHalfSpace). From the pressure, make a
-//! [`ContactMap`](morphology::map::ContactMap); it gives the
-//! [`ContactArea`](morphology::area::ContactArea) and the
-//! [`Clusters`](morphology::clusters::Clusters).
+//! [`FreeHalfSpace`](elasticity::FreeHalfSpace). The nodes with positive pressure form a
+//! [`ContactMap`](morphology::map::ContactMap), from which
+//! [`ContactArea`](morphology::area::ContactArea) and
+//! [`Clusters`](morphology::clusters::Clusters) are computed.
 //!
 //! ```
 //! use asperity_contact::elasticity::PeriodicHalfSpace;

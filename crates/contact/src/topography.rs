@@ -10,7 +10,7 @@
 //!
 //! | measured maps | contents |
 //! |---|---|
-//! | [`preparation`] | steps from a measured map to a surface that can be pressed |
+//! | [`preparation`] | steps from a measured map to a surface that the solver accepts |
 //! | [`level`], [`fill`], [`gaussian`] | removal of form, filling of holes, Gaussian filters |
 //! | [`periodic`] | periodic continuation of a map, and resampling |
 //!

@@ -370,7 +370,7 @@ mod tests {
         let ellipse = Ellipse::from_curvature_ratio(0.4);
         assert!((summit.axis_ratio - ellipse.axis_ratio).abs() < 1e-10);
         assert!((summit.area_factor - PI * ellipse.area_factor / 3.5).abs() < 1e-10);
-        // The direction of the smaller curvature is that of the rotated x axis.
+        // The smaller curvature is along the rotated x axis.
         assert!(((summit.angle - 0.4) / PI).fract().abs() < 1e-10);
     }
 

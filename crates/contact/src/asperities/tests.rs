@@ -9,15 +9,15 @@ use crate::topography::random::samples;
 
 const SETTINGS: Settings = Settings { tolerance: 1e-12, pair_limit: 500 };
 
-/// Returns the upper envelope of spheres of curvature `bend` with given tops.
+/// Samples the upper envelope of paraboloids of curvature `bend` with the given tops.
 fn spheres(grid: Grid, bend: f64, tops: &[[f64; 2]]) -> Vec<f64> {
     let around = |by: f64| by - by.round();
     let height = |node: usize| {
         let [i, j] = grid.indices(node);
         let [nodes_x, nodes_y] = grid.nodes();
-        let place = [i as f64 / nodes_x as f64, j as f64 / nodes_y as f64];
+        let position = [i as f64 / nodes_x as f64, j as f64 / nodes_y as f64];
         let below = tops.iter().map(|top| {
-            let by = [0, 1].map(|axis| around(place[axis] - top[axis]));
+            let by = [0, 1].map(|axis| around(position[axis] - top[axis]));
             -0.5 * bend * (by[0] * by[0] + by[1] * by[1])
         });
         below.fold(f64::NEG_INFINITY, f64::max)
@@ -32,7 +32,7 @@ fn press(grid: Grid, heights: &[f64], interaction: Interaction, load: f64) -> As
     outcome
 }
 
-/// Returns the height of the reference plane relative to the tops, which are at zero.
+/// Returns the height of the reference plane; the tops of the asperities are at zero.
 fn plane(outcome: &AsperityOutcome, heights: &[f64]) -> f64 {
     outcome.outcome.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64
 }
@@ -67,7 +67,7 @@ fn two_asperities_displace_each_other_as_two_forces_do() {
     let found = press(grid, &heights, Interaction::Explicit, load);
     assert_eq!(found.contacts, 2);
     let depth = (0.375 * load * bend.sqrt()).powf(2.0 / 3.0);
-    // Each is displaced by F/(π r) of the other, and by the periodic images of both.
+    // Each asperity is displaced by F/(π r) due to the other, and by the periodic images of both.
     let images = 2.0 * 3.900_264_920_001_956 / PI;
     let displaced = 0.5 * load * (1.0 / (PI * apart) - images);
     // The contribution of images is even in r.
@@ -92,7 +92,7 @@ fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
     // Without periodic images, the difference would be ten times as large.
     let images = 3.900_264_920_001_956 / PI * load;
     assert!(images > 0.02 * plane.abs(), "{images} {plane}");
-    // The area is counted in nodes, with an error of first order: a tenth of the edge nodes.
+    // The solver counts the area in nodes, with an error of a tenth of the edge nodes.
     let area = solved.contact_nodes as f64 / grid.count() as f64;
     assert!((model.area_fraction / area - 1.0).abs() < 0.05, "{} {area}", model.area_fraction);
     let traced = model.outcome.contact_nodes as f64 / grid.count() as f64;

@@ -181,7 +181,7 @@ pub(crate) mod samples {
 
     use super::*;
 
-    /// Grids whose rows end inside, at and just after a word of 64 nodes.
+    /// Sizes of maps whose rows end inside, at the end of, or just after a word of 64 bits.
     pub const MESHES: [[usize; 2]; 13] = [
         [1, 1],
         [2, 2],

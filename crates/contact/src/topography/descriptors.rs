@@ -168,8 +168,8 @@ pub struct Roughness {
     pub sku: Option<f64>,
     /// Root mean square gradient Sdq.
     ///
-    /// The gradient is that of the Fourier modes for a periodic map, and of finite differences for
-    /// other maps.
+    /// The gradient is computed from the Fourier modes of a periodic map, and from finite
+    /// differences on other maps.
     pub sdq: f64,
 }
 

@@ -111,7 +111,7 @@ impl Waves {
         Self { transform, nodes, half }
     }
 
-    /// Adds the wave with the given numbers of periods, at most half the number of nodes.
+    /// Adds the wave with k_x and k_y periods, each at most half the number of nodes.
     pub fn add(&mut self, [k_x, k_y]: [i32; 2], coefficient: Complex<f64>) {
         let [nodes_x, nodes_y] = self.nodes;
         let columns = self.transform.spectrum_columns();

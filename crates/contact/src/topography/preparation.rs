@@ -1,4 +1,4 @@
-//! Preparation of a measured map: the steps from a [`Scan`] to a surface that can be pressed.
+//! Preparation of a measured map: the steps from a [`Scan`] to a complete [`Surface`].
 //!
 //! The steps have a fixed order:
 //!

@@ -54,7 +54,7 @@ fn curves_agree_with_an_independent_quadrature() {
             Some(model) => asperities(model, number(cells[1])).at_separation(number(cells[2])),
             None => Contact { load, area: persson::area(load), ..at_load(MeanCurvature, 2.0, 1.0) },
         };
-        // The tolerance is that of eleven digits in the table.
+        // The table has eleven digits.
         assert!((found.load / load - 1.0).abs() < 1e-10, "{line}");
         assert!((found.area / area - 1.0).abs() < 1e-10, "{line}");
         rows += 1;
