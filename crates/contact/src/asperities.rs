@@ -135,7 +135,7 @@ impl Asperities {
         self.summits.len()
     }
 
-    /// Solves for the forces under a load y = p₀/(E* h′), and updates [`Asperities::pressure`].
+    /// Solves for the forces under a load y = p₀/(E* h′), and updates [`Asperities::pressure()`].
     pub fn press(&mut self, load: f64, settings: &Settings) -> AsperityOutcome {
         let found = self.equilibrium(load, settings);
         let area = nominal_area(self.grid);
