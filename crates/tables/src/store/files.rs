@@ -18,7 +18,7 @@ pub(crate) const DAMAGED: &str = ".damaged";
 /// Maximum time between writing a file and flushing its folder.
 const MAX_WAIT: Duration = Duration::from_secs(1);
 
-/// What to do with an existing file of the same path.
+/// Handling of an existing file with the same path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
     /// Keep the existing file, because it has the same content.
