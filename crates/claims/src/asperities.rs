@@ -133,20 +133,20 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     };
     let solved = evidence.under(OF_2017);
     vec![
-        of_area(evidence, &none, &solved, &TOO_MUCH, |ratio| -ratio.ln()).judge(
+        of_area(evidence, &none, &solved, &MODEL_LOADS, |ratio| -ratio.ln()).judge(
             LESS_AREA,
             DATA,
-            lacks(&none, NONE, &TOO_MUCH),
+            lacks(&none, NONE, &MODEL_LOADS),
         ),
         added(evidence, &none, &explicit).judge(INTERACTION_ADDS, MODELS, || {
             "`solve` stages with `method = \"asperities\"`, `interaction = [\"none\", \
              \"explicit\"]`, and a load at 0.001, 0.004, 0.016 or 0.064"
                 .to_owned()
         }),
-        of_area(evidence, &none, &solved, &TOO_MUCH, f64::ln).judge(
+        of_area(evidence, &none, &solved, &MODEL_LOADS, f64::ln).judge(
             TOO_MUCH_AREA,
             DATA,
-            lacks(&none, NONE, &TOO_MUCH),
+            lacks(&none, NONE, &MODEL_LOADS),
         ),
         of_area(evidence, &explicit, &solved, &LIGHT, |ratio| ratio).judge(
             AGREES,
@@ -170,7 +170,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
 }
 
 /// Loads from first contact to considerable interaction, in units of E* × rms slope.
-const TOO_MUCH: [f64; 4] = [0.001, 0.004, 0.016, 0.064];
+const MODEL_LOADS: [f64; 4] = [0.001, 0.004, 0.016, 0.064];
 /// Loads with few contacts, in units of E* × rms slope.
 const LIGHT: [f64; 3] = [0.001, 0.004, 0.016];
 
@@ -191,7 +191,7 @@ fn needs_beside(evidence: &Evidence, loads: &[f64]) -> String {
 }
 
 /// Pairs each model with the solution of the same surfaces.
-fn beside<'a>(
+fn with_solutions<'a>(
     models: &'a [PerLoad],
     solved: &[&'a AreaCurves],
 ) -> Vec<(&'a PerLoad, &'a AreaCurves)> {
@@ -226,7 +226,7 @@ fn of_area(
     quantity: fn(f64) -> f64,
 ) -> Quantities {
     let mut quantities = Quantities::default();
-    for (model, solved) in beside(models, solved) {
+    for (model, solved) in with_solutions(models, solved) {
         for index in loads.iter().filter_map(|&load| model.at(load)) {
             if ratio(model, solved, index, &Weights::ALL).is_none() {
                 continue;
@@ -247,7 +247,7 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
         let Some(with) = explicit.iter().find(|with| is_paired(with, without)) else {
             continue;
         };
-        for index in TOO_MUCH.iter().filter_map(|&load| without.at(load)) {
+        for index in MODEL_LOADS.iter().filter_map(|&load| without.at(load)) {
             let label = label(evidence, without, index);
             quantities.add(label, &[without.surfaces()], |weights| {
                 let [with, without] = [with, without].map(|one| weights.mean(&one.values[index]));
@@ -272,7 +272,7 @@ fn label(evidence: &Evidence, model: &PerLoad, index: usize) -> String {
 
 fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Quantities {
     let mut quantities = Quantities::default();
-    for (model, solved) in beside(models, solved) {
+    for (model, solved) in with_solutions(models, solved) {
         let indices = 0..model.loads.len();
         let common: Vec<usize> =
             indices.filter(|&index| ratio(model, solved, index, &Weights::ALL).is_some()).collect();

@@ -79,7 +79,7 @@ fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
 }
 
 /// Largest number of surfaces of each spectrum that a prediction considers.
-const MOST: usize = 1_000_000;
+const MAX_SURFACES: usize = 1_000_000;
 
 impl Judgement {
     /// Returns the number of further surfaces of each spectrum that would decide an undecided
@@ -156,14 +156,14 @@ impl Judgement {
 }
 
 /// Returns the smallest number of surfaces, at least `from`, for which `does` is true, or `None`
-/// above [`MOST`]. `does` must stay true for larger numbers.
+/// above [`MAX_SURFACES`]. `does` must stay true for larger numbers.
 fn fewest(from: usize, does: impl Fn(usize) -> bool) -> Option<usize> {
     let mut above = from;
     while !does(above) {
-        if above >= MOST {
+        if above >= MAX_SURFACES {
             return None;
         }
-        above = (2 * above).min(MOST);
+        above = (2 * above).min(MAX_SURFACES);
     }
     let mut below = above / 2;
     while above - below > 1 {

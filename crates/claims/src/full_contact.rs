@@ -113,9 +113,10 @@ const VERY_NEAR_FULL: f64 = 0.95;
 const ENOUGH_OPEN_NODES: f64 = 50.0;
 /// Interval in which the fit searches η.
 const EXPONENTS: [f64; 2] = [0.5, 4.0];
-/// Largest relative standard error of the open area at loads that claims use.
-const KNOWN: f64 = 0.1;
-const WELL_KNOWN: f64 = 0.05;
+/// Largest relative standard error of the open area at the loads of most claims.
+const MAX_OPEN_ERROR: f64 = 0.1;
+/// Largest relative standard error of the open area at the load that is compared with cracks.
+const MAX_CRACK_ERROR: f64 = 0.05;
 const HEAVY_LOADS: &str = "loads with areas from 0.9 to 0.998";
 
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
@@ -150,8 +151,8 @@ fn open(ensemble: &AreaCurves, index: usize, weights: &Weights) -> f64 {
     1.0 - weights.mean(&ensemble.areas[index])
 }
 
-/// Returns the indices of loads with area ≥ `from` and a relative standard error of the open area
-/// below `error`.
+/// Returns the indices of the loads with area ≥ `from` and a relative standard error of the open
+/// area below `error`.
 fn known(ensemble: &AreaCurves, from: f64, error: f64) -> Vec<usize> {
     let indices = (0..ensemble.loads.len()).filter(|&index| {
         let open = open(ensemble, index, &Weights::ALL);
@@ -236,7 +237,7 @@ fn scaled_erf(evidence: &Evidence) -> Claim {
 fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>) -> Quantities {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {
-        for index in known(ensemble, NEAR_FULL.start, KNOWN) {
+        for index in known(ensemble, NEAR_FULL.start, MAX_OPEN_ERROR) {
             let load = ensemble.loads[index];
             let label = evidence.name_under(&ensemble.spectrum, load);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
@@ -250,7 +251,7 @@ fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>)
 fn cracks(evidence: &Evidence) -> Claim {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(OF_2017) {
-        if let Some(&index) = known(ensemble, NEAR_FULL.start, WELL_KNOWN).last() {
+        if let Some(&index) = known(ensemble, NEAR_FULL.start, MAX_CRACK_ERROR).last() {
             let load = ensemble.loads[index];
             let label = evidence.name_under(&ensemble.spectrum, load);
             quantities.add(label, &[ensemble.surfaces()], |weights| {
@@ -268,7 +269,7 @@ fn groups_by_k_upper(evidence: &Evidence) -> Claim {
         for &load in &family[0].loads {
             let index = |one: &&AreaCurves| {
                 let index = one.at(load)?;
-                known(one, VERY_NEAR_FULL, 2.0 * KNOWN).contains(&index).then_some(index)
+                known(one, VERY_NEAR_FULL, 2.0 * MAX_OPEN_ERROR).contains(&index).then_some(index)
             };
             let Some(indices) = family.iter().map(index).collect::<Option<Vec<usize>>>() else {
                 continue;
@@ -291,8 +292,8 @@ fn faster_for_smaller_k_lower(evidence: &Evidence) -> Claim {
     let ensembles = evidence.of_the_paper(AS_COUNTED);
     let mut quantities = Quantities::default();
     for step in Step::all(&ensembles, Cutoff::Lower) {
-        let others = known(step.greater, VERY_NEAR_FULL, KNOWN);
-        for one in known(step.lesser, VERY_NEAR_FULL, KNOWN) {
+        let others = known(step.greater, VERY_NEAR_FULL, MAX_OPEN_ERROR);
+        for one in known(step.lesser, VERY_NEAR_FULL, MAX_OPEN_ERROR) {
             let same = step.greater.at(step.lesser.loads[one]);
             let Some(other) = same.filter(|index| others.contains(index)) else {
                 continue;

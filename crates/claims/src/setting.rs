@@ -1,7 +1,7 @@
 //! The setting in which claims are tested, and spectra on meshes.
 //!
 //! Claims compare spectra, meshes and corrections. A study may also vary the tolerance, modulus,
-//! slope or method. Its rows would then repeat surfaces or mix two curves. Therefore claims only use
+//! slope or method. Its rows would then repeat surfaces or mix two curves. Therefore claims use the
 //! rows with one combination of these parameters, the *setting*, and report the rows left out.
 
 use std::cmp::Reverse;
@@ -31,7 +31,7 @@ const COMPARED: [&str; 9] = [
 ];
 
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
-const OF_GRAIN: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
+const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
 /// Parameters that describe the rows left out because no claim uses their surfaces or models.
 const NOT_COMPARED: [&str; 4] =
@@ -39,7 +39,7 @@ const NOT_COMPARED: [&str; 4] =
 
 /// Columns that exclude a row from claims on areas: anisotropy, and asperity models. Null or an
 /// anisotropy ratio of 1 does not exclude it.
-const WITHOUT: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
+const EXCLUDING_COLUMNS: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
 
 /// Parameters that all rows used by claims share, and the rows left out.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -68,10 +68,11 @@ impl Setting {
             let parameters = table.in_role(Role::Parameter);
             for rows in grouped(&parameters) {
                 let point = ParameterPoint::from_row(&parameters, rows[0]);
-                let is_meant = WITHOUT.iter().all(|name| is_without(name, point.get(name)));
+                let is_meant =
+                    EXCLUDING_COLUMNS.iter().all(|name| is_without(name, point.get(name)));
                 match point.get(HURST.name).filter(|_| is_meant) {
                     Some(_) => {
-                        let point = point.without(&COMPARED).without(&OF_GRAIN);
+                        let point = point.without(&COMPARED).without(&ANISOTROPY_PARAMETERS);
                         settings.add(point, rows.len());
                     }
                     None => not_drawn.add(point.only(&NOT_COMPARED), rows.len()),
@@ -92,7 +93,7 @@ impl Setting {
     /// Returns the rows of a table that agree with the setting in the columns that the table has.
     /// Anisotropic surfaces and asperity models are omitted; [`of_asperities`] returns the latter.
     pub fn rows(&self, table: &Table) -> Table {
-        self.rows_of_any(table, &WITHOUT)
+        self.rows_of_any(table, &EXCLUDING_COLUMNS)
     }
 
     /// Returns the rows in the setting that no column of `without` excludes (see [`is_without`]).

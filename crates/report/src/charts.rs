@@ -111,7 +111,7 @@ impl Figure {
     }
 }
 
-/// Arranges charts in rows of two, because texts of more would be too small on a page.
+/// Arranges charts in rows of two. In longer rows, texts would be too small on a page.
 pub fn in_pairs(charts: Vec<Chart>) -> Vec<Vec<Chart>> {
     in_rows(2, charts)
 }
@@ -163,8 +163,7 @@ pub fn entries<'a>(series: impl Iterator<Item = &'a Series>) -> Vec<Entry> {
     entries
 }
 
-/// Legend with the series that have markers and, below, those without, both in columns that fit a
-/// width.
+/// Legend of two blocks in columns: series with markers, and below them series without.
 pub struct Legend {
     blocks: Vec<Block>,
     words: u32,
@@ -264,7 +263,7 @@ impl Legend {
     }
 }
 
-/// Draws a single marker at a point of the figure, as the centre of a chart without its axes.
+/// Draws a single marker at a point of the figure: the content of a chart without its axes.
 fn marker_at(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
     let layout = Layout::new((0.0, 1.0), (0.0, 1.0)).with_width(100.0).with_height(100.0);
     let computed = ComputedLayout::from_layout(&layout);

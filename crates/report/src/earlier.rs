@@ -1,4 +1,4 @@
-//! Contents of an earlier report, detection of changes, and permission to replace it.
+//! Contents of an earlier report, detection of changes, and checks before it is replaced.
 //!
 //! A page contains its [`Basis`] as JSON: the figures and rows that it shows, and digests of the
 //! files of the figures. It ends with a digest of the preceding text.
@@ -21,7 +21,7 @@ const BASIS: [&str; 2] = ["id=\"basis\">", "</script>"];
 /// Text before and after the digest at the end of a page.
 const SEAL: [&str; 2] = ["<!-- blake3 ", " -->\n"];
 
-/// Contents of a page, which prevent that a page replaces one that shows more.
+/// Contents of a page, by which a later page that shows less is prevented from replacing it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
     /// Name of the study, which is empty for pages of earlier versions.
@@ -56,17 +56,15 @@ impl Basis {
         serde_json::from_str(json).ok()
     }
 
-    /// Describes what the page in a file shows and this one does not.
+    /// Describes the contents of the page in a file that this page lacks.
     pub fn lacks_of(&self, page: &Path) -> Vec<String> {
         let page = fs::read_to_string(page);
         match page.as_deref().map(Basis::from_page) {
             Ok(Some(basis)) => self.lacks(&basis),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Ok(None) | Err(_) => vec![
-                "unknown contents, because the page does not list \
-                                       them"
-                    .to_owned(),
-            ],
+            Ok(None) | Err(_) => {
+                vec!["unknown contents, because the page does not list them".to_owned()]
+            }
         }
     }
 
@@ -83,7 +81,7 @@ impl Basis {
     }
 }
 
-/// Adds the digest that detects changes of a page.
+/// Appends the digest that detects changes of a page.
 pub fn sealed(page: String) -> String {
     let digest = digest(page.as_bytes());
     page + SEAL[0] + &digest + SEAL[1]
@@ -99,8 +97,8 @@ fn digest(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_string()
 }
 
-/// Returns the page in a folder and its figures, if they exist and were changed after the report
-/// was written. Waits for a report that is being written.
+/// Returns the page and the figures in a folder that were changed after the report was written.
+/// Waits while a report is being written.
 pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
     let _unchanging = lock_to_read(folder);
     let page = folder.join(PAGE);

@@ -1,5 +1,5 @@
-//! Curves of ensembles, the surfaces of one parameter point: means and error bars at ascending
-//! loads.
+//! Curves of ensembles: means and error bars at ascending loads. An ensemble comprises all surfaces
+//! of one parameter point.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -57,7 +57,7 @@ impl Mean {
         ends(self.mean, self.half_bar)
     }
 
-    /// Converts the quantity to another unit.
+    /// Multiplies the quantity by a factor that converts its unit.
     pub fn times(&self, factor: f64) -> Mean {
         Mean {
             load: self.load,
@@ -66,7 +66,7 @@ impl Mean {
         }
     }
 
-    /// Divides the quantity by the load, which is the secant of its curve.
+    /// Returns the secant of the curve: the quantity divided by the load.
     pub fn secant(&self) -> Mean {
         Mean {
             load: self.load,
@@ -95,7 +95,7 @@ pub fn point(table: &Table, row: usize) -> Point {
     to_text(ensemble::ParameterPoint::from_row(table, row))
 }
 
-/// Converts parameters to text, except the correction of the area.
+/// Converts parameters to text, without the correction of the area.
 fn to_text(point: ensemble::ParameterPoint) -> Point {
     let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
     let mut point: Point =
@@ -114,7 +114,7 @@ impl EnsembleCurves<'_> {
     }
 
     /// Returns the means of a quantity at the loads that all surfaces have. A curve ends where the
-    /// first surface reaches full contact, because it has no rows beyond.
+    /// first surface reaches full contact, because this surface has no rows at heavier loads.
     pub fn mean(&self, column: &str) -> Result<Vec<Mean>, TableError> {
         let values = self.table.reals(column)?;
         let means = self.complete().filter_map(|(load, rows)| {
@@ -126,9 +126,10 @@ impl EnsembleCurves<'_> {
         Ok(means.collect())
     }
 
-    /// Returns the slope of the mean of a quantity, half way between neighbouring loads, by
-    /// differences. The first difference starts at zero load, where the quantity vanishes. Bars
-    /// come from the slopes of single surfaces, which scatter much less than their areas.
+    /// Returns the slope of the mean of a quantity half way between neighbouring loads, by
+    /// differences. The first difference starts at zero load, where the quantity vanishes. Error
+    /// bars are computed from the slopes of single surfaces, which scatter much less than their
+    /// areas.
     pub fn slope(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let mut before = (0.0, vec![0.0; self.surfaces]);
@@ -146,8 +147,8 @@ impl EnsembleCurves<'_> {
     }
 
     /// Returns the growth of the mean contact pressure y/a with the load y, by differences, against
-    /// the mean area of two neighbouring loads. `column` contains the area a. The error is that of
-    /// the delete-one jackknife, because the pressure is not a mean over surfaces.
+    /// the mean area of two neighbouring loads. `column` contains the area a. The error is computed
+    /// by the delete-one jackknife, because y/a is not a mean over surfaces.
     pub fn pressure_growth(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let complete = self.complete().map(|(load, rows)| {
@@ -169,8 +170,7 @@ impl EnsembleCurves<'_> {
             let without =
                 without.map(|(area, next)| rise(sum - area, next_sum - next, count - 1.0));
             let without: Vec<f64> = without.collect();
-            // The standard deviation of the n leave-one-out values, times n − 1, is that of one
-            // value.
+            // The deviation of the n leave-one-out values, times n − 1, is that of single values.
             let half = deviation(&without)
                 .map(|scatter| self.bars.half((count - 1.0) * scatter, areas.len()));
             DataPoint { x: (sum + next_sum) / (2.0 * count), y: growth, bar: ends(growth, half) }
@@ -178,8 +178,8 @@ impl EnsembleCurves<'_> {
         Ok(growth.collect())
     }
 
-    /// Returns the mean ratio of a quantity to that of another ensemble of the same surfaces, at
-    /// the loads that all surfaces have in both. Ratios are computed for each surface.
+    /// Returns the mean ratio of a quantity to a quantity of another ensemble of the same surfaces.
+    /// Ratios are computed for each surface, at the loads that all surfaces have in both ensembles.
     pub fn ratio(
         &self,
         column: &str,
@@ -241,7 +241,8 @@ impl fmt::Display for Bars {
     }
 }
 
-/// Returns the mean and, for more than one value, half the length of its error bar.
+/// Returns the mean of values and half the length of its error bar, which is `None` for a single
+/// value.
 pub fn mean_and_half_bar(values: &[f64], bars: Bars) -> (f64, Option<f64>) {
     let half = deviation(values).map(|deviation| bars.half(deviation, values.len()));
     (mean(values), half)
@@ -273,7 +274,8 @@ mod tests {
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
     const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
 
-    /// Two surfaces in two blocks of loads that share 0.2; the second surface has no 0.4.
+    /// Returns two surfaces in two blocks of loads that share 0.2. The second surface has no row at
+    /// 0.4.
     fn table() -> Table {
         let rows = [
             ("one", "a", 0.1, 0.10),

@@ -1,4 +1,5 @@
-//! Tests of all code that sorts rows into ensembles, with each coordinate swept.
+//! Tests that code that groups rows into ensembles uses each row once. One coordinate after the
+//! other has two values.
 
 use crate::ensembles as report;
 use crate::ensembles::Bars;
@@ -14,7 +15,7 @@ use asperity_tables::table::Table;
 
 const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 
-/// Coordinates of rows that do not describe the contact of one surface.
+/// Coordinates that rows of measured or corrected contacts do not have.
 const ELSEWHERE: [&str; 7] =
     [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
 /// Coordinates of anisotropic surfaces and asperity models, which claims leave out.
@@ -52,7 +53,7 @@ fn cells(swept: &Column, which: usize, surface: usize, load: usize) -> Vec<(Colu
     coordinates().iter().map(of).collect()
 }
 
-/// Returns a table of measured and corrected contacts with one coordinate swept.
+/// Returns a table of measured and corrected contacts in which one coordinate has two values.
 fn swept(column: &Column) -> Table {
     let states = [(0, 0), (0, 1), (1, 0), (1, 1)];
     let rows = [0, 1].map(|which| states.map(|(surface, load)| (which, surface, load)));
@@ -71,8 +72,8 @@ fn swept(column: &Column) -> Table {
     Table::stack(&tables.collect::<Vec<_>>()).unwrap()
 }
 
-/// Returns the number of different states among the eight rows. Sweeping the realization or the
-/// load repeats rows.
+/// Returns the number of different states among the eight rows. If the realization or the load is
+/// swept, rows repeat.
 fn states(column: &Column) -> usize {
     match column.name {
         "realization" | "load" => 4,
@@ -211,7 +212,7 @@ fn loads_that_differ_by_rounding_are_one_and_the_first_row_stands() {
     let loads = [computed, 0.04];
     assert_eq!(ensemble.loads, loads.map(|load| Load { given: load, reduced: load }));
     assert_eq!(ensemble.repeated, [2]);
-    let once = each_once(&table).unwrap();
+    let once = without_repeated_rows(&table).unwrap();
     assert_eq!(once.reals("area_fraction").unwrap().values(), &[0.5, 0.7]);
 }
 

@@ -101,7 +101,7 @@ pub struct FigureData<'a> {
     pub styles: Styles,
     /// Names of the files of measured surfaces.
     pub files: Files,
-    /// Sentence on surfaces to which the theories do not apply; empty if there are none.
+    /// Sentences on assumptions of the theories that the study does not satisfy, or an empty text.
     pub caveat: String,
     pub bars: Bars,
 }
@@ -156,18 +156,18 @@ impl<'a> FigureData<'a> {
         self.corrected.iter().filter(wanted)
     }
 
-    /// Returns means with error bars as separate points, named after the ensemble.
+    /// Returns means with error bars as separate points, with the label of the ensemble.
     pub fn points(&self, ensemble: &EnsembleCurves, means: &[Mean]) -> Series {
         series(means, self.styles.markers(&ensemble.point)).named(self.label(ensemble))
     }
 
-    /// Returns separate points, named after the ensemble.
+    /// Returns points as separate markers, with the label of the ensemble.
     pub fn markers(&self, ensemble: &EnsembleCurves, points: Vec<DataPoint>) -> Series {
         let style = self.styles.markers(&ensemble.point);
         Series { points, style, label: Some(self.label(ensemble)) }
     }
 
-    /// Returns the name of an ensemble in legends.
+    /// Returns the label of an ensemble in legends.
     pub fn label(&self, ensemble: &EnsembleCurves) -> String {
         let alone = if ensemble.surfaces == 1 { "the surface" } else { "mean of the surfaces" };
         self.styles.name(&ensemble.point, alone)
@@ -197,7 +197,7 @@ impl<'a> FigureData<'a> {
         LengthUnit::common(points.map(|point| self.units.at(point)))
     }
 
-    /// Returns a sentence on the error of the counted areas, as the correction of 2017 estimates it
+    /// Returns a sentence on the error of the counted areas, which the correction of 2017 estimates
     /// from the perimeter. The text is empty without counted areas.
     pub fn share_of_mesh(&self) -> Result<String, TableError> {
         let mut shares = Vec::new();
@@ -225,8 +225,8 @@ impl<'a> FigureData<'a> {
         ))
     }
 
-    /// Returns what a figure of surfaces needs: the missing file of a measured surface, or other
-    /// stages.
+    /// Returns a missing figure of surfaces. It needs the lost file of a measured surface, or
+    /// otherwise `needs`, which `lines` of a manifest add.
     pub fn missing_surfaces(&self, needs: &'static str, lines: String) -> Drawn {
         match self.maps {
             MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
@@ -234,7 +234,8 @@ impl<'a> FigureData<'a> {
         }
     }
 
-    /// Returns a stage with a name that the study does not use yet; `lines` follow its header.
+    /// Returns lines of a manifest that define a stage. `lines` follow its header; the name is
+    /// changed if the study has a stage of this name.
     fn stage(&self, name: &str, lines: &str) -> String {
         let stages = &self.finished.plan.stages;
         let is_taken = |name: &str| stages.iter().any(|stage| stage.name == name);
@@ -285,7 +286,8 @@ impl<'a> FigureData<'a> {
         self.stage("random-surfaces", lines)
     }
 
-    /// Returns lines that fit the error of the mesh for the same surfaces on several meshes.
+    /// Returns lines of a manifest that fit the error of the mesh to the same surfaces on several
+    /// meshes.
     pub fn lines_of_meshes(&self) -> String {
         let measured = self.source(Kind::Measure, "area");
         let lines = format!(
@@ -342,8 +344,8 @@ pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
     means.into_iter().filter(is_light).collect()
 }
 
-/// Returns the names of the files of measured surfaces, or their paths if two files have the same
-/// name.
+/// Returns the names of the files of measured surfaces. If two files have the same name, their
+/// paths are used.
 fn files(finished: &FinishedStages) -> Result<Files, TableError> {
     let mut paths = BTreeMap::new();
     for stage in finished.with(&[CONTENT.name, "path"]) {
@@ -384,8 +386,8 @@ fn curves<'a>(
     Ok(ensembles)
 }
 
-/// Returns the distinct points of the study's surfaces, in order of appearance. Only first
-/// realizations are read.
+/// Returns the distinct parameter points of the study's surfaces, in order of appearance, from the
+/// rows of first realizations.
 fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableError> {
     let mut points: Vec<Point> = Vec::new();
     let stages = finished.stages.iter();
@@ -405,8 +407,8 @@ fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableErro
     Ok(points)
 }
 
-/// Returns the points of all planned random spectra, with the other coordinates of the point
-/// `like`.
+/// Returns the points of all planned random spectra. Coordinates that do not belong to the spectrum
+/// are those of the point `like`.
 fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
     let mut spectra: Vec<&Spectrum> = Vec::new();
     let mut points = Vec::new();
@@ -428,11 +430,11 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
     points
 }
 
-/// Largest number of parameter points in the sentence on the theories.
+/// Largest number of parameter points in the sentence on surfaces.
 const MOST_CAVEATS: usize = 4;
 
-/// Returns sentences on surfaces and materials to which the theories do not apply, each after a
-/// space, or an empty text.
+/// Returns sentences on assumptions of the theories that surfaces or materials do not satisfy, each
+/// after a space, or an empty text.
 fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportError> {
     let mut descriptions = Vec::new();
     let stages = finished.stages.iter();

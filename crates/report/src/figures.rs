@@ -79,7 +79,7 @@ pub enum Drawn {
         /// Lines of a manifest that would add the data; `None` if the data are lost.
         lines: Option<String>,
     },
-    /// The study does not have the special stage that the figure needs.
+    /// The study has no stage of the special kind that the figure shows.
     NotAsked,
 }
 

@@ -1,15 +1,15 @@
 //! The page of a study, `report.html`, and its figures as files.
 //!
-//! [`write()`] reads the finished tables of a study into `FigureData`, with the curves of
-//! ensembles, each in one style for all figures. A figure is drawn from these data, or the page
-//! names the stage that would add them. The page contains the figures, the tables and their
-//! provenance.
+//! [`write()`] reads the finished tables of a study into `FigureData`: curves of ensembles, each
+//! with the same style in all figures. If the data suffice for a figure, it is drawn; otherwise the
+//! page lists the lines of a manifest that would add the data. The page contains the figures, the
+//! tables and their provenance.
 //!
 //! | module | content |
 //! |---|---|
 //! | `figure_data` | the finished stages, sorted for figures; notes for captions; proposed stages |
 //! | `ensembles` | means over the surfaces of a parameter point, with error bars |
-//! | `surface_curves` | means against other coordinates than the load |
+//! | `surface_curves` | means against wavenumber or distance |
 //! | `samples` | one surface of each parameter point, and measured maps |
 //! | `styles`, `units` | colours, markers and labels; units with prefixes |
 //! | `figures` | all figures, in files by subject |
@@ -90,8 +90,8 @@ pub enum ReportError {
     /// A table does not have the columns of its kind of stage.
     #[error("cannot read a table of the study")]
     Table(#[from] TableError),
-    /// The departures of the surfaces from the theories cannot be computed.
-    #[error("cannot determine to which surfaces the theories do not apply")]
+    /// The surfaces cannot be compared with the assumptions of the theories.
+    #[error("cannot check which surfaces satisfy the assumptions of the theories")]
     Caveats(#[source] StageError),
     /// A surface cannot be drawn for a figure.
     #[error("cannot draw a surface for a figure")]
@@ -200,7 +200,7 @@ pub fn write(
     })
 }
 
-/// Draws a figure, or returns `None` if the study does not ask for it.
+/// Draws a figure, or returns `None` if the study does not request it.
 fn draw(
     definition: &Definition,
     data: &FigureData,
@@ -226,8 +226,8 @@ fn draw(
     }))
 }
 
-/// Writes an SVG and a PNG file for each figure, and removes files of figures that only an earlier
-/// report had.
+/// Writes an SVG and a PNG file for each figure, and removes the files of figures that only an
+/// earlier report has.
 fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError> {
     for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
         write_whole(&folder.join(name), bytes, Existing::Replace, folder)?;

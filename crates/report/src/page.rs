@@ -53,7 +53,7 @@ struct Contents<'a> {
     font: String,
 }
 
-/// Row of the table of provenance: a stage and its tasks.
+/// Row of the table of provenance: a stage with its numbers of tasks.
 #[derive(Serialize)]
 struct StageOrigin<'a> {
     name: &'a str,
@@ -131,7 +131,7 @@ pub fn html(
         font: BASE64_STANDARD.encode(svg::FONT),
     };
     let page = Environment::new().render_named_str("page.html", TEMPLATE, Serde(&contents));
-    page.expect("the template is part of the program and asks for nothing else")
+    page.expect("the template only uses these contents")
 }
 
 fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
@@ -175,7 +175,7 @@ fn completeness(subject: &Subject) -> String {
     if done == planned {
         format!("complete: all {planned} tasks are done")
     } else {
-        format!("unfinished: {done} of {planned} tasks are done; the figures show these tasks")
+        format!("unfinished: {done} of {planned} tasks are done; the figures show their results")
     }
 }
 

@@ -1,10 +1,10 @@
-//! Single surfaces of a few parameter points, and the data that the page shows of measured
-//! surfaces.
+//! One surface of each parameter point, and the data of measured surfaces for figures.
 //!
 //! A page has a map, a spectrum and a distribution of heights for every measured surface that it
-//! shows, even without `measure` stages. They take about a second for a map of 4096² nodes. They
-//! are computed once for one surface at a time and reduced to the size of the drawing, so a page
-//! needs the memory of one map. Results of `measure` stages are drawn from their tables instead.
+//! shows, even without `measure` stages. Computing them takes about a second for a map of 4096²
+//! nodes. It is done for one surface at a time, and the data are reduced to the size of the
+//! drawing, so a page needs the memory of one map. If a `measure` stage has computed such data,
+//! they are drawn from its table.
 
 use crate::ReportError;
 use crate::charts::raster::HeightMap;
@@ -27,7 +27,7 @@ use asperity_tables::store::TaskTables;
 
 /// Largest number of parameter points in one figure.
 pub const MOST: usize = 9;
-/// Nodes along the longer side of a drawn random surface, unless its waves need more.
+/// Nodes per longer side of a random surface that is drawn, unless its shortest wave needs more.
 const NODES: usize = 512;
 
 /// First surface of a parameter point.
@@ -65,8 +65,8 @@ impl Sample<'_> {
         self.params.surface(&table, sources, &Threads::one()).map(Some)
     }
 
-    /// Returns the heights, for random surfaces on a mesh just fine enough for a picture, because
-    /// they are the same on all meshes.
+    /// Returns the heights. A random surface is drawn on a mesh just fine enough for a picture,
+    /// because its modes are the same on all meshes.
     pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { surface, .. } => {
@@ -92,7 +92,8 @@ impl Sample<'_> {
     }
 }
 
-/// Returns the first finished surface of each parameter point, or of [`MOST`] evenly spread points.
+/// Returns the first finished surface of each parameter point. If there are more than [`MOST`]
+/// points, it returns those of [`MOST`] evenly spread points.
 pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
@@ -125,14 +126,15 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
     samples.collect()
 }
 
-/// Text on what figures of measured surfaces need if a file is lost.
-pub const FILE_IS_GONE: &str = "the file of a measured surface, which is missing or has changed";
+/// Requirement of figures of measured surfaces whose file is lost.
+pub const FILE_IS_GONE: &str =
+    "the file of a measured surface, which is missing or has changed; restore it";
 
-/// Range of counted heights on either side of the mean, in rms heights.
+/// Half the range of heights in the distribution about their mean, in rms heights.
 pub const RANGE: f64 = 5.0;
 /// Smallest and largest number of intervals of the distribution.
 const BINS: [f64; 2] = [30.0, 200.0];
-/// Pixels along the longer side of a map, for few maps and for many.
+/// Pixels along the longer side of a map, if few maps are shown and if many are.
 const PIXELS: [usize; 2] = [512, 256];
 /// Largest number of maps that counts as few.
 const FEW: usize = 3;
@@ -174,7 +176,7 @@ pub struct ShownMap {
 #[derive(Debug)]
 pub enum MeasuredMaps {
     There(Vec<MeasuredMap>),
-    /// A file is missing or has changed, and the heights were not kept.
+    /// A file is missing or has changed, and the store has no heights.
     Gone,
 }
 
@@ -278,7 +280,7 @@ fn is_other(scan: &Scan, surface: &Surface) -> bool {
     scan.heights() != surface.heights()
 }
 
-/// Removes repeated maps of surfaces that share one.
+/// Removes the measured map of all but the first of the surfaces that share one.
 fn drop_repeated(maps: &mut [MeasuredMap]) {
     let mut shown: Vec<String> = Vec::new();
     for map in maps {
@@ -290,9 +292,9 @@ fn drop_repeated(maps: &mut [MeasuredMap]) {
     }
 }
 
-/// Returns the number of intervals for the heights of `nodes` nodes. Their width, 3.49 rms heights
-/// divided by the cube root of the number, minimises the error of the density of a Gaussian (Scott
-/// 1979, doi:10.1093/biomet/66.3.605).
+/// Returns the number of intervals of the distribution for the heights of `nodes` nodes. Their
+/// width, 3.49 rms heights divided by the cube root of `nodes`, minimises the error of the density
+/// of a Gaussian (Scott 1979, doi:10.1093/biomet/66.3.605).
 fn bins(nodes: usize) -> usize {
     let width = 3.49 / (nodes as f64).cbrt();
     (2.0 * RANGE / width).round().clamp(BINS[0], BINS[1]) as usize

@@ -1,5 +1,7 @@
-//! Colours for lower cutoffs and markers for upper cutoffs, the same in all figures of a page.
-//! Labels of parameter points contain the parameters that vary, or the file of a measured surface.
+//! Colours, markers and labels of parameter points, the same in all figures of a page.
+//!
+//! Colours stand for lower cutoffs and markers for upper cutoffs, or for other varying parameters.
+//! Labels contain the parameters that vary, and the file of a measured surface.
 
 use std::collections::BTreeMap;
 
@@ -79,7 +81,7 @@ impl Styles {
         let words: Vec<String> = file.clone().into_iter().chain(parts).collect();
         let method = |of: &Point| of.get(METHOD.name).cloned();
         if words.is_empty() && self.points.iter().any(|other| method(other) != method(point)) {
-            // The only surface without a file.
+            // Only the method distinguishes this surface from measured ones.
             return method(point).map(|method| format!("method {method}"));
         }
         (!words.is_empty()).then(|| words.join(" · "))
@@ -95,7 +97,8 @@ impl Styles {
         self.files.get(point.get(CONTENT.name)?).map(String::as_str)
     }
 
-    /// Returns true if a coordinate varies among the points with the same file, or without one.
+    /// Returns true if a coordinate varies among the points with the same file as this point, or
+    /// among those without a file.
     fn tells_apart(&self, name: &str, point: &Point) -> bool {
         let alike = |other: &&Point| self.file(other) == self.file(point);
         let mut others = self.points.iter().filter(alike);

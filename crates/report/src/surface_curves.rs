@@ -1,6 +1,5 @@
-//! Curves of surfaces against another coordinate than the load, from `measure` stages: densities
-//! against wavenumbers, slopes against distances. Curves are means over the surfaces of a parameter
-//! point.
+//! Curves of surfaces from `measure` stages: densities against wavenumbers, and slopes against
+//! distances. Curves are means over the surfaces of a parameter point.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,7 +17,7 @@ const POINTS_TO_A_DECADE: f64 = 24.0;
 pub struct SurfaceCurve {
     /// Parameter point, without the coordinate of the curve.
     pub point: Point,
-    /// Direction of the curve, if it has one.
+    /// Direction of the distances, if the curve has one.
     pub along: Option<String>,
     pub surfaces: usize,
     pub points: Vec<CurvePoint>,
@@ -32,7 +31,7 @@ pub struct CurvePoint {
     pub weight: f64,
 }
 
-/// Sum over surfaces, number of surfaces, and weight of the first.
+/// Sum of the values of surfaces, number of surfaces, and weight from the first surface.
 type Sum = (f64, usize, f64);
 
 /// Returns the curves of a table, in order of appearance. `weight` is the column of weights, if
@@ -75,7 +74,7 @@ fn mean((bits, (sum, count, weight)): (u64, Sum)) -> CurvePoint {
     CurvePoint { x: f64::from_bits(bits), y: sum / count as f64, weight }
 }
 
-/// Splits rows into runs of ascending coordinates, each the curve of one surface.
+/// Splits rows into runs of ascending coordinates. Each run is the curve of one surface.
 pub fn runs(coordinates: &[f64]) -> Vec<Range<usize>> {
     let mut starts: Vec<usize> = (0..coordinates.len())
         .filter(|&row| row == 0 || coordinates[row] <= coordinates[row - 1])
@@ -92,7 +91,8 @@ impl SurfaceCurve {
     }
 }
 
-/// Joins points to weighted means that are evenly spaced on a logarithmic axis.
+/// Averages neighbouring points with their weights, so the means are about evenly spaced on a
+/// logarithmic axis.
 pub fn thinned(points: &[CurvePoint]) -> Vec<(f64, f64)> {
     let bin = |point: &CurvePoint| (POINTS_TO_A_DECADE * point.x.log10()).floor() as i64;
     let joined = points.chunk_by(|one, other| bin(one) == bin(other));

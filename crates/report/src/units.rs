@@ -1,10 +1,10 @@
 //! Units of the numbers on a page: lengths in metres with a suitable prefix, and pressures in
 //! pascals if their unit is known.
 //!
-//! Tables contain lengths in the unit of their surface and pressures in that of the modulus.
-//! Lengths are converted to metres if possible. The unit of the modulus is not recorded. It is
-//! assumed to be the pascal if the unit of length is known and E* ≥ 10⁶: no solid reaches this
-//! number in megapascals, and all but gels exceed it in pascals.
+//! Tables contain lengths in the unit of their surface and pressures in the unit of the modulus.
+//! Lengths are converted to metres if possible. The unit of the modulus is not recorded. If the
+//! unit of length is known and E* ≥ 10⁶, it is assumed to be the pascal: no solid has an E* of 10⁶
+//! MPa, and all solids but gels exceed 10⁶ Pa.
 
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ pub struct Scaled {
 }
 
 impl Units {
-    /// Reads the units from the tables of surfaces.
+    /// Reads the units of length from the tables of surfaces.
     pub fn from_stages(finished: &FinishedStages) -> Result<Units, TableError> {
         let mut by_surface = BTreeMap::new();
         let columns = [SURFACE.name, UNIT.name];
@@ -63,8 +63,8 @@ impl Units {
         Ok(Units { by_surface })
     }
 
-    /// Returns the unit of the surfaces at a point: their own, or that of the surface whose
-    /// spectrum they have.
+    /// Returns the unit of the surfaces at a point. Surfaces with the spectrum of a measured
+    /// surface have the unit of that surface.
     pub fn at<'a>(&'a self, point: &'a Point) -> Option<&'a str> {
         let own = point.get(UNIT.name);
         let of_model = || self.by_surface.get(point.get(SPECTRUM_OF.name)?);
@@ -121,8 +121,8 @@ impl Scaled {
     }
 }
 
-/// Returns the unit of pressures up to `largest`: pascals with a prefix if known, otherwise the
-/// unit of E*.
+/// Returns the unit of pressures up to `largest`: pascals with a prefix if the modulus is assumed
+/// to be in pascals, otherwise the unit of E*.
 pub fn of_pressures(largest: f64, least_modulus: f64, lengths: &LengthUnit) -> Scaled {
     if *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS {
         in_pascals(largest)
@@ -136,8 +136,8 @@ pub fn in_pascals(largest: f64) -> Scaled {
     prefixed(largest, "Pa")
 }
 
-/// Returns a scale bar of 1, 2 or 5 times a power of ten for a map with this side along x, or
-/// `None` if the unit is unknown.
+/// Returns a scale bar for a map with this side along x, or `None` if the unit is unknown. Its
+/// length is 1, 2 or 5 times a power of ten.
 pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {
     let shared = LengthUnit::common([unit]);
     if shared == LengthUnit::Unknown {
@@ -187,7 +187,7 @@ fn prefixed(largest: f64, unit: &str) -> Scaled {
     Scaled { factor: 1.0 / value, unit: format!("{prefix}{unit}") }
 }
 
-/// Returns a unit of length in metres.
+/// Returns the length of a unit in metres, or `None` if it is not a unit of length.
 fn in_metres(unit: &str) -> Option<f64> {
     (!unit.is_empty()).then(|| length_ratio(unit, "m")).flatten()
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::evidence::LimitsFit;
 use asperity_manifest::expression::Expression;
-use asperity_stages::fit::limits::{Form, LimitChoices, Term};
+use asperity_stages::fit::limits::{FormChoice, LimitChoices, Term};
 use asperity_stages::solve::PAIR_LIMIT;
 use asperity_statistics::Window;
 use asperity_tables::column::flags;
@@ -57,15 +57,15 @@ fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
     ]);
     let table = Table::new(rows.len(), columns);
     let term =
-        |of: &str, form: Form| Term { of: Expression::parse(of).unwrap(), forms: vec![form] };
+        |of: &str, form: FormChoice| Term { of: Expression::parse(of).unwrap(), forms: vec![form] };
     let fit = LimitsFit {
         choices: LimitChoices {
             of: Expression::parse("area_corrected / load").unwrap(),
             loads: Vec::new(),
             terms: vec![
-                term("1 / k_lower", Form::Power(1.0)),
-                term("k_lower / k_upper", Form::FreePower),
-                term("k_upper / nodes", Form::Power(1.0)),
+                term("1 / k_lower", FormChoice::Power(1.0)),
+                term("k_lower / k_upper", FormChoice::FreePower),
+                term("k_upper / nodes", FormChoice::Power(1.0)),
             ],
             over: ["k_lower", "k_upper", "nodes"].map(str::to_owned).into(),
             error: None,

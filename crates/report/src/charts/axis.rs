@@ -43,7 +43,7 @@ impl Axis {
         Axis { range: Some([from, to]), ..self }
     }
 
-    /// Returns true if a number has a position on the axis, even out of its range.
+    /// Returns true if the axis can show a number, even if it is out of range.
     pub fn can_show(&self, value: f64) -> bool {
         value.is_finite() && (self.spacing == Spacing::Linear || value > 0.0)
     }
@@ -51,13 +51,13 @@ impl Axis {
     /// Returns the ends of the axis: those given, or those of the data with some room. They are
     /// clamped to a range in which the drawing crate finds tick marks.
     pub fn ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
-        /// Largest end: sums of larger numbers overflow in the drawing crate.
+        /// Largest end of an axis. Sums of larger numbers overflow in the drawing crate.
         const FARTHEST: f64 = 1e60;
-        /// Largest ratio of the ends of a logarithmic axis: the crate lists every power of ten
-        /// between them.
+        /// Largest ratio of the ends of a logarithmic axis. The drawing crate lists every power of
+        /// ten between them.
         const RATIO: f64 = 1e60;
-        /// Smallest distance of the ends of a linear axis, relative to the ends: the crate needs
-        /// numbers between them.
+        /// Smallest distance of the ends of a linear axis, relative to the ends. The drawing crate
+        /// needs distinct numbers between them.
         const DISTANCE: f64 = 1e-12;
         let [from, to] = self
             .unbounded_ends(values)
@@ -99,8 +99,8 @@ impl Axis {
         }
     }
 
-    /// Returns the spacing between these ends. A narrow logarithmic axis is drawn as linear,
-    /// because it has too few of the ticks 1, 2, 5, 10 …
+    /// Returns the spacing between these ends. A logarithmic axis over less than a factor of 5 is
+    /// drawn as linear, because it has too few of the ticks 1, 2, 5, 10 …
     pub fn spacing_between(&self, [from, to]: [f64; 2]) -> Spacing {
         match self.spacing {
             Spacing::Logarithmic if to < 5.0 * from => Spacing::Linear,
@@ -110,8 +110,8 @@ impl Axis {
 }
 
 impl Spacing {
-    /// Returns a power of ten that lifts the numbers of a logarithmic axis above those that the
-    /// drawing crate treats as zero. Their distances stay the same.
+    /// Returns a power of ten by which numbers of a logarithmic axis are multiplied, because the
+    /// drawing crate treats tiny numbers as zero. Distances on the axis stay the same.
     pub(super) fn lift(self, [from, _]: [f64; 2]) -> f64 {
         /// The crate draws all numbers below a tenth of this at the same position.
         const LEAST: f64 = 1e-9;
@@ -121,7 +121,7 @@ impl Spacing {
         }
     }
 
-    /// Returns the number for the drawing crate, which does not have octaves.
+    /// Returns the number that the drawing crate gets, because it has no axes of octaves.
     pub(super) fn drawn_number(self, value: f64, lift: f64) -> f64 {
         match self {
             Spacing::Octaves => value.log2(),

@@ -54,7 +54,8 @@ impl Series {
         }
     }
 
-    /// Creates a smooth curve between two numbers, with points evenly spaced on the axis `on`.
+    /// Creates a smooth curve over a range, with points evenly spaced on an axis with the spacing
+    /// `on`.
     pub fn curve(
         of: impl Fn(f64) -> f64,
         [from, to]: [f64; 2],

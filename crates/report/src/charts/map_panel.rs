@@ -47,10 +47,10 @@ pub struct ColourBar {
     pub highest: String,
 }
 
-/// Layout shared by all maps of a figure, so maps of a row have the same size.
+/// Layout shared by all maps of a figure, so that maps of a row have the same size.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
-    /// Height of the tallest map, relative to its longer side.
+    /// Largest ratio of the height of a map to its longer side.
     tallest: f64,
     /// Largest number of lines of a title.
     lines: usize,
@@ -194,7 +194,7 @@ fn picture(raster: &Raster, [x, y]: [f64; 2], [width, height]: [f64; 2], picture
     );
 }
 
-/// Breaks a title between its parts, so lines fit a width.
+/// Breaks a title at its separators `·` into lines that fit a width.
 fn wrapped(text: &str, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for part in text.split(" · ") {

@@ -80,8 +80,8 @@ impl Scale {
     }
 }
 
-/// Returns the colour of nodes in contact from this one of `count` ascending loads; heavier loads
-/// have lighter colours.
+/// Returns the colour of nodes whose contact begins at load number `load` of `count` ascending
+/// loads. Heavier loads have lighter colours.
 pub fn colour_of_load(load: usize, count: usize) -> Pixel {
     let share = 1.0 - 0.85 * load as f64 / count.max(1) as f64;
     YELLOW_GREEN_BLUE.eval_continuous(share).into_array()
@@ -144,8 +144,8 @@ impl Raster {
         [self.width, self.height]
     }
 
-    /// Returns a picture with square pixels for a map with these sides. If nodes are further apart
-    /// along one axis, each becomes several pixels along it.
+    /// Returns a picture with square pixels for a map with these sides. If the mesh is coarser
+    /// along one axis, each node becomes several pixels along it.
     pub fn in_proportion(self, [size_x, size_y]: [f64; 2]) -> Raster {
         let [step_x, step_y] = [size_x / self.width as f64, size_y / self.height as f64];
         let pixels = |size: f64| (size / step_x.min(step_y)).round() as usize;
@@ -198,10 +198,7 @@ impl Raster {
         let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
         encoder.set_compression(png::Compression::High);
         let palette_index = |pixel: &Pixel| {
-            palette.binary_search(pixel).expect(
-                "the palette contains all \
-                                                                         colours",
-            ) as u8
+            palette.binary_search(pixel).expect("the palette contains all colours") as u8
         };
         let pixels = if palette.len() <= PALETTE {
             encoder.set_color(png::ColorType::Indexed);
@@ -250,7 +247,8 @@ impl HeightMap {
     }
 }
 
-/// Returns means over rectangles of nodes, which reduce the map to at most `most` pixels per side.
+/// Returns means over rectangles of nodes, and the numbers of rectangles along x and y: at most
+/// `most` along each.
 fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<f64>) {
     let [step_x, step_y] = nodes.map(|side| side.div_ceil(most.max(1)));
     let pixels = [nodes[0].div_ceil(step_x), nodes[1].div_ceil(step_y)];

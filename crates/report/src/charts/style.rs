@@ -139,8 +139,8 @@ pub fn declarations() -> [String; 2] {
     })
 }
 
-/// Replaces variables by the light colours, for programs without CSS variables.
-pub fn written_in(svg: &str) -> String {
+/// Replaces CSS variables by the light colours, for programs without them.
+pub fn with_light_colours(svg: &str) -> String {
     Colour::all().fold(svg.to_owned(), |svg, colour| svg.replace(&colour.css(), colour.shades()[0]))
 }
 
@@ -185,6 +185,6 @@ mod tests {
     #[test]
     fn a_figure_that_goes_out_alone_has_no_variables() {
         let svg = Colour::all().map(Colour::css).collect::<String>();
-        assert!(!written_in(&svg).contains("var("));
+        assert!(!with_light_colours(&svg).contains("var("));
     }
 }

@@ -14,7 +14,7 @@ use skrifa::{FontRef, MetadataProvider};
 
 use crate::charts::style::{self, Colour};
 
-/// Returns the scene as SVG that scales with the page, with maps behind it.
+/// Returns the scene as SVG that scales with the page. `maps` are drawn behind it.
 pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
     let svg = SvgBackend::new().render_scene(scene);
     let svg = with_own_numbers(&svg, name);
@@ -27,7 +27,7 @@ pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
     format!("{tag} {size}>{maps}{}", &rest[1..])
 }
 
-/// Renumbers clip paths, which the crate numbers per process, within the drawing.
+/// Renumbers the clip paths of a drawing from zero. The drawing crate numbers them per process.
 fn with_own_numbers(svg: &str, name: &str) -> String {
     const MARK: &str = "kuva-clip-";
     let mut known: Vec<&str> = Vec::new();
@@ -52,7 +52,7 @@ pub fn alone(svg: &str) -> String {
     let (tag, rest) = svg.split_at(head);
     let paper = Colour::Background.css();
     let figure = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
-    style::written_in(&figure)
+    style::with_light_colours(&figure)
 }
 
 /// Opens a group shifted by (x, y).

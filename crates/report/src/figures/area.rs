@@ -1,5 +1,5 @@
-//! Area under light load with the theories, its secant (fig. 5) and its slope (fig. 6), and, beyond
-//! the paper, asperity models compared with the solution.
+//! Area under light load with the theories, its secant (fig. 5) and its slope (fig. 6). Also
+//! asperity models compared with the boundary-element solution, which the paper does not show.
 
 use arrow::array::Array;
 
@@ -27,7 +27,7 @@ use asperity_tables::table::{Table, TableError};
 pub const AREA_LIGHT: Definition =
     Definition { name: "area-light", title: "Contact area under light load", draw: draw_area };
 
-/// Smallest load of the chart of secants: at lighter loads few nodes are in contact and the secants
+/// Smallest load of the chart of secants. At lighter loads few nodes are in contact, so the secants
 /// scatter widely.
 const SECANT_FROM: f64 = LIGHT / 100.0;
 /// Smallest ratio of the loads of neighbouring markers on the chart of secants.
@@ -155,7 +155,8 @@ pub const ASPERITIES: Definition = Definition {
     draw: draw_asperities,
 };
 
-/// Interactions in the order of their detail, with the titles of their charts.
+/// Values of `interaction`, from the simplest to the most detailed, with the titles of their
+/// charts.
 const INTERACTIONS: [(&str, &str); 3] = [
     ("none", "no interaction"),
     ("mean-field", "mean field"),
@@ -201,9 +202,9 @@ fn draw_asperities(data: &FigureData) -> Result<Drawn, ReportError> {
     share_the_axis(&mut charts);
     let caption = format!(
         "Ratio of the area of asperity models (Hertzian ellipses at the summits) to the area of \
-         the boundary-element solution, {}, from {}. The ratio is computed for each surface: \
-         without interaction, with the mean field of the pressure, and with all summits displaced \
-         by the forces of all others. Points are means over the surfaces, bars are {}. The models \
+         the boundary-element solution, {}, from {}. The ratio is computed for each surface. \
+         Panels: without interaction, with the displacement by the mean pressure (mean field), and \
+         with each summit displaced by the forces on all others. Points are means over the surfaces, bars are {}. The models \
          count the common area of overlapping ellipses twice.",
         match correction {
             Some(correction) => format!("corrected as in `{correction}`"),
@@ -255,14 +256,14 @@ fn chart(data: &FigureData, title: &str, ratios: &[(&EnsembleCurves, Vec<Mean>)]
 /// Values of Nayak's parameter for which the paper draws asperity models.
 const NAYAK: [(f64, Colour); 2] = [(2.0, Colour::Text), (10.0, Colour::Muted)];
 
-/// Function of the area at a load and the load.
+/// Function that returns a plotted quantity from the area and the load.
 pub type Quantity = fn(f64, f64) -> f64;
 
 pub const AREA: Quantity = |area, _| area;
 pub const SECANT: Quantity = |area, load| area / load;
 
 /// Returns the spacing of the points of a curve. A curve that does not start at zero may be on a
-/// logarithmic axis, where it needs more points at light loads.
+/// logarithmic axis, where it needs closer points at light loads.
 fn steps([from, _]: [f64; 2]) -> Spacing {
     if from > 0.0 { Spacing::Logarithmic } else { Spacing::Linear }
 }

@@ -27,7 +27,7 @@ use asperity_tables::table::Table;
 pub const CONTACT_MAPS: Definition =
     Definition { name: "contact-maps", title: "Contact maps", draw: draw_maps };
 
-/// Loads of the maps, for which a study shows the nearest loads that it has.
+/// Loads at which maps are drawn. If a study does not have one of them, the nearest load is used.
 pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 /// Pixels per side of a map.
 const PIXELS: usize = 256;
@@ -42,7 +42,9 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     };
     for sample in samples {
         let Some(pressed) = Pressed::read(data, &sample)? else {
-            return Ok(Drawn::gone("contact maps, which are no longer in the store"));
+            return Ok(Drawn::gone(
+                "contact maps, which are no longer in the store; run the study to compute them again",
+            ));
         };
         if pressed.states.is_empty() {
             continue;
@@ -58,8 +60,8 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let caption = format!(
         "Contact (dark) on the first surface of the {which}, as counted on the mesh. The last map \
-         of each surface shows all loads: the darkest nodes are in contact from the lightest load, \
-         the lightest nodes only at the heaviest."
+         of each surface shows all loads: the darkest nodes are in contact from the lightest load \
+         on, the brightest nodes only at the heaviest load."
     );
     let panel = panel_of_map(rows.iter().flatten(), 265.0);
     Ok(Drawn::figure(Figure { rows, panel }, caption).with_sliders(sliders))
@@ -94,7 +96,7 @@ struct Pressed {
     size: [f64; 2],
     /// Unit of the sides and gaps, if known.
     unit: Option<String>,
-    /// States by the bits of the load.
+    /// Contacts by load. The key has the bits of the load, which sort like positive numbers.
     states: BTreeMap<u64, State>,
 }
 
@@ -105,8 +107,8 @@ struct State {
 }
 
 impl Pressed {
-    /// Reads the contacts at all loads of the first parameter point at which the surface is
-    /// pressed. Returns `None` if the store has lost maps.
+    /// Reads the contacts of the surface at all loads of the first parameter point. Returns `None`
+    /// if the store has lost maps.
     fn read(data: &FigureData, sample: &Sample) -> Result<Option<Pressed>, ReportError> {
         let FinishedStages { plan, archive, .. } = data.finished;
         let mut pressed = Pressed {
@@ -246,7 +248,7 @@ pub struct SliderScale {
     pub label: String,
 }
 
-/// A contact map with load, area and mean gap as texts.
+/// A contact map, with its load, area and mean gap as text.
 #[derive(Debug, Serialize)]
 pub struct Step {
     /// Load in units of E* × rms slope.

@@ -1,6 +1,6 @@
 //! The paper's estimate of the error of the mesh, and corrected areas (figs. 12 and 13). Also the
 //! collapse of corrected areas on the bandwidth, or on Nayak's parameter if Hurst exponents or
-//! plateaus differ, which the paper does not have (compare section 5.2.2).
+//! plateaus differ. The paper does not show it (compare section 5.2.2).
 
 use crate::ReportError;
 use crate::charts::axis::Axis;
@@ -126,7 +126,7 @@ pub const COLLAPSE: Definition = Definition {
     draw: draw_collapse,
 };
 
-/// Loads of the chart, from light contact to a third of the area, at which the secants differ
+/// Loads of the collapse, from light contact to a third of the area, at which the secants differ
 /// clearly.
 const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
 /// Largest relative distance of a study's load from one of [`LOADS`].
@@ -208,7 +208,7 @@ fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
     let (meaning, symbol) = abscissa.meaning();
     let caption = format!(
         "Secants A/(A₀ y) against {meaning}, at the loads next to the curves, from {}; bars are \
-         {}. Lines are least-squares fits in ln {symbol}. At equal {symbol}, counted areas grow \
+         {}. Lines are least-squares power laws in {symbol}. At equal {symbol}, counted areas grow \
          with k_lower, because the error of the mesh is larger for short wavelengths; areas \
          corrected by π/8 fall with k_lower.",
         sample(&surfaces),

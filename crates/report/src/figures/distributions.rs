@@ -1,6 +1,6 @@
-//! Distributions of contact pressures (with Persson's theory), gaps and clusters, as `measure`
-//! counts them: the mean over the surfaces of a parameter point for each bin. The paper has none of
-//! them.
+//! Distributions of contact pressures (with Persson's theory), gaps and clusters, from the counts
+//! of `measure` stages. Curves are means over the surfaces of a parameter point in each bin. The
+//! paper does not show these distributions.
 
 use crate::ReportError;
 use crate::charts::Figure;
@@ -62,8 +62,8 @@ fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure, caption))
 }
 
-/// Returns Persson's density, averaged over each bin; it is the same for all spectra at a reduced
-/// load.
+/// Returns Persson's density, averaged over each bin. At a given reduced load it is the same for
+/// all spectra.
 fn persson(theory: &Distribution, load: f64) -> Option<Series> {
     let style = Style::line(Colour::Text, Dash::Dashed, 1.6);
     let points = theory.under(load)?;
@@ -133,10 +133,10 @@ fn draw_clusters(data: &FigureData) -> Result<Drawn, ReportError> {
         row(CLUSTER_COMPACTNESS, &|_| Axis::linear("4π area/perimeter²").within(0.0, 1.3))?,
     ];
     let caption = format!(
-        "Clusters of contact nodes that share edges, against their area, from {}: their number, \
-         the fraction of the nominal area that they cover together, and their compactness (1 for a \
-         disc). Markers are means over the surfaces, bars are {}. The compactness is only shown \
-         for sizes of which each surface has clusters.",
+        "Clusters of contact nodes connected along the axes (four neighbours), against the area \
+         of a cluster, from {}: their number, the fraction of the nominal area that they cover \
+         together, and their compactness (1 for a disc). Markers are means over the surfaces, bars \
+         are {}. The compactness is only shown for areas at which every surface has clusters.",
         sample(&surfaces(&numbers)),
         data.bars,
     );
@@ -274,8 +274,8 @@ fn select_markers(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     apart.copied().collect()
 }
 
-/// Returns the last bin where a density exceeds `share` times the largest density at the load, and
-/// the largest density.
+/// Returns the last bin in which a density exceeds `share` times the largest density at the load,
+/// and this largest density.
 fn extent(distributions: &[Distribution], load: f64, share: f64) -> Option<[f64; 2]> {
     let [_, highest] = range(distributions, load)?;
     let under = distributions.iter().filter_map(|one| one.under(load));

@@ -1,5 +1,5 @@
 //! Area and load at which the gap is sealed, and the flow through the gap along both axes. The
-//! paper has neither.
+//! paper does not show these quantities.
 
 use arrow::array::Array;
 

@@ -17,7 +17,7 @@ use asperity_contact::theory::persson;
 pub const ALL_LOADS: Definition =
     Definition { name: "area-full", title: "Contact area under all loads", draw: draw_all_loads };
 
-/// Distance of letters, as a fraction of the axis, below which they are placed one below the other.
+/// Distance of two letters, as a fraction of the axis, below which the second is placed lower.
 const CLOSE: f64 = 0.03;
 
 fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -51,8 +51,8 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
     chart.y = chart.y.within(0.0, top);
     mark_shown_loads(&mut chart, [heaviest, top]);
     let caption = format!(
-        "Counted contact area fraction against load up to the first surface in full contact \
-         (left), and the slope of the mean curves (right), from {}. The dashed line is Persson's \
+        "Counted contact area fraction against load (left), and the slope of the mean curves \
+         (right), up to the load at which the first surface is in full contact, from {}. The dashed line is Persson's \
          theory, the dotted line the asymptote of the model of Bush, Gibson & Thomas. Letters mark \
          the loads near which contact maps are shown. {}{}",
         sample(&data.sample()),
@@ -139,10 +139,8 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
         |load: f64| 1.0 - (-2.0 * load * load).exp() / (load * std::f64::consts::TAU.sqrt());
     chart.series.extend([
         curve(persson::area, Colour::Text, Dash::Dashed, 1.8).named("Persson 2001"),
-        curve(asymptote, Colour::Text, Dash::Dotted, 1.8).named(
-            "asymptote of Persson's theory, η \
-                                                                 = 2",
-        ),
+        curve(asymptote, Colour::Text, Dash::Dotted, 1.8)
+            .named("asymptote of Persson's theory, η = 2"),
         curve(|y| 1.0 - full_contact::noncontact(y), Colour::Text, Dash::Solid, 1.2)
             .named("isolated cracks, 1 − ¾ erfc(√2 y)"),
     ]);
@@ -170,10 +168,10 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     chart.y = chart.y.within((least - 0.05).max(0.0), 1.01);
     let caption = format!(
-        "Counted contact area near full contact, from {}. Points are means up to the first surface \
-         in full contact, bars are {}; grey lines are error functions of a scaled load. Right: \
-         ratio of the open area to that in Persson's theory, where half the bar is below a third \
-         of the open area. Below: F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to 2 y² in Persson's \
+        "Counted contact area near full contact, from {}. Points are means up to the load at \
+         which the first surface is in full contact, bars are {}; grey lines are error functions \
+         of a scaled load. Right: ratio of the open area to that in Persson's theory, at loads \
+         where half the error bar is shorter than a third of the open area. Below: F(y) = −ln[(1 − A/A₀) y √(2π)], which tends to 2 y² in Persson's \
          theory.{}",
         sample(&data.sample()),
         data.bars,

@@ -30,7 +30,8 @@ pub const MAPS: Definition =
 
 /// Pixels per side of a map.
 const PIXELS: usize = 512;
-/// Widths of a panel in pixels: in figures of many panels, and of one or two measured ones.
+/// Widths of a panel in pixels: in a figure of many panels, and in one of at most two measured
+/// maps.
 const WIDTHS: [f64; 2] = [230.0, 380.0];
 
 fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -174,7 +175,7 @@ pub const HEIGHTS: Definition =
 
 /// Number of single surfaces shown with the mean.
 const SINGLE: usize = 3;
-/// Number of points of a curve. Finer bins are joined, and their densities averaged.
+/// Largest number of points of a curve. Finer bins are averaged.
 const POINTS: usize = 200;
 
 /// Densities of heights of one parameter point, as points (height, density).
@@ -218,8 +219,8 @@ fn caption_of_densities(shown: &[Densities]) -> String {
     format!(
         "Probability density of heights divided by their rms height: linear, the upper tail, and \
          logarithmic. Black: mean over {}; dashed: ± one standard deviation between surfaces; \
-         vermilion: normal density; other colours: three single surfaces. Bins are joined to \
-         {POINTS}.",
+         vermilion: normal density; other colours: three single surfaces. Bins are averaged \
+         to {POINTS} points.",
         sample(&surfaces),
     )
 }

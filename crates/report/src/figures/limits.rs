@@ -23,7 +23,8 @@ use asperity_tables::table::{Table, TableError};
 pub const MESH: Definition =
     Definition { name: "mesh-convergence", title: "Convergence with the mesh", draw: draw_mesh };
 
-/// Coefficient of one parameter point at one load, pooled over surfaces.
+/// Coefficient c of the error of the mesh for one parameter point at one load, pooled over
+/// surfaces.
 struct Coefficient {
     point: Point,
     load: f64,
@@ -53,9 +54,9 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let caption = format!(
         "Coefficient c of A_N = A* + c S_d Δx at each load, from all meshes and surfaces, with \
-         bootstrap intervals; and deviation of the counted and the corrected area from A* on each \
-         mesh, at the load nearest to {LIGHT}. S_d is the Manhattan perimeter, Δx the mesh step; \
-         from {}.",
+         bootstrap intervals. Other panels: deviation of the counted and the corrected area from \
+         A* on each mesh, at the load nearest to {LIGHT}. A_N is the area on a mesh, A* its limit \
+         for fine meshes, S_d the Manhattan perimeter, Δx the mesh step. From {}.",
         sample(&data.sample()),
     );
     Ok(Drawn::figure(Figure::from_charts(in_pairs(charts), [430.0, 310.0]), caption))
@@ -135,7 +136,7 @@ fn at_light_load(coefficients: &[Coefficient]) -> impl Iterator<Item = &Coeffici
     coefficients.iter().filter(move |one| Some(one.load) == nearest)
 }
 
-/// Returns true if an ensemble belongs to a point that comprises all meshes.
+/// Returns true if an ensemble on one mesh has the spectrum of a point that comprises all meshes.
 fn is_at(ensemble: &Point, point: &Point) -> bool {
     let spectrum = [
         "method",
@@ -175,17 +176,17 @@ pub const LIMITS: Definition = Definition {
     draw: draw_limits,
 };
 
-/// Quantities that are secants of the area, which theories predict.
+/// Quantities that are secants of the area, for which theories are drawn.
 const SECANTS: [&str; 2] = ["area_corrected / load", "area_fraction / load"];
 /// Largest number of charts of the figure.
 const MOST: usize = 8;
 
 /// A fitted limit at one load.
 struct Limit {
-    /// The quantity with its correction.
+    /// Quantity, followed by its correction.
     of: String,
     is_secant: bool,
-    /// Fitted forms that differ between rows.
+    /// Forms of the terms in which rows differ.
     forms: String,
     point: DataPoint,
 }
@@ -211,10 +212,10 @@ fn draw_limits(data: &FigureData) -> Result<Drawn, ReportError> {
         count => format!(" {count} more quantities are in the table."),
     };
     let caption = format!(
-        "Fitted limits at each load, with one marker for each combination of forms. Bars are \
-         intervals from resampling whole surfaces; markers of the same load are shifted sideways. \
-         A logarithmic term has no limit, so the value is that at which the term vanishes. The \
-         column akaike_weight shows which forms the data prefer.{left_out}",
+        "Fitted limits at each load, with one marker for each combination of the forms of the \
+         terms. Bars are intervals from resampling whole surfaces; markers of the same load are \
+         shifted sideways. A logarithmic term has no limit, so the marker shows the value at which \
+         this term vanishes. The column akaike_weight shows which forms the data prefer.{left_out}",
     );
     let figure = Figure::from_charts(in_pairs(charts), [430.0, 310.0]);
     Ok(Drawn::figure(figure, caption))

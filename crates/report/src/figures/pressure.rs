@@ -1,5 +1,6 @@
 //! Area and mean gap against the mean pressure in the units of the study, and mean gap against the
-//! load, both beyond the paper. Growth of the mean contact pressure with the load (fig. 17).
+//! load, which the paper does not show. Growth of the mean contact pressure with the load (fig.
+//! 17).
 
 use arrow::array::Array;
 
@@ -66,7 +67,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     let caption = format!(
         "Counted contact area fraction (left) and mean gap (right) against the mean pressure, from \
          {}. E* = {}. Points are means over the surfaces, bars are {}. An exponential relation of \
-         pressure and gap is a straight line. {}{}",
+         pressure and gap appears as a straight line. {}{}",
         sample(&pressed.iter().map(|one| one.surfaces).collect::<Vec<_>>()),
         moduli.join(", "),
         data.bars,
@@ -162,7 +163,7 @@ pub struct Gaps {
 }
 
 impl Gaps {
-    /// Returns the factor that converts a length of a surface at a point to the common unit.
+    /// Returns the factor that converts lengths of the surface at a point to the common unit.
     fn factor(&self, data: &FigureData, point: &Point) -> f64 {
         self.factor * self.shared.factor(data.units.at(point))
     }
@@ -297,7 +298,7 @@ impl Extent {
         })
     }
 
-    /// Returns a power of the area that has the given growth in the middle of the areas.
+    /// Returns a power of the area that equals `growth` in the middle of the areas.
     fn guide(&self, growth: f64, exponent: f64, colour: Colour, dash: Dash) -> Series {
         let middle = (self.areas[0] * self.areas[1]).sqrt();
         let guide = Series::curve(

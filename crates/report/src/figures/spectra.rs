@@ -1,6 +1,6 @@
 //! Power spectral densities (fig. 2) and slopes by scale (Sanner et al. 2022,
 //! doi:10.1016/j.apsadv.2021.100190) from `measure` stages. For measured surfaces without such a
-//! stage they are computed from the map as pressed.
+//! stage, they are computed from the map as pressed.
 
 use arrow::array::Array;
 
@@ -23,7 +23,7 @@ use asperity_tables::table::{Table, TableError};
 pub const SPECTRUM: Definition =
     Definition { name: "spectrum", title: "Power spectral density", draw: draw_spectra };
 
-/// Number of points of a spectrum for six e-folds of the wavenumber, evenly spaced in its
+/// Number of points of a spectrum per six e-folds of the wavenumber, evenly spaced in its
 /// logarithm.
 const POINTS: f64 = 40.0;
 
@@ -44,8 +44,8 @@ fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure, captions.join("  Right:  ")))
 }
 
-/// Returns the chart of random surfaces: the densities of their spectra, and those of drawn
-/// surfaces.
+/// Returns the chart of random surfaces: the densities from which they are drawn, and those of the
+/// drawn surfaces.
 fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, ReportError> {
     let samples = samples::first_surfaces(data.finished)?;
     let mut chart = Chart::new(
@@ -78,7 +78,7 @@ fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, Repo
     let caption = format!(
         "Power spectral density of {} of the study's spectra. Points are means over rings of one \
          integer wavenumber, for the first surface of each spectrum; lines are the densities from \
-         which surfaces are drawn, scaled to the same rms slope h′. L is the side of the periodic \
+         which surfaces are drawn, for the same rms slope h′. L is the side of the periodic \
          cell.",
         chart.series.len() / 2,
     );
@@ -87,7 +87,7 @@ fn of_random_surfaces(data: &FigureData) -> Result<Option<(Chart, String)>, Repo
 
 /// Largest number of fitted laws in a caption.
 const MOST_LAWS: usize = 4;
-/// Density relative to the largest below which values are rounding errors beyond a cutoff.
+/// Density, relative to the largest, below which a value beyond a cutoff is a rounding error.
 const ROUNDING: f64 = 1e-20;
 
 /// Returns the chart and caption of spectra in units of length, or `None` without such spectra.
@@ -145,11 +145,11 @@ fn caption(laws: &[String]) -> String {
     format!(
         "Power spectral density C(q), averaged over rings of wavevectors, where ∫ C d²q/(2π)² is \
          the mean square height. Maps that are not periodic are multiplied by a Hann window. Rings \
-         that are close on the axis are joined. {fits}"
+         that are close on the axis are averaged. {fits}"
     )
 }
 
-/// Returns the spectra of the tables, and of measured surfaces that no table contains.
+/// Returns the spectra from tables, and those of measured surfaces that no table contains.
 fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let columns = [WAVENUMBER, SPECTRAL_DENSITY];
     let names = [WAVENUMBER.name, SPECTRAL_DENSITY.name, MODES.name];
@@ -210,7 +210,8 @@ fn is_fit_of(table: &Table, row: usize, spectrum: &Point) -> bool {
 }
 
 impl FittedLaw {
-    /// Reads a row of a fit, for the points in its window. Returns `None` if the fit failed.
+    /// Reads a fitted law from a row. `points` are those of the spectrum; the points in the window
+    /// of the fit give the range and C₀. Returns `None` if the fit failed.
     fn from_row(
         table: &Table,
         row: usize,
@@ -269,7 +270,7 @@ impl FittedLaw {
     }
 }
 
-/// Returns q^(2(1 + H)), by which the density falls.
+/// Returns q^(2(1 + H)), by which a self-affine density is divided.
 fn falls(wavenumber: f64, hurst: f64) -> f64 {
     wavenumber.powf(2.0 * (1.0 + hurst))
 }
@@ -311,7 +312,7 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::from_chart(chart), caption))
 }
 
-/// Returns the slopes of the tables, and of measured surfaces that no table contains.
+/// Returns the slopes from tables, and those of measured surfaces that no table contains.
 fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let columns = [DISTANCE, SLOPE_AT_SCALE];
     let names = [ALONG.name, DISTANCE.name, SLOPE_AT_SCALE.name];

@@ -137,7 +137,8 @@ fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quanti
     Figure::from_charts(vec![charts.collect()], [430.0, 340.0])
 }
 
-/// Returns true if the study only has the paper's Hurst exponent, so the other one is drawn, too.
+/// Returns true if all spectra have the paper's main Hurst exponent. The figure then also shows the
+/// closed form for the other one.
 fn has_other(curves: &BTreeMap<Family, Curve>) -> bool {
     let mut exponents = curves.keys().map(|family| f64::from_bits(family.hurst));
     exponents.all(|hurst| hurst == PAPERS_HURST)
