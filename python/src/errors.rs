@@ -64,7 +64,7 @@ pub fn value_error(py: Python<'_>, message: String) -> PyErr {
 /// Creates a `ManifestError` with all problems and their positions.
 pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
     let problems = errors.problems().iter().map(|problem| {
-        let position = errors.place(problem);
+        let position = errors.position(problem);
         let advice = problem.advice().map(str::to_owned);
         (problem.message().to_owned(), position, advice)
     });

@@ -24,11 +24,11 @@ pub struct NewManifest {
 /// # Errors
 /// If the name is invalid, the manifest exists already, or a file cannot be written.
 pub fn write(name: &str) -> Result<NewManifest, SessionError> {
-    if !names::is_plain(name) || name.len() > names::LONGEST {
+    if !names::is_plain(name) || name.len() > names::MAX_LENGTH {
         return Err(SessionError::Refused(format!(
             "`{name}` is not a valid name of a study; use a letter or `_`, then letters, digits, `_` and \
              `-`, at most {} characters",
-            names::LONGEST
+            names::MAX_LENGTH
         )));
     }
     let path = PathBuf::from(format!("{name}.toml"));

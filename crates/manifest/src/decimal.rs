@@ -1,24 +1,25 @@
-//! Rounds computed numbers to short decimals.
+//! Rounds computed numbers to twelve significant digits.
 //!
-//! `{ to = 0.06, steps = 6 }` contains the load 0.02 and not 0.019999999999999997. Coordinates of
-//! rows are therefore rounded to [`DIGITS`] significant digits: equal numbers then have equal bits
-//! and equal keys, and `where load = 0.02` finds them.
+//! In floating-point numbers, `{ to = 0.06, steps = 6 }` gives the load 0.019999999999999997
+//! instead of 0.02. Coordinates of rows are therefore rounded to [`DIGITS`] digits. Equal numbers
+//! then have equal bits and equal keys, and `where load = 0.02` finds them.
 
-/// Number of significant digits. A double has almost sixteen; the last four may be rounding errors.
+/// Number of significant digits of rounded numbers. A double has almost sixteen digits, of which
+/// the last four may be rounding errors.
 pub const DIGITS: usize = 12;
 
-/// Relative distance below which two numbers are considered equal: a difference quotient over a
-/// smaller step is noise.
+/// Relative difference below which two numbers are considered equal. A difference quotient over a
+/// smaller step would be noise.
 pub const RESOLUTION: f64 = 1e-9;
 
-/// Returns the nearest decimal of [`DIGITS`] significant digits. Negative zero becomes zero;
-/// infinities and NaN stay as they are.
+/// Rounds a number to [`DIGITS`] significant digits. Negative zero becomes zero; infinities and NaN
+/// do not change.
 pub fn nearest(value: f64) -> f64 {
     let written = format!("{value:.*e}", DIGITS - 1);
     written.parse::<f64>().map_or(value, |value| value + 0.0)
 }
 
-/// Returns whether two numbers differ only by rounding.
+/// Returns whether two numbers differ by less than [`RESOLUTION`].
 pub fn is_same(one: f64, other: f64) -> bool {
     one == other || (one - other).abs() < RESOLUTION * one.abs().max(other.abs())
 }

@@ -1,5 +1,7 @@
-//! Collects and renders the mistakes of a manifest, and words their messages: suggestions, lists,
-//! line breaks. Control characters of the manifest are replaced.
+//! Collection and display of the mistakes in a manifest, and helpers to word messages: suggestions,
+//! lists, line breaks.
+//!
+//! Control characters of the manifest are replaced before display.
 
 use std::any::Any;
 use std::collections::HashSet;
@@ -10,15 +12,15 @@ use std::ops::Range;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 use thiserror::Error;
 
-/// A range of bytes of the text.
+/// Range of bytes in the text of a manifest.
 pub type Span = Range<usize>;
 
-/// Maximum number of problems that are collected.
+/// Maximum number of problems that are collected for a manifest.
 const MAX_COLLECTED: usize = 200;
-/// Maximum number of problems that are shown.
+/// Maximum number of problems that are displayed.
 const MAX_SHOWN: usize = 40;
 
-/// A mistake with its positions and help.
+/// A mistake in a manifest, with its positions and help.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Problem {
     message: String,
@@ -27,23 +29,23 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Creates a problem at a span; `label` is shown at the caret.
+    /// Creates a problem at a span. The label is displayed below the span.
     pub fn new(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
         Self { message: message.into(), labels: vec![(span, label.into())], help: None }
     }
 
-    /// Creates a problem of the manifest as a whole.
-    pub fn without_place(message: impl Into<String>) -> Self {
+    /// Creates a problem that has no position in the text.
+    pub fn without_position(message: impl Into<String>) -> Self {
         Self { message: message.into(), labels: Vec::new(), help: None }
     }
 
-    /// Adds another span that takes part in the mistake.
+    /// Adds another span that takes part in the mistake, with its label.
     pub fn and(mut self, span: Span, label: impl Into<String>) -> Self {
         self.labels.push((span, label.into()));
         self
     }
 
-    /// Adds or replaces the help: how to correct the mistake.
+    /// Sets the help, which tells how to correct the mistake. It replaces help that was set before.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
@@ -54,7 +56,7 @@ impl Problem {
         &self.message
     }
 
-    /// Returns the help, if there is any.
+    /// Returns the help of the problem, if it has any.
     pub fn advice(&self) -> Option<&str> {
         self.help.as_deref()
     }
@@ -64,7 +66,7 @@ impl Problem {
     }
 }
 
-/// Writes the problem on one line, without the text around it.
+/// Formats the problem on one line: message, first label and help.
 impl fmt::Display for Problem {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.message)?;
@@ -78,7 +80,8 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Collected problems without duplicates: the same mistake at every point of a grid counts once.
+/// The problems of a manifest, collected without duplicates. A mistake that several points of a
+/// grid share counts once.
 #[derive(Debug, Default)]
 pub struct Problems {
     found: Vec<Problem>,
@@ -86,32 +89,32 @@ pub struct Problems {
 }
 
 impl Problems {
-    /// Adds a problem, unless the same one is there already.
+    /// Adds a problem, unless an equal one has been added before.
     pub fn push(&mut self, problem: Problem) {
-        if !self.are_enough() && self.known.insert(problem.clone()) {
+        if !self.is_full() && self.known.insert(problem.clone()) {
             self.found.push(problem);
         }
     }
 
-    /// Returns whether the maximum is reached, so that further problems are dropped.
-    pub fn are_enough(&self) -> bool {
+    /// Returns whether the maximum number of problems is reached. Further problems are dropped.
+    pub fn is_full(&self) -> bool {
         self.found.len() >= MAX_COLLECTED
     }
 
-    /// Returns whether there is no problem.
+    /// Returns whether no problem has been added.
     pub fn is_empty(&self) -> bool {
         self.found.is_empty()
     }
 
-    /// Returns the problems in the order of the lines; `file` is the name of the manifest in
-    /// messages.
+    /// Returns the problems in the order of their positions. `file` is the name of the manifest in
+    /// messages, and `text` its content.
     pub fn into_errors(mut self, file: &str, text: &str) -> ManifestErrors {
         self.found.sort_by_key(Problem::start);
         ManifestErrors { file: file.to_owned(), text: text.to_owned(), problems: self.found }
     }
 }
 
-/// The problems of a manifest.
+/// All problems of a manifest, ready for display.
 #[derive(Debug, Clone, Error)]
 #[error("manifest `{file}` has {}", count(problems.len()))]
 pub struct ManifestErrors {
@@ -121,7 +124,7 @@ pub struct ManifestErrors {
 }
 
 impl ManifestErrors {
-    /// Returns the problems in the order of their lines.
+    /// Returns the problems in the order of their positions.
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }
@@ -131,8 +134,8 @@ impl ManifestErrors {
         &self.file
     }
 
-    /// Renders every problem with file, line, column, the text around it and a caret. Without
-    /// `colours` the result is ASCII without escape sequences.
+    /// Renders every problem with file, line, column, the surrounding text and a caret. Without
+    /// `colours` the result has no escape sequences and marks spans in ASCII.
     pub fn render(&self, colours: bool) -> String {
         let mut theme = GraphicalTheme::unicode();
         if !colours {
@@ -142,25 +145,25 @@ impl ManifestErrors {
         }
         let handler =
             GraphicalReportHandler::new_themed(theme).with_wrap_lines(false).with_links(false);
-        let text = harmless(&self.text);
-        let source = NamedSource::new(harmless(&self.file), text);
+        let text = sanitized(&self.text);
+        let source = NamedSource::new(sanitized(&self.file), text);
         let mut page = String::new();
         for problem in self.problems.iter().take(MAX_SHOWN) {
-            let shown = Shown::new(problem, &source);
+            let shown = ProblemInText::new(problem, &source);
             if problem.labels.is_empty() {
                 page.push_str(&format!("{}:\n", source.name()));
             }
             if handler.render_report(&mut page, &shown).is_err() {
-                page.push_str(&harmless(&format!("{}: {}\n", self.file, problem.message)));
+                page.push_str(&sanitized(&format!("{}: {}\n", self.file, problem.message)));
             }
             page.push('\n');
         }
         page + &self.summary()
     }
 
-    /// Returns line and column of a problem, starting at 1 and in characters, as
-    /// [`ManifestErrors::render`] shows them; none for a problem of the whole manifest.
-    pub fn place(&self, problem: &Problem) -> Option<[usize; 2]> {
+    /// Returns line and column of a problem, counted from 1 in characters, as
+    /// [`ManifestErrors::render`] displays them. Returns `None` for a problem without a position.
+    pub fn position(&self, problem: &Problem) -> Option<[usize; 2]> {
         let (span, _) = problem.labels.first()?;
         let before: Vec<char> = {
             let characters = self.text.char_indices();
@@ -182,7 +185,7 @@ impl ManifestErrors {
         format!(
             "{} in `{}`{tail}; nothing was run\n",
             count(self.problems.len()),
-            harmless(&self.file)
+            sanitized(&self.file)
         )
     }
 }
@@ -194,21 +197,21 @@ fn count(problems: usize) -> String {
     }
 }
 
-/// A problem with the text of the manifest, for `miette`.
+/// A problem together with the text of the manifest, for `miette`.
 #[derive(Debug)]
-struct Shown<'a> {
+struct ProblemInText<'a> {
     message: String,
     labels: Vec<LabeledSpan>,
     help: Option<String>,
     source: &'a NamedSource<String>,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> ProblemInText<'a> {
     fn new(problem: &Problem, source: &'a NamedSource<String>) -> Self {
         let text = source.inner();
         let label = |(span, label): &(Span, String)| {
             let span = first_line(span, text);
-            LabeledSpan::new_with_span(Some(harmless(label)), span)
+            LabeledSpan::new_with_span(Some(sanitized(label)), span)
         };
         let mut labels: Vec<_> = problem.labels.iter().map(label).collect();
         if let Some(first) = labels.first_mut() {
@@ -216,15 +219,15 @@ impl<'a> Shown<'a> {
             *first = LabeledSpan::new_primary_with_span(text, span);
         }
         Self {
-            message: wrapped(&harmless(&problem.message)),
+            message: wrapped(&sanitized(&problem.message)),
             labels,
-            help: problem.help.as_deref().map(|help| wrapped(&harmless(help))),
+            help: problem.help.as_deref().map(|help| wrapped(&sanitized(help))),
             source,
         }
     }
 }
 
-/// Returns the part of a span on its first line.
+/// Returns the part of a span on its first line, within the text.
 fn first_line(span: &Span, text: &str) -> Span {
     let start = span.start.min(text.len());
     let end = span.end.clamp(start, text.len());
@@ -232,15 +235,15 @@ fn first_line(span: &Span, text: &str) -> Span {
     start..start + lines.find(['\r', '\n']).unwrap_or(lines.len())
 }
 
-impl fmt::Display for Shown<'_> {
+impl fmt::Display for ProblemInText<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Shown<'_> {}
+impl std::error::Error for ProblemInText<'_> {}
 
-impl Diagnostic for Shown<'_> {
+impl Diagnostic for ProblemInText<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         let help = self.help.as_ref()?;
         Some(Box::new(help))
@@ -255,19 +258,21 @@ impl Diagnostic for Shown<'_> {
     }
 }
 
-/// Maximum width of a line of a message.
+/// Maximum width of a line of a message, in characters.
 const WIDTH: usize = 88;
 
-/// Returns the candidate that is most similar to a word, if any is similar enough.
+/// Returns the candidate that is most similar to a word, if one is similar enough to be a typing
+/// error.
 pub fn did_you_mean<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    /// Minimum Jaro–Winkler similarity: one typo in a short word passes, another word does not.
+    /// Minimum Jaro–Winkler similarity. One typing error in a short word passes; another word does
+    /// not.
     const SIMILAR: f64 = 0.8;
-    // Comparing longer words takes quadratic time.
-    const LONGEST: usize = 64;
-    if word.len() > LONGEST {
+    // The comparison takes quadratic time, which matters for longer words.
+    const MAX_LENGTH: usize = 64;
+    if word.len() > MAX_LENGTH {
         return None;
     }
     let folded = word.to_lowercase().replace('-', "_");
@@ -283,8 +288,8 @@ pub fn did_you_mean<'a>(
         .map(|(_, candidate)| candidate)
 }
 
-/// Returns the label of an unknown name: the most similar known name in quotes, or `otherwise` if
-/// none is similar.
+/// Returns the label of an unknown name: "did you mean" with the most similar known name between
+/// two `quote` characters, or `otherwise` if no name is similar.
 pub fn suggestion<'a>(
     quote: char,
     name: &str,
@@ -298,15 +303,15 @@ pub fn suggestion<'a>(
     )
 }
 
-/// Returns a number with a noun in singular or plural: `3 surfaces`, `1 surface`.
+/// Formats a number with a noun in singular or plural: `3 surfaces`, `1 surface`.
 pub fn counted(number: usize, thing: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{number} {thing}{plural}")
 }
 
-/// Returns words in backticks as a list: `a`, `b` and `c`.
+/// Formats words in backticks as a list, with `and` before the last word: `a`, `b` and `c`.
 pub fn listed<'a>(words: impl IntoIterator<Item = &'a str>, and: &str) -> String {
-    /// Maximum number of listed words.
+    /// Maximum number of words in the list.
     const MAX: usize = 50;
     let mut words: Vec<_> = words.into_iter().map(|word| format!("`{word}`")).collect();
     if words.len() > MAX {
@@ -321,8 +326,8 @@ pub fn listed<'a>(words: impl IntoIterator<Item = &'a str>, and: &str) -> String
 }
 
 /// Replaces control characters, so that a manifest cannot send escape sequences to the terminal.
-/// The number of bytes stays, so that spans stay valid.
-fn harmless(text: &str) -> String {
+/// The number of bytes does not change, so that spans stay valid.
+fn sanitized(text: &str) -> String {
     let replaced = |letter: char| match letter {
         '\n' | '\t' | '\r' => letter,
         letter if letter.is_control() && letter.len_utf8() == 1 => '?',
@@ -333,7 +338,7 @@ fn harmless(text: &str) -> String {
     text.chars().map(replaced).collect()
 }
 
-/// Returns an error and its causes on one line.
+/// Formats an error and its causes on one line.
 pub fn chain(error: &(dyn Error + 'static)) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -344,14 +349,14 @@ pub fn chain(error: &(dyn Error + 'static)) -> String {
     text
 }
 
-/// Returns the message of a panic.
+/// Returns the message of a panic from its payload.
 pub fn words_of_panic(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "no message".to_owned())
 }
 
-/// Breaks a text into lines at spaces that are not within backticks.
+/// Breaks a text into lines of at most `WIDTH` characters, at spaces outside backticks.
 pub fn wrapped(text: &str) -> String {
     let mut lines = String::new();
     let (mut width, mut is_quoting) = (0, false);
@@ -401,7 +406,7 @@ mod tests {
     #[test]
     fn a_manifest_cannot_send_escapes_to_the_terminal() {
         let text = "a = '\u{1b}[2J\u{9b}' # \u{7f}";
-        assert_eq!(harmless(text).len(), text.len());
+        assert_eq!(sanitized(text).len(), text.len());
         let page = errors(text, Problem::new("a\u{1b}b", 0..1, "\u{7}")).render(false);
         assert!(!page.contains(|c: char| c.is_control() && c != '\n'), "{page:?}");
     }
@@ -424,16 +429,16 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_counted_in_lines_and_characters_from_one_on() {
+    fn a_position_is_counted_in_lines_and_characters_from_one_on() {
         let text = "a = 1\nµ = 'é' # x\n";
-        for (start, place) in [(0, [1, 1]), (4, [1, 5]), (6, [2, 1]), (11, [2, 5])] {
+        for (start, position) in [(0, [1, 1]), (4, [1, 5]), (6, [2, 1]), (11, [2, 5])] {
             let mut problems = Problems::default();
             problems.push(Problem::new("wrong", start..start + 1, "here"));
             let errors = problems.into_errors("study.toml", text);
             let [problem] = errors.problems() else {
                 panic!("one was pushed");
             };
-            assert_eq!(errors.place(problem), Some(place));
+            assert_eq!(errors.position(problem), Some(position));
         }
     }
 

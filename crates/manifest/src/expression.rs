@@ -1,9 +1,9 @@
 //! Arithmetic expressions in the columns of a table: `k_lower / k_upper`, `area_corrected / load`,
 //! `-1 / slope(mean_gap)`.
 //!
-//! An expression has numbers, names of columns, `+ - * / ^`, parentheses, and the functions of
-//! [`Function`]. As in Python, powers bind more tightly than signs and associate to the right:
-//! `-x^2` is −(x²), `2^3^2` is 2⁹.
+//! An expression consists of numbers, names of columns, `+ - * / ^`, parentheses, and the functions
+//! of [`Function`]. As in Python, powers bind more tightly than signs and associate to the right:
+//! `-x^2` is −(x²), and `2^3^2` is 2⁹.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -13,10 +13,11 @@ use serde::{Serialize, Serializer};
 
 use crate::diagnostics::{did_you_mean, listed};
 
-/// Maximum length of an expression in bytes, which also bounds the depth of its recursion.
-pub const LONGEST: usize = 400;
+/// Maximum length of an expression in bytes. It also bounds the depth of the recursion of the
+/// parser.
+pub const MAX_LENGTH: usize = 400;
 
-/// An expression in columns.
+/// An arithmetic expression in the columns of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Expression {
     Number(f64),
@@ -26,7 +27,7 @@ pub enum Expression {
     Call(Function, Box<Expression>),
 }
 
-/// An operator with two operands.
+/// An arithmetic operator with two operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operator {
     Sum,
@@ -41,8 +42,8 @@ pub enum Operator {
 pub enum Function {
     Logarithm,
     SquareRoot,
-    /// The derivative with respect to the load, of one surface: that of the parabola through three
-    /// neighbouring loads.
+    /// Derivative with respect to the load, for each surface: the slope of the parabola through
+    /// three neighbouring loads.
     Slope,
 }
 
@@ -51,15 +52,15 @@ pub enum Function {
 #[error("{reason}")]
 pub struct ExpressionError {
     pub reason: String,
-    /// Position of the error in the text, in bytes.
+    /// Bytes of the text where the error is.
     pub at: Range<usize>,
 }
 
 impl Function {
-    /// All functions.
+    /// All functions, in the order of messages.
     pub const ALL: [Function; 3] = [Function::Logarithm, Function::SquareRoot, Function::Slope];
 
-    /// Returns its name in expressions.
+    /// Returns the name of the function in expressions.
     pub fn word(self) -> &'static str {
         match self {
             Function::Logarithm => "ln",
@@ -80,7 +81,7 @@ impl Operator {
         }
     }
 
-    /// Returns the precedence; operators of higher precedence bind more tightly.
+    /// Returns the precedence. Operators of higher precedence bind more tightly.
     fn rank(self) -> u8 {
         match self {
             Operator::Sum | Operator::Difference => 1,
@@ -101,14 +102,14 @@ impl Operator {
 }
 
 impl Expression {
-    /// Reads an expression.
+    /// Parses an expression.
     ///
     /// # Errors
-    /// If the text is not an expression, or longer than [`LONGEST`].
+    /// If the text is not an expression, or is longer than [`MAX_LENGTH`].
     pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
-        if text.len() > LONGEST {
+        if text.len() > MAX_LENGTH {
             let reason =
-                format!("the expression is {} bytes long; the maximum is {LONGEST}", text.len());
+                format!("the expression is {} bytes long; the maximum is {MAX_LENGTH}", text.len());
             return Err(error(reason, 0..text.len()));
         }
         let mut parser = Parser { text, position: 0 };
@@ -119,7 +120,7 @@ impl Expression {
         }
     }
 
-    /// Returns the names of its columns.
+    /// Returns the names of the columns in the expression.
     pub fn columns(&self) -> BTreeSet<&str> {
         let mut names = BTreeSet::new();
         self.visit(&mut |part| {
@@ -130,33 +131,33 @@ impl Expression {
         names
     }
 
-    /// Returns whether it has a derivative with respect to the load.
+    /// Returns whether the expression contains a derivative with respect to the load.
     pub fn has_slope(&self) -> bool {
         let mut found = false;
         self.visit(&mut |part| found |= matches!(part, Expression::Call(Function::Slope, _)));
         found
     }
 
-    fn visit<'a>(&'a self, look: &mut impl FnMut(&'a Expression)) {
-        look(self);
+    fn visit<'a>(&'a self, visitor: &mut impl FnMut(&'a Expression)) {
+        visitor(self);
         match self {
             Expression::Number(_) | Expression::Column(_) => {}
-            Expression::Negative(one) | Expression::Call(_, one) => one.visit(look),
+            Expression::Negative(one) | Expression::Call(_, one) => one.visit(visitor),
             Expression::Operation(_, one, other) => {
-                one.visit(look);
-                other.visit(look);
+                one.visit(visitor);
+                other.visit(visitor);
             }
         }
     }
 
-    /// Returns its value for rows without loads; slopes are NaN.
+    /// Returns the value of the expression for a row without a load. Slopes are NaN.
     pub fn value(&self, column: &impl Fn(&str) -> f64) -> f64 {
         let values = self.values(&|name: &str| vec![column(name)], &[f64::NAN]);
         values[0]
     }
 
-    /// Returns its values along the loads of one surface; `column` gives the values of a column.
-    /// Undefined values follow IEEE 754.
+    /// Returns the values of the expression at the loads of one surface. `column` returns the
+    /// values of a column at these loads. Undefined values follow IEEE 754.
     pub fn values(&self, column: &impl Fn(&str) -> Vec<f64>, loads: &[f64]) -> Vec<f64> {
         match self {
             Expression::Number(number) => vec![*number; loads.len()],
@@ -182,8 +183,8 @@ impl Expression {
     }
 }
 
-/// Returns the derivative at each abscissa of the parabola through it and its neighbours, or
-/// through the first or the last three points.
+/// Returns the derivative at each abscissa: the slope of the parabola through the point and its two
+/// neighbours. At both ends it is the parabola through the three outermost points.
 fn slopes(abscissae: &[f64], ordinates: &[f64]) -> Vec<f64> {
     let count = abscissae.len();
     if count < 3 {
@@ -202,7 +203,7 @@ fn slopes(abscissae: &[f64], ordinates: &[f64]) -> Vec<f64> {
     (0..count).map(at).collect()
 }
 
-/// Writes the expression in canonical notation, so that equal expressions have equal keys.
+/// Formats the expression in canonical notation, so that equal expressions have equal keys.
 impl fmt::Display for Expression {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -251,7 +252,7 @@ fn error(reason: String, at: Range<usize>) -> ExpressionError {
     ExpressionError { reason, at }
 }
 
-/// A recursive-descent parser.
+/// A recursive-descent parser of expressions.
 struct Parser<'a> {
     text: &'a str,
     position: usize,
@@ -265,7 +266,7 @@ impl Parser<'_> {
         self.text[self.position..].chars().next()
     }
 
-    /// Consumes the next character if it is one of these, and returns its meaning.
+    /// Consumes the next character if it is one of `letters`, and returns the value paired with it.
     fn take<T: Copy>(&mut self, letters: &[(char, T)]) -> Option<T> {
         let next = self.peek()?;
         let (letter, meaning) = letters.iter().find(|(letter, _)| *letter == next)?;
@@ -325,7 +326,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads an expression and its closing parenthesis.
+    /// Parses the rest of a parenthesis.
     fn enclosed(&mut self) -> Result<Expression, ExpressionError> {
         let inner = self.sum()?;
         match self.take(&[(')', ())]) {
@@ -353,7 +354,7 @@ impl Parser<'_> {
         Ok(Expression::Number(number))
     }
 
-    /// Reads a column, or a function if a parenthesis follows.
+    /// Parses the name of a column, or a function if a parenthesis follows.
     fn name(&mut self) -> Result<Expression, ExpressionError> {
         let rest = &self.text[self.position..];
         let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
@@ -464,8 +465,8 @@ mod tests {
             assert!(error.reason.contains(reason), "{text}: {error}");
             assert_eq!(error.at, at, "{text}");
         }
-        assert!(Expression::parse(&"(".repeat(LONGEST)).is_err());
-        assert!(Expression::parse(&"a+".repeat(LONGEST)).is_err());
+        assert!(Expression::parse(&"(".repeat(MAX_LENGTH)).is_err());
+        assert!(Expression::parse(&"a+".repeat(MAX_LENGTH)).is_err());
     }
 
     fn expression() -> impl Strategy<Value = Expression> {
@@ -495,7 +496,7 @@ mod tests {
         #[test]
         fn displayed_expressions_are_read_as_the_same(expression in expression()) {
             let shown = expression.to_string();
-            prop_assume!(shown.len() <= LONGEST);
+            prop_assume!(shown.len() <= MAX_LENGTH);
             prop_assert_eq!(Expression::parse(&shown).unwrap(), expression);
         }
     }

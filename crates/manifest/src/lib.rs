@@ -1,32 +1,32 @@
 //! Reads TOML manifests and reports all their mistakes together.
 //!
 //! Each mistake is shown with file, line and column, a suggestion if a name is misspelt, and the
-//! description of the key. The crate knows no stage and no physics; the crates above declare their
+//! description of the key. The crate knows no stages and no physics: other crates declare their
 //! keys with it.
 //!
 //! | module | content |
 //! |---|---|
-//! | [`written`] | tables of declared keys, validated and with positions; sweeps, grids, pairs |
-//! | [`written::checks`] | takes values and defaults; reports keys that do not fit together |
-//! | [`diagnostics`] | collects and renders mistakes; "did you mean", lists, plurals |
-//! | [`expression`] | arithmetic in column names: parsed, checked and evaluated |
-//! | [`decimal`] | rounds computed numbers to short decimals |
+//! | [`keys`] | tables of declared keys: declarations, validation, positions in the text, sweeps, pairs |
+//! | [`keys::checks`] | values and defaults of keys; reports of keys that contradict each other |
+//! | [`diagnostics`] | collection and display of mistakes; "did you mean", lists, plurals |
+//! | [`expression`] | arithmetic expressions in the columns of a table |
+//! | [`decimal`] | rounding of computed numbers to twelve digits |
 //! | [`names`] | valid names of studies and stages |
 
 pub mod decimal;
 pub mod diagnostics;
 pub mod expression;
-pub mod written;
+pub mod keys;
 
-/// Names of studies and stages, which become files, folders and tables of queries.
+/// Valid names of studies and stages. They become names of files, folders and SQL tables.
 pub mod names {
     /// Regular expression of valid names.
     pub const PATTERN: &str = "^[A-Za-z_][A-Za-z0-9_-]*$";
 
     /// Maximum length of a name in bytes.
-    pub const LONGEST: usize = 64;
+    pub const MAX_LENGTH: usize = 64;
 
-    /// Name of the table of failed tasks, which no stage can have.
+    /// Name of the table of failed tasks, which cannot be the name of a stage.
     pub const FAILURES: &str = "failures";
 
     /// Returns whether a name matches [`PATTERN`].

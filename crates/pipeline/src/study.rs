@@ -16,7 +16,7 @@ use crate::manifest::Manifest;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::names;
 use asperity_stages::StageError;
-use asperity_stages::surface_files::{Recollection, SurfaceFiles, read_regular};
+use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles, read_regular};
 use asperity_tables::table::Table;
 
 pub use warnings::Warning;
@@ -111,7 +111,7 @@ impl Study {
     pub fn read_recalling(
         path: &Path,
         claims: ClaimNames,
-        recall: impl FnOnce(&str) -> Recollection,
+        recall: impl FnOnce(&str) -> RecordedFiles,
     ) -> Result<Study, ManifestErrors> {
         let (text, file) = (read_text(path)?, path.display().to_string());
         Study::parse(&text, &file, folder(path), claims).or_else(|errors| {
@@ -120,7 +120,7 @@ impl Study {
             let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
             };
-            let sources = SurfaceFiles::recalling(folder(path), recall(name));
+            let sources = SurfaceFiles::with_records(folder(path), recall(name));
             Study::validated(&text, &file, sources, claims)
         })
     }

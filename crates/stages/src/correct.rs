@@ -20,9 +20,9 @@ use crate::{
 use asperity_contact::morphology::area::{CountedArea, PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, counted};
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::list;
-use asperity_manifest::written::{Key, Section, Spanned, deserialize_either, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::list;
+use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
 use asperity_tables::column::{optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
@@ -37,7 +37,7 @@ pub const STAGE: Definition = Definition {
         rows: &[RowKind::Contacts],
         from: Cow::Borrowed("`measure` stages that read contacts"),
     },
-    makes: |_| Some(RowKind::Corrections),
+    row_kind: |_| Some(RowKind::Corrections),
     columns: || CORRECTED.to_vec(),
     summary: |table| {
         let corrections = distinct(table, CORRECTION.name)?;
@@ -259,7 +259,7 @@ fn correction(written: &Spanned<WrittenCorrection>, checks: &mut Checks) -> Opti
         "this is the name of a published estimator"
     } else if name.trim().is_empty() {
         "must not be empty"
-    } else if name.len() > asperity_manifest::names::LONGEST {
+    } else if name.len() > asperity_manifest::names::MAX_LENGTH {
         "too long"
     } else {
         let coefficient = decimal::nearest(named.coefficient);

@@ -13,9 +13,9 @@ use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Reads, Recipe, RowKind, StageError, Work, aggregate, correct, measure, solve};
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::diagnostics::{Problems, Span};
-use asperity_manifest::written::expected_keys::ExpectedKeys;
-use asperity_manifest::written::validation::unknown_word;
-use asperity_manifest::written::{KeyTable, Layout, Section, reader};
+use asperity_manifest::keys::expected_keys::ExpectedKeys;
+use asperity_manifest::keys::validation::unknown_word;
+use asperity_manifest::keys::{KeyTable, Layout, Section, reader};
 use asperity_tables::table::Table;
 
 /// A kind of stage, with the method or law that decides its keys.

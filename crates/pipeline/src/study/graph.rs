@@ -260,5 +260,5 @@ pub fn check_flow(
     }
     let read = read.map(|(_, rows)| rows);
     let made = points.and_then(Points::makes);
-    (read, made.or_else(|| (kind.definition().makes)(read)))
+    (read, made.or_else(|| (kind.definition().row_kind)(read)))
 }

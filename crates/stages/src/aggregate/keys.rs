@@ -7,14 +7,14 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sql::QueryError;
-use super::{Groups, Meaning, Model, OF_THE_SPECTRUM, Params, Sql, Statistic};
+use super::{Groups, Meaning, Model, SPECTRUM_COLUMNS, Params, Sql, Statistic};
 use crate::{CheckContext, Recipe, StageError};
 use asperity_manifest::diagnostics::{
     Problem, Problems, Span, chain, did_you_mean, listed, suggestion,
 };
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::list;
-use asperity_manifest::written::{Key, Section, Spanned, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::list;
+use asperity_manifest::keys::{Key, Section, Spanned, table};
 use asperity_tables::table::Table;
 
 /// Reduces tables to statistics.
@@ -323,7 +323,7 @@ fn models(
             report("`models` has the same model twice".to_owned(), "here again");
         }
         let needed: &[&str] = match model.asperities() {
-            Some(_) => &OF_THE_SPECTRUM,
+            Some(_) => &SPECTRUM_COLUMNS,
             None => &[],
         };
         let is_read = |name: &str| input.is_none_or(|input| input.has(name));

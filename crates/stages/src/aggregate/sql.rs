@@ -15,7 +15,7 @@ use polars::sql::SQLContext;
 
 use statement::Statement;
 
-use super::frame::{self, Damage};
+use super::frame::{self, FirstStoreError};
 use super::{Meaning, Sql};
 use crate::StageError;
 use asperity_tables::column::{Role, described};
@@ -91,7 +91,7 @@ fn answer(
     check_names(&statement, names)?;
     let columns: Vec<(String, Vec<String>)> =
         tables.iter().map(|(name, table)| (name.clone(), table.names())).collect();
-    let damage = Damage::default();
+    let damage = FirstStoreError::default();
     let mut context = SQLContext::new();
     for (name, table) in tables {
         context.register(&name, frame::lazy(table, &damage)?);
@@ -176,8 +176,8 @@ impl QueryError {
 
 /// Shortens a message, because polars prints whole syntax trees of unsupported expressions.
 fn shortened(reason: &str) -> String {
-    const LONGEST: usize = 200;
-    match reason.char_indices().nth(LONGEST) {
+    const MAX_LENGTH: usize = 200;
+    match reason.char_indices().nth(MAX_LENGTH) {
         Some((end, _)) => format!("{}…", &reason[..end]),
         None => reason.to_owned(),
     }

@@ -1,4 +1,6 @@
-//! Keys of `fit` stages. Their doc comments are shown by editors and quoted in messages.
+//! Keys of `fit` stages, and checks of their values.
+//!
+//! Editors show the doc comments of keys, and messages quote them.
 
 use std::sync::Arc;
 
@@ -13,89 +15,94 @@ use super::{Params, limits};
 use crate::{CheckContext, Reads, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problems, Span};
-use asperity_manifest::written::checks::{Checks, report_equal_points};
-use asperity_manifest::written::declare::swept;
-use asperity_manifest::written::expected_keys::ExpectedKeys;
-use asperity_manifest::written::{Key, KeyTable, Layout, Section, reader, table};
+use asperity_manifest::keys::checks::{Checks, report_equal_points};
+use asperity_manifest::keys::declare::swept;
+use asperity_manifest::keys::expected_keys::ExpectedKeys;
+use asperity_manifest::keys::{Key, KeyTable, Layout, Section, reader, table};
 
-/// Maximum of `bootstrap`.
+/// Maximum value of the key `bootstrap`.
 pub const MAX_RESAMPLINGS: u32 = 1_000_000;
-/// Default of `bootstrap`.
+/// Default value of the key `bootstrap`.
 pub const DEFAULT_RESAMPLINGS: u32 = 1000;
-/// Default of `level`.
+/// Default value of the key `level`.
 pub const DEFAULT_LEVEL: f64 = 0.95;
 
 /// Fits the contact evolution law of Yastrebov, Anciaux & Molinari (2015).
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EvolutionTable {
-    /// Data that the law is fitted to: the slope of the mean curve, or the mean curve.
+    /// Data to which the law is fitted: the mean curve of the area against the load (`"area"`), or
+    /// its slope (`"slope"`).
     #[schemars(extend("default" = "slope"), transform = swept)]
     pub to: Key<Datum>,
-    /// The parameter κ: its value, `"free"`, or `"minimal-convex"`.
+    /// Parameter κ of the law: a value, `"free"` to fit it, or `"minimal-convex"` for the smallest
+    /// value that gives convex slopes.
     #[schemars(extend("default" = "free"), transform = swept)]
     pub kappa: Key<WrittenKappa>,
     /// Smallest and largest load that enter the fit, in units of E* × rms slope.
     #[schemars(inner(range(min = 0)), extend("default" = contact_evolution::WINDOW))]
     pub window: Key<[f64; 2]>,
-    /// Number of bootstrap samples of whole surfaces for the intervals; 0 gives no intervals.
+    /// Number of bootstrap samples of whole surfaces for the confidence intervals; 0 gives no
+    /// intervals.
     #[schemars(range(min = 0, max = MAX_RESAMPLINGS), extend("default" = DEFAULT_RESAMPLINGS))]
     pub bootstrap: Key<u32>,
-    /// Probability that an interval covers its parameter.
+    /// Confidence level of the intervals: the probability that an interval covers its parameter.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_LEVEL))]
     pub level: Key<f64>,
-    /// Seed of the bootstrap; the default is the seed of the study.
+    /// Seed of the bootstrap. The default is the `seed` of `[study]`.
     #[schemars(range(min = 0))]
     pub seed: Key<u64>,
 }
 
 table!(EvolutionTable);
 
-/// Fits a law whose only free quantities are its parameters.
+/// Fits a law that has no settings, only parameters.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
     /// Smallest and largest load that enter the fit, in units of E* × rms slope. The default is 0
-    /// to 0.06; 0.3 to 2 for `"scaled-erf"`, 0.01 to 0.1 for `"load-separation"`, and all loads for
-    /// `"mesh-convergence"` and `"gap-percolation"`. For `"self-affine"` it is the smallest and
-    /// largest wavenumber, by default all: exclude those that the instrument does not resolve.
+    /// to 0.06, but 0.3 to 2 for `"scaled-erf"`, 0.01 to 0.1 for `"load-separation"`, and all loads
+    /// for `"mesh-convergence"` and `"gap-percolation"`. For `"self-affine"` it is the smallest and
+    /// largest wavenumber, by default all; exclude wavenumbers that the instrument does not
+    /// resolve.
     #[schemars(inner(range(min = 0)))]
     pub window: Key<[f64; 2]>,
-    /// Number of bootstrap samples of whole surfaces for the intervals; 0 gives no intervals.
+    /// Number of bootstrap samples of whole surfaces for the confidence intervals; 0 gives no
+    /// intervals.
     #[schemars(range(min = 0, max = MAX_RESAMPLINGS), extend("default" = DEFAULT_RESAMPLINGS))]
     pub bootstrap: Key<u32>,
-    /// Probability that an interval covers its parameter.
+    /// Confidence level of the intervals: the probability that an interval covers its parameter.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_LEVEL))]
     pub level: Key<f64>,
-    /// Seed of the bootstrap; the default is the seed of the study.
+    /// Seed of the bootstrap. The default is the `seed` of `[study]`.
     #[schemars(range(min = 0))]
     pub seed: Key<u64>,
 }
 
 table!(LawTable);
 
-/// The parameter κ, as a manifest has it.
+/// The value of the key `kappa`.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum WrittenKappa {
-    /// The value.
+    /// A given value of κ.
     Given(#[schemars(extend("exclusiveMinimum" = 0))] f64),
-    /// The way to find it.
+    /// A method to determine κ.
     Found(Kappa),
 }
 
-/// The value of `law`.
+/// The value of the key `law`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LawWord {
-    /// The contact evolution law, the default.
+    /// The contact evolution law, which is the default.
     ContactEvolution,
-    /// The limit of an observable.
+    /// The limit of an observable for vanishing parameters.
     Limits,
-    /// A law whose only free quantities are its parameters.
+    /// A law that has no settings, only parameters.
     Plain(PlainLaw),
 }
 
-/// The points of the grid of a `fit` stage.
+/// The points of the grid of a `fit` stage, by law.
 #[derive(Debug)]
 pub enum FitPoints {
     Evolution(Section<EvolutionTable>),
@@ -104,14 +111,14 @@ pub enum FitPoints {
 }
 
 impl LawWord {
-    /// Returns all laws; the first one is the default.
+    /// Returns all laws in the order of the documentation; the first one is the default.
     pub fn all() -> impl Iterator<Item = LawWord> {
         let plain = PlainLaw::ALL.into_iter().map(LawWord::Plain);
         let first = [LawWord::ContactEvolution].into_iter();
         first.chain(plain).chain([LawWord::Limits])
     }
 
-    /// Returns the word for it in manifests.
+    /// Returns the value of `law` in manifests.
     pub fn word(self) -> &'static str {
         match self {
             LawWord::ContactEvolution => contact_evolution::WORD,
@@ -120,7 +127,7 @@ impl LawWord {
         }
     }
 
-    /// Returns a sentence about it for editors and the guide.
+    /// Returns the description of the law for editors and the guide.
     pub fn about(self) -> &'static str {
         match self {
             LawWord::ContactEvolution => {
@@ -128,14 +135,14 @@ impl LawWord {
                  Molinari (2015)."
             }
             LawWord::Limits => {
-                "Q = Q₀ + Σ c_j f_j(x_j) with powers or logarithms f_j of expressions in parameters: the \
-                 limit of an observable where these expressions vanish."
+                "Q = Q₀ + Σ c_j f_j(x_j), the limit Q₀ of an observable Q for vanishing x_j. Each x_j is an \
+                 expression in parameters, and each f_j is a power or a logarithm."
             }
             LawWord::Plain(law) => law.definition().about,
         }
     }
 
-    /// Returns the keys of its table.
+    /// Returns the declarations of the keys of this law.
     pub fn layout(self) -> &'static Layout {
         match self {
             LawWord::ContactEvolution => EvolutionTable::layout(),
@@ -144,7 +151,7 @@ impl LawWord {
         }
     }
 
-    /// Reads its table.
+    /// Reads the table of a stage with this law.
     pub fn read(
         self,
         table: DeTable,
@@ -165,7 +172,7 @@ impl LawWord {
 }
 
 impl FitPoints {
-    /// Returns the fits, one for each point of the grid.
+    /// Returns the fits, one for each point of the grid, or `None` after reporting problems.
     pub fn recipes(&self, context: &mut CheckContext) -> Option<Vec<Recipe>> {
         match self {
             FitPoints::Evolution(section) => fits(section, None, context, |table, checks| {
@@ -187,7 +194,7 @@ impl FitPoints {
         }
     }
 
-    /// Returns the rows that the law can read, if they differ from those of other laws.
+    /// Returns the kinds of rows that the law can read, if they differ from those of other laws.
     pub fn reads(&self) -> Option<Reads> {
         let law = match self {
             FitPoints::Evolution(_) => return None,
@@ -205,7 +212,7 @@ impl FitPoints {
                 )
                 .into(),
             }),
-            // A correction applies to the area and has no gaps.
+            // Corrected rows have areas but no gaps.
             Fits::Gaps(_) | Fits::Percolation => Some(Reads {
                 rows: &[RowKind::Contacts],
                 from: format!(
@@ -218,7 +225,8 @@ impl FitPoints {
     }
 }
 
-/// Returns the rows that limits can be fitted to: those with one value a surface, and fits.
+/// Returns the kinds of rows with one value per surface, and the kinds of fitted rows: the rows to
+/// which limits can be fitted.
 fn read_by_limits() -> Reads {
     Reads {
         rows: &[
@@ -240,13 +248,13 @@ fn read_by_limits() -> Reads {
     }
 }
 
-/// A table with the keys that every law has.
+/// A table with the keys that all laws have.
 pub trait FitTable: KeyTable {
-    /// Returns the keys that every law has.
+    /// Returns the keys that all laws have.
     fn common(&self) -> CommonKeys<'_>;
 }
 
-/// Keys that every law has.
+/// The keys that all laws have.
 pub struct CommonKeys<'a> {
     window: &'a Key<[f64; 2]>,
     bootstrap: &'a Key<u32>,
@@ -267,8 +275,8 @@ macro_rules! fit_tables {
 
 fit_tables!(EvolutionTable, LawTable, LimitTable);
 
-/// Returns the fits of a law, one for each point of the grid. `default_window` is for laws whose
-/// key `window` declares no default.
+/// Returns the fits of a law, one for each point of the grid, or `None` after reporting problems.
+/// `default_window` is for laws whose key `window` declares no default.
 pub fn fits<T: FitTable>(
     section: &Section<T>,
     default_window: Option<[f64; 2]>,
@@ -286,7 +294,7 @@ pub fn fits<T: FitTable>(
     Some(fits.into_iter().map(|fit| Recipe::Fit(Arc::new(fit))).collect())
 }
 
-/// Returns a fit of a law, or none if the law or one of its keys is wrong.
+/// Returns the fit at one point, or `None` if the law or one of its keys is invalid.
 fn fit(
     law: Option<Law>,
     keys: &CommonKeys,

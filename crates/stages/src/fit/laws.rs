@@ -1,7 +1,7 @@
-//! The laws that can be fitted; every `match` on them is here.
+//! The laws that can be fitted; this file has every `match` on them.
 //!
-//! A law that has nothing free but its own parameters is one variant of [`PlainLaw`] and one
-//! [`LawDefinition`]; its numerics are in [`fitting`](asperity_statistics).
+//! A law that has no settings is one variant of [`PlainLaw`] and one [`LawDefinition`]. Its
+//! numerics are in [`asperity_statistics`].
 
 use std::sync::Arc;
 
@@ -17,68 +17,71 @@ use asperity_statistics::load_separation::LoadSeparationProblem;
 use asperity_statistics::pressure_growth::PressureGrowthProblem;
 use asperity_statistics::scaled_erf::ScaledErfProblem;
 
-/// A law and what is free in it.
+/// A law with its settings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Law {
     /// The contact evolution law of Yastrebov, Anciaux & Molinari (2015).
     ContactEvolution(EvolutionChoices),
-    /// What an observable tends to where small numbers vanish.
+    /// The limit of an observable for vanishing parameters.
     Limits(Arc<LimitChoices>),
-    /// A law that has nothing free but its own parameters.
+    /// A law that has no settings, only parameters.
     Plain(PlainLaw),
 }
 
-/// A law that has nothing free but its own parameters.
+/// A law that has no settings, only parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(tag = "law", rename_all = "kebab-case")]
 pub enum PlainLaw {
-    /// dp̄/dp₀ = β a^(μ − 1).
+    /// dp̄/dp₀ = β a^(μ − 1), for the mean contact pressure p̄.
     MeanPressure,
     /// a = erf(β √2 y), near full contact.
     ScaledErf,
-    /// p₀ = p_c exp(−ū/u₀), of the mean gap ū.
+    /// p₀ = p_c exp(−ū/u₀), for the mean gap ū.
     LoadSeparation,
     /// A_N = A* + c S_d Δx, over meshes of the same surfaces.
     MeshConvergence,
-    /// The load and the area from which on the gap does not percolate.
+    /// The load and the area at which the gap stops percolating.
     GapPercolation,
-    /// C(q) = C₀ up to the roll-off q_r, C₀ (q/q_r)^(−2(1 + H)) beyond, of measured spectra.
+    /// C(q) = C₀ up to the roll-off q_r and C₀ (q/q_r)^(−2(1 + H)) beyond it, for measured spectra.
     SelfAffine,
 }
 
-/// What is known of a plain law.
+/// The definition of a plain law.
 pub struct LawDefinition {
-    /// The word in manifests and tables.
+    /// Name of the law in manifests and tables.
     pub word: &'static str,
-    /// What it is, in a sentence for editors and the guide.
+    /// Description of the law for editors and the guide.
     pub about: &'static str,
-    /// Smallest and largest load that count when none are given, in units of E* × rms slope.
+    /// Default of the smallest and largest load of the fit, in units of E* × rms slope. For
+    /// spectra, of the smallest and largest wavenumber.
     pub window: [f64; 2],
+    /// Fitted parameters, in the order of their values.
     pub parameters: &'static [Parameter],
+    /// Data to which the law is fitted.
     pub fits: Fits,
 }
 
-/// What a law is fitted to, and how.
+/// The data to which a law is fitted, with the function that fits it if it differs from law to law.
 #[derive(Clone, Copy)]
 pub enum Fits {
-    /// The areas of the surfaces of one parameter point.
+    /// Contact areas of the surfaces of one parameter point.
     Areas(FitOfCurves),
-    /// Their mean gaps; only measured contacts have any.
+    /// Mean gaps of the surfaces of one parameter point, which only measured contacts have.
     Gaps(FitOfCurves),
-    /// Areas on several meshes of the same surfaces, at all parameter points at once.
+    /// Contact areas on several meshes of the same surfaces, at all parameter points together.
     Meshes,
-    /// Whether the gaps of the surfaces of one parameter point percolate.
+    /// Percolation of the gaps of the surfaces of one parameter point.
     Percolation,
     /// Power spectra of the surfaces of one parameter point.
     Spectra,
 }
 
-/// Fits the curves of the surfaces of one parameter point.
+/// Function that fits a law to the curves of the surfaces of one parameter point.
 pub type FitOfCurves = fn(&Curves, &Params) -> Result<Row, FitError>;
 
 impl PlainLaw {
-    /// Every one.
+    /// All plain laws, in the order of the documentation.
     pub const ALL: [PlainLaw; 6] = [
         PlainLaw::MeanPressure,
         PlainLaw::ScaledErf,
@@ -88,12 +91,12 @@ impl PlainLaw {
         PlainLaw::SelfAffine,
     ];
 
-    /// What is known of it.
+    /// Returns the definition of the law.
     pub fn definition(self) -> LawDefinition {
         match self {
             PlainLaw::MeanPressure => LawDefinition {
                 word: "mean-pressure",
-                about: "dp̄/dp₀ = β a^(μ − 1): the growth of the mean contact pressure.",
+                about: "dp̄/dp₀ = β a^(μ − 1), the growth of the mean contact pressure p̄.",
                 window: contact_evolution::WINDOW,
                 parameters: &[EXPONENT, PREFACTOR],
                 fits: Fits::Areas(mean_pressure),
@@ -107,23 +110,23 @@ impl PlainLaw {
             },
             PlainLaw::LoadSeparation => LawDefinition {
                 word: "load-separation",
-                about: "p₀ = p_c exp(−ū/u₀), of the mean gap ū.",
-                // Where the mean gap falls in proportion to the logarithm of the load.
+                about: "p₀ = p_c exp(−ū/u₀), for the mean gap ū.",
+                // Here the mean gap decreases in proportion to the logarithm of the load.
                 window: [0.01, 0.1],
                 parameters: &[DECAY_LENGTH, CLOSING_LOAD],
                 fits: Fits::Gaps(load_separation),
             },
             PlainLaw::MeshConvergence => LawDefinition {
                 word: "mesh-convergence",
-                about: "a_N = a* + c S_d Δx/L², over meshes of the same surfaces.",
-                // No surface is out of full contact under ten times its rms slope × E*.
+                about: "a_N = a* + c S_d Δx/L², the effect of the mesh on the area, from meshes of the same surfaces.",
+                // All loads: under ten times E* × rms slope every surface is in full contact.
                 window: [0.0, 10.0],
                 parameters: &[MESH_COEFFICIENT],
                 fits: Fits::Meshes,
             },
             PlainLaw::GapPercolation => LawDefinition {
                 word: "gap-percolation",
-                about: "The load and the area from which on no channel leads through the gap.",
+                about: "The load and the area at which the last channel through the gap closes.",
                 window: [0.0, 10.0],
                 parameters: &[
                     PERCOLATION_AREA,
@@ -140,8 +143,8 @@ impl PlainLaw {
             },
             PlainLaw::SelfAffine => LawDefinition {
                 word: "self-affine",
-                about: "C(q) = C₀ up to q_r, C₀ (q/q_r)^(−2(1 + H)) beyond, of measured spectra.",
-                // Of wavenumbers: all that a quantity may be.
+                about: "C(q) = C₀ up to q_r and C₀ (q/q_r)^(−2(1 + H)) beyond it, for measured spectra.",
+                // All wavenumbers.
                 window: [0.0, 1e30],
                 parameters: &[HURST_EXPONENT, ROLLOFF, PLATEAU_DENSITY],
                 fits: Fits::Spectra,
@@ -151,7 +154,7 @@ impl PlainLaw {
 }
 
 impl Law {
-    /// The word in manifests and tables.
+    /// Returns the name of the law in manifests and tables.
     pub fn word(&self) -> &'static str {
         match self {
             Law::ContactEvolution(_) => contact_evolution::WORD,
@@ -160,8 +163,8 @@ impl Law {
         }
     }
 
-    /// Its parameters, in the order of their values; those of limits depend on their terms, and
-    /// their tables are written elsewhere.
+    /// Returns the parameters in the order of their values. The list is empty for limits, whose
+    /// parameters depend on their terms.
     pub fn parameters(&self) -> &'static [Parameter] {
         match self {
             Law::ContactEvolution(_) => &contact_evolution::PARAMETERS,
@@ -171,7 +174,7 @@ impl Law {
     }
 }
 
-/// The parameters of every law.
+/// Returns the parameters of all laws.
 pub fn parameters() -> impl Iterator<Item = Parameter> {
     let plain = PlainLaw::ALL.into_iter();
     let plain = plain.flat_map(|law| law.definition().parameters.iter().copied());
@@ -221,7 +224,7 @@ const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
      null where the surfaces are not drawn from an isotropic spectrum",
 );
 
-/// The parameters of the gap's percolation along one axis.
+/// Defines the parameters of the percolation of the gap along one axis.
 macro_rules! percolation_along {
     ($axis:literal: $area:ident, $area_corrected:ident, $load:ident) => {
         const $area: Parameter = Parameter::number(
@@ -301,7 +304,7 @@ mod tests {
     use super::*;
     use crate::fit::contact_evolution::{Datum, Kappa};
 
-    /// Keys are made of these texts: other texts would compute every fit again.
+    /// Other texts would change the keys of all fits, which would then be computed again.
     #[test]
     fn a_fit_is_written_as_it_always_was() {
         let written = |law: Law| {

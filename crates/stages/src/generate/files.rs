@@ -18,15 +18,15 @@ use super::mesh::{MAX_NODES, MIN_NODES};
 use super::method::{single, surfaces};
 use super::{Heights, InspectedMap, MeasuredSurface, Origin, Params, PerAxis};
 use crate::CheckContext;
-use crate::surface_files::{ContentHash, Recalled, SurfaceFileError, SurfaceFiles};
+use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::Preparation;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean};
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::{always_pair, positive_items, required, swept};
-use asperity_manifest::written::{Key, KeyTable, OnAxes, Point, Section, Spanned, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::{always_pair, positive_items, required, swept};
+use asperity_manifest::keys::{Key, KeyTable, OnAxes, Point, Section, Spanned, table};
 use asperity_topography_files::ChannelError;
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
@@ -170,7 +170,7 @@ pub fn files(
                 reading.check_distinct(*content, path, checks)?;
                 (surface(*content, map.reader.clone(), unit, seen), side)
             }
-            FoundMap::Recalled(recalled) => {
+            FoundMap::RecordedFile(recalled) => {
                 let side = map_checks::written_side(table, checks)?;
                 (recalled_surface(recalled, table, surface), side)
             }
@@ -262,7 +262,7 @@ fn canonical(params: &Params) -> Params {
 
 /// Returns the surface for a file that cannot be read now, from the record of an earlier run.
 fn recalled_surface(
-    recalled: &Recalled,
+    recalled: &RecordedFile,
     table: &FileTable,
     surface: impl Fn(ContentHash, Option<Reader>, String, InspectedMap) -> MeasuredSurface,
 ) -> MeasuredSurface {
@@ -306,7 +306,7 @@ enum FoundMap {
     /// The hash of the file, and its map.
     Map(ContentHash, Rc<MapFile>),
     /// The record of a map whose file cannot be read now.
-    Recalled(Recalled),
+    RecordedFile(RecordedFile),
 }
 
 /// Reads the files of a stage, and keeps the last map: points that only differ in the preparation
@@ -350,7 +350,7 @@ impl FileCache<'_> {
             Ok(found) => found,
             Err(SurfaceFileError::Read { source, .. }) => {
                 if let Some(recalled) = self.sources.recall(Path::new(&path.value)) {
-                    return Ok(FoundMap::Recalled(recalled));
+                    return Ok(FoundMap::RecordedFile(recalled));
                 }
                 return refuse(format!("cannot be read: {source}"), "relative to the manifest");
             }

@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Params;
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, Spanned, deserialize_either};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 
 /// Maximum number of surfaces of a parameter point.
 const MAX: u32 = 1_000_000;

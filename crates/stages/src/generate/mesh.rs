@@ -5,8 +5,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use asperity_contact::grid::Cell;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, OnAxes};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::{Key, OnAxes};
 
 /// Minimum number of nodes per side of a cell.
 pub const MIN_NODES: u32 = 4;

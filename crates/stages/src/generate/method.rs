@@ -12,9 +12,9 @@ use crate::{CheckContext, Reads, RowKind};
 use asperity_contact::topography::random::Amplitude;
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::{Problems, Span};
-use asperity_manifest::written::checks::{Checks, report_equal_points};
-use asperity_manifest::written::expected_keys::ExpectedKeys;
-use asperity_manifest::written::{KeyTable, Layout, Point, Section, reader};
+use asperity_manifest::keys::checks::{Checks, report_equal_points};
+use asperity_manifest::keys::expected_keys::ExpectedKeys;
+use asperity_manifest::keys::{KeyTable, Layout, Point, Section, reader};
 
 /// The value of the key `method`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -16,9 +16,9 @@ use asperity_contact::topography::spectrum::Anisotropy;
 use asperity_contact::topography::spectrum::Spectrum;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::{pair, required, swept};
-use asperity_manifest::written::{Key, OnAxes, Section, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::{pair, required, swept};
+use asperity_manifest::keys::{Key, OnAxes, Section, table};
 
 /// Relative tolerance between a side and a whole number of wavelengths. It covers the rounding of a
 /// quotient with twelve digits.

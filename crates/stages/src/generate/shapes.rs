@@ -11,8 +11,8 @@ use super::method::{single, surfaces};
 use super::{Heights, Origin, PerAxis};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::Problems;
-use asperity_manifest::written::declare::{pair, required, swept};
-use asperity_manifest::written::{Key, OnAxes, Section, table};
+use asperity_manifest::keys::declare::{pair, required, swept};
+use asperity_manifest::keys::{Key, OnAxes, Section, table};
 
 /// Paraboloid −r²/(2R), for comparison with Hertz contact.
 #[derive(Debug, Default, Deserialize, JsonSchema)]

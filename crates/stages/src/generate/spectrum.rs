@@ -22,9 +22,9 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::{pair, required, swept};
-use asperity_manifest::written::{Key, OnAxes, Section, Spanned, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::{pair, required, swept};
+use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, table};
 use asperity_tables::table::Table;
 
 /// Gaussian random surfaces with a given isotropic power spectral density C(q), normalised so that

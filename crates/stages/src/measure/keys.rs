@@ -9,8 +9,8 @@ use super::statistics::Statistic;
 use crate::form::Surfaces;
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::{Key, Section, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::{Key, Section, table};
 
 /// Maximum of `bins`.
 const MAX_BINS: u32 = 1_000_000;

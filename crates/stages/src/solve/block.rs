@@ -32,7 +32,7 @@ pub struct Block {
     solver: Solver,
     rows: Solved,
     /// True if every node is in contact and none yields, under the last and all remaining loads.
-    is_flattened: bool,
+    stays_in_full_contact: bool,
 }
 
 impl Block {
@@ -49,7 +49,7 @@ impl Block {
         threads: Threads,
     ) -> Result<Block, StageError> {
         let grid = surface.grid();
-        let scales = Scales::of(grid, rms_slope, params.effective_modulus);
+        let scales = Scales::new(grid, rms_slope, params.effective_modulus);
         let hardness = params.hardness.map(|given| scales.hardness(given));
         let hardness = hardness.transpose()?;
         let body = HalfSpace {
@@ -61,7 +61,7 @@ impl Block {
             given.map(|&given| scales.reduced_pressure(given, params.load_unit)).collect();
         let heaviest = *loads.last().expect("a block has a load");
         body.hardness.map_or(Ok(()), |bound| bound.check_load(heaviest))?;
-        let heights = scales.reduced(surface);
+        let heights = scales.reduced_heights(surface);
         let begin = || {
             let mut solver = body.solver_with_threads(threads.clone(), grid, &heights);
             let under_unit_pressure = solver.displacement_under_unit_pressure();
@@ -76,7 +76,7 @@ impl Block {
         {
             (solver, rows) = begin();
         }
-        Ok(Block { params: params.clone(), grid, scales, loads, solver, rows, is_flattened: false })
+        Ok(Block { params: params.clone(), grid, scales, loads, solver, rows, stays_in_full_contact: false })
     }
 
     /// Uses these threads from now on.
@@ -97,7 +97,7 @@ impl Block {
     /// during the computation of a flow.
     pub fn press(&mut self, watch: &dyn Watch) -> Result<Option<Outcome>, StageError> {
         let index = self.rows.count();
-        if self.is_flattened || index == self.loads.len() {
+        if self.stays_in_full_contact || index == self.loads.len() {
             return Ok(None);
         }
         let load = self.loads[index];
@@ -111,7 +111,7 @@ impl Block {
         let (pressure, threads) = (self.solver.pressure(), self.solver.threads());
         self.rows.push(load, outcome, pressure, keep, &self.scales, threads);
         let heaviest = self.loads.last().copied().unwrap_or(load);
-        self.is_flattened =
+        self.stays_in_full_contact =
             outcome.stop == Stop::FullContact && self.solver.reaches_full_contact(heaviest);
         Ok(Some(outcome))
     }
@@ -123,7 +123,7 @@ impl Block {
 
     /// Returns whether another load remains to be solved.
     pub fn has_next_load(&self) -> bool {
-        !self.is_flattened && self.count() < self.loads.len()
+        !self.stays_in_full_contact && self.count() < self.loads.len()
     }
 
     pub fn grid(&self) -> Grid {
@@ -158,9 +158,9 @@ impl Block {
 }
 
 /// Cost of an explicit interaction per load, in pairs of single-precision transforms.
-const PAIRS_PER_LOAD: f64 = 24.0;
+const EXPLICIT_PAIRS_PER_LOAD: f64 = 24.0;
 /// Seconds per node and load for the summits and the contact map.
-const PER_NODE: f64 = 1e-8;
+const SECONDS_PER_NODE: f64 = 1e-8;
 
 /// Returns the memory per node in bytes: the surface and its pressures; for an explicit interaction
 /// also two maps, the factors of their kernel, and the work space of the transforms.
@@ -179,10 +179,10 @@ pub fn asperity_effort(
 ) -> Effort {
     let pairs = match interaction {
         Interaction::None | Interaction::MeanField => 0.0,
-        Interaction::Explicit => PAIRS_PER_LOAD * loads as f64,
+        Interaction::Explicit => EXPLICIT_PAIRS_PER_LOAD * loads as f64,
     };
     let effort = Effort::pairs(pairs);
-    Effort { seconds: effort.seconds + PER_NODE * (nodes_x * nodes_y * loads) as f64, ..effort }
+    Effort { seconds: effort.seconds + SECONDS_PER_NODE * (nodes_x * nodes_y * loads) as f64, ..effort }
 }
 
 /// Presses the asperities of one surface through all loads.
@@ -197,11 +197,11 @@ pub fn press_asperities(
 ) -> Result<Table, StageError> {
     let grid = surface.grid();
     let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
-    let scales = Scales::of(grid, rms_slope, params.effective_modulus);
+    let scales = Scales::new(grid, rms_slope, params.effective_modulus);
     let loads = params.loads.iter();
     let loads: Vec<f64> =
         loads.map(|&given| scales.reduced_pressure(given, params.load_unit)).collect();
-    let mut asperities = Asperities::new(grid, &scales.reduced(surface), interaction)?;
+    let mut asperities = Asperities::new(grid, &scales.reduced_heights(surface), interaction)?;
     let mut rows = Solved::default();
     let mut outcomes = Vec::with_capacity(loads.len());
     for (index, (&given, &load)) in params.loads.iter().zip(&loads).enumerate() {

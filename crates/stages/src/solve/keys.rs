@@ -1,4 +1,6 @@
-//! Keys of `solve` stages. Their doc comments are shown by editors and quoted in messages.
+//! Keys of `solve` stages, and checks of their values.
+//!
+//! Editors show the doc comments of keys, and messages quote them.
 
 use std::sync::Arc;
 
@@ -15,74 +17,77 @@ use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
-use asperity_manifest::written::checks::{Checks, report_equal_points};
-use asperity_manifest::written::declare::{required, swept};
-use asperity_manifest::written::{Key, Section, Spanned, table};
+use asperity_manifest::keys::checks::{Checks, report_equal_points};
+use asperity_manifest::keys::declare::{required, swept};
+use asperity_manifest::keys::{Key, Section, Spanned, table};
 
-/// Maximum of `max_pairs`.
+/// Maximum value of `max_pairs`.
 const MAX_PAIRS: u32 = 1_000_000;
-/// Maximum number of loads in all points of a grid.
+/// Maximum number of loads, summed over all points of a grid.
 const MAX_LOADS_OF_STAGE: usize = 1_000_000;
 
-/// Presses surfaces under a sequence of loads.
+/// Solves the contact of surfaces under a sequence of loads.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolveTable {
-    /// Effective modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂. Its unit is the
-    /// unit of pressure of the stage. Give either this key or `bodies`.
+    /// Effective modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂. All pressures of
+    /// the stage have its unit. Give either this key or `bodies`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
     pub effective_modulus: Key<f64>,
-    /// Stopping criterion of the solver: the largest gap in contact and the largest penetration
-    /// outside it, divided by rms slope × mesh step.
+    /// Tolerance of the solver, a pure number. A load is solved when the largest gap in contact and
+    /// the largest penetration outside contact, both divided by rms slope × mesh step, are at most
+    /// this number.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_TOLERANCE))]
     #[schemars(transform = swept)]
     pub tolerance: Key<f64>,
     /// Boundary condition at the edges of the cell.
     #[schemars(extend("default" = "periodic"), transform = swept)]
     pub boundary: Key<Boundary>,
-    /// Highest pressure that the material bears, in the unit of `hardness_unit`; nodes under this
-    /// pressure yield. Every load must be below it, and loads can only increase. Without this key
-    /// the material is elastic.
+    /// Hardness of the material, in the unit of `hardness_unit`: no pressure exceeds it, and nodes
+    /// under this pressure yield. Every load must be below it, and loads can only increase. By
+    /// default the material is elastic.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub hardness: Key<f64>,
-    /// Interaction of the asperities with `method = "asperities"`; the default is `"explicit"`.
+    /// Interaction of the asperities, for `method = "asperities"` only. The default is
+    /// `"explicit"`.
     #[schemars(transform = swept)]
     pub interaction: Key<Interaction>,
-    /// Elastic constants of the two bodies, or of one body that is pressed against a rigid one.
-    /// Give either this key or `effective_modulus`.
+    /// Elastic constants of the two bodies, or of one elastic body that is pressed against a rigid
+    /// one. Give either this key or `effective_modulus`.
     #[schemars(length(min = 1, max = 2))]
     pub bodies: Key<Vec<Spanned<Body>>>,
-    /// Loads in ascending order, in the unit of `load_unit`: a list, or
+    /// Loads (mean pressures) in ascending order, in the unit of `load_unit`: a list, or a range
     /// `{ from, to, steps, spacing }`.
     #[schemars(transform = required)]
     pub loads: Key<Loads>,
-    /// Contact model: boundary elements at every node, or Hertz contacts of the summits.
+    /// Contact model: `"boundary-elements"` solves the contact of every node, `"asperities"`
+    /// replaces the summits by Hertz contacts.
     #[schemars(extend("default" = "boundary-elements"))]
     pub method: Key<Method>,
-    /// Unit of `loads` and `pressures`.
+    /// Unit of `loads` and of the list `pressures`.
     #[schemars(extend("default" = "relative"))]
     pub load_unit: Key<PressureUnit>,
-    /// Unit of `hardness`.
+    /// Unit of the key `hardness`.
     #[schemars(extend("default" = "absolute"))]
     pub hardness_unit: Key<PressureUnit>,
-    /// Number of pairs of Fourier transforms after which the solver gives up a load. The row of the
-    /// load records it.
+    /// Maximum number of pairs of Fourier transforms per load. If a load needs more, the solver
+    /// gives it up and its row records that.
     #[schemars(range(min = 1, max = MAX_PAIRS), extend("default" = DEFAULT_PAIR_LIMIT))]
     pub max_pairs: Key<u32>,
-    /// Pressure fields that are stored: `"none"`, `"all"`, or those under a list of some of the
+    /// Pressure fields to store: `"none"`, `"all"`, or a list of loads, which must be among
     /// `loads`.
     #[schemars(extend("default" = "none"))]
     pub pressures: Key<StoredPressures>,
     /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
     /// the pressure `to`, in units of E* × rms slope. A `measure` stage with `what = "pressures"`
-    /// reads it; no pressure field needs to be stored. Without this key pressures are not counted.
+    /// reads it and needs no stored pressure fields. By default pressures are not counted.
     pub pressure_bins: Key<Bins>,
     /// Histogram of the gaps under each load, `{ count, to }`: `count` equal bins from zero to the
-    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it.
-    /// Counting gaps costs one pair of transforms a load. Without this key gaps are not counted.
+    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it. It
+    /// costs one pair of Fourier transforms per load. By default gaps are not counted.
     pub gap_bins: Key<Bins>,
-    /// `true` solves Reynolds' equation for the flow through the gap under each load, along x
-    /// and along y. This takes ten to twenty times as long as the contact and needs
+    /// `true` solves Reynolds' equation for the flow through the gap under each load, along x and
+    /// along y. This takes ten to twenty times as long as the contact and needs
     /// `boundary = "periodic"`.
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,
@@ -90,34 +95,36 @@ pub struct SolveTable {
 
 table!(SolveTable);
 
-/// Elastic constants of a body.
+/// Elastic constants and hardness of one body.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Young's modulus E, in the unit of pressure of the stage.
+    /// Young's modulus E. All pressures of the stage have its unit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub youngs_modulus: f64,
     /// Poisson's ratio ν, above −1 and at most 0.5.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
     pub poisson_ratio: f64,
-    /// Highest pressure that the body bears, in the unit of its modulus. Unlike `hardness` of the
-    /// stage it changes no result: a run reports where the peak pressure exceeds it.
+    /// Hardness of the body, in the unit of its modulus. Unlike the key `hardness` of the stage, it
+    /// changes no result: a run only reports where the peak pressure exceeds it. By default nothing
+    /// is reported.
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub hardness: Key<f64>,
 }
 
-/// A contact model.
+/// A contact model, the value of `method`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// The contact of every node is solved.
+    /// The elastic contact of all nodes is solved with boundary elements.
     BoundaryElements,
-    /// Summits are in elliptic Hertz contact.
+    /// The summits are elliptic Hertz contacts.
     Asperities,
 }
 
-/// Returns the blocks of a stage, one for each point of its grid.
+/// Returns the blocks of loads of a stage, one for each point of its grid, or `None` after
+/// reporting problems.
 pub fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let blocks = blocks(section, &context.surfaces, context.problems)?;
     let recipes = blocks.into_iter().map(|block| Recipe::Solve(Arc::new(block)));
@@ -154,7 +161,7 @@ fn blocks(
     Some(blocks)
 }
 
-/// Returns the boundary condition, and refuses periodic contact of a map that is not periodic.
+/// Returns the boundary condition. Refuses a periodic contact of a map that is not periodic.
 fn boundary(
     table: &SolveTable,
     surfaces: &Surfaces,
@@ -207,7 +214,7 @@ fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     })
 }
 
-/// Returns whether the flow is solved, and refuses it without a periodic gap.
+/// Returns whether the flow is solved. Refuses a flow through a gap that is not periodic.
 fn flow(table: &SolveTable, checks: &mut Checks) -> Option<bool> {
     let flow = checks.value("flow", &table.flow)?;
     if flow && table.boundary.value() == Some(Boundary::Free) {
@@ -217,7 +224,8 @@ fn flow(table: &SolveTable, checks: &mut Checks) -> Option<bool> {
     Some(flow)
 }
 
-/// Returns the interaction of asperities, if summits are pressed.
+/// Returns the interaction of the asperities, or no interaction for boundary elements. Refuses keys
+/// that do not apply to the method.
 fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interaction>> {
     if checks.value("method", &table.method)? != Method::Asperities {
         let why = "needs `method = \"asperities\"`";
@@ -240,7 +248,7 @@ fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interact
     Some(Some(table.interaction.value().unwrap_or(Interaction::Explicit)))
 }
 
-/// Returns E*, as given or from the two bodies.
+/// Returns the effective modulus E*, which is given or follows from the bodies.
 fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
     let Some(bodies) = checks.optional("bodies", &table.bodies)? else {
         return checks.number("effective_modulus", &table.effective_modulus);
@@ -262,13 +270,13 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
     Some(modulus)
 }
 
-/// Returns the compliance (1 − ν²)/E.
+/// Returns the compliance (1 − ν²)/E of a body.
 fn compliance(body: &Body) -> f64 {
     let ratio = decimal::nearest(body.poisson_ratio);
     (1.0 - ratio * ratio) / decimal::nearest(body.youngs_modulus)
 }
 
-/// Refuses the unit of a hardness that no point of the grid has, unless it is the default.
+/// Refuses `hardness_unit` if no point of the grid has a hardness, unless it is the default.
 fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
     let is_given = |table: &SolveTable| table.hardness.written().is_some();
     if section.points.iter().any(|point| is_given(&point.table)) {
@@ -278,14 +286,14 @@ fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
         let checks = &mut Checks::new(section, point, problems);
         let unit = point.table.hardness_unit.value();
         let is_other = unit.is_some_and(|unit| unit != checks.default_of("hardness_unit"));
-        if is_other && !checks.is_excused("hardness") {
+        if is_other && !checks.is_reported("hardness") {
             let why = "there is no `hardness` with this unit";
             checks.forbidden("hardness_unit", &point.table.hardness_unit, why);
         }
     }
 }
 
-/// Returns the hardness of the material, if it is given.
+/// Returns the hardness of the material, if the material is not elastic.
 fn hardness(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenHardness>> {
     let pressure = checks.optional_number("hardness", &table.hardness)?;
     let unit = checks.value("hardness_unit", &table.hardness_unit)?;
@@ -299,8 +307,8 @@ fn softest_body(table: &SolveTable) -> Option<f64> {
     hardnesses.map(decimal::nearest).reduce(f64::min)
 }
 
-/// Reports the heaviest load if its mean pressure is not below the hardness, as far as the rms
-/// slopes of the surfaces are known.
+/// Reports a largest load that is not below the hardness. Hardness and load in different units are
+/// compared with the rms slopes to which the surfaces are scaled, if these are known.
 fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks: &mut Checks) {
     let (Some(hardness), Some(&heaviest)) = (block.hardness, block.loads.last()) else {
         return;
@@ -324,7 +332,7 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
         _ => format!("{value:?}"),
     };
     let message = format!(
-        "`loads` holds {}, and `hardness` is {}",
+        "`loads` holds {}, but `hardness` is {}",
         shown(heaviest, block.load_unit),
         shown(hardness.pressure, hardness.unit)
     );
@@ -341,7 +349,7 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
     )));
 }
 
-/// Returns the span of the heaviest load.
+/// Returns the position of the largest load in the manifest.
 fn span_of_heaviest_load(table: &SolveTable) -> Option<Span> {
     match &table.loads.written()?.value {
         Loads::List(list) => Some(list.last()?.span.clone()),

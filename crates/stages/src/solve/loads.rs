@@ -1,4 +1,6 @@
-//! Loads of `solve` stages, and the loads under which pressures are stored or counted.
+//! Keys of loads, of stored pressure fields and of histograms in `solve` stages.
+//!
+//! A block is the sequence of loads of one point of the grid on one surface.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -8,86 +10,88 @@ use super::keys::SolveTable;
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::positive_items;
-use asperity_manifest::written::{Key, Spanned, deserialize_either};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::positive_items;
+use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 
-/// Maximum number of loads of a block.
+/// Maximum number of loads in a block.
 const MAX_LOADS: u32 = 100_000;
-/// Maximum number of bins of a distribution.
+/// Maximum number of bins of a histogram.
 const MAX_BINS: u32 = 10_000;
-/// Maximum number of bins under all loads of a block: the number of nodes of a map of 4096².
+/// Maximum number of bins of a histogram, summed over the loads of a block: the number of nodes of
+/// a map of 4096².
 const MAX_BINS_OF_BLOCK: usize = 1 << 24;
 
-/// The loads of a block.
+/// The value of `loads`: the loads of a block.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Loads {
-    /// A list in ascending order.
+    /// A list of loads in ascending order.
     List(
         #[schemars(length(min = 1, max = MAX_LOADS), transform = positive_items)] Vec<Spanned<f64>>,
     ),
-    /// Equally spaced loads between two.
+    /// Evenly spaced loads in a range.
     Range(LoadRange),
 }
 
 deserialize_either!(Loads { list => List, table => Range });
 
-/// Loads between two; the first one is left out and the last one is included.
+/// A range of loads, which excludes its start and includes its end.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadRange {
-    /// Start of the range. It is not a load itself, so that blocks join without a repetition.
+    /// Start of the range. It is not a load itself, so that consecutive ranges do not repeat a
+    /// load.
     #[serde(default)]
     #[schemars(range(min = 0), extend("default" = 0.0))]
     pub from: Key<f64>,
-    /// The last load.
+    /// End of the range, which is the last load.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub to: Spanned<f64>,
-    /// Number of loads.
+    /// Number of loads in the range.
     #[schemars(range(min = 1, max = MAX_LOADS))]
     pub steps: u32,
-    /// Spacing of the loads: equal differences or equal ratios.
+    /// Spacing of the loads: `"linear"` has equal differences, `"geometric"` has equal ratios.
     #[serde(default)]
     #[schemars(extend("default" = "linear"))]
     pub spacing: Key<Spacing>,
 }
 
-/// Spacing of loads.
+/// The spacing of the loads in a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Spacing {
-    /// Equal differences.
+    /// Equal differences between consecutive loads.
     Linear,
-    /// Equal ratios.
+    /// Equal ratios of consecutive loads.
     Geometric,
 }
 
-/// Pressure fields that are stored.
+/// The value of `pressures`: the pressure fields that are stored.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum StoredPressures {
-    /// All of them or none.
+    /// No pressure field, or the fields under all loads.
     Word(Pressures),
-    /// Those under some of the loads.
+    /// The pressure fields under some of the loads.
     At(#[schemars(length(min = 1), transform = positive_items)] Vec<Spanned<f64>>),
 }
 
 deserialize_either!(StoredPressures { word => Word, list => At });
 
-/// Equal bins that begin at zero.
+/// A histogram with equal bins from zero.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bins {
-    /// Number of bins.
+    /// Number of bins of the histogram.
     #[schemars(range(min = 1, max = MAX_BINS))]
     pub count: u32,
-    /// End of the last bin.
+    /// Upper edge of the last bin.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub to: f64,
 }
 
-/// Returns the loads of a block, ascending.
+/// Returns the loads of a block in ascending order, or `None` after reporting problems.
 pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
     let written = checks.required("loads", &table.loads)?;
     match &written.value {
@@ -96,6 +100,7 @@ pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
     }
 }
 
+/// Returns the loads of a list. Refuses a list that does not ascend.
 fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
     let loads: Vec<f64> = list.iter().map(|load| decimal::nearest(load.value)).collect();
     let Some(index) = (1..loads.len()).find(|&index| !ascends(&loads[index - 1..=index])) else {
@@ -106,25 +111,25 @@ fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
     let (message, label, help) = if differ_by_rounding {
         (
             format!("`loads` holds {before:?} and {after:?}, which differ only by rounding"),
-            "equal to the load before it",
+            "equal to the previous load",
             "remove one of them: slopes between them would be noise",
         )
     } else {
         (
             format!("`loads` must ascend: {after:?} follows {before:?}"),
-            "not above the load before it",
-            "each load starts from the contact under the load before it",
+            "not above the previous load",
+            "sort the loads: each one starts from the contact under the previous load",
         )
     };
     checks.reject(Problem::new(message, list[index].span.clone(), label).help(help))
 }
 
-/// Returns whether each load is above the one before it by more than rounding.
+/// Returns whether each load exceeds the previous one by more than rounding errors.
 fn ascends(loads: &[f64]) -> bool {
     loads.is_sorted_by(|before, after| before < after && !decimal::is_same(*before, *after))
 }
 
-/// Returns equally spaced loads, rounded to the decimals that were meant.
+/// Returns the loads of a range, rounded to twelve digits.
 fn spaced(range: &LoadRange, written: &Spanned<Loads>, checks: &mut Checks) -> Option<Vec<f64>> {
     let from = checks.number("loads.from", &range.from)?;
     let spacing = checks.value("loads.spacing", &range.spacing)?;
@@ -158,8 +163,8 @@ fn spaced(range: &LoadRange, written: &Spanned<Loads>, checks: &mut Checks) -> O
     checks.reject(Problem::new(message, written.span.clone(), "too many steps"))
 }
 
-/// Returns the loads whose pressure fields are stored. They are those of the block to rounding, and
-/// are stored as the block has them.
+/// Returns the loads under which pressure fields are stored. The manifest may give them with
+/// rounding errors; the result contains the exact loads of the block.
 pub fn pressures(
     table: &SolveTable,
     loads: Option<&[f64]>,
@@ -180,6 +185,7 @@ pub fn pressures(
     Some(Pressures::At(chosen))
 }
 
+/// Returns the load of the block that equals a value up to rounding errors.
 fn chosen(load: &Spanned<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64> {
     let value = decimal::nearest(load.value);
     let distance = |other: &&f64| (**other - value).abs();
@@ -192,7 +198,7 @@ fn chosen(load: &Spanned<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64
     checks.reject(Problem::new(message, load.span.clone(), label))
 }
 
-/// Returns the bins of a histogram, if it is asked for.
+/// Returns the bins of a histogram, or no bins if the key is left out.
 pub fn bins(
     name: &str,
     key: &Key<Bins>,
@@ -206,7 +212,7 @@ pub fn bins(
     let loads = loads.map_or(0, <[f64]>::len);
     if loads.saturating_mul(count as usize) > MAX_BINS_OF_BLOCK {
         let message = format!("`{name}` has {count} bins under each of {loads} loads");
-        let label = format!("a block can have {MAX_BINS_OF_BLOCK} bins in all");
+        let label = format!("must be at most {MAX_BINS_OF_BLOCK} bins under all loads together");
         return checks.refuse(name, message, &written.span, label);
     }
     Some(Some(EqualBins { count, to: decimal::nearest(to) }))

@@ -68,7 +68,7 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
         insert_after(MAX_PAIRS, &unit.hardness_columns());
     }
     if asperities {
-        insert_after(CONTACT_NODES, &OF_ASPERITIES);
+        insert_after(CONTACT_NODES, &ASPERITY_COLUMNS);
         insert_after(MAX_PAIRS, &[INTERACTION]);
     }
     if boundary == Boundary::Free {

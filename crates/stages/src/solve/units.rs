@@ -1,4 +1,6 @@
-//! The solver's units and the user's: pressures over E* × rms slope, lengths over side × rms slope.
+//! Conversion between the units of the solver and of the manifest.
+//!
+//! The solver divides pressures by E* × rms slope, and lengths by longer side × rms slope.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,33 +13,33 @@ use asperity_contact::topography::surface::Surface;
 use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role, Value};
 
-/// What loads and hardnesses are measured in.
+/// The unit of loads and hardnesses in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PressureUnit {
-    /// In units of E* × rms slope.
+    /// Pressures are multiples of E* × rms slope.
     Relative,
-    /// As pressures, in the unit of the moduli.
+    /// Pressures have the unit of the moduli.
     Absolute,
 }
 
 impl PressureUnit {
-    /// Returns the columns `load` and `pressure`. The one that the manifest gives is a coordinate,
-    /// and the other is derived from it on each surface.
+    /// Returns the columns `load` and `pressure`. The column with the unit of the manifest is a
+    /// coordinate, and the other column is derived from it for each surface.
     pub fn load_columns(self) -> [Column; 2] {
         let [reduced, absolute] = self.roles(Role::Load);
         [LOAD.with_role(reduced), PRESSURE.with_role(absolute)]
     }
 
-    /// Returns the columns `hardness` and `hardness_reduced`. The one that the manifest gives is a
-    /// parameter, and the other is derived from it.
+    /// Returns the columns `hardness` and `hardness_reduced`. The column with the unit of the
+    /// manifest is a parameter, and the other column is derived from it.
     pub fn hardness_columns(self) -> [Column; 2] {
         let [reduced, absolute] = self.roles(Role::Parameter);
         [HARDNESS.with_role(absolute), HARDNESS_REDUCED.with_role(reduced)]
     }
 
-    /// Returns the roles of a reduced value and of the same value in pascals; `given` is the role
-    /// of the one that the manifest gives.
+    /// Returns the roles of a reduced column and of its absolute column. The column with the unit
+    /// of the manifest has the role `given`.
     fn roles(self, given: Role) -> [Role; 2] {
         match self {
             PressureUnit::Relative => [given, Role::Derived],
@@ -46,19 +48,21 @@ impl PressureUnit {
     }
 }
 
-/// From the solver's units to the user's.
+/// Scales that convert values of the solver to the units of the manifest, for one surface.
 pub struct Scales {
+    /// Number of nodes along x and y.
     pub nodes: [usize; 2],
-    /// The longer side of the cell.
+    /// Longer side L of the cell.
     side: f64,
-    /// rms slope; a flat surface counts as one of slope 1, which changes no result.
+    /// Rms slope h′ of the surface. It is 1 for a flat surface, which changes no result.
     slope: f64,
-    /// E* × rms slope.
+    /// Unit of pressure, E* × h′.
     pressure: f64,
 }
 
 impl Scales {
-    pub fn of(grid: Grid, rms_slope: f64, effective_modulus: f64) -> Scales {
+    /// Creates the scales of a surface.
+    pub fn new(grid: Grid, rms_slope: f64, effective_modulus: f64) -> Scales {
         let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
         Scales {
             nodes: grid.nodes(),
@@ -68,24 +72,26 @@ impl Scales {
         }
     }
 
-    pub fn reduced(&self, surface: Surface) -> Vec<f64> {
+    /// Divides the heights of a surface by the unit of length.
+    pub fn reduced_heights(&self, surface: Surface) -> Vec<f64> {
         let unit = self.side * self.slope;
         let mut heights = surface.into_heights();
         heights.iter_mut().for_each(|height| *height /= unit);
         heights
     }
 
-    /// The unit of lengths: side × rms slope.
+    /// Returns the unit of length, L × h′.
     pub fn length(&self) -> f64 {
         self.side * self.slope
     }
 
-    /// The unit of pressures: E* × rms slope.
+    /// Returns the unit of pressure, E* × h′.
     pub fn pressure(&self) -> f64 {
         self.pressure
     }
 
-    /// A pressure in units of E* × rms slope; blocks in either unit agree on it.
+    /// Converts a pressure of the manifest to units of E* × h′. The result is rounded, so that
+    /// blocks with either unit have equal loads.
     pub fn reduced_pressure(&self, given: f64, unit: PressureUnit) -> f64 {
         match unit {
             PressureUnit::Relative => given,
@@ -93,12 +99,15 @@ impl Scales {
         }
     }
 
-    /// The mean pressure of a load.
+    /// Converts a reduced load to a mean pressure in the unit of the moduli.
     pub fn mean_pressure(&self, load: f64) -> f64 {
         decimal::nearest(load * self.pressure)
     }
 
-    /// A hardness on this surface.
+    /// Converts the hardness of the manifest to both units for this surface.
+    ///
+    /// # Errors
+    /// If the reduced hardness is not positive and finite.
     pub fn hardness(&self, given: GivenHardness) -> Result<SurfaceHardness, HardnessError> {
         let GivenHardness { pressure, unit } = given;
         Ok(SurfaceHardness {
@@ -112,21 +121,21 @@ impl Scales {
     }
 }
 
-/// Version of the numbers of loads that are solved under a hardness. It is a part of their recipes
-/// alone: where it is raised and that of the stage is not, elastic loads are not computed again.
+/// Version of the results under a hardness, which is part of the recipes with a hardness only. If
+/// it is raised alone, elastic loads are not computed again.
 const HARDNESS_VERSION: u32 = 3;
 
-/// The highest pressure that a material bears, as it is given.
+/// The hardness of a material as given in the manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(into = "HardnessRecipe")]
 pub struct GivenHardness {
-    /// Positive.
+    /// Hardness in the unit `unit`; positive.
     pub pressure: f64,
-    /// What it is measured in.
+    /// Unit of the hardness.
     pub unit: PressureUnit,
 }
 
-/// What recipes say of it.
+/// The form of [`GivenHardness`] in recipes.
 #[derive(Serialize)]
 struct HardnessRecipe {
     pressure: f64,
@@ -141,7 +150,7 @@ impl From<GivenHardness> for HardnessRecipe {
 }
 
 impl GivenHardness {
-    /// The coordinate that it is before a surface is known.
+    /// Returns the coordinate for the hardness that is known before the surface is.
     pub fn coordinate(&self) -> (Column, Value) {
         let [absolute, reduced] = self.unit.hardness_columns();
         let column = match self.unit {
@@ -152,19 +161,19 @@ impl GivenHardness {
     }
 }
 
-/// The same on one surface, in both units.
+/// The hardness of a material on one surface, in both units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceHardness {
-    /// In the unit of the modulus.
+    /// Hardness in the unit of the moduli.
     pub pressure: f64,
-    /// In units of E* × rms slope.
+    /// Hardness in units of E* × rms slope.
     pub reduced: solver::Hardness,
-    /// The unit in which the manifest gives it.
+    /// Unit of the hardness in the manifest.
     pub given: PressureUnit,
 }
 
 impl SurfaceHardness {
-    /// The coordinates of its rows.
+    /// Returns the coordinates for the hardness in the rows of the surface.
     pub fn coordinates(&self) -> [(Column, Value); 2] {
         let [absolute, reduced] = self.given.hardness_columns();
         [(absolute, Value::Real(self.pressure)), (reduced, Value::Real(self.reduced.pressure()))]

@@ -15,11 +15,11 @@ use sqlparser::tokenizer::{Token, Tokenizer};
 use super::QueryError;
 
 /// Maximum length of a query in bytes, so that any syntax tree fits on the stack.
-const LONGEST: usize = 64 << 10;
+const MAX_LENGTH: usize = 64 << 10;
 
 /// Maximum number of nested operations, and of parts of a `union`. The time of polars grows at
 /// least with the square of this number, and its stack by about 80 kB for each level.
-const DEEPEST: usize = 500;
+const MAX_DEPTH: usize = 500;
 
 /// Query that polars can execute.
 #[derive(Debug, Default)]
@@ -40,9 +40,9 @@ impl Statement {
     /// # Errors
     /// Returns an error if the text is not a query, or if it is too long or too deep.
     pub fn read(query: &str) -> Result<Statement, QueryError> {
-        if query.len() > LONGEST {
+        if query.len() > MAX_LENGTH {
             return Err(QueryError::Refused(format!(
-                "the query is {} bytes long; the limit is {LONGEST}",
+                "the query is {} bytes long; the limit is {MAX_LENGTH}",
                 query.len()
             )));
         }
@@ -116,8 +116,8 @@ impl Visitor for Reader {
 
     fn pre_visit_select(&mut self, select: &Select) -> ControlFlow<String> {
         self.selects += 1;
-        if self.selects > DEEPEST {
-            let message = format!("the query contains `select` more than {DEEPEST} times");
+        if self.selects > MAX_DEPTH {
+            let message = format!("the query contains `select` more than {MAX_DEPTH} times");
             return ControlFlow::Break(message);
         }
         match ungrouped(select) {
@@ -142,11 +142,11 @@ impl Visitor for Reader {
 
     fn pre_visit_expr(&mut self, expression: &Expr) -> ControlFlow<String> {
         self.depth += levels(expression);
-        if self.depth <= DEEPEST {
+        if self.depth <= MAX_DEPTH {
             return ControlFlow::Continue(());
         }
         ControlFlow::Break(format!(
-            "the query nests more than {DEEPEST} operations, as a sum of so many terms does; \
+            "the query nests more than {MAX_DEPTH} operations, as a sum of so many terms does; \
              compute parts of it in `with NAME as (select …)`"
         ))
     }
@@ -335,20 +335,20 @@ mod tests {
     #[test]
     fn depth_is_counted_along_one_branch() {
         let sum = |terms: usize| vec!["a"; terms].join("+");
-        let side_by_side = vec![sum(DEEPEST / 2); 9].join(",");
+        let side_by_side = vec![sum(MAX_DEPTH / 2); 9].join(",");
         read(&format!("select {side_by_side} from t"));
-        read(&format!("select {} from t", sum(DEEPEST)));
-        assert!(refused(&format!("select {} from t", sum(DEEPEST + 1))).contains("operations"));
+        read(&format!("select {} from t", sum(MAX_DEPTH)));
+        assert!(refused(&format!("select {} from t", sum(MAX_DEPTH + 1))).contains("operations"));
         let cases = |cases: usize| format!("select case {} end", "when a then b ".repeat(cases));
-        read(&cases(DEEPEST - 1));
-        assert!(refused(&cases(DEEPEST + 1)).contains("operations"));
-        let parts = vec!["select a from t"; DEEPEST + 1].join(" union all ");
+        read(&cases(MAX_DEPTH - 1));
+        assert!(refused(&cases(MAX_DEPTH + 1)).contains("operations"));
+        let parts = vec!["select a from t"; MAX_DEPTH + 1].join(" union all ");
         assert!(refused(&parts).contains("`select` more than"));
     }
 
     #[test]
     fn no_query_overflows_the_stack() {
-        let longest = |unit: &str| unit.repeat((LONGEST - 100) / unit.len());
+        let longest = |unit: &str| unit.repeat((MAX_LENGTH - 100) / unit.len());
         for query in [
             format!("select a{}", longest("+a")),
             format!("select a{}", longest("::int")),
@@ -358,7 +358,7 @@ mod tests {
             format!("select 1 {}", longest("union select 1 ")),
             format!("values (1) {}", longest("union values (1) ")),
             format!("select 1 from {}a", longest("(select 1 from ")),
-            "+".repeat(LONGEST + 1),
+            "+".repeat(MAX_LENGTH + 1),
         ] {
             let read = crate::aggregate::sql::engine::on_query_thread(|| Statement::read(&query));
             assert!(read.is_err() || query.starts_with("values"), "{}", &query[..40]);

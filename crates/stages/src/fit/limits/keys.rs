@@ -7,7 +7,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Form, LimitChoices, MOST_COMBINATIONS, MOST_TERMS, Term, WINDOW};
+use super::{FormChoice, LimitChoices, MAX_COMBINATIONS, MAX_TERMS, Term, WINDOW};
 use crate::columns::{LOAD, SURFACE};
 use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
 use crate::fit::laws::Law;
@@ -15,9 +15,9 @@ use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, did_you_mean, listed};
 use asperity_manifest::expression::Expression;
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::declare::{list, positive_items, required, swept};
-use asperity_manifest::written::{Key, Section, Spanned, table};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::{list, positive_items, required, swept};
+use asperity_manifest::keys::{Key, Section, Spanned, table};
 use asperity_statistics::limits::EXPONENTS;
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
@@ -33,7 +33,7 @@ pub struct LimitTable {
     pub of: Key<String>,
     /// Small parameters, and how the observable depends on them:
     /// `[{ of = "1 / k_lower", exponent = 1 }, …]`.
-    #[schemars(length(min = 1, max = MOST_TERMS), transform = list, transform = required)]
+    #[schemars(length(min = 1, max = MAX_TERMS), transform = list, transform = required)]
     pub terms: Key<Vec<Spanned<TermTable>>>,
     /// Loads at which the observable is fitted, in units of E* × rms slope, ascending. The default
     /// is all loads of the `window`.
@@ -281,9 +281,9 @@ fn terms(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<T
         written.value.iter().map(|term| self::term(term, input, checks)).collect();
     let terms = terms.into_iter().collect::<Option<Vec<Term>>>()?;
     let combinations: usize = terms.iter().map(|term| term.forms.len()).product();
-    if combinations > MOST_COMBINATIONS {
+    if combinations > MAX_COMBINATIONS {
         let message = format!("the forms of the terms have {combinations} combinations");
-        let label = format!("the maximum is {MOST_COMBINATIONS}");
+        let label = format!("the maximum is {MAX_COMBINATIONS}");
         checks.report("terms", Problem::new(message, written.span.clone(), label));
         return None;
     }
@@ -304,7 +304,7 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
     let mut forms = Vec::new();
     for word in words {
         match word {
-            FormWord::Logarithm => forms.push(Form::Logarithm),
+            FormWord::Logarithm => forms.push(FormChoice::Logarithm),
             FormWord::Power => forms.extend(powers(table, checks)),
         }
     }
@@ -320,12 +320,12 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
 }
 
 /// Returns the powers that are tried.
-fn powers(table: &TermTable, checks: &Checks) -> Vec<Form> {
+fn powers(table: &TermTable, checks: &Checks) -> Vec<FormChoice> {
     let exponents = table.exponent.written().map(|exponent| exponent.value.all());
     let exponents = exponents.unwrap_or_else(|| vec![checks.default_of("terms.exponent")]);
     let form = |exponent| match exponent {
-        WrittenExponent::Free => Form::FreePower,
-        WrittenExponent::Given(value) => Form::Power(decimal::nearest(value)),
+        WrittenExponent::Free => FormChoice::FreePower,
+        WrittenExponent::Given(value) => FormChoice::Power(decimal::nearest(value)),
     };
     exponents.into_iter().map(form).collect()
 }

@@ -14,9 +14,9 @@ use asperity_contact::topography::preparation::{Crop, Preparation, spread};
 use asperity_contact::topography::surface::Scan;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::written::checks::Checks;
-use asperity_manifest::written::validation::QUANTITY;
-use asperity_manifest::written::{Key, OnAxes, Spanned};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::validation::QUANTITY;
+use asperity_manifest::keys::{Key, OnAxes, Spanned};
 use asperity_topography_files::{Quantity, Size, is_metre};
 
 /// Relative tolerance between the sides in the manifest and the sides in the file.

@@ -1,5 +1,5 @@
 //! Validates a TOML value against the schema of its key: types, words, keys of tables, lengths of
-//! lists and bounds of numbers. All mistakes of a value are reported.
+//! lists and bounds of numbers. All mistakes in a value are reported.
 
 use std::ops::{Bound, RangeBounds};
 
@@ -13,7 +13,7 @@ use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
 
-/// Validates the value of a key of a table.
+/// Validates the value of a key of a table, and returns the mistakes in it.
 pub fn validate(layout: &Layout, name: &str, value: &Written<'_>) -> Vec<Problem> {
     let is_sweep = value.get_ref().is_array() && !layout.swept.contains(&name);
     let help_for_lists =
@@ -21,20 +21,21 @@ pub fn validate(layout: &Layout, name: &str, value: &Written<'_>) -> Vec<Problem
             format!("only lists of {} are swept", listed(layout.swept.iter().copied(), "and"))
         });
     let mut problems = Vec::new();
-    let place = Place { path: name, is_item: false, help_for_lists };
-    place.check(value, &layout.properties()[name], None, &mut problems);
+    let root = ValuePath { path: name, is_item: false, help_for_lists };
+    root.check(value, &layout.properties()[name], None, &mut problems);
     problems
 }
 
-/// Validates a value against a schema; messages call the value `name`.
+/// Validates a value against a schema, and returns the mistakes in it. Messages call the value
+/// `name`.
 pub fn validate_against(schema: &Value, name: &str, value: &Written<'_>) -> Vec<Problem> {
     let mut problems = Vec::new();
-    let place = Place { path: name, is_item: false, help_for_lists: None };
-    place.check(value, schema, None, &mut problems);
+    let root = ValuePath { path: name, is_item: false, help_for_lists: None };
+    root.check(value, schema, None, &mut problems);
     problems
 }
 
-/// Returns the schemas of which a value must satisfy one.
+/// Returns the alternatives of a schema; a value must satisfy one of them.
 pub fn alternatives(schema: &Value) -> Vec<&Value> {
     match schema.get("oneOf").or(schema.get("anyOf")).and_then(Value::as_array) {
         Some(several) => several.iter().flat_map(alternatives).collect(),
@@ -42,17 +43,17 @@ pub fn alternatives(schema: &Value) -> Vec<&Value> {
     }
 }
 
-/// The value that is validated.
-struct Place<'a> {
-    /// Key of the table, followed by those of inner tables: `loads.from`.
+/// The position of a value in its table, and help for its messages.
+struct ValuePath<'a> {
+    /// Key in the table, with the keys of inner tables: `loads.from`.
     path: &'a str,
-    /// True for an item of the list of this key.
+    /// True if the value is an item of the list of this key.
     is_item: bool,
-    /// Help for a list where there can be none.
+    /// Help if the value is a list and must not be one.
     help_for_lists: Option<String>,
 }
 
-impl Place<'_> {
+impl ValuePath<'_> {
     fn check(
         &self,
         written: &Written<'_>,
@@ -96,7 +97,7 @@ impl Place<'_> {
                     };
                     problems.push(problem(format!("`{path}` {has}"), must));
                 }
-                let item = Place { is_item: true, help_for_lists: None, ..*self };
+                let item = ValuePath { is_item: true, help_for_lists: None, ..*self };
                 let rules = schema.get("items").unwrap_or(&Value::Null);
                 items.iter().for_each(|value| item.check(value, rules, help, problems));
             }
@@ -134,7 +135,7 @@ impl Place<'_> {
             let name = key.get_ref().as_ref();
             if let Some(rules) = keys.get(name).or(more) {
                 let path = format!("{path}.{name}");
-                let inner = Place { path: &path, is_item: false, help_for_lists: None };
+                let inner = ValuePath { path: &path, is_item: false, help_for_lists: None };
                 inner.check(value, rules, help, problems);
                 continue;
             }
@@ -160,7 +161,7 @@ impl Place<'_> {
     }
 }
 
-/// Reports a value that is none of the words that its key can have.
+/// Returns the problem of a value that is none of the words allowed for its key.
 pub fn unknown_word(key: &str, value: &Written<'_>, words: &[&str]) -> Problem {
     let words = words.iter().copied();
     let help = format!("one of {}", listed(words.clone(), "and"));
@@ -174,11 +175,11 @@ pub fn unknown_word(key: &str, value: &Written<'_>, words: &[&str]) -> Problem {
     Problem::new(message, value.span(), label).help(help)
 }
 
-/// Describes the value at a caret: `this is the number 4.5`.
+/// Describes a value for a label: `this is the number 4.5`.
 pub fn found(value: &DeValue<'_>) -> String {
-    const LONGEST: usize = 40;
+    const MAX_LENGTH: usize = 40;
     match value {
-        DeValue::String(text) if text.chars().count() <= LONGEST => {
+        DeValue::String(text) if text.chars().count() <= MAX_LENGTH => {
             format!("this is the text {text:?}")
         }
         DeValue::String(_) => "this is a text".to_owned(),
@@ -190,7 +191,7 @@ pub fn found(value: &DeValue<'_>) -> String {
     }
 }
 
-/// Returns a number as it is written.
+/// Formats a number as in the manifest.
 fn shown(value: &DeValue<'_>) -> String {
     match value {
         DeValue::Integer(number) => number.to_string(),
@@ -219,7 +220,7 @@ fn is_type(schema: &&Value, kind: &str) -> bool {
     }
 }
 
-/// Returns the words that a text must be one of; none if any text will do.
+/// Returns the words that a text must be one of, or no words if any text is valid.
 fn words<'a>(alternatives: &[&'a Value]) -> Vec<&'a str> {
     let texts = alternatives.iter().filter(|one| is_type(one, "string"));
     let words = texts.map(|text| match (text.get("const"), text.get("enum")) {
@@ -230,7 +231,7 @@ fn words<'a>(alternatives: &[&'a Value]) -> Vec<&'a str> {
     words.collect::<Option<Vec<_>>>().unwrap_or_default().concat()
 }
 
-/// Describes what a value must be: `a number, "free" or a list of numbers`.
+/// Describes the valid values of a key: `a number, "free" or a list of numbers`.
 fn expected(alternatives: &[&Value]) -> String {
     let words = words(alternatives);
     let are_words = !words.is_empty() && alternatives.iter().all(|one| is_type(one, "string"));
@@ -278,7 +279,7 @@ fn key_names(schema: &Value) -> Vec<&str> {
     names
 }
 
-/// Describes the items of a list.
+/// Describes the items of a list, as a continuation of `a list`.
 fn described_items(items: &Value) -> &'static str {
     match alternatives(items).as_slice() {
         [one] if is_type(one, "number") => " of numbers",
@@ -289,7 +290,7 @@ fn described_items(items: &Value) -> &'static str {
     }
 }
 
-/// Returns how many entries a list must have, if it has another number of them.
+/// Returns the requirement on the length of a list if the list violates it.
 fn wrong_length(length: usize, schema: &Value) -> Option<String> {
     let limit = |rule: &str| schema.get(rule).and_then(Value::as_u64);
     let (least, most) = (limit("minItems").unwrap_or(0), limit("maxItems"));
@@ -299,24 +300,24 @@ fn wrong_length(length: usize, schema: &Value) -> Option<String> {
     }
     Some(match most {
         _ if length == 0 && least == 1 => "must have at least one entry".to_owned(),
-        Some(most) if most == least => format!("must have {most}"),
-        Some(most) => format!("must have from {least} to {most}"),
-        None => format!("must have at least {least}"),
+        Some(most) if most == least => format!("must have {most} entries"),
+        Some(most) => format!("must have from {least} to {most} entries"),
+        None => format!("must have at least {least} entries"),
     })
 }
 
-/// Largest number in a manifest: its fourth power, and products of several such numbers, are
-/// finite.
+/// Maximum of numbers in a manifest. The fourth power of such a number, and products of several of
+/// them, are finite.
 const LARGEST: f64 = 1e30;
 
-/// Bounds of lengths, slopes, pressures and other quantities with a unit. Their fourth powers and
-/// products of several are neither zero nor infinite.
+/// Bounds of lengths, slopes, pressures and other positive quantities. Their fourth powers, and
+/// products of several of them, are neither zero nor infinite.
 pub const QUANTITY: (Bound<f64>, Bound<f64>) = (Bound::Included(1e-30), Bound::Included(LARGEST));
 
-/// Returns what a number must be, if it is out of the bounds of its schema.
+/// Returns the requirement on a number if the number violates it.
 ///
-/// A number without a maximum is at most 1e30. A positive number without a maximum is a
-/// [`QUANTITY`].
+/// A number without a declared maximum must be at most 1e30. A positive number without a declared
+/// maximum must be a [`QUANTITY`].
 fn out_of_bounds(value: &DeValue<'_>, schema: &Value) -> Option<String> {
     let limit = |rule: &str| schema.get(rule).and_then(Value::as_f64);
     let bound = |included, excluded| match (limit(included), limit(excluded)) {
@@ -349,7 +350,7 @@ fn out_of_bounds(value: &DeValue<'_>, schema: &Value) -> Option<String> {
     (!is_within).then(|| format!("must be {}", described(bounds, number)))
 }
 
-/// Returns a number as floating point; infinity if it is no number.
+/// Returns a number as floating point, or infinity if the value is not a number.
 pub fn number(value: &DeValue<'_>) -> f64 {
     match value {
         DeValue::Integer(number) => match i128::from_str_radix(number.as_str(), number.radix()) {
@@ -376,7 +377,7 @@ fn described_whole(lower: Bound<f64>, upper: Bound<f64>) -> String {
     }
 }
 
-/// Describes bounds, as far as they are not clear for the value: `above 0 and at most 1`.
+/// Describes the bounds that a value violates or may violate: `above 0 and at most 1`.
 fn described((lower, upper): (Bound<f64>, Bound<f64>), value: f64) -> String {
     if (lower, upper) == QUANTITY && value > 0.0 && value.is_finite() {
         return "from 1e-30 to 1e30; another unit may help".to_owned();
@@ -400,7 +401,7 @@ fn described((lower, upper): (Bound<f64>, Bound<f64>), value: f64) -> String {
     parts.join(" and ")
 }
 
-/// Returns help for a number that is written as a text, perhaps with a unit.
+/// Returns help for a number that is written as a text, with or without a unit.
 fn number_in_quotes(value: &DeValue<'_>) -> Option<String> {
     let text = value.as_str()?.trim();
     let number = text.trim_end_matches(|letter: char| !letter.is_ascii_digit());
@@ -422,8 +423,8 @@ mod tests {
     use toml::de::DeTable;
 
     use super::*;
-    use crate::written::declare::{list, pair, swept};
-    use crate::written::{Key, KeyTable, OnAxes, Spanned, table};
+    use crate::keys::declare::{list, pair, swept};
+    use crate::keys::{Key, KeyTable, OnAxes, Spanned, table};
 
     #[derive(Default, Deserialize, JsonSchema)]
     #[serde(default, deny_unknown_fields)]
@@ -482,7 +483,7 @@ mod tests {
     fn all_mistakes_of_a_value_are_reported() {
         for (text, expected) in [
             ("width = 1.5", vec!["`width` must be a whole number or a pair of whole numbers"]),
-            ("width = [1]", vec!["`width` has 1 entry (must have 2)"]),
+            ("width = [1]", vec!["`width` has 1 entry (must have 2 entries)"]),
             ("width = [0, 10]", vec!["`width` holds 0 (must be from 1 to 9)", "`width` holds 10"]),
             ("width = 99999999999999999999", vec!["(must be at most 9223372036854775807)"]),
             ("length = 99999999999999999999", vec!["(must have an exponent, as in 1e20)"]),

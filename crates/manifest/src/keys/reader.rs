@@ -1,7 +1,8 @@
-//! Reads one table: validates every value by itself and spreads swept lists into a grid.
+//! Reads one table: validates each value against the schema, and combines swept lists into a grid.
 //!
-//! The grid is spread before anything is deserialised, so that swept values, values of cases and
-//! plain values are all values with a position in the text.
+//! The grid is computed from TOML values, and only its points are deserialised. Swept values,
+//! values of cases and other values are therefore treated alike, each with its position in the
+//! text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
@@ -18,47 +19,50 @@ use crate::diagnostics::{Problem, Problems, Span, listed};
 
 type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
 
-/// Maximum number of points of a grid. A larger grid is a mistake, and checking it takes long.
-const MOST_POINTS: usize = 10_000;
-/// Maximum number of values in all points of a grid: a long list in each of many points fills
-/// memory.
-const MOST_VALUES: usize = 1_000_000;
+/// Maximum number of points of a grid. A larger grid is probably a mistake, and its checks would
+/// take long.
+const MAX_POINTS: usize = 10_000;
+/// Maximum number of values in all points of a grid. A long list that each of many points contains
+/// would fill the memory.
+const MAX_VALUES: usize = 1_000_000;
 
-/// A table, spread into the points of its grid.
+/// A table of the manifest, as the points of its grid.
 #[derive(Debug)]
 pub struct Section<T> {
-    /// Position of its name.
+    /// Position of the name of the table.
     pub span: Span,
-    /// The points in the order of the cases, then of the swept keys; the last key varies fastest.
+    /// The points in the order of the cases, then of the swept keys. The last key varies fastest.
     pub points: Vec<Point<T>>,
-    /// Keys whose values have been refused, so that they are not reported as missing.
-    pub excused: BTreeSet<String>,
-    /// True if lists that are read as pairs might have been meant to be swept.
+    /// Keys that must not be reported as missing, because a problem with their value or name has
+    /// been reported.
+    pub reported_keys: BTreeSet<String>,
+    /// True if several lists were read as pairs that could also be swept.
     pub may_be_swept: bool,
 }
 
-/// One point of a grid.
+/// One point of the grid of a table.
 #[derive(Debug)]
 pub struct Point<T> {
-    /// The keys of the point.
+    /// The values of the keys at this point.
     pub table: T,
-    /// Position of the case, or of the name of the table.
+    /// Position of the case, or of the name of the table if there are no cases.
     pub span: Span,
 }
 
 impl<T> Section<T> {
-    /// Returns a section without points for a table that cannot be read.
+    /// Creates a section without points, for a table that cannot be read.
     pub fn unreadable(span: Span) -> Self {
-        Self { span, points: Vec::new(), excused: BTreeSet::new(), may_be_swept: false }
+        Self { span, points: Vec::new(), reported_keys: BTreeSet::new(), may_be_swept: false }
     }
 }
 
-/// Deserialises a value of the parsed document; positions in it stay those of the text.
+/// Deserialises a value of the parsed manifest. Positions in the result refer to the text of the
+/// manifest.
 pub fn deserialize<T: DeserializeOwned>(value: TomlSpanned<DeValue<'_>>) -> Result<T, Error> {
     T::deserialize(ValueDeserializer::from(value))
 }
 
-/// Reads a table from which the keys that all stages have are removed.
+/// Reads a table, from which the keys that all stages have must have been removed.
 pub fn read<T: KeyTable>(
     table: DeTable<'_>,
     span: Span,
@@ -71,7 +75,7 @@ pub fn read<T: KeyTable>(
         expected,
         problems,
         grid: Grid::default(),
-        excused: BTreeSet::new(),
+        reported_keys: BTreeSet::new(),
         table: PhantomData,
     };
     let mut cases = None;
@@ -85,12 +89,12 @@ pub fn read<T: KeyTable>(
     if let Some(cases) = cases {
         reader.cases(cases);
     }
-    let (grid, excused, pairs) = (reader.grid, reader.excused, reader.pairs);
+    let (grid, reported_keys, pairs) = (reader.grid, reader.reported_keys, reader.pairs);
     let points = grid.spread(&span).unwrap_or_else(|problem| {
         problems.push(problem);
         Vec::new()
     });
-    Section { span, points, excused, may_be_swept: pairs.may_be_swept }
+    Section { span, points, reported_keys, may_be_swept: pairs.may_be_swept }
 }
 
 struct Reader<'a, 'i, T> {
@@ -99,7 +103,7 @@ struct Reader<'a, 'i, T> {
     expected: &'a ExpectedKeys,
     problems: &'a mut Problems,
     grid: Grid<'i>,
-    excused: BTreeSet<String>,
+    reported_keys: BTreeSet<String>,
     table: PhantomData<T>,
 }
 
@@ -109,7 +113,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         if !self.layout.has(name) {
             let (problem, meant) = self.expected.unknown_key(self.layout, name, key.span());
             self.problems.push(problem);
-            self.excused.extend(meant);
+            self.reported_keys.extend(meant);
             return;
         }
         let axis = self.layout.swept.iter().position(|swept| *swept == name);
@@ -128,7 +132,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         }
     }
 
-    /// Adds a list without the items that are refused.
+    /// Adds a list to the values of all points, without the items that are invalid.
     fn list(&mut self, key: TomlSpanned<DeString<'i>>, list: TomlSpanned<DeValue<'i>>) {
         let items: Vec<_> = list.get_ref().as_array().into_iter().flatten().collect();
         let is_valid = |item: &&TomlSpanned<DeValue<'i>>| {
@@ -156,7 +160,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
             let message = format!("`{}` is an empty list", key.get_ref());
             let label = "must have at least one value to sweep";
             self.problems.push(Problem::new(message, span, label));
-            self.excused.insert(key.get_ref().to_string());
+            self.reported_keys.insert(key.get_ref().to_string());
             return;
         }
         let mut values: Vec<_> = values.into_iter().collect();
@@ -167,7 +171,8 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         }
     }
 
-    /// Reports values that a swept list has twice: their results would count twice.
+    /// Removes and reports values that a swept list contains twice, because their results would
+    /// count twice.
     fn remove_repeats(&mut self, key: &str, values: &mut Vec<TomlSpanned<DeValue<'i>>>) {
         let mut seen = BTreeMap::new();
         values.retain(|value| {
@@ -240,12 +245,12 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         } else {
             let (problem, meant) = self.expected.unknown_key(self.layout, name, key.span());
             self.problems.push(problem);
-            self.excused.extend(meant);
+            self.reported_keys.extend(meant);
         }
         false
     }
 
-    /// Validates a value; reports all its mistakes.
+    /// Validates a value, reports all mistakes in it, and returns whether there are none.
     fn is_valid(
         &mut self,
         key: &TomlSpanned<DeString<'i>>,
@@ -255,14 +260,14 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         let mistakes = validate(self.layout, name, value);
         let is_valid = mistakes.is_empty();
         if !is_valid {
-            self.excused.insert(name.to_owned());
+            self.reported_keys.insert(name.to_owned());
         }
         mistakes.into_iter().for_each(|mistake| self.problems.push(mistake));
         is_valid
     }
 }
 
-/// Returns a list as it is, and any other value as a list of one.
+/// Returns a list unchanged, and any other value as a list of one value.
 pub fn as_list(value: TomlSpanned<DeValue<'_>>) -> TomlSpanned<DeValue<'_>> {
     match value.get_ref() {
         DeValue::Array(_) => value,
@@ -273,7 +278,7 @@ pub fn as_list(value: TomlSpanned<DeValue<'_>>) -> TomlSpanned<DeValue<'_>> {
     }
 }
 
-/// Returns a value in canonical notation: `1`, `1.0` and `1e0` are the same number.
+/// Formats a value in canonical notation, in which `1`, `1.0` and `1e0` are equal.
 fn plain(value: &DeValue<'_>) -> String {
     let exact = |number: i128| number.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS;
     match value {
@@ -296,11 +301,11 @@ fn plain(value: &DeValue<'_>) -> String {
     }
 }
 
-/// The values that all points share, the swept ones, and those of the cases.
+/// The values of a table: common to all points, swept, or in cases.
 #[derive(Default)]
 struct Grid<'i> {
     shared: DeTable<'i>,
-    /// The swept lists by the index of their keys among the swept keys.
+    /// Swept lists by the index of their keys in [`Layout::swept`].
     axes: BTreeMap<usize, Axis<'i>>,
     cases: Option<Vec<(Span, DeTable<'i>)>>,
 }
@@ -311,14 +316,14 @@ struct Axis<'i> {
 }
 
 impl<'i> Grid<'i> {
-    /// Returns where a key is given for all cases, if it is.
+    /// Returns the position of a key that all cases share, if the table has it.
     fn common_key(&self, axis: Option<usize>, name: &str) -> Option<Span> {
         let axis = axis.and_then(|axis| self.axes.get(&axis)).map(|axis| &axis.key);
         let shared = || self.shared.get_key_value(name).map(|(key, _)| key);
         axis.or_else(shared).map(TomlSpanned::span)
     }
 
-    /// Returns every point of the grid, or a problem if there are too many.
+    /// Deserialises every point of the grid, or returns a problem if there are too many points.
     fn spread<T: DeserializeOwned>(self, span: &Span) -> Result<Vec<Point<T>>, Problem> {
         let cases = self.cases.unwrap_or_else(|| vec![(span.clone(), DeTable::new())]);
         let axes: Vec<Axis> = self.axes.into_values().collect();
@@ -327,7 +332,7 @@ impl<'i> Grid<'i> {
         let points = combinations.saturating_mul(cases.len());
         let shared = self.shared.values().map(|value| size(value.get_ref()));
         let values = points.saturating_mul(shared.sum::<usize>() + axes.len());
-        if points > 1 && (points > MOST_POINTS || values > MOST_VALUES) {
+        if points > 1 && (points > MAX_POINTS || values > MAX_VALUES) {
             return Err(too_many(points, values, span));
         }
         let mut spread = Vec::with_capacity(points);
@@ -350,16 +355,17 @@ impl<'i> Grid<'i> {
 }
 
 fn too_many(points: usize, values: usize, span: &Span) -> Problem {
-    let message = if points > MOST_POINTS {
-        format!("the grid has {points} points; the maximum is {MOST_POINTS}")
+    let message = if points > MAX_POINTS {
+        format!("the grid has {points} points; the maximum is {MAX_POINTS}")
     } else {
-        format!("the grid has {values} values; the maximum is {MOST_VALUES}")
+        format!("the grid has {values} values; the maximum is {MAX_VALUES}")
     };
     Problem::new(message, span.clone(), "swept lists are combined with each other")
         .help("list the combinations that you need: `cases = [{ … }, { … }]`")
 }
 
-/// Returns the values of one combination: its index is a number in the mixed radix of the lengths.
+/// Returns one combination of the values of all axes. The digits of `combination` in the mixed
+/// radix of the lengths are the indices.
 fn choose<'i>(axes: &[Axis<'i>], mut combination: usize) -> Vec<Entry<'i>> {
     let choice = axes.iter().rev().map(|axis| {
         let index = combination % axis.values.len();
@@ -369,7 +375,7 @@ fn choose<'i>(axes: &[Axis<'i>], mut combination: usize) -> Vec<Entry<'i>> {
     choice.collect()
 }
 
-/// Returns the number of plain values in a value.
+/// Returns the number of scalars in a value.
 fn size(value: &DeValue<'_>) -> usize {
     match value {
         DeValue::Array(list) => list.iter().map(|value| size(value.get_ref())).sum(),

@@ -1,13 +1,13 @@
 //! Reads one table of a manifest and keeps the position of every value in the text.
 //!
-//! A table is a struct whose fields are [`Key`]s. The field declares its key completely. Its doc
-//! comment is shown by editors and quoted in messages. Its type and its `schemars` attributes give
-//! bounds and default, and the transforms in [`declare`] mark keys that are swept, hold a list or
-//! take a pair.
+//! A table is a struct whose fields are [`Key`]s. The field declares its key completely. Editors
+//! show its doc comment, and messages quote it. Its type and its `schemars` attributes give bounds
+//! and default. The transforms in [`declare`] mark keys that are required, are swept, hold a list
+//! or take a pair.
 //!
 //! [`Layout`] collects these declarations as a JSON Schema. The [`reader`] validates each value
-//! against it and spreads swept lists into the points of a [grid](Section).
-//! [`Checks`](checks::Checks) take the defaults from it and check keys against each other.
+//! against the schema and combines swept lists into the points of a grid, a [`Section`].
+//! [`Checks`](checks::Checks) take defaults from the schema and check keys against each other.
 
 pub mod checks;
 pub mod expected_keys;
@@ -28,14 +28,15 @@ pub use layout::{Layout, declare};
 pub use on_axes::OnAxes;
 pub use reader::{Point, Section};
 
-/// A value and its position in the text.
+/// A value and its position in the text of the manifest.
 #[derive(Debug, Clone)]
 pub struct Spanned<T> {
     pub value: T,
     pub span: Span,
 }
 
-/// An optional key of a table.
+/// A key of a table: its value with its position, or `None` if the manifest does not contain the
+/// key.
 #[derive(Debug, Clone)]
 pub struct Key<T>(pub Option<Spanned<T>>);
 
@@ -46,12 +47,12 @@ impl<T> Default for Key<T> {
 }
 
 impl<T> Key<T> {
-    /// Returns the value as written, if the key is there.
+    /// Returns the value with its position, if the manifest contains the key.
     pub fn written(&self) -> Option<&Spanned<T>> {
         self.0.as_ref()
     }
 
-    /// Returns a copy of the written value, if the key is there.
+    /// Returns a copy of the value, if the manifest contains the key.
     pub fn value(&self) -> Option<T>
     where
         T: Copy,
@@ -74,7 +75,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Key<T> {
     }
 }
 
-/// Gives a wrapper the schema of the value in it.
+/// Implements `JsonSchema` for a wrapper: it has the schema of the wrapped value.
 macro_rules! schema_of_the_value {
     ($wrapper:ident) => {
         impl<T: JsonSchema> JsonSchema for $wrapper<T> {
@@ -99,11 +100,12 @@ macro_rules! schema_of_the_value {
 
 schema_of_the_value!(Spanned);
 schema_of_the_value!(Key);
-// `declare::pair` adds the pair to the schema of the number.
+// `OnAxes` has the schema of a number; `declare::pair` adds the pair.
 schema_of_the_value!(OnAxes);
 
-/// Derives `Deserialize` for an enum whose variants differ in the type of the TOML value: `number`,
-/// `whole`, `word`, `list` or `table`. Unlike untagged enums of serde it keeps positions.
+/// Implements `Deserialize` for an enum whose variants are distinguished by the type of the TOML
+/// value: `number`, `whole`, `word`, `list` or `table`. Unlike untagged enums of serde, the result
+/// keeps positions in the text.
 #[macro_export]
 macro_rules! deserialize_either {
     ($value:ident { $($kind:ident => $variant:ident),+ }) => {
@@ -128,7 +130,8 @@ macro_rules! deserialize_either {
     };
 }
 
-/// The methods of serde's `Visitor` that read one kind of value for [`deserialize_either`].
+/// Implements the methods of serde's `Visitor` that read one type of value, for
+/// [`deserialize_either`].
 #[doc(hidden)]
 #[macro_export]
 macro_rules! visit_kind {
@@ -169,19 +172,19 @@ macro_rules! visit_kind {
 
 pub use deserialize_either;
 
-/// A table of a manifest, implemented by [`table!`](crate::table).
+/// A table of a manifest with declared keys, implemented by [`table!`](crate::table).
 pub trait KeyTable: DeserializeOwned + JsonSchema {
-    /// Returns the declarations of its keys.
+    /// Returns the declarations of the keys.
     fn layout() -> &'static Layout;
 }
 
-/// Makes a struct a [`KeyTable`].
+/// Implements [`KeyTable`] for a struct.
 #[macro_export]
 macro_rules! table {
     ($table:ident) => {
-        impl $crate::written::KeyTable for $table {
-            fn layout() -> &'static $crate::written::Layout {
-                use $crate::written::Layout;
+        impl $crate::keys::KeyTable for $table {
+            fn layout() -> &'static $crate::keys::Layout {
+                use $crate::keys::Layout;
                 static LAYOUT: std::sync::LazyLock<Layout> =
                     std::sync::LazyLock::new(Layout::new::<$table>);
                 &LAYOUT

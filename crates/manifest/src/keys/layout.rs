@@ -1,4 +1,4 @@
-//! The declared keys of a table.
+//! The declarations of the keys of a table, as a JSON Schema with additions.
 
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
@@ -10,8 +10,8 @@ use serde_json::{Map, Value};
 
 use super::validation::alternatives;
 
-/// Transforms for `#[schemars(transform = …)]` that declare a required key and how its lists are
-/// read.
+/// Transforms for `#[schemars(transform = …)]`, which declare that a key is required and how lists
+/// are read.
 pub mod declare {
     use schemars::Schema;
     use serde_json::{Value, json};
@@ -22,30 +22,31 @@ pub mod declare {
     pub(super) const PAIR: &str = "x-pair";
     pub(super) const ALWAYS_PAIR: &str = "x-always-pair";
 
-    /// Declares that the key must be there. The attribute `required` has no effect on a struct
-    /// whose fields have defaults.
+    /// Declares that the key is required. The attribute `required` has no effect on a struct whose
+    /// fields have defaults.
     pub fn required(schema: &mut Schema) {
         schema.insert(REQUIRED.to_owned(), true.into());
     }
 
-    /// Declares that a list of values is swept: it spreads the table into the points of a grid.
+    /// Declares that a list of values is swept: each value gives points of a grid.
     pub fn swept(schema: &mut Schema) {
         schema.insert(SWEPT.to_owned(), true.into());
     }
 
-    /// Declares that a single value may be written for a list of one.
+    /// Declares that a single value stands for a list of one value.
     pub fn list(schema: &mut Schema) {
         schema.insert(LIST.to_owned(), true.into());
     }
 
-    /// Declares that a pair of numbers, along x and along y, may be written for a number. Whether a
-    /// list of two numbers is swept or a pair depends on the other keys that take pairs.
+    /// Declares that the key takes a number, or a pair of numbers along x and y. Whether a list of
+    /// two numbers is a pair or swept depends on the other keys that take pairs.
     pub fn pair(schema: &mut Schema) {
         or_a_pair(schema);
         schema.insert(PAIR.to_owned(), true.into());
     }
 
-    /// Like [`pair`], but a list of two numbers is always a pair.
+    /// Declares that the key takes a number or a pair, as [`pair`] does, but a list of two numbers
+    /// is always a pair.
     pub fn always_pair(schema: &mut Schema) {
         or_a_pair(schema);
         schema.insert(ALWAYS_PAIR.to_owned(), true.into());
@@ -58,7 +59,8 @@ pub mod declare {
         }
     }
 
-    /// Adds a pair to the schema of a number; each of the two has the bounds of the number.
+    /// Adds a pair to the schema of a number. Both numbers of the pair have the bounds of the
+    /// number.
     fn or_a_pair(schema: &mut Schema) {
         let bounds = ["type", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"];
         let known = bounds.iter().filter_map(|rule| Some((*rule, schema.get(*rule)?.clone())));
@@ -72,22 +74,23 @@ pub mod declare {
     }
 }
 
-/// The declared keys of a table.
+/// The declarations of the keys of a table.
 pub struct Layout {
-    /// Keys whose lists are swept, in the order of the declaration; the last one varies fastest.
+    /// Keys whose lists are swept, in the order of their declaration. The last key varies fastest.
     pub swept: Vec<&'static str>,
-    /// Keys that hold a list, for which a single value may be written.
+    /// Keys that hold a list, for which a single value stands for a list of one.
     pub lists: Vec<&'static str>,
-    /// Keys that hold a number or a pair; either all or none of those that are lists are pairs.
+    /// Keys that take a number or a pair. The module [`on_axes`](super::on_axes) tells when a list
+    /// of two numbers is a pair.
     pub pairs: Vec<&'static str>,
-    /// Keys that hold a number or a pair, where a list of two numbers is always a pair.
+    /// Keys that take a number or a pair, for which a list of two numbers is always a pair.
     pub always_pairs: Vec<&'static str>,
     /// JSON Schema of the table, without references.
     pub schema: Schema,
 }
 
 impl Layout {
-    /// Collects the declarations of a type.
+    /// Collects the declarations of the fields of a struct.
     pub fn new<T: DeserializeOwned + JsonSchema>() -> Self {
         let settings = SchemaSettings::draft07().with(|settings| {
             settings.inline_subschemas = true;
@@ -115,28 +118,28 @@ impl Layout {
         Self { swept, lists, pairs, always_pairs, schema }
     }
 
-    /// Returns the schemas of the keys.
+    /// Returns the schemas of the keys by name.
     pub fn properties(&self) -> &Map<String, Value> {
         let properties = self.schema.get("properties").and_then(Value::as_object);
         properties.expect("a table is an object")
     }
 
-    /// Returns the keys in alphabetical order.
+    /// Returns the names of the keys in alphabetical order.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.properties().keys().map(String::as_str)
     }
 
-    /// Returns whether there is such a key.
+    /// Returns whether the table has a key of this name.
     pub fn has(&self, key: &str) -> bool {
         self.properties().contains_key(key)
     }
 
-    /// Returns whether a key holds a number or a pair.
+    /// Returns whether a key takes a number or a pair.
     pub fn takes_pairs(&self, key: &str) -> bool {
         self.pairs.contains(&key) || self.always_pairs.contains(&key)
     }
 
-    /// Returns the description of a key for messages, such as of `hurst` or `loads.from`.
+    /// Returns the description of a key, such as `hurst` or `loads.from`, for messages.
     pub fn doc(&self, path: &str) -> Option<String> {
         let about = self.declared(path)?.get("description")?.as_str()?;
         Some(format!("`{path}`: {about}"))
@@ -145,13 +148,13 @@ impl Layout {
     /// Returns the declared default of a key, if it has one.
     ///
     /// # Panics
-    /// If the default is no value of this type, which is a mistake in the declaration.
+    /// If the default does not have the type `T`, which is a mistake in the declaration.
     pub fn default_of<T: DeserializeOwned>(&self, path: &str) -> Option<T> {
         let default = self.declared(path)?.get("default")?.clone();
         Some(serde_json::from_value(default).expect("a declared default has the type of its key"))
     }
 
-    /// Returns the schema of a key, or of a key of a table that is written for it: `loads.from`.
+    /// Returns the schema of a key, or of a key of an inner table, such as `loads.from`.
     fn declared(&self, path: &str) -> Option<&Value> {
         let mut names = path.split('.');
         let first = self.properties().get(names.next()?)?;
@@ -165,7 +168,7 @@ impl Layout {
     }
 }
 
-/// Puts a description on one line.
+/// Removes the number format from a schema and puts its description on one line.
 fn tidy(schema: &mut Schema) {
     schema.remove("format");
     if let Some(Value::String(about)) = schema.get_mut("description") {
@@ -173,7 +176,8 @@ fn tidy(schema: &mut Schema) {
     }
 }
 
-/// Returns the keys of a table in the order of its declaration, which a schema does not keep.
+/// Returns the names of the fields of a struct in the order of their declaration, which a schema
+/// does not keep.
 fn fields<T: DeserializeOwned>() -> &'static [&'static str] {
     struct Fields<'a>(&'a mut &'static [&'static str]);
 
@@ -181,7 +185,7 @@ fn fields<T: DeserializeOwned>() -> &'static [&'static str] {
         type Error = Error;
 
         fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
-            Err(serde::de::Error::custom("only the names of fields are asked for"))
+            Err(serde::de::Error::custom("only the names of fields are needed"))
         }
 
         fn deserialize_struct<V: Visitor<'de>>(

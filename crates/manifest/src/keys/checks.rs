@@ -1,4 +1,4 @@
-//! Takes the values of a table: as written, or the default that their key declares.
+//! Takes values and defaults from a table, and checks its keys against each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,63 +9,70 @@ use super::{Key, KeyTable, Layout, Point, Section, Spanned};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
 
-/// Takes the values of one point of a grid. Methods that return `None` have reported a problem, or
-/// the reader has.
+/// Access to the values of one point of a grid.
 ///
-/// Each value has been validated against the declaration of its key before.
+/// The reader has validated each value against the declaration of its key. A method that returns
+/// `None` has reported a problem, or the reader has reported one before.
 pub struct Checks<'a> {
-    /// Receives the problems.
+    /// Collects the problems of the manifest.
     pub problems: &'a mut Problems,
     span: &'a Span,
-    excused: &'a BTreeSet<String>,
+    reported_keys: &'a BTreeSet<String>,
     layout: &'static Layout,
 }
 
 impl<'a> Checks<'a> {
-    /// Takes the values of a point of a section.
+    /// Creates the access to a point of a section.
     pub fn new<T: KeyTable>(
         section: &'a Section<T>,
         point: &'a Point<T>,
         problems: &'a mut Problems,
     ) -> Self {
-        Self { problems, span: &point.span, excused: &section.excused, layout: T::layout() }
+        Self {
+            problems,
+            span: &point.span,
+            reported_keys: &section.reported_keys,
+            layout: T::layout(),
+        }
     }
 
-    /// Returns the written value of a key that must be there.
+    /// Returns the value of a required key, and reports a missing key.
     pub fn required<'k, T>(&mut self, name: &str, key: &'k Key<T>) -> Option<&'k Spanned<T>> {
         key.written().or_else(|| self.missing(name))
     }
 
-    /// Returns the written value of a key that may be left out.
+    /// Returns the value of an optional key, or `Some(None)` if the manifest does not contain the
+    /// key.
     pub fn optional<'k, T>(&self, name: &str, key: &'k Key<T>) -> Option<Option<&'k Spanned<T>>> {
         let written = key.written();
-        (written.is_some() || !self.is_excused(name)).then_some(written)
+        (written.is_some() || !self.is_reported(name)).then_some(written)
     }
 
-    /// Returns whether a key is missing because the reader has refused its value.
-    pub fn is_excused(&self, name: &str) -> bool {
-        self.excused.contains(name)
+    /// Returns whether a problem with the key has been reported, so that the key must not be
+    /// reported as missing.
+    pub fn is_reported(&self, name: &str) -> bool {
+        self.reported_keys.contains(name)
     }
 
-    /// Returns a number or the declared default; without one the key must be there.
+    /// Returns a number or its declared default. A key without a default is required.
     ///
-    /// Numbers are rounded to the decimals that were meant, so that equal numbers have equal keys.
+    /// Numbers are rounded to twelve digits, so that equal numbers have equal keys.
     pub fn number(&mut self, name: &str, key: &Key<f64>) -> Option<f64> {
         self.value_or_default(name, key, |number| decimal::nearest(*number))
     }
 
-    /// Returns a number that may be left out.
+    /// Returns the rounded value of an optional number.
     pub fn optional_number(&mut self, name: &str, key: &Key<f64>) -> Option<Option<f64>> {
         let written = self.optional(name, key)?;
         Some(written.map(|number| decimal::nearest(number.value)))
     }
 
-    /// Returns a value or the declared default; without one the key must be there.
+    /// Returns a value or its declared default. A key without a default is required.
     pub fn value<T: DeserializeOwned + Clone>(&mut self, name: &str, key: &Key<T>) -> Option<T> {
         self.value_or_default(name, key, T::clone)
     }
 
-    /// Returns a value, or `default` if the key is left out.
+    /// Returns a value, or `default` if the manifest does not contain the key.
     pub fn value_or<T: Clone>(&self, name: &str, key: &Key<T>, default: T) -> Option<T> {
         let written = self.optional(name, key)?;
         Some(written.map_or(default, |written| written.value.clone()))
@@ -74,7 +81,7 @@ impl<'a> Checks<'a> {
     /// Returns the declared default of a key.
     ///
     /// # Panics
-    /// If the key declares none.
+    /// If no default is declared.
     pub fn default_of<T: DeserializeOwned>(&self, name: &str) -> T {
         self.layout.default_of(name).expect("the key declares a default")
     }
@@ -87,30 +94,30 @@ impl<'a> Checks<'a> {
     ) -> Option<V> {
         match key.written() {
             Some(written) => Some(read(&written.value)),
-            None if self.is_excused(name) => None,
+            None if self.is_reported(name) => None,
             None => self.layout.default_of(name).or_else(|| self.missing(name)),
         }
     }
 
     fn missing<T>(&mut self, name: &str) -> Option<T> {
-        if self.is_excused(name) {
+        if self.is_reported(name) {
             return None;
         }
         let label = format!("`{name}` is missing here");
         self.refuse(name, format!("`{name}` is not given"), self.span, label)
     }
 
-    /// Refuses a key that has no meaning together with other keys.
+    /// Refuses a key that has no effect together with other keys; `why` is the label.
     pub fn forbidden<T>(&mut self, name: &str, key: &Key<T>, why: &str) -> Option<()> {
         let Some(written) = key.written() else {
             return Some(());
         };
-        let message = format!("`{name}` has no meaning here");
+        let message = format!("`{name}` cannot be used here");
         self.reject(Problem::new(message, written.span.clone(), why))
     }
 
-    /// Reports a problem with the value of a key, with the description of the key, and returns
-    /// none.
+    /// Reports a problem with the value of a key, adds the description of the key, and returns
+    /// `None`.
     pub fn refuse<T>(
         &mut self,
         name: &str,
@@ -122,13 +129,13 @@ impl<'a> Checks<'a> {
         None
     }
 
-    /// Reports a problem and returns none.
+    /// Reports a problem and returns `None`.
     pub fn reject<T>(&mut self, problem: Problem) -> Option<T> {
         self.problems.push(problem);
         None
     }
 
-    /// Reports a problem with the description of the key.
+    /// Reports a problem and adds the description of the key.
     pub fn report(&mut self, name: &str, problem: Problem) {
         let problem = match self.layout.doc(name) {
             Some(doc) => problem.help(doc),
@@ -138,7 +145,7 @@ impl<'a> Checks<'a> {
     }
 }
 
-/// Reports points of a grid with equal parameters: their results would count twice.
+/// Reports points of a grid with equal parameters, because their results would count twice.
 pub fn report_equal_points<'p, T, P: Serialize + 'p>(
     section: &Section<T>,
     params: impl IntoIterator<Item = &'p P>,

@@ -1,17 +1,16 @@
-//! Numbers that hold for both axes of a map, or one number for each axis.
+//! Values that are one number for both axes of a map, or one number for each axis.
 //!
-//! A list in a manifest is swept: `nodes = [64, 128]` are two squares. A rectangle needs a list
-//! too: `nodes = [1024, 512]` with `side = [2.0, 1.0]`. These rules tell them apart:
+//! A list in a manifest is swept: `nodes = [64, 128]` gives two squares. A rectangle is written as
+//! a list too: `nodes = [1024, 512]` with `side = [2.0, 1.0]`. These rules distinguish them:
 //!
-//! - A list within a list, and a list within a case, is a pair along x and y.
-//! - A list of two numbers is a pair if another key that takes pairs is a pair or such a list too.
-//!   Otherwise it is swept like all other lists.
-//! - The sides of a measured map and the nodes that it is resampled on are never swept over a list
-//!   of two numbers: it is always a pair.
+//! - A list within a list, or within a case, is a pair along x and y.
+//! - A list of two numbers is a pair if another key that takes pairs is also a pair or a list of
+//!   two numbers. Otherwise it is swept like all other lists.
+//! - For the keys `side` and `resample` of measured maps, a list of two numbers is always a pair.
 //!
-//! So a manifest in which one such key alone is a list keeps its meaning. Where two keys are lists
-//! of two numbers, a sweep of four squares and one rectangle look the same. It is read as one
-//! rectangle, and a warning shows how to write either without doubt.
+//! A manifest in which only one such key is a list therefore keeps its meaning. If two keys are
+//! lists of two numbers, the lists could be a sweep of four squares or one rectangle. They are read
+//! as one rectangle, and a warning shows how to write both unambiguously.
 
 use std::fmt;
 
@@ -22,13 +21,13 @@ use toml::de::{DeTable, DeValue};
 use super::Layout;
 use super::validation::number;
 
-/// One number for both axes, or one for each.
+/// One number for both axes, or one number for each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum OnAxes<T> {
-    /// The same number along both.
+    /// The same number along x and along y.
     Both(T),
-    /// Numbers along x and along y.
+    /// One number along x and one along y.
     Each([T; 2]),
 }
 
@@ -42,7 +41,7 @@ impl<T: Copy> OnAxes<T> {
     }
 }
 
-/// Writes the number or the pair as a manifest has it.
+/// Formats the number or the pair as in a manifest.
 impl<T: fmt::Display> fmt::Display for OnAxes<T> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -52,26 +51,26 @@ impl<T: fmt::Display> fmt::Display for OnAxes<T> {
     }
 }
 
-/// The keys of a table whose list of two numbers is one pair and not swept.
+/// The keys of a table for which a list of two numbers is a pair and not swept.
 pub struct Pairs {
     keys: Vec<&'static str>,
-    /// True if the pairs might have been meant to be swept.
+    /// True if several lists were read as pairs that could also be swept.
     pub may_be_swept: bool,
 }
 
-/// The notation of a key that takes pairs.
+/// The form in which a manifest gives the value of a key that takes pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Notation {
     /// Neither a list of two numbers nor a list of pairs.
     Other,
-    /// A list of two numbers; `true` if they differ.
+    /// A list of two numbers, with `true` if the numbers differ.
     TwoNumbers(bool),
-    /// A list that holds a list, or a list within a case.
+    /// A list that contains a list, or a list within a case.
     Pairs,
 }
 
 impl Pairs {
-    /// Finds the pairs of a table.
+    /// Determines which lists of a table are pairs.
     pub fn among(table: &DeTable<'_>, layout: &'static Layout) -> Pairs {
         let keys = layout.pairs.iter().copied();
         let notations: Vec<_> = keys.map(|key| (key, Notation::of(table, key))).collect();
@@ -89,7 +88,7 @@ impl Pairs {
         }
     }
 
-    /// Returns whether the list of a key is one pair.
+    /// Returns whether the list of a key is a pair.
     pub fn has(&self, key: &str) -> bool {
         self.keys.contains(&key)
     }

@@ -1,9 +1,9 @@
-//! Messages about keys that a table does not have.
+//! Reports keys that a table does not have.
 
 use super::Layout;
 use crate::diagnostics::{Problem, Span, did_you_mean, listed};
 
-/// Keys that have been renamed: the old name, the new one, and what the new one holds.
+/// Renamed keys: old name, new name, and help.
 const RENAMED: [(&str, &str, &str); 1] = [(
     "youngs_modulus",
     "effective_modulus",
@@ -11,26 +11,26 @@ const RENAMED: [(&str, &str, &str); 1] = [(
      `bodies = [{ youngs_modulus, poisson_ratio }]`",
 )];
 
-/// Finds another table that has a key, and returns its name for messages.
+/// Function that returns the name of another table that has a key, for messages.
 pub type FindOwner = dyn Fn(&str) -> Option<String>;
 
-/// The keys that a table can have, for messages about other ones.
+/// The keys that a table can have, for messages about unknown keys.
 pub struct ExpectedKeys {
     /// Name of the table in messages.
     pub table: String,
-    /// Keys that are read before those of the [`Layout`].
+    /// Keys of the table that are not in its [`Layout`], because they are read before.
     pub common: Vec<&'static str>,
-    /// Finds another table that has the key.
+    /// Finds another table that has an unknown key.
     pub owner: Box<FindOwner>,
 }
 
 impl ExpectedKeys {
-    /// Expects the keys of a [`Layout`] alone.
+    /// Creates the expectations for a table that has only the keys of its [`Layout`].
     pub fn of_table(table: &str) -> Self {
         Self { table: table.to_owned(), common: Vec::new(), owner: Box::new(|_| None) }
     }
 
-    /// Reports a key that the table does not have, and returns the key that was probably meant.
+    /// Returns the problem of an unknown key, and the key that was probably meant.
     pub fn unknown_key(
         &self,
         layout: &'static Layout,
