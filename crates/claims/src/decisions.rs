@@ -86,9 +86,9 @@ impl Judgement {
     /// claim, if all values and standard deviations stay the same. Returns `None` for a decided
     /// claim, or if a million surfaces would not decide it.
     ///
-    /// A quantity outside the expected range decides the claim as soon as its joint interval
-    /// excludes the range. Without such a quantity, the claim holds as soon as each quantity does
-    /// by itself.
+    /// If a quantity is outside the expected range, the claim fails as soon as the joint interval
+    /// of this quantity excludes the range. Otherwise the claim holds as soon as each quantity is
+    /// as expected at one-sided 95 %.
     pub fn more_surfaces(&self, expected: Expectation) -> Option<usize> {
         let now = self.surfaces()?;
         Some(self.surfaces_to_decide(expected, 1)? - now)
@@ -107,7 +107,7 @@ impl Judgement {
     pub fn decided_with(&self, expected: Expectation, looks: NonZeroU32) -> Option<[usize; 2]> {
         let needed = self.surfaces_to_decide(expected, looks.get() as usize)?;
         let could_hold = self.bounds.iter().all(|bound| expected.contains(bound.value));
-        // With a quantity without a value the claim cannot hold.
+        // A claim cannot hold if one of its quantities has no value.
         let is_hopeless = could_hold && !self.without_value.is_empty();
         Some([self.surfaces()?, needed]).filter(|_| !is_hopeless)
     }

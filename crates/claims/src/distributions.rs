@@ -150,8 +150,8 @@ fn label(evidence: &Evidence, one: &Pressures) -> String {
     evidence.name_under(&one.spectrum, one.load)
 }
 
-/// Adds a function of the ratio of the mean fraction between two bounds to that in Persson's
-/// theory.
+/// Adds a function of the ratio of the fraction of the area with a pressure between two bounds,
+/// averaged over the surfaces, to the fraction in Persson's theory.
 fn ratio(
     evidence: &Evidence,
     one: &Pressures,

@@ -34,8 +34,8 @@ pub struct AreaCurves {
     pub spectrum: Spectrum,
     /// Name of the correction of the area.
     pub correction: String,
-    /// Loads at which all surfaces have a row or are in full contact already, ascending, in units
-    /// of E* × rms slope.
+    /// Ascending loads, in units of E* × rms slope, at which each surface has a row or is in full
+    /// contact already.
     pub loads: Vec<f64>,
     /// The same loads in the unit of the manifest: reduced, or pressures in the unit of the
     /// modulus.
@@ -243,8 +243,8 @@ impl Evidence {
     }
 }
 
-/// Finds the parameters that vary between the spectra of the areas. A study without areas has those
-/// of the pressures.
+/// Finds the parameters that vary between the spectra of the areas, or between those of the
+/// pressures if there are no areas.
 fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableError> {
     let mut spectra: Vec<Spectrum> = ensembles.iter().map(|one| one.spectrum.clone()).collect();
     if spectra.is_empty() {

@@ -12,7 +12,7 @@ pub struct Quantities {
     bounds: Vec<Bound>,
     /// True if a quantity had too few surfaces for an interval.
     lacks_surfaces: bool,
-    /// Labels of quantities without a value, for all surfaces or for all but one of them.
+    /// Labels of quantities that have no value, either for all surfaces or without one of them.
     without_value: Vec<String>,
 }
 

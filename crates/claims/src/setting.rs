@@ -192,7 +192,7 @@ impl Spectrum {
     }
 }
 
-/// Returns the spectrum of a row, or `None` for surfaces on rectangles or not drawn from a
+/// Returns the spectrum of a row, or `None` if the surface is on a rectangle or not drawn from a
 /// spectrum.
 pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableError> {
     if !table.has(HURST.name) || table.reals(HURST.name)?.is_null(row) {

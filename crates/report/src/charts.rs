@@ -139,7 +139,7 @@ fn add_shifted(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
     scene.defs.extend(drawn.defs);
 }
 
-/// Distance between the left ends of a sample and of its label, in pixels.
+/// Distance between the left ends of the line and of the label of an entry, in pixels.
 const SAMPLE: f64 = 32.0;
 /// Distance between two columns of the legend, in pixels.
 const GUTTER: f64 = 16.0;

@@ -21,7 +21,8 @@ const BASIS: [&str; 2] = ["id=\"basis\">", "</script>"];
 /// Text before and after the digest at the end of a page.
 const SEAL: [&str; 2] = ["<!-- blake3 ", " -->\n"];
 
-/// Contents of a page, by which a later page that shows less is prevented from replacing it.
+/// Contents of a page. A new page is compared with them before it replaces the page, because it may
+/// show less.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
     /// Name of the study, which is empty for pages of earlier versions.
@@ -119,8 +120,8 @@ pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
 /// study.
 ///
 /// # Errors
-/// If the folder contains another page or figure. A page that is not a report is never replaced;
-/// other files are with [`Existing::Replace`].
+/// If the folder contains another page or figure. A page that is not a report is never replaced.
+/// Other files are replaced with [`Existing::Replace`].
 pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<(), ReportError> {
     let page = folder.join(PAGE);
     let basis = match fs::read(&page) {

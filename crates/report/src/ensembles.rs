@@ -311,7 +311,7 @@ mod tests {
         let means = ensemble.mean("area").unwrap();
         let found: Vec<(f64, f64)> = means.iter().map(|mean| (mean.load, mean.mean)).collect();
         assert_eq!(found, [(0.1, 0.2), (0.2, 0.4)], "a shared load counts once");
-        // Two values, 0.2 apart: half of that is the standard error of their mean.
+        // The standard error of the mean of two values is half of their distance of 0.2.
         assert!((means[0].half_bar.unwrap() - 0.1).abs() < 1e-15);
     }
 
@@ -340,7 +340,7 @@ mod tests {
         let table = table();
         let found = from_table(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
         let [growth] = found.unwrap()[..] else { panic!("one step") };
-        // Mean areas 0.2 and 0.4 under 0.1 and 0.2: half the load each.
+        // The mean areas at the loads 0.1 and 0.2 are 0.2 and 0.4, so y/a stays 1/2.
         assert!((growth.x - 0.3).abs() < 1e-15 && growth.y.abs() < 1e-15);
         // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1. The half bar is
         // half their distance.
@@ -356,7 +356,7 @@ mod tests {
         let (one, other) =
             (from_table(&table, Bars::Sem).unwrap(), from_table(&reversed, Bars::Sem).unwrap());
         let ratios = one[0].ratio("area", &other[0], "area").unwrap();
-        // Under 0.2 each surface has two rows, of which the first of either table counts.
+        // At the load 0.2 each surface has two rows; in each table, the first of them counts.
         assert_eq!((ratios[0].load, ratios[0].mean), (0.1, 1.0));
         assert!((ratios[1].mean - (0.30 / 0.31 + 0.50 / 0.51) / 2.0).abs() < 1e-15);
     }

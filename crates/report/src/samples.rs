@@ -27,7 +27,8 @@ use asperity_tables::store::TaskTables;
 
 /// Largest number of parameter points in one figure.
 pub const MOST: usize = 9;
-/// Nodes per longer side of a random surface that is drawn, unless its shortest wave needs more.
+/// Number of nodes along the longer side of the drawing of a random surface, unless its shortest
+/// wave needs more.
 const NODES: usize = 512;
 
 /// First surface of a parameter point.

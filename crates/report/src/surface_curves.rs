@@ -54,7 +54,7 @@ pub fn from_table(
         });
         for row in rows {
             let weight = weights.map_or(1.0, |weights| weights.value(row) as f64);
-            // The bits of positive numbers have their order.
+            // The bits of positive numbers sort like the numbers.
             let bits = coordinates.value(row).to_bits();
             let sum = found[index].1.entry(bits).or_insert((0.0, 0, weight));
             sum.0 += values.value(row);

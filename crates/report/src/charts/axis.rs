@@ -113,7 +113,8 @@ impl Spacing {
     /// Returns a power of ten by which numbers of a logarithmic axis are multiplied, because the
     /// drawing crate treats tiny numbers as zero. Distances on the axis stay the same.
     pub(super) fn lift(self, [from, _]: [f64; 2]) -> f64 {
-        /// The crate draws all numbers below a tenth of this at the same position.
+        /// Smallest end that needs no lift. The drawing crate draws all numbers below a tenth of it
+        /// at the same position.
         const LEAST: f64 = 1e-9;
         match self {
             Spacing::Logarithmic if from < LEAST => 10f64.powi(-from.log10().floor() as i32),

@@ -131,7 +131,7 @@ pub const COLLAPSE: Definition = Definition {
 const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
 /// Largest relative distance of a study's load from one of [`LOADS`].
 const NEAR: f64 = 0.1;
-/// Smallest number of spectra of a curve.
+/// Smallest number of spectra for which a chart is drawn.
 const FEWEST_SPECTRA: usize = 3;
 /// Corrections, with the titles of their charts.
 const CORRECTIONS: [(&str, &str); 3] =

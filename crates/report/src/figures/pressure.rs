@@ -112,7 +112,7 @@ fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
         .collect()
 }
 
-/// Returns Persson's area over the pressures of an ensemble.
+/// Returns Persson's area as a curve over the pressures of an ensemble.
 fn theory(data: &FigureData, ensemble: &EnsembleCurves, pressures: &[Mean]) -> Option<Series> {
     let (first, last) = (pressures.first()?, pressures.last()?);
     let unit = first.mean / first.load;
@@ -219,7 +219,7 @@ pub const GROWTH: Definition = Definition {
 
 /// Largest area of the chart; near full contact all curves fall to zero.
 const MOST: f64 = 0.5;
-/// Smallest number of differences of a chart.
+/// Smallest number of points for which the chart is drawn.
 const FEWEST: usize = 3;
 
 /// Factor by which the guides lie above the data.

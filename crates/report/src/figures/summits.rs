@@ -53,10 +53,11 @@ const DENSITY_OF_SUMMITS: Quantity = Quantity {
     closed_form: Continuum::summit_density,
 };
 
-/// Hurst exponents in the paper's figures: that of its surfaces, and another one.
+/// Hurst exponent of the paper's surfaces.
 const PAPERS_HURST: f64 = 0.8;
+/// Second Hurst exponent for which the paper shows closed forms.
 const OTHER_HURST: f64 = 0.3;
-/// Largest number of Hurst exponents with separate charts.
+/// Largest number of Hurst exponents for which each has its own chart.
 const MOST_CHARTS: usize = 3;
 
 /// Spectra that differ only in their upper cutoff.
