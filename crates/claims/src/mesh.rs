@@ -40,7 +40,8 @@ const BOUNDS: Statement = Statement {
     origin: Origin::Paper,
     text: "“A_inf/A₀ ≤ A′/A₀ ≤ A/A₀”, A_inf = A − (π/4) S_d Δx",
     source: "section 8, fig. 11",
-    quantity: "c/(π/4) from A_N = A* + c S_d Δx over meshes of the same surfaces, at all loads",
+    quantity: "c/(π/4) with c fitted to A_N = A* + c S_d Δx, where A_N is the counted area on N² \
+               nodes and A* is common to all meshes of a surface, at all loads",
     expected: Expectation::Within(0.0, 1.0),
     reason: "0 if the counted area is exact, 1 if the lower bound is exact",
     figure: Some("mesh-convergence"),
@@ -52,7 +53,8 @@ const SMALLER_ERROR: Statement = Statement {
     text: "A′ ≈ A − (π/8) S_d Δx is a rough estimate; “the actual error may be significantly \
            smaller”",
     source: "section 8, eq. (corrected_area)",
-    quantity: "c/(π/8) from A_N = A* + c S_d Δx over meshes of the same surfaces, at all loads",
+    quantity: "c/(π/8) with c fitted to A_N = A* + c S_d Δx, where A_N is the counted area on N² \
+               nodes and A* is common to all meshes of a surface, at all loads",
     expected: Expectation::Within(0.0, 0.9),
     reason: "“significantly smaller” is read as smaller by at least 10 %",
     figure: Some("mesh-convergence"),
@@ -63,8 +65,9 @@ const OF_2017_IS_RIGHT: Statement = Statement {
     origin: Origin::Ours,
     text: "The counted area is too large by ((π − 1 + ln 2)/24) S_d Δx, within 15 %.",
     source: "Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161",
-    quantity: "c/0.1181, the ratio to this coefficient, from A_N = A* + c S_d Δx over meshes of \
-               the same surfaces, at all loads",
+    quantity: "c/0.1181 with c fitted to A_N = A* + c S_d Δx, where A_N is the counted area on N² \
+               nodes and A* is common to all meshes of a surface, at all loads; 0.1181 is the \
+               coefficient of 2017",
     expected: Expectation::Within(0.85, 1.15),
     reason: "15 % of a correction of a few per cent is less than 1 % of the area",
     figure: Some("mesh-convergence"),
@@ -206,7 +209,7 @@ const LOGARITHMIC: Statement = Statement {
     name: "kappa-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
     text: "In the limits of large cells and fine meshes, the secant A/(A₀ y) falls with the \
-           logarithm of k_upper/k_lower, and has no fractal limit.",
+           logarithm of k_upper/k_lower, so it has no fractal limit (k_upper/k_lower → ∞).",
     source: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
              area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) \
              433, extrapolate the secant to a limit by powers",
@@ -239,8 +242,8 @@ const BETWEEN_THEORIES: Statement = Statement {
 const CELL_IS_GREAT_ENOUGH: Statement = Statement {
     name: "sixteen-wavelengths-to-the-cell-are-enough",
     origin: Origin::Ours,
-    text: "The secant of a cell with sixteen longest wavelengths per side is that of an infinite \
-           cell.",
+    text: "The secant of a cell with sixteen longest wavelengths per side equals that of an \
+           infinite cell.",
     source: "section 9.2 of the paper finds no convergence in k_lower up to 16 at a given k_upper, \
              where the bandwidth falls as k_lower grows",
     quantity: "contribution of the term in 1/k_lower to the fitted secant at k_lower = 16, divided \
@@ -255,7 +258,7 @@ const MESH_IS_FINE_ENOUGH: Statement = Statement {
     name: "eight-nodes-to-the-wavelength-are-enough-once-corrected",
     origin: Origin::Ours,
     text: "If the area is corrected as in 2017, the secant on a mesh of eight nodes per shortest \
-           wavelength is that on an infinitely fine mesh.",
+           wavelength equals that on an infinitely fine mesh.",
     source: "compare section 8 of the paper, whose coarsest meshes have eight nodes",
     quantity: "contribution of the term in k_upper/nodes to the fitted secant at k_upper/nodes = \
                1/8, divided by the secant at the middle of the bandwidths, at each load of the fit",

@@ -212,8 +212,8 @@ const BOUND_FALLS: Statement = Statement {
     text: "“this lower boundary can be significantly decreased, if one takes into account the \
            error estimation based on the perimeter”",
     source: "section 5.2.1, section 8",
-    quantity: "ln of the ratio of the smallest convex κ of the counted area to that of the area \
-               corrected by π/8",
+    quantity: "ln of the ratio of the smallest κ with convex slopes (see least-convex-kappa) for \
+               the counted area to that for the area corrected by π/8",
     expected: Expectation::Within(0.05, f64::INFINITY),
     reason: "“significantly” is read as at least 5 %",
     figure: Some("area-corrected"),
@@ -224,8 +224,8 @@ const DEPENDS_ON_K_LOWER: Statement = Statement {
     origin: Origin::Paper,
     text: "“the minimal value of κ is strongly dependent on the lower cutoff k_l”",
     source: "section 5.2.1",
-    quantity: "ln of the ratio of the smallest convex κ of single spectra, for neighbouring \
-               k_lower (larger over smaller) at equal k_upper",
+    quantity: "ln of the ratio of the smallest κ with convex slopes (see least-convex-kappa) of \
+               single spectra, for neighbouring k_lower (larger over smaller) at equal k_upper",
     expected: Expectation::Within(0.05, f64::INFINITY),
     reason: "“strongly” is read as at least 5 % for each step; the paper gives no direction, and \
              growth with k_lower is what studies find",
@@ -242,8 +242,8 @@ const EXPONENT: Statement = Statement {
     quantity: "m = μ − 1 of the contact evolution law with κ = 1.1 √(2π), fitted to the slopes at \
                loads up to 0.06",
     expected: Expectation::Within(-1.0, 0.0),
-    reason: "the printed range; the exponent of the law, because logarithms of differences would \
-             omit decreasing pressures",
+    reason: "the printed range 0 < μ < 1; μ is taken from the law, because logarithms of \
+             differences would omit steps of the load in which p̄ decreases",
     figure: Some("pressure-growth"),
 };
 

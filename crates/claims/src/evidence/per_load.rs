@@ -342,5 +342,5 @@ fn small_numbers(choices: &LimitChoices) -> Option<[usize; 3]> {
 
 fn forms(choices: &LimitChoices) -> Vec<Vec<TermForm>> {
     let terms = choices.terms.iter();
-    terms.map(|term| term.forms.iter().map(|form| form.numeric()).collect()).collect()
+    terms.map(|term| term.forms.iter().map(|form| form.term_form()).collect()).collect()
 }
