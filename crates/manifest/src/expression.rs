@@ -81,7 +81,7 @@ impl Operator {
         }
     }
 
-    /// Returns the precedence. Operators of higher precedence bind more tightly.
+    /// Returns the precedence of the operator. Operators of higher precedence bind more tightly.
     fn rank(self) -> u8 {
         match self {
             Operator::Sum | Operator::Difference => 1,
@@ -102,7 +102,7 @@ impl Operator {
 }
 
 impl Expression {
-    /// Parses an expression.
+    /// Parses the text of an expression.
     ///
     /// # Errors
     /// If the text is not an expression, or is longer than [`MAX_LENGTH`].

@@ -26,7 +26,7 @@ use crate::diagnostics::Span;
 
 pub use layout::{Layout, declare};
 pub use on_axes::OnAxes;
-pub use reader::{Point, Section};
+pub use reader::{GridPoint, Section};
 
 /// A value and its position in the text of the manifest.
 #[derive(Debug, Clone)]

@@ -6,7 +6,7 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | [`keys`] | tables of declared keys: declarations, validation, positions in the text, sweeps, pairs |
+//! | [`keys`] | tables of declared keys: validation, positions in the text, sweeps, pairs |
 //! | [`keys::checks`] | values and defaults of keys; reports of keys that contradict each other |
 //! | [`diagnostics`] | collection and display of mistakes; "did you mean", lists, plurals |
 //! | [`expression`] | arithmetic expressions in the columns of a table |

@@ -17,7 +17,7 @@ use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::validation::{found, unknown_word, validate_against};
 use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
 use asperity_stages::Kind;
-use asperity_stages::form::{Points, Reading, StageVariant, a_stage};
+use asperity_stages::form::{FromKey, StagePoints, StageVariant, with_article};
 
 pub use schema::schema;
 
@@ -56,7 +56,7 @@ pub struct StageTable {
     pub from: Option<Vec<Spanned<String>>>,
     /// All other keys, at each parameter point. `None` if the kind is unknown, because it decides
     /// which keys are valid.
-    pub points: Option<Points>,
+    pub points: Option<StagePoints>,
 }
 
 type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
@@ -136,11 +136,11 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
         return StageTable::unreadable(name);
     };
     let variant = StageVariant::select(kind, &mut table, problems);
-    let reading = variant.map_or(Reading::of_kind(kind), StageVariant::reading);
-    let from = match reading {
-        Reading::Nothing => Some(Vec::new()),
-        Reading::Optional if !table.contains_key("from") => Some(Vec::new()),
-        Reading::Optional | Reading::Required => read_from(&mut table, kind, &span, problems),
+    let from_key = variant.map_or(FromKey::of_kind(kind), StageVariant::from_key);
+    let from = match from_key {
+        FromKey::Absent => Some(Vec::new()),
+        FromKey::Optional if !table.contains_key("from") => Some(Vec::new()),
+        FromKey::Optional | FromKey::Required => read_from(&mut table, kind, &span, problems),
     };
     let points = variant.map(|variant| variant.read(table, span, problems));
     StageTable { name, kind: Some(kind), from, points }
@@ -180,7 +180,7 @@ fn read_from(
     problems: &mut Problems,
 ) -> Option<Vec<Spanned<String>>> {
     let Some(value) = table.remove("from") else {
-        let message = format!("{} needs `from`", a_stage(kind));
+        let message = format!("{} needs `from`", with_article(kind));
         let problem = Problem::new(message, span.clone(), "`from` is missing here");
         problems.push(
             problem

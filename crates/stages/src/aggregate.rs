@@ -26,7 +26,7 @@ mod theory;
 
 pub use groups::reduce as grouped;
 pub use statistics::Statistic;
-pub use theory::{Model, OF_THE_SPECTRUM};
+pub use theory::{Model, SPECTRUM_COLUMNS};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 5;
@@ -39,7 +39,7 @@ pub const STAGE: Definition = Definition {
         rows: &RowKind::ALL,
         from: Cow::Borrowed("stages of any one kind, or with `sql` any stages"),
     },
-    makes: |_| Some(RowKind::Statistics),
+    row_kind: |_| Some(RowKind::Statistics),
     columns,
     summary: |table| {
         let columns = table.schema().fields().len();
@@ -72,7 +72,7 @@ pub struct Groups {
 
 impl Groups {
     /// Returns whether the statistics include standard errors or intervals.
-    fn asks_for_errors(&self) -> bool {
+    fn needs_errors(&self) -> bool {
         self.statistics.contains(&Statistic::Sem) || !self.levels().is_empty()
     }
 
@@ -105,7 +105,7 @@ impl Stage for Params {
             Params::Sql(sql) => {
                 let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
                 let named = inputs.iter().map(|(name, _)| (name.clone(), 1)).collect();
-                sql::query(&tables, &sql.over(named), ByteSize(u64::MAX))
+                sql::query(&tables, &sql.for_inputs(named), ByteSize(u64::MAX))
             }
         }
     }
@@ -134,10 +134,10 @@ impl Stage for Params {
         }
     }
 
-    fn over(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
+    fn for_inputs(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
         match self {
             Params::Groups(_) => None,
-            Params::Sql(sql) => Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.over(inputs))))),
+            Params::Sql(sql) => Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.for_inputs(inputs))))),
         }
     }
 
@@ -169,7 +169,7 @@ pub struct Sql {
 
 impl Sql {
     /// Returns the query for inputs with these names and numbers of tables.
-    pub fn over(&self, tables: Vec<(String, usize)>) -> Sql {
+    pub fn for_inputs(&self, tables: Vec<(String, usize)>) -> Sql {
         Sql { tables, ..self.clone() }
     }
 }
@@ -186,5 +186,5 @@ pub struct Meaning {
 /// after them like `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
-    groups::OWN.into_iter().chain(models).collect()
+    groups::GROUP_COLUMNS.into_iter().chain(models).collect()
 }

@@ -49,7 +49,7 @@ pub(crate) const fn text(name: &'static str, meaning: &'static str) -> Column {
     Column::result(name, Text, "", meaning)
 }
 
-// Coordinates: parameters of a row, its surface and its load.
+// Coordinates of a row: its parameters, its surface and its load.
 pub const SURFACE: Column =
     parameter_text("surface", "name of the surface, the same in every stage's table")
         .with_role(Role::Surface);
@@ -57,8 +57,8 @@ pub const METHOD: Column = parameter_text("method", "method by which the surface
     .with_codes(&[
         Code {
             word: "filter",
-            meaning: "random self-affine surface with complex Gaussian amplitudes, as of filtered \
-                      white noise",
+            meaning: "random self-affine surface whose modes have complex Gaussian amplitudes \
+                      (filtered white noise)",
         },
         Code {
             word: "random-phase",
@@ -93,14 +93,14 @@ pub const SIDE_Y: Column = parameter(
 pub const RMS_SLOPE_OF_DIFFERENCES: Column = parameter(
     "rms_slope",
     "1",
-    "root mean square gradient; of a periodic map from its Fourier modes, of any other map from \
-     differences between neighbours inside it, as all other moments",
+    "root mean square gradient. It and all other moments are computed from the Fourier modes of a \
+     periodic map, or from differences between neighbouring nodes of any other map",
 );
 pub const RMS_SLOPE: Column = parameter("rms_slope", "1", "root mean square gradient");
 pub const RMS_SLOPE_OF_SURFACE: Column = parameter(
     "rms_slope",
     "1",
-    "root mean square gradient of this surface, which scatters about the value of its spectrum",
+    "root mean square gradient of this surface; it varies between the surfaces of a spectrum",
 )
 .with_role(Role::Surface);
 pub const HURST: Column = parameter("hurst", "1", "Hurst exponent");
@@ -116,8 +116,8 @@ pub const K_UPPER: Column =
 pub const ANISOTROPY_RATIO: Column = parameter(
     "anisotropy_ratio",
     "1",
-    "correlation length along the grain over correlation length across it; null for isotropic \
-     surfaces. Theories of isotropic roughness do not apply to anisotropic surfaces",
+    "correlation length along the grain divided by the correlation length across it; null for \
+     isotropic surfaces. Theories of isotropic roughness do not apply to anisotropic surfaces",
 );
 pub const ANISOTROPY_ANGLE: Column =
     parameter("anisotropy_angle", "°", "angle from the x axis to the grain");
@@ -135,9 +135,9 @@ pub const SPECTRUM_OF: Column =
     parameter_text("spectrum_of", "name of the surface whose measured spectrum is used");
 pub const RADIUS: Column = parameter("radius", "length", "radius of the shape");
 pub const AMPLITUDE: Column = parameter("amplitude", "length", "amplitude of the wave");
-pub const WAVES: Column = parameter_integer("waves", "1", "wavelengths per side");
+pub const WAVES: Column = parameter_integer("waves", "1", "number of wavelengths per side");
 pub const DEPTH: Column =
-    parameter("depth", "length", "depth of the plane around the shape below its top");
+    parameter("depth", "length", "distance of the surrounding plane below the top of the shape");
 pub const EFFECTIVE_MODULUS: Column =
     parameter("effective_modulus", "pressure", "effective modulus E*");
 pub const TOLERANCE: Column = parameter(
@@ -172,7 +172,7 @@ pub const HARDNESS: Column = parameter(
 pub const HARDNESS_REDUCED: Column = parameter(
     "hardness_reduced",
     "E* × rms slope",
-    "hardness over E* × rms slope; every load is below it",
+    "hardness divided by E* × rms slope; every load is smaller",
 );
 pub const SATURATED_NODES: Column = integer(
     "saturated_nodes",
@@ -180,18 +180,18 @@ pub const SATURATED_NODES: Column = integer(
     "number of nodes where the pressure equals the hardness and the material yields",
 );
 pub const SATURATED_FRACTION: Column =
-    real("saturated_fraction", "1", "share of the nodes where the pressure equals the hardness");
+    real("saturated_fraction", "1", "fraction of the nodes where the pressure equals the hardness");
 pub const MEAN_YIELDED_DEPTH: Column = real(
     "mean_yielded_depth",
     "length",
-    "mean plastic depth over the map, beyond the elastic displacement: yielded volume per nominal \
-     area. Multiplied by the hardness it is the plastic work per area. `mean_displacement` \
+    "mean plastic depth over the map, in addition to the elastic displacement: yielded volume per \
+     nominal area. Multiplied by the hardness it is the plastic work per area. `mean_displacement` \
      excludes it",
 );
 pub const MAX_PAIRS: Column = parameter_integer(
     "max_pairs",
     "1",
-    "largest number of pairs of Fourier transforms for one load",
+    "largest permitted number of pairs of Fourier transforms for one load",
 );
 pub const LOAD: Column = parameter(
     "load",
@@ -208,10 +208,10 @@ pub const PRESSURE: Column = parameter(
 .with_role(Role::Derived);
 
 /// Coordinates that only random surfaces have.
-pub const OF_RANDOM_SURFACES: [Column; 6] = [HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION];
+pub const RANDOM_SURFACE_COORDINATES: [Column; 6] = [HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION];
 
 /// Coordinates that only analytic shapes have.
-pub const OF_SHAPES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
+pub const SHAPE_COORDINATES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,6 @@
-//! Corrects the contact area for the mesh.
+//! `correct` stages, which correct the contact area for the mesh.
 //!
-//! The doc comments of keys are shown by editors and quoted in messages.
+//! Editors show the doc comments of keys, and messages quote them.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -26,10 +26,10 @@ use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
 use asperity_tables::column::{optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
-/// Version of the numbers, part of every key: raised whenever they change.
+/// Version of the results, which is part of every key. It is raised whenever numbers change.
 pub const VERSION: u32 = 3;
 
-/// Corrects the contact area for the mesh.
+/// The kind of stage that corrects the contact area for the mesh.
 pub const STAGE: Definition = Definition {
     name: "correct",
     version: VERSION,
@@ -49,33 +49,34 @@ pub const STAGE: Definition = Definition {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CorrectTable {
-    /// Estimator of the contact area, or a list of several; each gives its own rows.
+    /// Estimator of the contact area, or a list of estimators: a name, a coefficient, or
+    /// `{ name = "…", coefficient = … }`. Each estimator has its own rows.
     #[schemars(length(min = 1), extend("default" = "2017"), transform = list)]
     pub correction: Key<Vec<Spanned<WrittenCorrection>>>,
 }
 
 table!(CorrectTable);
 
-/// An estimator of the contact area.
+/// An estimator of the contact area in a manifest.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum WrittenCorrection {
-    /// A published estimator.
+    /// The name of a published estimator.
     Word(CorrectionWord),
-    /// A coefficient; the estimator is named after it.
+    /// A coefficient, which also names the estimator.
     Coefficient(#[schemars(range(min = 0), extend("exclusiveMaximum" = 10))] f64),
-    /// A coefficient with a name.
+    /// A coefficient with another name.
     Named(NamedCorrection),
 }
 
-/// A published estimator.
+/// A published estimator of the contact area.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 pub enum CorrectionWord {
-    /// The area as counted.
+    /// Area fraction of the nodes in contact, without a correction.
     #[serde(rename = "none")]
     None,
-    /// Coefficient π/8 of Yastrebov, Anciaux & Molinari 2015, midway between counting the edge
-    /// nodes and not counting them.
+    /// Coefficient π/8 of Yastrebov, Anciaux & Molinari 2015: midway between counting all edge
+    /// nodes and counting none of them.
     #[serde(rename = "pi/8")]
     PiOver8,
     /// Coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari 2017.
@@ -83,24 +84,25 @@ pub enum CorrectionWord {
     Of2017,
 }
 
-/// A coefficient with a name.
+/// Keys of an estimator with a name.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NamedCorrection {
     /// Name of the estimator in the column `correction`.
     pub name: Spanned<String>,
-    /// Factor of Manhattan perimeter × mesh step, which is subtracted from the counted area.
+    /// Coefficient c of the corrected area A − c S_d Δx, with the Manhattan perimeter S_d and the
+    /// mesh step Δx.
     #[schemars(range(min = 0), extend("exclusiveMaximum" = 10))]
     pub coefficient: f64,
 }
 
 deserialize_either!(WrittenCorrection { number => Coefficient, word => Word, table => Named });
 
-/// Name of the estimator without a correction in the column `correction`.
+/// Name, in the column `correction`, of the area without a correction.
 pub const AS_COUNTED: &str = "none";
 /// Name of the estimator of the 2015 paper, which has error bounds.
 pub const OF_2015: &str = "pi/8";
-/// Name of the estimator of the 2017 paper, which is correct to 15 %.
+/// Name of the estimator of the 2017 paper, which is accurate to 15 %.
 pub const OF_2017: &str = "2017";
 
 /// The recipe of a `correct` stage: estimators with unique names.
@@ -110,17 +112,17 @@ pub struct Params {
     pub corrections: Vec<Correction>,
 }
 
-/// A named estimator: `A − coefficient × S_d Δx`.
+/// A named estimator of the contact area, A − c S_d Δx.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Correction {
     /// Name of the estimator in the column `correction`.
     pub name: String,
-    /// Factor of Manhattan perimeter × mesh step, which is subtracted from the counted area.
+    /// Coefficient c of Manhattan perimeter × mesh step, S_d Δx.
     pub coefficient: f64,
 }
 
 impl Correction {
-    /// Returns whether it is the estimator of the 2015 paper, which has error bounds.
+    /// Returns whether the estimator has error bounds, as that of the 2015 paper has.
     fn has_bounds(&self) -> bool {
         self.coefficient == PI_OVER_EIGHT
     }
@@ -131,7 +133,7 @@ impl Stage for Params {
         Kind::Correct
     }
 
-    /// Applies every estimator to every row, one estimator after the other.
+    /// Applies each estimator to all rows, one estimator after the other.
     fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
         let [Input { table: measured, .. }] = inputs else {
             unreachable!("the plan corrects one table at a time")
@@ -189,7 +191,7 @@ fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -
     measured.coordinates().with(own).with(estimates).beside(&counted)
 }
 
-/// Returns the estimators of a `correct` stage.
+/// Returns the task of a `correct` stage, or `None` after reporting problems.
 pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
@@ -199,8 +201,8 @@ pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> O
     Some(vec![Recipe::Correct(Arc::new(params))])
 }
 
-/// Refuses corrections of cells that are not square: the coefficients depend on the shape of the
-/// cells and on the directions of the edges.
+/// Refuses corrections of cells that are not square, because the coefficients depend on the shape
+/// of the cells and on the directions of the edges.
 fn check_cells(
     corrections: &[Correction],
     section: &Section<CorrectTable>,
@@ -208,19 +210,19 @@ fn check_cells(
     checks: &mut Checks,
 ) -> Option<()> {
     let corrects = corrections.iter().find(|correction| correction.coefficient > 0.0);
-    let (Some(correction), Some((stage, ratio))) = (corrects, &surfaces.oblong) else {
+    let (Some(correction), Some((stage, ratio))) = (corrects, &surfaces.non_square) else {
         return Some(());
     };
     let message = format!(
-        "the correction {:?} is for square cells, and those of stage `{stage}` have Δx/Δy = \
+        "the correction {:?} needs square cells, but the cells of stage `{stage}` have Δx/Δy = \
          {ratio:.4}",
         correction.name
     );
-    let label = "corrects areas of these cells";
+    let label = "this stage corrects the areas of these cells";
     let problem = Problem::new(message, section.span.clone(), label);
     checks.reject(problem.help(
-        "`nodes` in the ratio of the sides make cells square; `correction = \"none\"` keeps the counted \
-         areas; a `fit` with `law = \"mesh-convergence\"` finds the effect of a mesh with any cells",
+        "set `nodes` in the ratio of the sides to make cells square, set `correction = \"none\"` to keep the \
+         counted areas, or fit `law = \"mesh-convergence\"`, which is valid for any cells",
     ))
 }
 
@@ -238,7 +240,9 @@ fn corrections(table: &CorrectTable, checks: &mut Checks) -> Option<Vec<Correcti
             let message = format!("two corrections are called {:?}", correction.name);
             let problem = Problem::new(message, written.span.clone(), "here again")
                 .and(before.clone(), "first here");
-            checks.problems.push(problem.help("`{ name = \"…\", coefficient = … }` gives a name"));
+            checks.problems.push(
+                problem.help("give one of them another name: `{ name = \"…\", coefficient = … }`"),
+            );
         }
     }
     corrections.into_iter().collect()

@@ -256,7 +256,7 @@ impl Ensemble {
 ///
 /// # Errors
 /// Returns an error if loads are not numbers.
-pub fn each_once(table: &Table) -> Result<Table, TableError> {
+pub fn without_repeated_rows(table: &Table) -> Result<Table, TableError> {
     if !table.has(SURFACE.name) {
         return Ok(table.clone());
     }

@@ -48,7 +48,7 @@ pub const STAGE: Definition = Definition {
         rows: &[RowKind::Contacts, RowKind::Corrections],
         from: Cow::Borrowed("either `measure` stages that read contacts or `correct` stages"),
     },
-    makes: |_| Some(RowKind::Fits),
+    row_kind: |_| Some(RowKind::Fits),
     columns,
     summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
@@ -102,7 +102,7 @@ impl Stage for Params {
         Ok(fitted(self, &stacked(inputs)?)?)
     }
 
-    fn has_columns_of_its_own(&self) -> bool {
+    fn columns_depend_on_params(&self) -> bool {
         true
     }
 

@@ -1,4 +1,5 @@
-//! The variants of stages, which decide the keys of their tables, and the checked keys.
+//! The variants of stages, which determine the keys of their tables, and the checked keys of a
+//! stage.
 
 use toml::de::DeTable;
 
@@ -18,7 +19,7 @@ use asperity_manifest::keys::validation::unknown_word;
 use asperity_manifest::keys::{KeyTable, Layout, Section, reader};
 use asperity_tables::table::Table;
 
-/// A kind of stage, with the method or law that decides its keys.
+/// A kind of stage, with the method or law that determines its keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StageVariant {
     Generate(Method),
@@ -31,28 +32,28 @@ pub enum StageVariant {
 
 /// The presence of the key `from` in a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
-    /// It has none.
-    Nothing,
-    /// It may have it.
+pub enum FromKey {
+    /// The stage has no key `from`.
+    Absent,
+    /// The stage may have a key `from`.
     Optional,
-    /// It must have it.
+    /// The stage must have a key `from`.
     Required,
 }
 
-impl Reading {
-    /// Returns whether stages of a kind have it, as far as the kind decides it.
-    pub fn of_kind(kind: Kind) -> Reading {
+impl FromKey {
+    /// Returns whether stages of a kind have a key `from`, without regard to their method.
+    pub fn of_kind(kind: Kind) -> FromKey {
         match kind {
-            Kind::Generate => Reading::Nothing,
-            _ => Reading::Required,
+            Kind::Generate => FromKey::Absent,
+            _ => FromKey::Required,
         }
     }
 }
 
-/// The points of the grid of a stage.
+/// The points of the grid of a stage, by kind of stage.
 #[derive(Debug)]
-pub enum Points {
+pub enum StagePoints {
     Generate(SurfacePoints),
     Solve(Section<SolveTable>),
     Measure(Section<MeasureTable>),
@@ -61,15 +62,15 @@ pub enum Points {
     Aggregate(Section<AggregateTable>),
 }
 
-/// Returns a kind of stage with its article: `an `aggregate` stage`.
-pub fn a_stage(kind: Kind) -> String {
+/// Formats a kind of stage with its article: ``an `aggregate` stage``.
+pub fn with_article(kind: Kind) -> String {
     let starts_with_vowel = kind.name().starts_with(['a', 'e', 'i', 'o', 'u']);
     let article = if starts_with_vowel { "an" } else { "a" };
     format!("{article} `{kind}` stage")
 }
 
 impl StageVariant {
-    /// Returns all variants in the order of a study.
+    /// Returns all variants, in the order in which stages follow each other.
     pub fn all() -> impl Iterator<Item = StageVariant> {
         Kind::ALL.into_iter().flat_map(StageVariant::of_kind)
     }
@@ -86,7 +87,7 @@ impl StageVariant {
         }
     }
 
-    /// Returns the kind of stage.
+    /// Returns the kind of the stage.
     pub fn kind(self) -> Kind {
         match self {
             StageVariant::Generate(_) => Kind::Generate,
@@ -98,15 +99,15 @@ impl StageVariant {
         }
     }
 
-    /// Returns whether it reads other stages.
-    pub fn reading(self) -> Reading {
+    /// Returns whether the stage has a key `from`.
+    pub fn from_key(self) -> FromKey {
         match self {
-            StageVariant::Generate(method) if method.may_read() => Reading::Optional,
-            _ => Reading::of_kind(self.kind()),
+            StageVariant::Generate(method) if method.may_read() => FromKey::Optional,
+            _ => FromKey::of_kind(self.kind()),
         }
     }
 
-    /// Returns the key and the word that select the variant, if its kind has several.
+    /// Returns the key and the value that select the variant, if its kind has several variants.
     pub fn selector(self) -> Option<(&'static str, &'static str)> {
         match self {
             StageVariant::Generate(method) => Some(("method", method.word())),
@@ -115,7 +116,7 @@ impl StageVariant {
         }
     }
 
-    /// Returns a sentence about that word.
+    /// Returns the description of the method or law, for editors and the guide.
     pub fn about(self) -> Option<&'static str> {
         match self {
             StageVariant::Generate(method) => Some(method.about()),
@@ -124,21 +125,21 @@ impl StageVariant {
         }
     }
 
-    /// Returns its name in messages: `a `generate` stage with `method = "file"``.
+    /// Returns the name of the variant in messages: ``a `generate` stage with `method = "file"` ``.
     pub fn describe(self) -> String {
         match self.selector() {
-            Some((key, word)) => format!("{} with `{key} = \"{word}\"`", a_stage(self.kind())),
-            None => a_stage(self.kind()),
+            Some((key, word)) => format!("{} with `{key} = \"{word}\"`", with_article(self.kind())),
+            None => with_article(self.kind()),
         }
     }
 
-    /// Returns whether it is the default of its kind.
+    /// Returns whether the variant is the default of its kind.
     pub fn is_default(self) -> bool {
         StageVariant::of_kind(self.kind()).first() == Some(&self)
     }
 
-    /// Removes the word that selects the variant from the table of a stage, and returns the
-    /// variant.
+    /// Returns the variant that the table of a stage selects, and removes the selecting key from
+    /// the table. Reports an unknown value of this key.
     pub fn select(
         kind: Kind,
         table: &mut DeTable,
@@ -162,7 +163,7 @@ impl StageVariant {
         index.map(|index| variants[index])
     }
 
-    /// Returns its keys, for messages about other ones.
+    /// Returns the keys that the stage can have, for messages about unknown keys.
     fn expected_keys(self) -> ExpectedKeys {
         ExpectedKeys {
             table: self.describe(),
@@ -171,7 +172,7 @@ impl StageVariant {
         }
     }
 
-    /// Returns another variant with a key, preferably of the same kind.
+    /// Returns another variant that has a key, preferably one of the same kind.
     fn owner(self, key: &str) -> Option<StageVariant> {
         let has = |variant: &StageVariant| {
             variant.layout().has(key) || variant.common_keys().contains(&key)
@@ -180,11 +181,11 @@ impl StageVariant {
         same_kind.or_else(|| StageVariant::all().find(has))
     }
 
-    /// Returns the keys of a stage that are read before those of its variant.
+    /// Returns the keys of a stage that are not in the table of its variant.
     fn common_keys(self) -> Vec<&'static str> {
         let mut common = vec!["kind"];
         common.extend(self.selector().map(|(key, _)| key));
-        if self.reading() != Reading::Nothing {
+        if self.from_key() != FromKey::Absent {
             common.push("from");
         }
         if !self.layout().swept.is_empty() {
@@ -193,7 +194,7 @@ impl StageVariant {
         common
     }
 
-    /// Returns the keys of its table.
+    /// Returns the declarations of the keys of the variant.
     pub fn layout(self) -> &'static Layout {
         match self {
             StageVariant::Generate(method) => method.layout(),
@@ -205,63 +206,68 @@ impl StageVariant {
         }
     }
 
-    /// Reads the table of a stage, from which the keys that all stages have, and the word that
-    /// selects the variant, have been removed.
-    pub fn read(self, table: DeTable, span: Span, problems: &mut Problems) -> Points {
+    /// Reads the table of a stage, from which the common keys must have been removed.
+    pub fn read(self, table: DeTable, span: Span, problems: &mut Problems) -> StagePoints {
         let expected = &self.expected_keys();
         match self {
             StageVariant::Generate(method) => {
-                Points::Generate(method.read(table, span, expected, problems))
+                StagePoints::Generate(method.read(table, span, expected, problems))
             }
-            StageVariant::Solve => Points::Solve(reader::read(table, span, expected, problems)),
-            StageVariant::Measure => Points::Measure(reader::read(table, span, expected, problems)),
-            StageVariant::Correct => Points::Correct(reader::read(table, span, expected, problems)),
-            StageVariant::Fit(law) => Points::Fit(law.read(table, span, expected, problems)),
+            StageVariant::Solve => {
+                StagePoints::Solve(reader::read(table, span, expected, problems))
+            }
+            StageVariant::Measure => {
+                StagePoints::Measure(reader::read(table, span, expected, problems))
+            }
+            StageVariant::Correct => {
+                StagePoints::Correct(reader::read(table, span, expected, problems))
+            }
+            StageVariant::Fit(law) => StagePoints::Fit(law.read(table, span, expected, problems)),
             StageVariant::Aggregate => {
-                Points::Aggregate(reader::read(table, span, expected, problems))
+                StagePoints::Aggregate(reader::read(table, span, expected, problems))
             }
         }
     }
 }
 
-impl Points {
-    /// Checks the points and returns the tasks of the stage; mistakes are reported.
+impl StagePoints {
+    /// Checks the points and returns the tasks of the stage, or `None` after reporting problems.
     pub fn work(&self, context: &mut CheckContext) -> Option<Work> {
         let recipes = match self {
-            Points::Generate(points) => return points.surfaces(context).map(Work::Generate),
-            Points::Solve(section) => solve::keys::recipes(section, context),
-            Points::Measure(section) => measure::keys::recipes(section, context),
-            Points::Correct(section) => correct::recipes(section, context),
-            Points::Fit(points) => points.recipes(context),
-            Points::Aggregate(section) => aggregate::keys::recipes(section, context),
+            StagePoints::Generate(points) => return points.surfaces(context).map(Work::Generate),
+            StagePoints::Solve(section) => solve::keys::recipes(section, context),
+            StagePoints::Measure(section) => measure::keys::recipes(section, context),
+            StagePoints::Correct(section) => correct::recipes(section, context),
+            StagePoints::Fit(points) => points.recipes(context),
+            StagePoints::Aggregate(section) => aggregate::keys::recipes(section, context),
         };
         recipes.filter(|recipes| !recipes.is_empty()).map(Work::Evaluate)
     }
 
-    /// Returns the rows that the stage can read, if they differ from those of other variants of its
-    /// kind.
+    /// Returns the kinds of rows that the stage can read, if they differ from those of other
+    /// variants of its kind.
     pub fn reads(&self) -> Option<Reads> {
         match self {
-            Points::Generate(points) => points.reads(),
-            Points::Fit(points) => points.reads(),
+            StagePoints::Generate(points) => points.reads(),
+            StagePoints::Fit(points) => points.reads(),
             _ => None,
         }
     }
 
-    /// Returns the rows that the stage makes, if they differ from those of other variants of its
-    /// kind.
-    pub fn makes(&self) -> Option<RowKind> {
+    /// Returns the kind of rows that the stage makes, if it differs from that of other variants of
+    /// its kind.
+    pub fn row_kind(&self) -> Option<RowKind> {
         match self {
-            Points::Generate(points) if points.lack_heights() => Some(RowKind::Spectra),
-            Points::Measure(section) => measure::keys::makes(section),
+            StagePoints::Generate(points) if points.lack_heights() => Some(RowKind::Spectra),
+            StagePoints::Measure(section) => measure::keys::row_kind(section),
             _ => None,
         }
     }
 
-    /// Returns whether the stage is a query, to which each of its inputs is a separate table.
+    /// Returns whether the stage is a query, for which each input is a separate table.
     pub fn is_query(&self) -> bool {
         match self {
-            Points::Aggregate(section) => aggregate::keys::is_query(section),
+            StagePoints::Aggregate(section) => aggregate::keys::is_query(section),
             _ => false,
         }
     }
@@ -274,7 +280,7 @@ impl Points {
         problems: &mut Problems,
     ) -> Option<Table> {
         match self {
-            Points::Aggregate(section) => {
+            StagePoints::Aggregate(section) => {
                 aggregate::keys::validate_answer(section, answer, inputs, problems)
             }
             _ => answer.ok(),
@@ -282,26 +288,28 @@ impl Points {
     }
 }
 
-/// Properties of the surfaces that a stage depends on, each with the name of the stage that has it.
+/// Properties of surfaces and contacts that later stages depend on, each with the name of a stage
+/// that has the property.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surfaces {
-    /// The stage with measured maps that are not periodic and have not been made so.
+    /// A stage with measured maps that are not periodic.
     pub open: Option<String>,
-    /// The stage with random surfaces that cannot be drawn again, because their spectra are in
-    /// tables.
-    pub kept_alone: Option<String>,
-    /// The stage whose cells are not square, and their Δx/Δy.
-    pub oblong: Option<(String, f64)>,
-    /// A `solve` stage without a histogram of pressures.
+    /// A stage with random surfaces that cannot be drawn again, because their spectra are in the
+    /// tables of other stages.
+    pub not_redrawable: Option<String>,
+    /// A stage with cells that are not square, and the ratio Δx/Δy of these cells.
+    pub non_square: Option<(String, f64)>,
+    /// A `solve` stage without `pressure_bins`.
     pub pressures_uncounted: Option<String>,
-    /// A `solve` stage without a histogram of gaps.
+    /// A `solve` stage without `gap_bins`.
     pub gaps_uncounted: Option<String>,
-    /// The smallest and the largest rms slope to which surfaces are scaled.
+    /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
 }
 
 impl Surfaces {
-    /// Returns the properties of the surfaces that a stage makes or presses.
+    /// Returns the properties of the surfaces of a `generate` stage, or of the contacts of another
+    /// stage.
     pub fn made_by(stage: &str, work: &Work) -> Surfaces {
         let surfaces = match work {
             Work::Generate(surfaces) => surfaces,
@@ -310,7 +318,7 @@ impl Surfaces {
         let params = || surfaces.iter().map(|surfaces| &surfaces.params);
         let is_open = params().any(|params| params.origin.is_open());
         let mut grids = params().filter_map(|params| params.grid().ok());
-        let oblong = grids.find(|grid| !grid.has_square_cells());
+        let non_square = grids.find(|grid| !grid.has_square_cells());
         let slopes = params().filter_map(|params| match &params.origin {
             Origin::Random { surface, .. } => Some([surface.rms_slope; 2]),
             Origin::Spectrum { surface, .. } => surface.rms_slope.map(|slope| [slope; 2]),
@@ -321,17 +329,17 @@ impl Surfaces {
             open: is_open.then(|| stage.to_owned()),
             pressures_uncounted: None,
             gaps_uncounted: None,
-            kept_alone: params()
+            not_redrawable: params()
                 .any(|params| params.origin.reads_stage())
                 .then(|| stage.to_owned()),
-            oblong: oblong.map(|grid| {
+            non_square: non_square.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
                 (stage.to_owned(), step_x / step_y)
             }),
         }
     }
 
-    /// Returns what a `solve` stage does not count.
+    /// Returns the histograms that a `solve` stage does not count.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
         let lacks = |bins: fn(&solve::Params) -> Option<EqualBins>| {
             let lacks = |recipe: &Recipe| match recipe {
@@ -347,39 +355,42 @@ impl Surfaces {
         }
     }
 
-    /// Combines the properties of two sets of surfaces; one stage stands for all with a property.
+    /// Combines the properties of two sets of surfaces. If two stages have a property, the first
+    /// one is named.
     pub fn and(self, other: &Surfaces) -> Surfaces {
         let slopes = self.slopes.into_iter().chain(other.slopes);
         Surfaces {
             slopes: slopes.reduce(spanning),
             open: self.open.or_else(|| other.open.clone()),
-            kept_alone: self.kept_alone.or_else(|| other.kept_alone.clone()),
+            not_redrawable: self.not_redrawable.or_else(|| other.not_redrawable.clone()),
             pressures_uncounted: self
                 .pressures_uncounted
                 .or_else(|| other.pressures_uncounted.clone()),
             gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
-            oblong: self.oblong.or_else(|| other.oblong.clone()),
+            non_square: self.non_square.or_else(|| other.non_square.clone()),
         }
     }
 }
 
-/// Returns the smallest range that contains both.
+/// Returns the smallest range that contains two ranges.
 fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
 
-/// The surroundings of a stage that the checks of its keys need.
+/// Data outside a stage that the checks of its keys need.
 pub struct CheckContext<'a> {
-    /// The seed of the study.
+    /// Seed of the study, the default of other seeds.
     pub seed: u64,
+    /// Files of measured surfaces and of spectra.
     pub sources: &'a mut SurfaceFiles,
-    /// True if the stage reads other stages.
+    /// True if the stage has a key `from`.
     pub reads_stages: bool,
-    /// The kind of rows that the stage reads, if known.
+    /// Kind of the rows that the stage reads, if it is known.
     pub read: Option<RowKind>,
-    /// The empty table that the stage reads, if known.
+    /// Empty table with the columns that the stage reads, if they are known.
     pub input: Option<&'a Table>,
+    /// Properties of the surfaces and contacts that the stage reads.
     pub surfaces: Surfaces,
-    /// Receives the problems.
+    /// Collects the problems of the manifest.
     pub problems: &'a mut Problems,
 }

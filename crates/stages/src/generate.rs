@@ -50,18 +50,18 @@ pub const STAGE: Definition = Definition {
     name: "generate",
     version: VERSION,
     reads: Reads { rows: &[], from: Cow::Borrowed("nothing") },
-    makes: |_| Some(RowKind::Surfaces),
+    row_kind: |_| Some(RowKind::Surfaces),
     columns: || {
         let lists: [&[Column]; 10] = [
             &[SURFACE, METHOD, NODES, SIDE],
             &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
-            &OF_RANDOM_SURFACES,
+            &RANDOM_SURFACE_COORDINATES,
             &[ANISOTROPY_RATIO, ANISOTROPY_ANGLE, SPECTRUM_OF],
-            &OF_MEASURED_SURFACES,
-            &OF_SHAPES,
+            &MEASURED_SURFACE_COORDINATES,
+            &SHAPE_COORDINATES,
             &DESCRIPTORS,
-            &FOUND_IN_FILES,
-            &REFERENCES,
+            &FILE_COLUMNS,
+            &SPECTRUM_DESCRIPTORS,
             &[HEIGHTS],
         ];
         lists.concat()
@@ -92,7 +92,7 @@ pub enum Heights {
     Keep,
     /// The heights are drawn, or read from their file, again when needed.
     Redraw,
-    /// There are no heights: `solve` and `measure` stages cannot read the surface.
+    /// There are no heights, so that `solve` and `measure` stages cannot read the surface.
     None,
 }
 
@@ -283,8 +283,8 @@ impl Stage for Params {
         description::coordinates(self)
     }
 
-    /// Returns the effort: six pairs of transforms for drawing and describing, or none for a
-    /// description by modes.
+    /// Returns the effort of drawing and describing the surface: six pairs of transforms, or none
+    /// for a description by modes.
     fn effort(&self, _: Extent) -> Effort {
         match (&self.origin, self.heights) {
             (Origin::Random { surface, .. }, Heights::None) => {
@@ -350,7 +350,7 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     }
     let mut origins = surfaces.iter().map(|surface| &surface.origin);
     if origins.any(|origin| matches!(origin, Origin::Random { .. })) {
-        columns.extend(REFERENCES);
+        columns.extend(SPECTRUM_DESCRIPTORS);
     }
     Table::empty(&columns)
 }

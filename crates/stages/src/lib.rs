@@ -7,10 +7,10 @@
 //! | module | content |
 //! |---|---|
 //! | [`generate`] | draws random surfaces, creates shapes, reads measured surfaces |
-//! | [`solve`] | presses surfaces through blocks of loads |
+//! | [`solve`] | solves the contact of surfaces under blocks of loads |
 //! | [`measure`] | measures contact maps and surfaces |
 //! | [`correct`] | corrects contact areas for the mesh |
-//! | [`fit`] | fits laws to the surfaces of a parameter point, and limits to all points |
+//! | [`fit`] | fits laws to single parameter points, and limits of observables to all points |
 //! | [`aggregate`] | computes statistics of groups of rows, and answers SQL queries |
 //! | `stage` | interface of all stages: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
 //! | [`form`] | keys of each stage, and the context in which they are checked |
@@ -103,7 +103,7 @@ pub fn columns_of(kind: Kind) -> Vec<Column> {
     (kind.definition().columns)()
 }
 
-/// Content of the rows of a stage's table.
+/// Kind of rows in the table of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowKind {
     Surfaces,
@@ -146,7 +146,7 @@ impl RowKind {
         RowKind::Statistics,
     ];
 
-    /// Returns the name of such rows in messages.
+    /// Returns the name of the rows in messages.
     pub fn name(self) -> &'static str {
         match self {
             RowKind::Surfaces => "surfaces",
@@ -170,21 +170,21 @@ impl RowKind {
     }
 }
 
-/// Parameters of one task, which determine its table together with the inputs.
+/// Parameters of one task. Together with the input tables they determine the table of the task.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Recipe {
-    /// Draws or reads one surface.
+    /// Parameters for drawing or reading one surface.
     Generate(generate::Params),
-    /// Presses one surface through one block of loads.
+    /// Parameters for solving the contact of one surface under one block of loads.
     Solve(Arc<solve::Params>),
-    /// Measures one solved block, or one surface.
+    /// Parameters for measuring one solved block, one surface, or all surfaces of a point.
     Measure(measure::Params),
-    /// Corrects the areas of one measured block.
+    /// Parameters for correcting the areas of one measured block.
     Correct(Arc<correct::Params>),
-    /// Fits one parameter point, or all points together.
+    /// Parameters for fitting one parameter point, or all points together.
     Fit(Arc<fit::Params>),
-    /// Computes statistics or answers a query over whole tables.
+    /// Statistics of, or a query over, all tables of the inputs.
     Aggregate(Arc<aggregate::Params>),
 }
 
@@ -206,8 +206,8 @@ impl Deref for Recipe {
 impl Recipe {
     /// Returns the recipe from which the keys of later stages are computed.
     ///
-    /// It omits parameters that only add columns that no later stage reads. Storing more columns
-    /// therefore does not recompute later stages.
+    /// It omits parameters that only add columns which no later stage reads. Later stages are
+    /// therefore not recomputed if a study stores more columns.
     pub fn identity(&self) -> Cow<'_, Recipe> {
         match self.identity_recipe() {
             Some(recipe) => Cow::Owned(recipe),

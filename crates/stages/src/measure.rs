@@ -42,7 +42,7 @@ pub const STAGE: Definition = Definition {
         rows: &[RowKind::Loads, RowKind::Surfaces],
         from: Cow::Borrowed("either `solve` or `generate` stages"),
     },
-    makes: |read| match read? {
+    row_kind: |read| match read? {
         RowKind::Surfaces => Some(RowKind::Heights),
         _ => Some(RowKind::Contacts),
     },

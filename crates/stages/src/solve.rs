@@ -45,7 +45,7 @@ pub const STAGE: Definition = Definition {
     name: "solve",
     version: VERSION,
     reads: Reads { rows: &[RowKind::Surfaces], from: Cow::Borrowed("`generate` stages") },
-    makes: |_| Some(RowKind::Loads),
+    row_kind: |_| Some(RowKind::Loads),
     columns: || {
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
         let all = OptionalColumns {
@@ -223,7 +223,7 @@ impl Stage for Params {
     }
 
     /// Returns true, because the columns depend on boundary, hardness, flow and asperities.
-    fn has_columns_of_its_own(&self) -> bool {
+    fn columns_depend_on_params(&self) -> bool {
         true
     }
 

@@ -12,7 +12,7 @@ use asperity_tables::parquet::{NumberColumns, ParquetError};
 use asperity_topography_files::length_ratio;
 
 /// Limit on the number of rows, which is above the number of rings of the largest mesh.
-const MOST_ROWS: usize = 1 << 20;
+const MAX_ROWS: usize = 1 << 20;
 
 /// Names of the column of densities, in order of preference.
 const DENSITIES: [&str; 2] = ["spectral_density", "density"];
@@ -50,7 +50,7 @@ pub enum SpectrumFileError {
     Missing { wanted: &'static str, found: String },
     #[error("has {found:?} in line {line} instead of a number")]
     Number { line: usize, found: String },
-    #[error("has more than {MOST_ROWS} rows")]
+    #[error("has more than {MAX_ROWS} rows")]
     TooLong,
     #[error("has the unit {found:?} for `{column}`; write it like {wanted}")]
     Unit { column: &'static str, found: String, wanted: &'static str },
@@ -72,7 +72,7 @@ pub fn read(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
 
 fn read_parquet(bytes: &[u8]) -> Result<SpectrumTable, SpectrumFileError> {
     let columns = NumberColumns::from_bytes(bytes.to_vec()).map_err(SpectrumFileError::Parquet)?;
-    if columns.rows() > MOST_ROWS {
+    if columns.rows() > MAX_ROWS {
         return Err(SpectrumFileError::TooLong);
     }
     let read = |column| columns.read(column).map_err(SpectrumFileError::Parquet);
@@ -107,7 +107,7 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
                 .map_err(|_| SpectrumFileError::Number { line, found: text.to_owned() })
         };
         points.push([number(columns[0])?, number(columns[1])?]);
-        if points.len() > MOST_ROWS {
+        if points.len() > MAX_ROWS {
             return Err(SpectrumFileError::TooLong);
         }
     }

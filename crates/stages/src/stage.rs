@@ -30,21 +30,21 @@ pub struct Definition {
     /// Version of the numbers that the stage computes, which is raised whenever they change.
     pub version: u32,
     pub reads: Reads,
-    /// Returns the content of the rows for the content of the rows that the stage reads; `None` if
-    /// it depends on parameters.
-    pub makes: fn(Option<RowKind>) -> Option<RowKind>,
+    /// Returns the kind of the stage's rows, given the kind of the rows that it reads; `None` if it
+    /// depends on parameters.
+    pub row_kind: fn(Option<RowKind>) -> Option<RowKind>,
     /// Returns all columns that the stage may add to the coordinates of its inputs.
     pub columns: fn() -> Vec<Column>,
     /// Returns short statements that summarize a table of the stage.
     pub summary: fn(&TableSource) -> Result<Vec<String>, StageError>,
 }
 
-/// Inputs that a stage accepts. All inputs of one stage must have the same content.
+/// Inputs that a stage accepts. All inputs of one stage must have the same kind of rows.
 #[derive(Debug, Clone)]
 pub struct Reads {
-    /// Accepted contents of the rows.
+    /// Accepted kinds of rows.
     pub rows: &'static [RowKind],
-    /// Kinds of stage that have such rows, for messages.
+    /// Description of the stages that have such rows, for messages.
     pub from: Cow<'static, str>,
 }
 
@@ -56,8 +56,8 @@ pub trait Stage {
     /// Computes the table of the task.
     ///
     /// # Errors
-    /// Returns an error if an input lacks a column, a file has changed, a query is wrong, or the
-    /// task is interrupted.
+    /// Returns an error if an input lacks a column, a file has changed, a query cannot be answered,
+    /// or the task is interrupted.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError>;
 
     /// Returns the table of the stage without rows, given the names and the empty tables of its
@@ -68,8 +68,8 @@ pub trait Stage {
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError>;
 
     /// Returns whether the columns of the table depend on the parameters. If so, they may differ
-    /// between the points of the stage's grid.
-    fn has_columns_of_its_own(&self) -> bool {
+    /// between the parameter points of the stage.
+    fn columns_depend_on_params(&self) -> bool {
         false
     }
 
@@ -81,7 +81,8 @@ pub trait Stage {
         InputScope::Single
     }
 
-    /// Returns which columns of its inputs the task reads: heights and contact maps are large.
+    /// Returns whether the task reads all columns of its inputs, or only the light ones, which are
+    /// all but heights, maps and other large columns.
     fn columns_read(&self) -> Columns {
         Columns::Light
     }
@@ -91,8 +92,8 @@ pub trait Stage {
         table
     }
 
-    /// Returns the coordinates that the task adds to the coordinates of its inputs, if they are
-    /// known before the task has run.
+    /// Returns the coordinates that the task adds to the coordinates of its inputs, as far as they
+    /// are known before the task runs.
     fn coordinates(&self) -> Vec<(Column, Value)> {
         Vec::new()
     }
@@ -102,8 +103,8 @@ pub trait Stage {
         Footprint::NONE
     }
 
-    /// Returns the number of rows per surface in the task's table, or in the tables that it pools.
-    /// `read` is the number of rows per surface in the table that the task reads.
+    /// Returns the number of rows per surface in the task's table, given the number `read` of rows
+    /// per surface in the table that it reads.
     fn rows(&self, read: usize) -> usize {
         read
     }
@@ -118,9 +119,9 @@ pub trait Stage {
         None
     }
 
-    /// Returns the recipe for inputs with these names and numbers of tables, if they are part of
-    /// the recipe.
-    fn over(&self, _inputs: Vec<(String, usize)>) -> Option<Recipe> {
+    /// Returns the recipe with the name of each input and its number of tables filled in, or `None`
+    /// if the recipe does not contain them.
+    fn for_inputs(&self, _inputs: Vec<(String, usize)>) -> Option<Recipe> {
         None
     }
 
@@ -131,14 +132,14 @@ pub trait Stage {
     }
 }
 
-/// Returns the coordinates of the inputs and the columns that a stage adds, without rows.
+/// Returns an empty table with the coordinates of the inputs and the columns `own` of the stage.
 ///
 /// # Errors
 /// Returns an error if the inputs have columns of the same name with different types.
 pub fn beside_coordinates(own: &[Column], inputs: &[(String, Table)]) -> Result<Table, TableError> {
-    let above = stacked(inputs)?.coordinates();
-    let names = above.names();
-    Ok(above.beside(&Table::empty(own).without(&names)))
+    let coordinates = stacked(inputs)?.coordinates();
+    let names = coordinates.names();
+    Ok(coordinates.beside(&Table::empty(own).without(&names)))
 }
 
 /// Stacks the input tables, as all stages except queries read them.
@@ -179,16 +180,16 @@ pub struct Context<'a> {
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
     /// Store of the intermediate states of a long task.
     pub checkpoints: &'a dyn Checkpoints,
-    /// Receives the finished share of the task, from 0 to 1.
+    /// Callback that receives the finished fraction of the task, from 0 to 1.
     pub advance: &'a (dyn Fn(f64) + Sync),
 }
 
 /// Memory that a task needs per node of its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
-    /// Bytes during the computation of the table.
+    /// Bytes per node during the computation of the table.
     pub work: f64,
-    /// Bytes of the maps in its table.
+    /// Bytes per node of the maps in the table of the task.
     pub table: f64,
 }
 
@@ -200,9 +201,9 @@ impl Footprint {
 /// Size of the inputs of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
-    /// Nodes of a surface along x and y.
+    /// Number of nodes of a surface along x and y.
     pub nodes: [usize; 2],
-    /// Rows per surface, see [`Stage::rows`].
+    /// Number of rows per surface, see [`Stage::rows`].
     pub rows: usize,
     pub tables: usize,
 }
@@ -210,36 +211,36 @@ pub struct Extent {
 /// Expected cost of a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Pairs of transforms on the task's mesh.
+    /// Number of pairs of Fourier transforms on the task's mesh.
     pub pairs: f64,
-    /// Seconds of all other work.
+    /// Time of all other work, in seconds.
     pub seconds: f64,
 }
 
-/// Seconds that every task takes for its key, Parquet encoding, checksum and file. On meshes of 32²
-/// this is nearly the whole cost.
-const HANDLING: f64 = 2e-3;
-/// Seconds to read a table from the store.
-const READING: f64 = 4e-4;
+/// Time that every task takes for its key, Parquet encoding, checksum and file. On meshes of 32²
+/// nodes this is nearly the whole cost.
+const HANDLING_SECONDS: f64 = 2e-3;
+/// Time to read one table from the store.
+const READING_SECONDS: f64 = 4e-4;
 
 impl Effort {
-    /// Returns the cost of a number of pairs of transforms and of the handling of the task.
+    /// Returns the cost of a task that computes this number of pairs of transforms.
     pub fn pairs(pairs: f64) -> Effort {
-        Effort { pairs, seconds: HANDLING }
+        Effort { pairs, seconds: HANDLING_SECONDS }
     }
 
-    /// Returns the cost of a number of seconds and of the handling of the task.
+    /// Returns the cost of a task that computes for this number of seconds.
     pub fn seconds(seconds: f64) -> Effort {
-        Effort { pairs: 0.0, seconds: HANDLING + seconds }
+        Effort { pairs: 0.0, seconds: HANDLING_SECONDS + seconds }
     }
 
     /// Adds the cost of reading a number of tables.
     pub fn and_reading(self, tables: usize) -> Effort {
-        Effort { seconds: self.seconds + READING * tables as f64, ..self }
+        Effort { seconds: self.seconds + READING_SECONDS * tables as f64, ..self }
     }
 }
 
-/// Work of a stage at all points of its grid, in order.
+/// Work of a stage at all its parameter points, in order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Work {
     Generate(Vec<PlannedSurfaces>),
@@ -301,7 +302,7 @@ impl Work {
         let mut tables = Vec::new();
         for recipe in recipes {
             tables.push(recipe.empty_table(inputs)?);
-            if !recipe.has_columns_of_its_own() {
+            if !recipe.columns_depend_on_params() {
                 break;
             }
         }
@@ -309,8 +310,8 @@ impl Work {
     }
 }
 
-/// Passes one column to `with` in parts, for tables that do not fit into memory. Returns whether
-/// the table has such a column.
+/// Passes one column to `with` in parts, because a whole table may not fit into memory. Returns
+/// whether the table has the column.
 fn each_part(
     source: &TableSource,
     name: &str,
@@ -325,7 +326,7 @@ fn each_part(
     Ok(true)
 }
 
-/// Formats the smallest and the largest value of a column; `None` if there are no values.
+/// Formats the range of a column like `κ 2.5066 … 2.7500`; `None` if it has no values.
 ///
 /// # Errors
 /// Returns an error if the column holds no numbers or is damaged.
@@ -368,7 +369,7 @@ pub fn distinct(source: &TableSource, name: &str) -> Result<Vec<String>, StageEr
     Ok(found)
 }
 
-/// Error of a task that has no table.
+/// Reason why a task could not compute its table.
 #[derive(Debug, thiserror::Error)]
 pub enum StageError {
     /// The user asked to stop.
@@ -376,10 +377,10 @@ pub enum StageError {
     Interrupted,
     #[error("cannot use an input table")]
     Table(#[from] TableError),
-    #[error("cannot read a measured surface")]
+    #[error("cannot use the file of a measured surface")]
     Source(#[from] SurfaceFileError),
     /// Stored or scaled heights, or the grid, are invalid.
-    #[error("the heights are not a valid surface")]
+    #[error("the heights do not form a valid surface")]
     Heights(#[source] SurfaceError),
     #[error(
         "cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)"

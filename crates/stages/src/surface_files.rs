@@ -53,12 +53,12 @@ impl<'de> Deserialize<'de> for ContentHash {
 }
 
 /// Properties of files when they were last read, by their paths in the manifest.
-pub type Recollection = BTreeMap<PathBuf, Recalled>;
+pub type RecordedFiles = BTreeMap<PathBuf, RecordedFile>;
 
 /// Recorded properties of a file that cannot be read now, as needed for its recipe and for
 /// forecasts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recalled {
+pub struct RecordedFile {
     pub content: ContentHash,
     /// Format of the file, or `None` for a NumPy array.
     pub format: Option<String>,
@@ -76,7 +76,7 @@ pub struct SurfaceFiles {
     /// Folder of the manifest, to which paths are relative.
     folder: PathBuf,
     paths: BTreeMap<ContentHash, PathBuf>,
-    known: Recollection,
+    known: RecordedFiles,
     /// Files that cannot be read and for which recorded properties are used.
     recalled: BTreeSet<PathBuf>,
     read: BTreeSet<PathBuf>,
@@ -97,16 +97,16 @@ pub enum SurfaceFileError {
 impl SurfaceFiles {
     /// Creates an empty map for the folder of a manifest.
     pub fn new(folder: &Path) -> Self {
-        Self::recalling(folder, Recollection::new())
+        Self::with_records(folder, RecordedFiles::new())
     }
 
     /// Creates an empty map that uses recorded properties for files that cannot be read.
-    pub fn recalling(folder: &Path, known: Recollection) -> Self {
+    pub fn with_records(folder: &Path, known: RecordedFiles) -> Self {
         Self { folder: folder.to_owned(), known, ..Self::default() }
     }
 
     /// Returns the recorded properties of a file that cannot be read, if there are any.
-    pub fn recall(&mut self, path: &Path) -> Option<Recalled> {
+    pub fn recall(&mut self, path: &Path) -> Option<RecordedFile> {
         let recalled = self.known.get(path)?.clone();
         let paths = self.paths.entry(recalled.content);
         paths.or_insert_with(|| path.to_owned());

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Key, KeyTable, Layout, Point, Section, Spanned};
+use super::{GridPoint, Key, KeyTable, Layout, Section, Spanned};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
 
@@ -25,7 +25,7 @@ impl<'a> Checks<'a> {
     /// Creates the access to a point of a section.
     pub fn new<T: KeyTable>(
         section: &'a Section<T>,
-        point: &'a Point<T>,
+        point: &'a GridPoint<T>,
         problems: &'a mut Problems,
     ) -> Self {
         Self {

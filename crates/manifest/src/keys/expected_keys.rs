@@ -3,7 +3,7 @@
 use super::Layout;
 use crate::diagnostics::{Problem, Span, did_you_mean, listed};
 
-/// Renamed keys: old name, new name, and help.
+/// Keys that have been renamed: old name, new name, and help.
 const RENAMED: [(&str, &str, &str); 1] = [(
     "youngs_modulus",
     "effective_modulus",

@@ -1,4 +1,4 @@
-//! Reads one table: validates each value against the schema, and combines swept lists into a grid.
+//! Reads one table of a manifest: validates each value and combines swept lists into a grid.
 //!
 //! The grid is computed from TOML values, and only its points are deserialised. Swept values,
 //! values of cases and other values are therefore treated alike, each with its position in the
@@ -32,7 +32,7 @@ pub struct Section<T> {
     /// Position of the name of the table.
     pub span: Span,
     /// The points in the order of the cases, then of the swept keys. The last key varies fastest.
-    pub points: Vec<Point<T>>,
+    pub points: Vec<GridPoint<T>>,
     /// Keys that must not be reported as missing, because a problem with their value or name has
     /// been reported.
     pub reported_keys: BTreeSet<String>,
@@ -42,7 +42,7 @@ pub struct Section<T> {
 
 /// One point of the grid of a table.
 #[derive(Debug)]
-pub struct Point<T> {
+pub struct GridPoint<T> {
     /// The values of the keys at this point.
     pub table: T,
     /// Position of the case, or of the name of the table if there are no cases.
@@ -324,7 +324,7 @@ impl<'i> Grid<'i> {
     }
 
     /// Deserialises every point of the grid, or returns a problem if there are too many points.
-    fn spread<T: DeserializeOwned>(self, span: &Span) -> Result<Vec<Point<T>>, Problem> {
+    fn spread<T: DeserializeOwned>(self, span: &Span) -> Result<Vec<GridPoint<T>>, Problem> {
         let cases = self.cases.unwrap_or_else(|| vec![(span.clone(), DeTable::new())]);
         let axes: Vec<Axis> = self.axes.into_values().collect();
         let lengths = axes.iter().map(|axis| axis.values.len());
@@ -344,7 +344,7 @@ impl<'i> Grid<'i> {
                 let value = TomlSpanned::new(span.clone(), DeValue::Table(table));
                 let span = span.clone();
                 match deserialize(value) {
-                    Ok(table) => spread.push(Point { table, span }),
+                    Ok(table) => spread.push(GridPoint { table, span }),
                     // Values that satisfy the schema can be deserialised; this is a safeguard.
                     Err(error) => return Err(Problem::new(error.message(), span, "here")),
                 }

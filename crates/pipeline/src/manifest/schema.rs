@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::StudyTable;
 use asperity_manifest::keys::KeyTable;
 use asperity_manifest::names;
-use asperity_stages::form::{Reading, StageVariant};
+use asperity_stages::form::{FromKey, StageVariant};
 
 /// Returns the JSON Schema of manifests in draft 7, which the TOML extensions of editors support.
 pub fn schema() -> Value {
@@ -47,10 +47,10 @@ fn stage(variant: StageVariant) -> Value {
             required.push(json!(key));
         }
     }
-    if variant.reading() != Reading::Nothing {
+    if variant.from_key() != FromKey::Absent {
         properties.insert("from".to_owned(), from());
     }
-    if variant.reading() == Reading::Required {
+    if variant.from_key() == FromKey::Required {
         required.push(json!("from"));
     }
     let own = layout.properties();

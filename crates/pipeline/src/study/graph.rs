@@ -9,7 +9,7 @@ use asperity_manifest::keys::Spanned;
 use asperity_manifest::names;
 use asperity_manifest::names::{MAX_LENGTH, is_plain};
 use asperity_stages::RowKind;
-use asperity_stages::form::{Points, a_stage};
+use asperity_stages::form::{StagePoints, with_article};
 
 /// Directed graph of the stages of a manifest.
 pub struct Graph {
@@ -225,7 +225,7 @@ pub fn check_flow(
         return (None, None);
     };
     let points = stage.points.as_ref();
-    let reads = points.and_then(Points::reads);
+    let reads = points.and_then(StagePoints::reads);
     let reads = reads.unwrap_or_else(|| kind.definition().reads.clone());
     let mut read: Option<(&str, RowKind)> = None;
     for (name, rows) in inputs {
@@ -240,13 +240,17 @@ pub fn check_flow(
                     "set `heights = \"redraw\"` in that stage so that it provides surfaces"
                         .to_owned()
                 }
-                _ => format!("{} reads {}", a_stage(kind), reads.from),
+                _ => format!("{} reads {}", with_article(kind), reads.from),
             };
             Problem::new(message, from.span.clone(), label).help(help)
         };
         match read {
             _ if !reads.rows.contains(&rows) => {
-                problems.push(problem(format!("{} cannot read {}", a_stage(kind), rows.name())));
+                problems.push(problem(format!(
+                    "{} cannot read {}",
+                    with_article(kind),
+                    rows.name()
+                )));
             }
             Some((other, before)) if before != rows && !mixes => {
                 problems.push(problem(format!(
@@ -259,6 +263,6 @@ pub fn check_flow(
         }
     }
     let read = read.map(|(_, rows)| rows);
-    let made = points.and_then(Points::makes);
+    let made = points.and_then(StagePoints::row_kind);
     (read, made.or_else(|| (kind.definition().row_kind)(read)))
 }

@@ -9,7 +9,7 @@ use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
 use asperity_stages::columns::SURFACE;
-use asperity_stages::form::{Points, Surfaces};
+use asperity_stages::form::{StagePoints, Surfaces};
 use asperity_stages::generate::growth::{self, AT_LEAST, Growing, KnownMean, Until};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{CheckContext, Kind, RowKind, stacked};
@@ -207,7 +207,7 @@ impl Conditional<'_> {
 fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
     let stages = stages.iter().enumerate();
     stages.filter_map(|(stage, table)| {
-        let Some(Points::Generate(points)) = &table.points else {
+        let Some(StagePoints::Generate(points)) = &table.points else {
             return None;
         };
         let growing = points.growing()?;

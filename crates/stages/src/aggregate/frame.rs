@@ -109,7 +109,7 @@ pub fn polars_error(error: PolarsError) -> StageError {
 ///
 /// # Errors
 /// Returns an error if two columns have the same name.
-pub fn lazy(table: TableSource, damage: &Damage) -> Result<LazyFrame, StageError> {
+pub fn lazy(table: TableSource, damage: &FirstStoreError) -> Result<LazyFrame, StageError> {
     let empty = table.first(&column_indices(&table, None), 0);
     let schema = from_table(&empty.map_err(StageError::Store)?)?.schema().clone();
     let arguments = ScanArgsAnonymous {
@@ -123,9 +123,9 @@ pub fn lazy(table: TableSource, damage: &Damage) -> Result<LazyFrame, StageError
 
 /// Error of the store while a query reads a table. Polars errors can only carry its text.
 #[derive(Clone, Default)]
-pub struct Damage(Arc<Mutex<Option<StoreError>>>);
+pub struct FirstStoreError(Arc<Mutex<Option<StoreError>>>);
 
-impl Damage {
+impl FirstStoreError {
     /// Takes the first recorded error.
     pub fn take(&self) -> Option<StoreError> {
         self.0.lock().expect("no code panics while it holds the lock").take()
@@ -166,7 +166,7 @@ pub fn counts_of(table: &dyn AnonymousScan, names: &[&str]) -> Option<BTreeMap<V
 struct Scan {
     table: TableSource,
     schema: SchemaRef,
-    damage: Damage,
+    damage: FirstStoreError,
 }
 
 impl AnonymousScan for Scan {

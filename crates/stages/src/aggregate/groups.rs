@@ -35,7 +35,7 @@ const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, EN
 /// groups differs within a group.
 pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let names = GroupNames::new(table, groups);
-    let table = &ensemble::each_once(table)?;
+    let table = &ensemble::without_repeated_rows(table)?;
     let mut frame = frame::from_table(table)?;
     for name in names.shown.iter().chain(&groups.over) {
         require(&frame, name)?;
@@ -45,7 +45,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     frame.with_column(units).map_err(polars_error)?;
     let keys: Vec<Expr> = names.keys.iter().map(|name| col(name.as_str())).collect();
     let mut rows = frame.lazy();
-    if groups.asks_for_errors() {
+    if groups.needs_errors() {
         rows = statistics::with_sums(rows, &keys, &groups.over)?;
     }
     let mut reduced = rows
@@ -69,7 +69,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let reduced = reduced.select(chosen).map_err(polars_error)?;
     let columns = frame::columns(&reduced)?;
     let reduced = with_meanings(table, columns, reduced.height());
-    theory::complete(&reduced, &names.curve(), groups)
+    theory::with_theories(&reduced, &names.curve(), groups)
 }
 
 /// Selects groups that have as many rows as the largest group of their curve.
@@ -116,7 +116,7 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
                 expressions.push(expression.alias(named(name, statistic)));
             }
         }
-        if groups.asks_for_errors() {
+        if groups.needs_errors() {
             expressions.extend(statistics::of_group(name));
             let error = statistics::standard_error(name);
             expressions.push(error.alias(named(name, Statistic::Sem)));
@@ -372,12 +372,12 @@ pub fn named(name: &str, statistic: Statistic) -> String {
 }
 
 /// Columns of groups that do not depend on the columns in `over`.
-pub const OWN: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
+pub const GROUP_COLUMNS: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
 /// Creates the reduced table, in which each column inherits unit and meaning from its source.
 fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {
     let schema = table.batch().schema();
-    let own: HashMap<&str, Column> = OWN.map(|column| (column.name, column)).into();
+    let own: HashMap<&str, Column> = GROUP_COLUMNS.map(|column| (column.name, column)).into();
     let field = |name: &str, array: &ArrayRef| {
         if let Some(column) = own.get(name) {
             return column.field();

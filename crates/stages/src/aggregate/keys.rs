@@ -1,4 +1,6 @@
-//! Keys of `aggregate` stages. Their doc comments are shown by editors and quoted in messages.
+//! Keys of `aggregate` stages, and checks of their values.
+//!
+//! Editors show the doc comments of keys, and messages quote them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,7 +9,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sql::QueryError;
-use super::{Groups, Meaning, Model, SPECTRUM_COLUMNS, Params, Sql, Statistic};
+use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, Sql, Statistic};
 use crate::{CheckContext, Recipe, StageError};
 use asperity_manifest::diagnostics::{
     Problem, Problems, Span, chain, did_you_mean, listed, suggestion,
@@ -17,52 +19,56 @@ use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, table};
 use asperity_tables::table::Table;
 
-/// Reduces tables to statistics.
+/// Reduces the rows of other stages to statistics.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AggregateTable {
-    /// SQL query over the stages in `from`, each as a table; it replaces the other keys. Rows that
-    /// no `order by` sorts keep the order of the rows that they are computed from.
+    /// SQL query over the stages in `from`, each of which is a table. It replaces all other keys
+    /// except `columns`. Rows that no `order by` sorts keep the order of the rows from which they
+    /// are computed.
     pub sql: Key<String>,
-    /// Descriptions of the columns of the query's result, by name: `{ unit = "…", meaning = "…" }`.
-    /// Other columns with the name of a column that the stage reads keep its description.
+    /// Descriptions of the columns of the result of `sql`, by name:
+    /// `{ unit = "…", meaning = "…" }`. Columns without a description here have that of the column
+    /// with the same name that the stage reads.
     pub columns: Key<BTreeMap<String, Spanned<ColumnTable>>>,
-    /// Columns whose values define a group. The default is every coordinate except surface, seed
-    /// and realization.
+    /// Columns whose values define a group. By default they are all coordinates except surface,
+    /// seed and realization.
     #[schemars(length(min = 1), transform = list)]
     pub group_by: Key<Vec<Spanned<String>>>,
-    /// Columns whose statistics are computed.
+    /// Columns whose statistics are computed; required without `sql`.
     #[schemars(length(min = 1), transform = list)]
     pub over: Key<Vec<Spanned<String>>>,
-    /// Statistics of each column: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`, `"median"`,
-    /// quantiles such as `"q05"`, confidence intervals of the mean such as `"ci95"` (Student's t).
-    /// `"sem"` and intervals count surfaces: rows with one seed and realization are one sample.
-    /// With respect to `load`: the `"slope"` of the mean, the `"secant"`, and the `"approach"` of
-    /// an area a to full contact, −ln[(1 − a) y √(2π)]. In groups with several loads:
-    /// `"regr_slope"` and `"regr_intercept"` of the least-squares line over `load`.
+    /// Statistics of each column in `over`: `"mean"`, `"sd"`, `"sem"`, `"min"`, `"max"`,
+    /// `"median"`, quantiles such as `"q05"`, and confidence intervals of the mean such as `"ci95"`
+    /// (Student's t). For `"sem"` and intervals, rows with the same seed and realization are one
+    /// sample. Statistics with respect to `load` are the `"slope"` of the mean, the `"secant"`, and
+    /// the `"approach"` of an area a to full contact, −ln[(1 − a) y √(2π)]. Groups with several
+    /// loads can have `"regr_slope"` and `"regr_intercept"`, of the least-squares line over `load`.
     #[schemars(length(min = 1), extend("default" = ["mean", "sd", "sem"]), transform = list)]
     pub statistics: Key<Vec<Spanned<String>>>,
-    /// Theories whose area under the load of each row is added as a column `area_MODEL`, with
-    /// slope, secant or approach to full contact if `statistics` contain them. Asperity models use
-    /// Nayak's parameter α of the modes of the cell, as in the column `nayak_lattice`.
+    /// Theories whose predictions are added to the rows. Each theory adds a column `area_MODEL`
+    /// with its area under the load of the row, and columns of its slope, secant or approach to
+    /// full contact if `statistics` contain these. Asperity models use Nayak's parameter α of the
+    /// modes of the cell, as in the column `nayak_lattice`. By default there are none.
     #[schemars(transform = list)]
     pub models: Key<Vec<Spanned<Model>>>,
 }
 
 table!(AggregateTable);
 
-/// The description of a column of a query's result.
+/// The description of a column of the result of a query.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnTable {
-    /// Unit of its values: `"1"` for pure numbers, empty for values without a unit.
+    /// Unit of the values of the column: `"1"` for pure numbers, empty (the default) for values
+    /// without a unit.
     #[serde(default)]
     pub unit: String,
     /// Meaning of the column in one phrase.
     pub meaning: String,
 }
 
-/// Returns the task of a stage.
+/// Returns the task of a stage, or `None` after reporting problems.
 pub fn recipes(
     section: &Section<AggregateTable>,
     context: &mut CheckContext,
@@ -95,6 +101,7 @@ fn params(table: &AggregateTable, input: Option<&Table>, checks: &mut Checks) ->
     Some(Params::Groups(groups))
 }
 
+/// Returns the query of a stage with `sql`, and refuses keys that `sql` replaces.
 fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> Option<Params> {
     let why = "cannot be combined with `sql`";
     let group_by = checks.forbidden("group_by", &table.group_by, why);
@@ -110,7 +117,7 @@ fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> 
     clear.map(|()| Params::Sql(Sql { query: sql.value.clone(), tables: Vec::new(), columns }))
 }
 
-/// Returns the descriptions of the columns of a query's result.
+/// Returns the descriptions of the columns of the result of a query.
 fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<String, Meaning>> {
     let mut clear = Some(());
     let written = table.columns.written();
@@ -129,10 +136,11 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
     clear.map(|()| columns)
 }
 
-/// Columns that every `aggregate` stage without `sql` adds.
+/// Columns that every `aggregate` stage without `sql` adds to its rows.
 const COUNTS: [&str; 3] = ["count", "surfaces", "unconverged"];
 
-/// Returns names of columns of the input, each once.
+/// Returns the columns that a key names. Refuses repeated names, and columns that the input does
+/// not have.
 fn named_columns(
     key: &str,
     written: &Spanned<Vec<Spanned<String>>>,
@@ -183,7 +191,7 @@ fn check_numbers(
     clear
 }
 
-/// Refuses statistics whose columns would have the name of a column of the groups.
+/// Refuses statistics whose columns would have the name of a column of `group_by`.
 fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -> Option<()> {
     let written = |key: &Key<Vec<Spanned<String>>>, index: usize| {
         key.written().map(|list| list.value[index].span.clone())
@@ -215,20 +223,20 @@ fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -
             } else {
                 continue;
             };
-            checks.problems.push(problem.and(over_span, "its statistics are computed here"));
+            checks.problems.push(problem.and(over_span, "this column is reduced to statistics"));
             clear = None;
         }
     }
     clear
 }
 
-/// Returns whether a load, reduced or in pascals, tells groups apart, as it does by default.
+/// Returns whether the groups differ by their load, as they do by default.
 fn has_load(group_by: Option<&[String]>) -> bool {
     let is_load = |name: &String| ["load", "pressure"].contains(&name.as_str());
     group_by.is_none_or(|names| names.iter().any(is_load))
 }
 
-/// Returns the statistics, each once.
+/// Returns the statistics, and refuses repeated or unknown ones.
 fn statistics(
     key: &Key<Vec<Spanned<String>>>,
     group_by: Option<&[String]>,
@@ -262,8 +270,9 @@ fn statistics(
 }
 
 /// Returns message and label for a statistic with respect to the load that cannot be computed.
-/// Slopes follow the groups from load to load; regression lines go through the loads within a
-/// group.
+///
+/// Slopes are computed from group to group, so that groups must differ by their load. Regression
+/// lines are computed within a group, which must have several loads.
 fn misses_load(
     word: &str,
     statistic: Statistic,
@@ -277,7 +286,7 @@ fn misses_load(
     };
     if names_groups && !has_load(group_by) {
         let message = format!("{word:?} needs `load` in `group_by`");
-        return Some((message, "follows the groups from load to load"));
+        return Some((message, "needs groups that differ by their load"));
     }
     if input.is_some_and(|input| !input.has("load")) {
         let message = format!("{word:?} needs a column `load`, which the input does not have");
@@ -301,7 +310,8 @@ fn unknown_statistic(name: &str, span: Span) -> Problem {
     Problem::new(format!("there is no statistic {name:?}"), span, label).help(help)
 }
 
-/// Returns the theories. Each needs rows with a load, and asperity models need a spectrum.
+/// Returns the theories that the manifest names. Each theory needs rows with a load, and asperity
+/// models need moments of the spectrum.
 fn models(
     table: &AggregateTable,
     input: Option<&Table>,
@@ -349,14 +359,14 @@ fn models(
     clear.map(|()| models)
 }
 
-/// Returns whether a stage is a query, to which each of its inputs is a separate table.
+/// Returns whether the stage is a query, for which each input is a separate table.
 pub fn is_query(section: &Section<AggregateTable>) -> bool {
     let mut points = section.points.iter();
     points.any(|point| point.table.sql.written().is_some())
 }
 
-/// Checks the result of a query on empty tables, so that its mistakes show before anything is
-/// computed.
+/// Checks the result of a query on empty tables, so that mistakes are reported before anything is
+/// computed. Returns the empty result.
 pub fn validate_answer(
     section: &Section<AggregateTable>,
     answer: Result<Table, StageError>,
@@ -385,6 +395,7 @@ pub fn validate_answer(
     Some(answer)
 }
 
+/// Words the problem of a query that cannot be run.
 fn no_answer(error: &StageError, query: &Spanned<String>, tables: &[(String, Table)]) -> Problem {
     let span = query.span.clone();
     if let StageError::Query(QueryError::Unknown { message, name, known }) = error {

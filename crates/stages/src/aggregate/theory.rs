@@ -126,13 +126,13 @@ impl Model {
 }
 
 /// Columns that determine Nayak's parameter of a spectrum in a square cell.
-pub const OF_THE_SPECTRUM: [&str; 4] = [HURST.name, K_LOWER.name, K_ROLLOFF.name, K_UPPER.name];
+pub const SPECTRUM_COLUMNS: [&str; 4] = [HURST.name, K_LOWER.name, K_ROLLOFF.name, K_UPPER.name];
 
 /// Adds the approach to full contact and the predictions of theories to reduced rows.
 ///
 /// # Errors
 /// Returns an error if the rows lack the load or parameters of the spectrum that a model needs.
-pub fn complete(reduced: &Table, names: &[String], groups: &Groups) -> Result<Table, StageError> {
+pub fn with_theories(reduced: &Table, names: &[String], groups: &Groups) -> Result<Table, StageError> {
     let mut columns = Vec::new();
     let asks_for = |statistic| groups.statistics.contains(&statistic);
     if asks_for(Statistic::Approach) {

@@ -25,7 +25,7 @@ pub const RESIDUAL: Column = real(
     "rms slope × mesh step",
     "largest gap in contact or penetration outside contact",
 );
-pub const STOP: Column = text("stop", "how the solution of the load ended").with_codes(&[
+pub const STOP: Column = text("stop", "how the solution for the load ended").with_codes(&[
     Code { word: "converged", meaning: "the residual is within the tolerance" },
     Code {
         word: "full-contact",
@@ -54,43 +54,42 @@ pub const PRESSURE_COUNTS: Column = Column::heavy(
     "pressure_counts",
     Reals,
     "1",
-    "number of contact nodes in each bin of `pressure_bins`; the last entry counts those above all \
-     bins",
+    "number of contact nodes in each bin of `pressure_bins`; the last entry counts the nodes above \
+     all bins",
 );
 pub const GAP_COUNTS: Column = Column::heavy(
     "gap_counts",
     Reals,
     "1",
-    "number of nodes outside contact in each bin of `gap_bins`; the last entry counts those above \
-     all bins",
+    "number of nodes outside contact in each bin of `gap_bins`; the last entry counts the nodes \
+     above all bins",
 );
 
 // Measures of a contact map.
-pub const AREA_FRACTION: Column = real("area_fraction", "1", "share of the nodes in contact");
+pub const AREA_FRACTION: Column = real("area_fraction", "1", "fraction of the nodes in contact");
 pub const SWITCHES_ALONG_ROWS: Column = integer(
     "switches_along_rows",
     "1",
-    "number of changes between contact and gap along all rows, across the edge of a periodic cell \
-     too",
+    "number of changes between contact and gap along all rows, including those across the edge of \
+     a periodic cell",
 );
 pub const SWITCHES_ALONG_COLUMNS: Column = integer(
     "switches_along_columns",
     "1",
-    "number of changes between contact and gap along all columns, across the edge of a periodic \
-     cell too",
+    "number of changes between contact and gap along all columns, including those across the edge \
+     of a periodic cell",
 );
 pub const SWITCHES_X: Column = integer(
     "switches_x",
     "1",
-    "number of changes between contact and gap along x, each an edge of length Δy, so that S_d = \
-     Δy × switches_x + Δx × switches_y; null for square meshes, where it is \
-     `switches_along_columns`",
+    "number of changes between contact and gap along x, each a cell edge of length Δy: S_d = Δy × \
+     switches_x + Δx × switches_y. Null for square meshes, see `switches_along_columns`",
 );
 pub const SWITCHES_Y: Column = integer(
     "switches_y",
     "1",
-    "number of changes between contact and gap along y, each an edge of length Δx; null for square \
-     meshes, where it is `switches_along_rows`",
+    "number of changes between contact and gap along y, each a cell edge of length Δx. Null for \
+     square meshes, see `switches_along_rows`",
 );
 pub const SWITCHES: Column = integer(
     "switches",
@@ -109,16 +108,16 @@ pub const PERIMETER_EUCLIDEAN: Column = real(
     "estimate of the perimeter: π/4 × the Manhattan perimeter",
 );
 pub const EDGE_NODES_4: Column =
-    integer("edge_nodes_4", "1", "number of contact nodes with a gap among their 4 neighbours");
+    integer("edge_nodes_4", "1", "number of contact nodes that have a node out of contact among their 4 neighbours");
 pub const EDGE_NODES_8: Column =
-    integer("edge_nodes_8", "1", "number of contact nodes with a gap among their 8 neighbours");
+    integer("edge_nodes_8", "1", "number of contact nodes that have a node out of contact among their 8 neighbours");
 pub const INTERIOR_NODES: Column =
     integer("interior_nodes", "1", "number of contact nodes whose 8 neighbours are all in contact");
 pub const CLUSTERS: Column = integer(
     "clusters",
     "1",
-    "number of 4-connected clusters of contact nodes, connected across the edge of a periodic cell \
-     too",
+    "number of 4-connected clusters of contact nodes; clusters connect across the edge of a \
+     periodic cell",
 );
 pub const LARGEST_CLUSTER: Column =
     integer("largest_cluster", "1", "number of nodes of the largest cluster");
@@ -145,7 +144,7 @@ pub const GAP_PERCOLATES_Y: Column = flag(
 pub const MEAN_CONTACT_PRESSURE: Column =
     real("mean_contact_pressure", "pressure", "mean pressure over the contact nodes");
 pub const SECANT: Column =
-    real("secant", "1", "area fraction divided by the load: κ of the secant");
+    real("secant", "1", "area fraction divided by the load: slope of the secant, an estimate of κ");
 
 pub const STIFFNESS: Column = real(
     "stiffness_finite_difference",
@@ -157,10 +156,10 @@ pub const STIFFNESS: Column = real(
      three loads did not converge",
 );
 
-/// Measures of a contact map on rectangular cells alone.
+/// Columns that only contact maps on rectangles have.
 pub const SWITCHES_ALONG_AXES: [Column; 2] = [SWITCHES_X, SWITCHES_Y];
 
-/// Measures of every contact map.
+/// Columns of every measured contact map.
 pub const CONTACT_MEASURES: [Column; 21] = [
     AREA_FRACTION,
     CONTACT_NODES,
@@ -205,10 +204,10 @@ pub const SOLVED: [Column; 12] = [
 
 pub const INTERACTION: Column = parameter_text(
     "interaction",
-    "elastic interaction of the asperities where Hertzian contacts of the summits replace the \
-     solved contact; then `contact_nodes` and maps hold the nodes inside their ellipses, and \
-     `residual` is the largest change of a displacement by one more iteration; null where the \
-     contact of every node is solved",
+    "elastic interaction of the asperities, if Hertzian contacts of the summits model the contact. \
+     `contact_nodes` and contact maps then count the nodes inside the contact ellipses, and \
+     `residual` is the largest change of a displacement in one more iteration. Null if the \
+     contact is solved at every node",
 )
 .with_codes(&[
     Code { word: "none", meaning: "asperities do not interact" },
@@ -222,28 +221,29 @@ pub const CONTACTS: Column = integer("contacts", "1", "number of summits in cont
 pub const OVERLAPPING_CONTACTS: Column = integer(
     "overlapping_contacts",
     "1",
-    "number of summits whose contact ellipse overlaps another",
+    "number of summits whose contact ellipse overlaps another one",
 );
 pub const ASPERITY_AREA_FRACTION: Column = real(
     "asperity_area_fraction",
     "1",
-    "sum of the areas of the contact ellipses over the nominal area; overlaps count twice",
+    "total area of the contact ellipses divided by the nominal area; overlaps count in each ellipse",
 );
 pub const OVERLAPPING_SHARE: Column = real(
     "overlapping_share",
     "1",
-    "share of the area of the ellipses that belongs to overlapping ellipses; the model assumes \
-     separate contacts",
+    "fraction of the total area of the contact ellipses that overlapping ellipses have; the model \
+     assumes separate contacts",
 );
 pub const NOMINAL_DISPLACEMENT: Column = real(
     "nominal_displacement",
     "length",
-    "mean displacement of a square with the area of the cell under the mean pressure, by which the \
-     reference plane approaches the unloaded body; zero without interaction",
+    "mean displacement of a uniformly loaded square with the area of the cell, under the mean \
+     pressure. The reference plane approaches the unloaded body by this distance. Zero without \
+     interaction",
 );
 
 /// Columns of loads that asperity models add.
-pub const OF_ASPERITIES: [Column; 5] = [
+pub const ASPERITY_COLUMNS: [Column; 5] = [
     CONTACTS,
     OVERLAPPING_CONTACTS,
     ASPERITY_AREA_FRACTION,
@@ -275,8 +275,8 @@ pub const FLOW_CONDUCTIVITY_Y: Column = real(
 pub const FLOW_RESIDUAL: Column = real(
     "flow_residual",
     "1",
-    "relative distance of the upper and the lower bound of the flow (principles of Dirichlet and \
-     Thomson), the larger one of x and y",
+    "relative difference between the upper and the lower bound of the flow (principles of \
+     Dirichlet and Thomson); the larger value of the flows along x and y",
 );
 pub const FLOW_STOP: Column =
     text("flow_stop", "how the computation of the flow along x and y ended").with_codes(&[
@@ -307,33 +307,33 @@ pub const CORRECTION: Column =
 pub const COEFFICIENT: Column = parameter(
     "coefficient",
     "1",
-    "coefficient c of the correction: area − c × Manhattan perimeter × mesh step",
+    "coefficient c of the correction: corrected area = area − c × Manhattan perimeter × mesh step",
 );
 pub const AREA_CORRECTED: Column =
-    real("area_corrected", "1", "estimate of the true contact area over the nominal area");
+    real("area_corrected", "1", "estimate of the true contact area divided by the nominal area");
 pub const AREA_LOWER: Column = real(
     "area_lower",
     "1",
-    "lower bound of the true area fraction, A − π/4 S_d Δx or 0; null unless `correction` is pi/8",
+    "lower bound of the true area fraction, max(A − π/4 S_d Δx, 0); null unless `correction` is pi/8",
 );
 pub const AREA_UPPER: Column = real(
     "area_upper",
     "1",
-    "upper bound of the true area fraction, the counted one; null unless `correction` is pi/8",
+    "upper bound of the true area fraction: the counted one; null unless `correction` is pi/8",
 );
 pub const ERROR_ABSOLUTE: Column = real(
     "error_absolute",
     "1",
-    "absolute error of the area fraction, π/8 S_d Δx: half the distance of the bounds where the \
-     lower one is positive; null unless `correction` is pi/8",
+    "absolute error of the area fraction, π/8 S_d Δx: half the distance between the bounds if \
+     the lower one is positive; null unless `correction` is pi/8",
 );
 pub const ERROR_RELATIVE: Column = real(
     "error_relative",
     "1",
-    "absolute error over the counted area fraction; null unless `correction` is pi/8",
+    "absolute error divided by the counted area fraction; null unless `correction` is pi/8",
 );
 
-/// Columns of corrected areas.
+/// Columns of corrected contact areas.
 pub const CORRECTED: [Column; 11] = [
     CORRECTION,
     COEFFICIENT,
@@ -360,7 +360,7 @@ pub const PRESSURE_BIN_WIDTH: Column =
 pub const PRESSURE_NODES: Column = integer(
     "pressure_nodes",
     "1",
-    "number of contact nodes whose pressure lies in the bin; the lower end belongs to it",
+    "number of contact nodes whose pressure lies in the bin; a bin includes its lower end",
 );
 pub const PRESSURE_DENSITY: Column = real(
     "pressure_density",
@@ -387,8 +387,8 @@ pub const GAP_BIN_WIDTH: Column = real("gap_bin_width", "rms height", "width of 
 pub const GAP_NODES: Column = integer(
     "gap_nodes",
     "1",
-    "number of nodes outside contact whose gap lies in the bin; the lower end belongs to it. A gap \
-     that is negative within the tolerance counts as zero",
+    "number of nodes outside contact whose gap lies in the bin; a bin includes its lower end. A \
+     gap that is negative within the tolerance counts as zero",
 );
 pub const GAP_DENSITY: Column = real(
     "gap_density",
@@ -404,8 +404,9 @@ pub const GAP_NODES_BEYOND: Column = integer(
 pub const CLUSTER_AREA: Column = parameter(
     "cluster_area",
     "1",
-    "geometric centre of the bin of cluster areas, over the nominal area; bins have equal width in \
-     the logarithm. Each includes its lower end, and the last one its upper end 1",
+    "geometric mean of the ends of the bin of cluster areas, divided by the nominal area; bins \
+     have equal width in the logarithm. A bin includes its lower end, the last one also its upper \
+     end 1",
 );
 pub const CLUSTER_NUMBER: Column = integer(
     "cluster_number",
@@ -415,21 +416,22 @@ pub const CLUSTER_NUMBER: Column = integer(
 pub const CLUSTER_DENSITY: Column = real(
     "cluster_density",
     "1",
-    "number of clusters in the bin over the width of the bin in the natural logarithm of the area",
+    "number of clusters in the bin divided by the width of the bin in ln(area)",
 );
 pub const CLUSTER_AREA_SHARE: Column =
-    real("cluster_area_share", "1", "total area of the clusters in the bin over the nominal area");
+    real("cluster_area_share", "1", "total area of the clusters in the bin divided by the nominal area");
 pub const CLUSTER_PERIMETER: Column = real(
     "cluster_perimeter",
     "length",
-    "mean Euclidean perimeter of the clusters in the bin, π/4 × the Manhattan perimeter, with the \
-     edges of their holes; null where there are no clusters",
+    "mean Euclidean perimeter of the clusters in the bin, π/4 × the Manhattan perimeter, \
+     including the edges of holes; null if there are no clusters",
 );
 pub const CLUSTER_COMPACTNESS: Column = real(
     "cluster_compactness",
     "1",
     "mean of 4π area / perimeter² of the clusters in the bin: 1 for a large disc, 4/π for a square \
-     along the axes, whose perimeter counts π/4 × its length; null where no cluster has an edge",
+     along the axes, because its perimeter is counted as π/4 × its length; null if no cluster has \
+     an edge",
 );
 
 /// Columns of a distribution of pressures.

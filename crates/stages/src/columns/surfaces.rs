@@ -1,4 +1,4 @@
-//! Columns of measured surfaces, of moments and descriptors of any surface, and of its statistics.
+//! Columns of measured surfaces, and of the moments, descriptors and statistics of all surfaces.
 
 use super::{integer, parameter, parameter_integer, parameter_text, real, text};
 use asperity_tables::column::ColumnKind::Reals;
@@ -20,14 +20,14 @@ pub const EDGES: Column = parameter_text("edges", "treatment of the edges of the
         },
     ]);
 pub const HEIGHT_SCALE: Column =
-    parameter("height_scale", "1", "factor from the heights of the file to lengths");
+    parameter("height_scale", "1", "factor that converts the heights in the file to lengths");
 pub const TAPER_FRACTION: Column = parameter(
     "taper_fraction",
     "1",
-    "share of the side over which heights are tapered to zero at each edge",
+    "fraction of the side over which heights are tapered to zero at each edge",
 );
 pub const CHANNEL: Column =
-    parameter_text("channel", "requested map of the file, by its name or by its number from 1");
+    parameter_text("channel", "requested map of the file: its name, or its number counted from 1");
 pub const CROP_FROM_X: Column = parameter(
     "crop_from_x",
     "length",
@@ -89,8 +89,8 @@ pub const CHANNELS: Column = integer("channels", "1", "number of maps in the fil
 pub const FILLED_NODES: Column =
     integer("filled_nodes", "1", "number of missing points that received heights by `fill`");
 
-/// Coordinates of measured surfaces, as far as the manifest uses them.
-pub const OF_MEASURED_SURFACES: [Column; 16] = [
+/// Coordinates that only measured surfaces have. A table has those that its manifest uses.
+pub const MEASURED_SURFACE_COORDINATES: [Column; 16] = [
     CONTENT,
     UNIT,
     HEIGHT_SCALE,
@@ -109,14 +109,14 @@ pub const OF_MEASURED_SURFACES: [Column; 16] = [
     RESAMPLED_Y,
 ];
 
-/// Facts about the file of a measured surface.
-pub const FOUND_IN_FILES: [Column; 4] = [FORMAT, CHANNEL_READ, CHANNELS, FILLED_NODES];
+/// Columns that describe the file of a measured surface.
+pub const FILE_COLUMNS: [Column; 4] = [FORMAT, CHANNEL_READ, CHANNELS, FILLED_NODES];
 
 // Moments and descriptors of surfaces.
 
 pub const RMS_HEIGHT: Column = real("rms_height", "length", "root mean square height");
 
-/// Descriptors of a surface.
+/// Columns of the moments and descriptors of a surface.
 pub const DESCRIPTORS: [Column; 14] = [
     real("m00", "length²", "spectral moment m₀₀: mean square height"),
     real("m20", "1", "spectral moment m₂₀: mean square slope along x"),
@@ -146,29 +146,29 @@ pub const DESCRIPTORS: [Column; 14] = [
     ),
 ];
 
-/// Descriptors of a random surface that follow from its spectrum alone.
-pub const REFERENCES: [Column; 5] = [
-    real("nayak_continuum", "1", "α of the spectrum over continuous wavenumbers"),
+/// Columns of the descriptors that follow from the spectrum of a random surface alone.
+pub const SPECTRUM_DESCRIPTORS: [Column; 5] = [
+    real("nayak_continuum", "1", "Nayak's parameter α of the spectrum, by integrals over continuous wavenumbers"),
     real(
         "summit_density_continuum",
         "(side/2π)⁻²",
-        "D of the spectrum over continuous wavenumbers",
+        "Nayak's density of summits of the spectrum, by integrals over continuous wavenumbers",
     ),
-    real("nayak_lattice", "1", "α of the spectrum over the modes of the cell"),
-    real("summit_density_lattice", "(side/2π)⁻²", "D of the spectrum over the modes of the cell"),
-    real("effective_modes_lattice", "1", "effective modes of the spectrum in the cell"),
+    real("nayak_lattice", "1", "Nayak's parameter α of the spectrum, by sums over the modes of the cell"),
+    real("summit_density_lattice", "(side/2π)⁻²", "Nayak's density of summits of the spectrum, by sums over the modes of the cell"),
+    real("effective_modes_lattice", "1", "effective number of modes of the spectrum, by sums over the modes of the cell"),
 ];
 
 pub const HEIGHTS: Column = Column::heavy(
     "heights",
     Reals,
     "length",
-    "heights of the nodes, row-major, towards the elastic body",
+    "heights of the nodes, row-major, positive towards the elastic body",
 );
 
 // Statistics of surfaces.
 
-pub const BIN: Column = parameter("bin", "rms height", "centre of the bin");
+pub const BIN: Column = parameter("bin", "rms height", "centre of the bin of heights");
 pub const COUNT: Column =
     integer("nodes_in_bin", "1", "number of nodes whose height lies in the bin");
 pub const DENSITY: Column =
@@ -187,10 +187,10 @@ pub const DENSITY_NORMAL: Column = real(
     "normal probability density of the height, averaged over the bin",
 );
 
-/// Height distribution of one surface.
+/// Columns of the height distribution of one surface.
 pub const HEIGHT_MEASURES: [Column; 3] = [BIN, COUNT, DENSITY];
 
-/// Height distribution of all surfaces of a parameter point.
+/// Columns of the height distribution of all surfaces of a parameter point.
 pub const POOLED_HEIGHTS: [Column; 5] = [BIN, SURFACES, DENSITY_MEAN, DENSITY_SD, DENSITY_NORMAL];
 
 pub const ALONG: Column = parameter_text("along", "direction of the statistic").with_codes(&[
@@ -201,8 +201,8 @@ pub const ALONG: Column = parameter_text("along", "direction of the statistic").
 pub const WAVENUMBER: Column = parameter(
     "wavenumber",
     "1/length",
-    "angular wavenumber q = 2π/λ; for rings, whose width is 2π over the longer side, the \
-     wavenumber at their centre",
+    "angular wavenumber q = 2π/λ; for a ring of wavevectors, which has the width 2π/(longer side), \
+     the wavenumber at its centre",
 );
 pub const MODES: Column = integer(
     "modes",
@@ -213,15 +213,15 @@ pub const MODES: Column = integer(
 pub const DEGREES_OF_FREEDOM: Column = real(
     "degrees_of_freedom",
     "1",
-    "number of independent real amplitudes in the density, whose relative scatter on a Gaussian \
-     surface is √(2/degrees_of_freedom): one per mode, 4/9 per mode under a Hann window, 1/4 per \
-     mode for mirrored maps",
+    "number of independent real amplitudes in the ring: one per mode, 4/9 per mode under a Hann \
+     window, 1/4 per mode for mirrored maps. On a Gaussian surface, the density has the relative \
+     scatter √(2/degrees_of_freedom)",
 );
 pub const SPECTRAL_DENSITY: Column = real(
     "spectral_density",
     "length⁴",
-    "power spectral density C(q), mean over the ring, with ∫ C d²q/(2π)² = h_rms²: the sum of \
-     spectral_density × modes divided by the area of the cell. A map that is not periodic is \
+    "power spectral density C(q), mean over the ring, with ∫ C d²q/(2π)² = h_rms²; the sum of \
+     spectral_density × modes, divided by the area of the cell, is h_rms², too. A map that is not periodic is \
      multiplied by a Hann window, and C divided by the mean square of the window",
 );
 pub const PROFILE_DENSITY: Column = real(
@@ -239,8 +239,8 @@ pub const LAG: Column = parameter(
 pub const AUTOCORRELATION: Column = real(
     "autocorrelation",
     "length²",
-    "mean product of the heights, about their mean, of two points at this distance: h_rms² at lag \
-     0. For a map that is not periodic, the mean over the pairs inside it",
+    "mean product of the heights, measured from their mean, of two points at the distance `lag`; \
+     h_rms² at lag 0. For a map that is not periodic, the mean over the pairs inside it",
 );
 pub const DISTANCE: Column =
     parameter("distance", "length", "scale ℓ: distance of the points whose heights are compared");
@@ -254,14 +254,14 @@ pub const CURVATURE_AT_SCALE: Column = real(
 pub const BEARING_LEVEL: Column = parameter(
     "bearing_level",
     "rms height",
-    "height of a plane above the mean of the surface, reduced",
+    "height of a horizontal plane above the mean of the surface",
 );
 pub const HEIGHT: Column =
     real("height", "length", "height of the plane above the mean of the surface");
 pub const BEARING_SHARE: Column = real(
     "bearing_share",
     "1",
-    "share of the nodes at or above the plane: areal material ratio Smr, ISO 25178-2",
+    "fraction of the nodes at or above the plane: areal material ratio Smr, ISO 25178-2",
 );
 pub const ROUGHNESS: [Column; 6] = [
     real("Sq", "length", "root mean square height about the mean, ISO 25178-2"),
@@ -272,7 +272,7 @@ pub const ROUGHNESS: [Column; 6] = [
     real(
         "Sdq",
         "1",
-        "root mean square gradient, ISO 25178-2; of a periodic map from its Fourier modes, of any \
-         other map from differences between neighbours, as `rms_slope`",
+        "root mean square gradient, ISO 25178-2: from the Fourier modes of a periodic map, or from \
+         differences between neighbouring nodes of any other map, as `rms_slope`",
     ),
 ];

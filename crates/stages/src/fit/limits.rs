@@ -31,9 +31,9 @@ pub const WORD: &str = "limits";
 pub const WINDOW: [f64; 2] = [0.0, 10.0];
 
 /// Maximum number of terms of a law: one for each of three limits, and another one.
-pub const MOST_TERMS: usize = 4;
+pub const MAX_TERMS: usize = 4;
 /// Maximum number of combinations of forms.
-pub const MOST_COMBINATIONS: usize = 64;
+pub const MAX_COMBINATIONS: usize = 64;
 
 /// Law Q = Q₀ + Σ cⱼ fⱼ(xⱼ) with the data that it is fitted to.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,34 +59,34 @@ pub struct Term {
     /// Small parameter xⱼ, an expression in parameters.
     pub of: Expression,
     /// Forms fⱼ that are compared.
-    pub forms: Vec<Form>,
+    pub forms: Vec<FormChoice>,
 }
 
-/// Form of a term as a function of its small parameter.
+/// FormChoice of a term as a function of its small parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Form {
+pub enum FormChoice {
     Power(f64),
     FreePower,
     Logarithm,
 }
 
-impl Form {
+impl FormChoice {
     /// Returns the form as the numerical fit defines it.
-    pub fn numeric(self) -> TermForm {
+    pub fn term_form(self) -> TermForm {
         match self {
-            Form::Power(exponent) => TermForm::Power(exponent),
-            Form::FreePower => TermForm::FreePower,
-            Form::Logarithm => TermForm::Logarithm,
+            FormChoice::Power(exponent) => TermForm::Power(exponent),
+            FormChoice::FreePower => TermForm::FreePower,
+            FormChoice::Logarithm => TermForm::Logarithm,
         }
     }
 
     /// Returns the name of the form in tables.
     pub fn word(self) -> String {
         match self {
-            Form::Power(exponent) => format!("power {exponent}"),
-            Form::FreePower => "power, free".to_owned(),
-            Form::Logarithm => "logarithm".to_owned(),
+            FormChoice::Power(exponent) => format!("power {exponent}"),
+            FormChoice::FreePower => "power, free".to_owned(),
+            FormChoice::Logarithm => "logarithm".to_owned(),
         }
     }
 }
@@ -99,10 +99,10 @@ impl LimitChoices {
     }
 
     /// Returns all combinations of one form per term. The form of the last term varies fastest.
-    pub fn combinations(&self) -> Vec<Vec<Form>> {
+    pub fn combinations(&self) -> Vec<Vec<FormChoice>> {
         self.terms.iter().fold(vec![Vec::new()], |chosen, term| {
             let extended = chosen.iter().flat_map(|before| {
-                let with = |form: &Form| before.iter().copied().chain([*form]).collect();
+                let with = |form: &FormChoice| before.iter().copied().chain([*form]).collect();
                 term.forms.iter().map(with)
             });
             extended.collect()
@@ -115,7 +115,7 @@ pub struct Line<'a> {
     pub group: &'a Group,
     /// Load of the fit, if rows have loads.
     pub load: Option<f64>,
-    pub forms: Vec<Form>,
+    pub forms: Vec<FormChoice>,
     /// Number of points at which the observable is known.
     pub points: usize,
     /// Smallest number of surfaces of a point.
@@ -157,7 +157,7 @@ fn lines<'a>(
     let points = group.points_under(load);
     let count = points.len();
     let combinations = choices.combinations();
-    let line = |forms: Vec<Form>, surfaces, outcome| Line {
+    let line = |forms: Vec<FormChoice>, surfaces, outcome| Line {
         group,
         load,
         forms,
@@ -173,23 +173,23 @@ fn lines<'a>(
             return failed.collect();
         }
     };
-    let numeric: Vec<Vec<TermForm>> = combinations
+    let term_form: Vec<Vec<TermForm>> = combinations
         .iter()
-        .map(|forms| forms.iter().map(|form| form.numeric()).collect())
+        .map(|forms| forms.iter().map(|form| form.term_form()).collect())
         .collect();
-    let fits: Vec<_> = numeric.iter().map(|forms| problem.fit(forms)).collect();
-    let fitted: Vec<(&[TermForm], &LimitFit)> = numeric
+    let fits: Vec<_> = term_form.iter().map(|forms| problem.fit(forms)).collect();
+    let fitted: Vec<(&[TermForm], &LimitFit)> = term_form
         .iter()
         .zip(&fits)
         .filter_map(|(forms, fit)| Some((&forms[..], fit.as_ref().ok()?)))
         .collect();
     let resampled = problem.resample(&fitted, &params.bootstrap());
     let mut resampled = resampled.intervals.into_iter().zip(resampled.comparison);
-    let fits = combinations.into_iter().zip(&numeric).zip(&fits);
-    fits.map(|((forms, numeric), fit)| {
+    let fits = combinations.into_iter().zip(&term_form).zip(&fits);
+    fits.map(|((forms, term_form), fit)| {
         let outcome = fit.clone().map(|fit| {
             let (intervals, comparison) = resampled.next().expect("each fit was resampled");
-            Outcome { assessment: problem.assess(numeric, &fit), fit, intervals, comparison }
+            Outcome { assessment: problem.assess(term_form, &fit), fit, intervals, comparison }
         });
         line(forms, problem.surfaces(), outcome)
     })

@@ -16,7 +16,7 @@ use asperity_tables::column::{
 use asperity_tables::table::Table;
 
 /// Largest share of the data that may be left out.
-const MOST_MASKED: f64 = 0.2;
+const MAX_MASKED_FRACTION: f64 = 0.2;
 
 /// Result of the fit at one point.
 #[derive(Default)]
@@ -72,7 +72,7 @@ impl Row {
     pub fn unless_masked(self) -> Row {
         let masked = self.masked.unwrap_or(0);
         let all = self.data + masked;
-        if masked as f64 <= MOST_MASKED * all as f64 {
+        if masked as f64 <= MAX_MASKED_FRACTION * all as f64 {
             return self;
         }
         self.refused(status::TOO_MANY_MASKED)

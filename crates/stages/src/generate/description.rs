@@ -1,4 +1,4 @@
-//! Descriptions of surfaces: the coordinates and descriptors of their rows.
+//! Rows of surfaces: their coordinates and descriptors.
 
 use arrow::array::ArrayRef;
 
@@ -24,11 +24,11 @@ use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
 pub struct Description {
     moments: Moments,
     rms_slope: f64,
-    /// Effective number of modes; `None` for a map that is not periodic.
+    /// Effective number of modes of the surface; `None` for a map that is not periodic.
     effective_modes: Option<f64>,
     /// Reference values of the spectrum, for a random self-affine surface.
     expected: Option<Expected>,
-    /// Descriptors that need heights; `None` for a surface described by its modes alone.
+    /// Descriptors that need heights on a mesh; `None` for a surface described by its modes alone.
     seen: Option<Seen>,
 }
 
@@ -127,7 +127,7 @@ impl Description {
         columns.extend(DESCRIPTORS.into_iter().zip(described.map(|value| optional_reals([value]))));
         if let Some(expected) = &self.expected {
             let values = expected.values(grid.cell()).map(|value| optional_reals([value]));
-            columns.extend(REFERENCES.into_iter().zip(values));
+            columns.extend(SPECTRUM_DESCRIPTORS.into_iter().zip(values));
         }
         columns
     }
@@ -156,7 +156,7 @@ impl Description {
 }
 
 impl Expected {
-    /// Returns the values of [`REFERENCES`], in their order.
+    /// Returns the values of [`SPECTRUM_DESCRIPTORS`], in their order.
     fn values(&self, cell: Cell) -> [Option<f64>; 5] {
         [
             self.continuum.map(|continuum| continuum.nayak()),

@@ -26,7 +26,7 @@ use asperity_contact::topography::preparation::Preparation;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{always_pair, positive_items, required, swept};
-use asperity_manifest::keys::{Key, KeyTable, OnAxes, Point, Section, Spanned, table};
+use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
 use asperity_topography_files::ChannelError;
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
@@ -201,7 +201,7 @@ fn report_same_surfaces(
     resolved: &[Params],
     problems: &mut Problems,
 ) {
-    let mut seen: BTreeMap<String, &Point<FileTable>> = BTreeMap::new();
+    let mut seen: BTreeMap<String, &GridPoint<FileTable>> = BTreeMap::new();
     for (point, params) in section.points.iter().zip(resolved) {
         let text = serde_json::to_string(params).expect("parameters are plain data");
         let Some(before) = seen.insert(text, point) else {

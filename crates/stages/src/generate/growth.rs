@@ -22,7 +22,7 @@ pub const AT_LEAST: u32 = 10;
 /// Text of the condition that all claims of the study are decided.
 const CLAIMS_DECIDED: &str = "claims decided";
 
-/// The value of `realizations`: the number of surfaces for each point of the grid.
+/// The number of surfaces for each point of the grid, the value of `realizations`.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Realizations {
@@ -32,7 +32,7 @@ pub enum Realizations {
     Until(Growing),
 }
 
-/// Keys of adaptive sampling: surfaces are drawn until a condition on a mean or on claims holds.
+/// Keys of adaptive sampling, which draws surfaces until a condition on a mean or on claims holds.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Growing {
@@ -74,7 +74,7 @@ pub struct Growth {
     pub at_least: u32,
     /// Maximum number of surfaces, even if the condition does not hold.
     pub at_most: u32,
-    /// Condition that ends sampling.
+    /// Condition that ends the sampling.
     pub until: Until,
 }
 
@@ -191,7 +191,7 @@ fn checked(written: &Spanned<String>, checks: &mut Checks) -> Option<Until> {
     })
 }
 
-/// Reads a condition. Returns `None` if the text is not a condition.
+/// Reads the text of a condition. Returns `None` if the text is not a condition.
 pub fn parse(text: &str) -> Option<Until> {
     let text = text.trim();
     if text.split_whitespace().eq(CLAIMS_DECIDED.split_whitespace()) {
@@ -232,15 +232,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn conditions_are_read_with_and_without_spaces_and_told_alike() {
-        let told = |text: &str| parse(text).map(|until| until.to_string());
+    fn conditions_are_read_with_and_without_spaces() {
+        let shown = |text: &str| parse(text).map(|until| until.to_string());
         let same = Some("sem(area.area_fraction) < 0.5 %".to_owned());
-        assert_eq!(told("sem(area.area_fraction) < 0.5 %"), same);
-        assert_eq!(told(" sem ( area . area_fraction )<0.50%"), same);
-        assert_eq!(told("sem(s.alpha)<1e-3").as_deref(), Some("sem(s.alpha) < 0.001"));
-        assert_eq!(told(" claims  decided").as_deref(), Some("claims decided"));
+        assert_eq!(shown("sem(area.area_fraction) < 0.5 %"), same);
+        assert_eq!(shown(" sem ( area . area_fraction )<0.50%"), same);
+        assert_eq!(shown("sem(s.alpha)<1e-3").as_deref(), Some("sem(s.alpha) < 0.001"));
+        assert_eq!(shown(" claims  decided").as_deref(), Some("claims decided"));
         assert_eq!(
-            told("decided( area-above-persson,slope-decreases )").as_deref(),
+            shown("decided( area-above-persson,slope-decreases )").as_deref(),
             Some("decided(area-above-persson, slope-decreases)")
         );
     }

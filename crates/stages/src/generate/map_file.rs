@@ -36,7 +36,7 @@ pub enum ChannelChoice {
 /// A height map as read from a file.
 #[derive(Debug, Clone)]
 pub struct MapFile {
-    /// Reader of the format; `None` for a NumPy array.
+    /// Reader of the file format; `None` for a NumPy array.
     pub reader: Option<Reader>,
     /// The map of the file that was read.
     pub channel: ChannelRead,

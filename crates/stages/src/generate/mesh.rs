@@ -77,8 +77,8 @@ pub struct Wave<'a> {
     pub waves: [u32; 2],
 }
 
-/// Returns nodes and sides. Refuses a pair for one key and a single number for the other, because
-/// the shape of the cells is then unknown.
+/// Returns the nodes and sides of the cell. Refuses a pair for one key and a single number for the
+/// other, because the shape of the cells is then unknown.
 pub fn mesh(
     nodes: &Key<OnAxes<u32>>,
     side: &Key<OnAxes<f64>>,

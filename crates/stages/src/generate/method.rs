@@ -14,7 +14,7 @@ use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::{Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
-use asperity_manifest::keys::{KeyTable, Layout, Point, Section, reader};
+use asperity_manifest::keys::{GridPoint, KeyTable, Layout, Section, reader};
 
 /// The value of the key `method`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -223,7 +223,7 @@ pub fn surfaces<T: KeyTable>(
     mut surfaces: impl FnMut(&T, &mut Checks) -> Option<PlannedSurfaces>,
 ) -> Option<Vec<PlannedSurfaces>> {
     let mut checked =
-        |point: &Point<T>| surfaces(&point.table, &mut Checks::new(section, point, problems));
+        |point: &GridPoint<T>| surfaces(&point.table, &mut Checks::new(section, point, problems));
     let planned: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
     let planned: Vec<_> = planned.into_iter().collect::<Option<_>>()?;
     let params = planned.iter().map(|surfaces| &surfaces.params);

@@ -65,7 +65,7 @@ pub struct MeasuredSurface {
     /// Method that makes the map periodic, if there is one.
     #[serde(flatten)]
     pub edges: Edges,
-    /// Reader of the file; `None` for a NumPy array.
+    /// Reader of the file format; `None` for a NumPy array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reader: Option<Reader>,
     /// The map of the file that the manifest selects; `None` for the first map of heights.

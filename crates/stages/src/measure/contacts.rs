@@ -20,7 +20,7 @@ use asperity_tables::column::{Column, flags, integers, optional_reals, reals};
 use asperity_tables::table::Table;
 
 /// Largest relative distance of a neighbouring load, with a margin for the rounding of loads.
-const LARGEST_STEP: f64 = 0.1 + 1e-9;
+const MAX_LOAD_STEP: f64 = 0.1 + 1e-9;
 
 /// Columns that are copied from the solved loads, if they exist; the columns of the flow are copied
 /// too.
@@ -203,7 +203,7 @@ fn stiffness_of_block(loads: &[Approach]) -> Vec<Option<f64>> {
 fn at_middle(three: [Approach; 3]) -> Option<f64> {
     let [before, here, after] = three;
     let is_far =
-        |load: &Approach| (load.pressure - here.pressure).abs() > LARGEST_STEP * here.pressure;
+        |load: &Approach| (load.pressure - here.pressure).abs() > MAX_LOAD_STEP * here.pressure;
     if three.iter().any(|load| !load.is_solved || is_far(load)) {
         return None;
     }

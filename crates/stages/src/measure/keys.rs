@@ -1,4 +1,6 @@
-//! Keys of `measure` stages. Their doc comments are shown by editors and quoted in messages.
+//! Keys of `measure` stages, and checks of their values.
+//!
+//! Editors show the doc comments of keys, and messages quote them.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -12,54 +14,56 @@ use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Key, Section, table};
 
-/// Maximum of `bins`.
+/// Maximum value of the key `bins`.
 const MAX_BINS: u32 = 1_000_000;
-/// Default of `bins` for surfaces.
+/// Default value of `bins` for surfaces.
 const DEFAULT_BINS: u32 = 1000;
-/// Maximum of `bins` for clusters.
+/// Maximum value of `bins` for clusters.
 const MAX_BINS_PER_DECADE: u32 = 1000;
-/// Default of `bins` for clusters.
+/// Default value of `bins` for clusters.
 const DEFAULT_BINS_PER_DECADE: u32 = 5;
-/// Default of `range`.
+/// Default value of the key `range`.
 const DEFAULT_RANGE: f64 = 5.0;
-/// Bounds of `range`. No surface of n nodes is higher than √n rms heights, and bins narrower than
-/// the rounding of heights count nothing.
+/// Minimum and maximum of the key `range`. No height of a surface with n nodes exceeds √n rms
+/// heights, and bins narrower than the rounding errors of heights count nothing.
 const RANGES: [f64; 2] = [1e-6, 1e6];
 
-/// Measures contacts or surfaces.
+/// Measures the contacts of a `solve` stage, or the surfaces of a `generate` stage.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeasureTable {
-    /// Quantity that is measured. For loads: `"contacts"` (the default), or the distribution of
-    /// `"pressures"`, `"gaps"` or areas of `"clusters"`; pressures and gaps need `pressure_bins` or
-    /// `gap_bins` in the `solve` stage. For surfaces: the distribution of `"heights"` (the
-    /// default), the power `"spectrum"` C(q) averaged over all directions, the spectrum of profiles
-    /// along x and y (`"profile-spectrum"`), the `"autocorrelation"`, slope and curvature by scale
-    /// (`"scales"`), the `"bearing"` curve, or the `"roughness"` parameters of ISO 25178.
+    /// Quantity that the stage measures. For loads: `"contacts"` (the default), or the distribution
+    /// of `"pressures"`, `"gaps"` or areas of `"clusters"`. Pressures and gaps need `pressure_bins`
+    /// or `gap_bins` in the `solve` stage. For surfaces, `"heights"` (the default) is the
+    /// distribution of heights, `"spectrum"` is the power spectrum C(q) averaged over all
+    /// directions, and `"profile-spectrum"` is the spectrum of profiles along x and y. Surfaces
+    /// also have the `"autocorrelation"`, slope and curvature by scale (`"scales"`), the
+    /// `"bearing"` curve, and the `"roughness"` parameters of ISO 25178.
     #[schemars(extend("default" = "heights"))]
     pub what: Key<What>,
-    /// Number of bins of the height histogram, or of steps of the bearing curve. For clusters,
-    /// number of bins per decade of area, by default 5.
+    /// Number of bins of the height histogram, or of steps of the bearing curve. For clusters it is
+    /// the number of bins per decade of area, with the default 5.
     #[schemars(range(min = 1, max = MAX_BINS), extend("default" = DEFAULT_BINS))]
     pub bins: Key<u32>,
     /// Half width of the height histogram or of the bearing curve, in units of the rms height. For
     /// surfaces only.
     #[schemars(extend("minimum" = RANGES[0], "maximum" = RANGES[1], "default" = DEFAULT_RANGE))]
     pub range: Key<f64>,
-    /// `true` gives all surfaces of a parameter point one height histogram, with the mean and the
-    /// standard deviation over surfaces. Otherwise each surface has its own. For surfaces only.
+    /// `true` gives one height histogram for all surfaces of a parameter point, with mean and
+    /// standard deviation over the surfaces. `false` gives each surface its own histogram. For
+    /// surfaces only.
     #[schemars(extend("default" = false))]
     pub pool: Key<bool>,
-    /// `true` adds the incremental stiffness of the interface to the contacts: the
-    /// derivative of the pressure with respect to the approach of the bodies, as a finite
-    /// difference between neighbouring loads of a block that differ by at most a tenth.
+    /// `true` adds the incremental stiffness of the interface to `"contacts"`: the derivative of
+    /// the mean pressure with respect to the approach of the bodies. It is a finite difference
+    /// between neighbouring loads of a block that differ by at most 10 %. For loads only.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
 }
 
 table!(MeasureTable);
 
-/// A quantity that is measured.
+/// The value of the key `what`: the quantity to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum What {
@@ -71,24 +75,25 @@ pub enum What {
     Gaps,
     /// Distribution of the areas of contact clusters, with the lengths of their edges.
     Clusters,
-    /// Distribution of heights.
+    /// Distribution of the heights of surfaces.
     Heights,
     /// Power spectral density of heights, averaged over all directions.
     Spectrum,
     /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
-    /// Mean product of heights at a distance.
+    /// Mean product of two heights as a function of their distance.
     Autocorrelation,
-    /// Slope and curvature as functions of the distance over which they are taken.
+    /// Slope and curvature as functions of the distance over which differences are taken.
     Scales,
-    /// Fraction of the surface at or above a height.
+    /// Fraction of the surface at or above a height, as a function of the height.
     Bearing,
     /// Roughness parameters Sq, Sa, Sz, Ssk, Sku and Sdq.
     Roughness,
 }
 
-/// Returns the kind of rows, if `what` asks for another quantity than the default.
-pub fn makes(section: &Section<MeasureTable>) -> Option<RowKind> {
+/// Returns the kind of rows that the stage makes, if `what` names another quantity than the
+/// defaults.
+pub fn row_kind(section: &Section<MeasureTable>) -> Option<RowKind> {
     let what = section.points.first()?.table.what.value()?;
     match what.quantity(1, 1.0) {
         Quantity::Contacts | Quantity::Heights => None,
@@ -97,7 +102,7 @@ pub fn makes(section: &Section<MeasureTable>) -> Option<RowKind> {
     }
 }
 
-/// A quantity with its settings.
+/// A quantity to measure, with its settings.
 enum Quantity {
     Contacts,
     Distribution(Distribution),
@@ -129,19 +134,20 @@ impl What {
     }
 }
 
-/// Returns the task of a stage; what it can measure depends on what it reads.
+/// Returns the task of a stage, or `None` after reporting problems. The rows that the stage reads
+/// decide which quantities it can measure.
 pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
     let params = if context.read? == RowKind::Surfaces {
-        of_surfaces(&point.table, context.surfaces.kept_alone.as_deref(), checks)
+        of_surfaces(&point.table, context.surfaces.not_redrawable.as_deref(), checks)
     } else {
         of_loads(&point.table, &context.surfaces, checks)
     };
     Some(vec![Recipe::Measure(params?)])
 }
 
-/// Refuses a quantity that cannot be measured on what the stage reads.
+/// Refuses a quantity that the rows of the stage do not have.
 fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) -> Option<()> {
     let written = checks.optional("what", &table.what)?;
     let Some(written) = written.filter(|what| what.value.is_of_loads() != reads_loads) else {
@@ -152,7 +158,7 @@ fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) 
     } else {
         ("surfaces", r#""heights", "spectrum", "roughness" or another statistic of heights"#)
     };
-    let message = format!("this stage reads {reads}, and `what` cannot be measured on them");
+    let message = format!("this stage reads {reads}, but `what` is not a quantity of {reads}");
     checks.refuse("what", message, &written.span, format!("must be {words}"))
 }
 
@@ -181,13 +187,13 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
         return Some(Params::Distribution(distribution));
     };
     let message = format!("stage `{stage}` has no `{key}`");
-    let label = "needs counts that are made while the contact is solved";
+    let label = "needs counts that the `solve` stage makes";
     let problem = Problem::new(message, table.what.written()?.span.clone(), label);
     let example = format!("add `{key} = {{ count = 100, to = 5.0 }}` to stage `{stage}`");
     checks.reject(problem.help(example))
 }
 
-/// Returns the number of bins per decade of area, for clusters only.
+/// Returns the number of bins per decade of area, and refuses `bins` for other quantities of loads.
 fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<u32> {
     if what != What::Clusters {
         checks.forbidden("bins", &table.bins, "for surfaces and for `what = \"clusters\"`")?;
@@ -203,7 +209,7 @@ fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Opt
 
 fn of_surfaces(
     table: &MeasureTable,
-    kept_alone: Option<&str>,
+    not_redrawable: Option<&str>,
     checks: &mut Checks,
 ) -> Option<Params> {
     if checks.value("stiffness", &table.stiffness)? {
@@ -216,7 +222,7 @@ fn of_surfaces(
     let (bins, range) = (bins?, range?);
     let what = checks.value("what", &table.what)?;
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
-        return heights(table, bins, range, kept_alone, checks);
+        return heights(table, bins, range, not_redrawable, checks);
     };
     let why = "for the distribution of heights, `what = \"heights\"`";
     let pool = checks.forbidden("pool", &table.pool, why);
@@ -232,13 +238,13 @@ fn heights(
     table: &MeasureTable,
     bins: u32,
     range: f64,
-    kept_alone: Option<&str>,
+    not_redrawable: Option<&str>,
     checks: &mut Checks,
 ) -> Option<Params> {
     if !checks.value("pool", &table.pool)? {
         return Some(Params::Heights { bins, range });
     }
-    let Some(stage) = kept_alone else {
+    let Some(stage) = not_redrawable else {
         return Some(Params::Pool { bins, range });
     };
     let message = "surfaces with a measured spectrum cannot be pooled: they cannot be drawn again";

@@ -60,8 +60,8 @@ pub struct SolveTable {
     /// `{ from, to, steps, spacing }`.
     #[schemars(transform = required)]
     pub loads: Key<Loads>,
-    /// Contact model: `"boundary-elements"` solves the contact of every node, `"asperities"`
-    /// replaces the summits by Hertz contacts.
+    /// Contact model of the stage: `"boundary-elements"` solves the contact of every node,
+    /// `"asperities"` replaces the summits by Hertz contacts.
     #[schemars(extend("default" = "boundary-elements"))]
     pub method: Key<Method>,
     /// Unit of `loads` and of the list `pressures`.
@@ -74,7 +74,7 @@ pub struct SolveTable {
     /// gives it up and its row records that.
     #[schemars(range(min = 1, max = MAX_PAIRS), extend("default" = DEFAULT_PAIR_LIMIT))]
     pub max_pairs: Key<u32>,
-    /// Pressure fields to store: `"none"`, `"all"`, or a list of loads, which must be among
+    /// Pressure fields that are stored: `"none"`, `"all"`, or a list of loads, which must be among
     /// `loads`.
     #[schemars(extend("default" = "none"))]
     pub pressures: Key<StoredPressures>,
@@ -99,7 +99,7 @@ table!(SolveTable);
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Young's modulus E. All pressures of the stage have its unit.
+    /// Young's modulus E of the body. All pressures of the stage have its unit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub youngs_modulus: f64,
     /// Poisson's ratio ν, above −1 and at most 0.5.
@@ -161,7 +161,8 @@ fn blocks(
     Some(blocks)
 }
 
-/// Returns the boundary condition. Refuses a periodic contact of a map that is not periodic.
+/// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
+/// periodic.
 fn boundary(
     table: &SolveTable,
     surfaces: &Surfaces,
@@ -310,7 +311,7 @@ fn softest_body(table: &SolveTable) -> Option<f64> {
 /// Reports a largest load that is not below the hardness. Hardness and load in different units are
 /// compared with the rms slopes to which the surfaces are scaled, if these are known.
 fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks: &mut Checks) {
-    let (Some(hardness), Some(&heaviest)) = (block.hardness, block.loads.last()) else {
+    let (Some(hardness), Some(&largest)) = (block.hardness, block.loads.last()) else {
         return;
     };
     let slopes = if hardness.unit == block.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
@@ -318,7 +319,7 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
         PressureUnit::Absolute => value,
         PressureUnit::Relative => decimal::nearest(value * block.effective_modulus * slope),
     };
-    let of_load = |slope: f64| pressure(heaviest, block.load_unit, slope);
+    let of_load = |slope: f64| pressure(largest, block.load_unit, slope);
     let of_hardness = |slope: f64| pressure(hardness.pressure, hardness.unit, slope);
     let mut slopes = slopes.into_iter().flatten();
     let Some(slope) = slopes.find(|slope| of_load(*slope) >= of_hardness(*slope)) else {
@@ -333,10 +334,10 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
     };
     let message = format!(
         "`loads` holds {}, but `hardness` is {}",
-        shown(heaviest, block.load_unit),
+        shown(largest, block.load_unit),
         shown(hardness.pressure, hardness.unit)
     );
-    let Some((load, hardness)) = span_of_heaviest_load(table).zip(table.hardness.written()) else {
+    let Some((load, hardness)) = span_of_largest_load(table).zip(table.hardness.written()) else {
         return;
     };
     let limit = of_hardness(slope) / pressure(1.0, block.load_unit, slope);
@@ -350,7 +351,7 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
 }
 
 /// Returns the position of the largest load in the manifest.
-fn span_of_heaviest_load(table: &SolveTable) -> Option<Span> {
+fn span_of_largest_load(table: &SolveTable) -> Option<Span> {
     match &table.loads.written()?.value {
         Loads::List(list) => Some(list.last()?.span.clone()),
         Loads::Range(range) => Some(range.to.span.clone()),

@@ -22,7 +22,7 @@ const MAX_BINS: u32 = 10_000;
 /// a map of 4096².
 const MAX_BINS_OF_BLOCK: usize = 1 << 24;
 
-/// The value of `loads`: the loads of a block.
+/// The loads of a block, the value of `loads`.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Loads {
@@ -40,8 +40,8 @@ deserialize_either!(Loads { list => List, table => Range });
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadRange {
-    /// Start of the range. It is not a load itself, so that consecutive ranges do not repeat a
-    /// load.
+    /// Start of the range of loads. It is not a load itself, so that consecutive ranges do not
+    /// repeat a load.
     #[serde(default)]
     #[schemars(range(min = 0), extend("default" = 0.0))]
     pub from: Key<f64>,
@@ -51,7 +51,8 @@ pub struct LoadRange {
     /// Number of loads in the range.
     #[schemars(range(min = 1, max = MAX_LOADS))]
     pub steps: u32,
-    /// Spacing of the loads: `"linear"` has equal differences, `"geometric"` has equal ratios.
+    /// Spacing of the loads in the range: `"linear"` has equal differences, `"geometric"` has equal
+    /// ratios.
     #[serde(default)]
     #[schemars(extend("default" = "linear"))]
     pub spacing: Key<Spacing>,
@@ -67,7 +68,7 @@ pub enum Spacing {
     Geometric,
 }
 
-/// The value of `pressures`: the pressure fields that are stored.
+/// The pressure fields that are stored, the value of `pressures`.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum StoredPressures {

@@ -131,7 +131,7 @@ const HARDNESS_VERSION: u32 = 3;
 pub struct GivenHardness {
     /// Hardness in the unit `unit`; positive.
     pub pressure: f64,
-    /// Unit of the hardness.
+    /// Unit of the given hardness.
     pub unit: PressureUnit,
 }
 

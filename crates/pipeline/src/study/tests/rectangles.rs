@@ -226,9 +226,10 @@ fn corrections_of_square_cells_are_refused_on_others() {
     study(&text(ROUGH, &format!("{square}\"2017\"")));
     for correction in ["\"2017\"", "\"pi/8\"", "0.1", "[\"none\", 0.1]"] {
         let message = message(ROUGH, &format!("{stages}{correction}"));
-        for part in
-            ["is for square cells, and those of stage `s` have Δx/Δy = 2.0000", "mesh-convergence"]
-        {
+        for part in [
+            "needs square cells, but the cells of stage `s` have Δx/Δy = 2.0000",
+            "mesh-convergence",
+        ] {
             assert!(message.contains(part), "{part} in {message}");
         }
     }

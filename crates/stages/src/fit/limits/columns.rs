@@ -2,7 +2,7 @@
 
 use arrow::array::ArrayRef;
 
-use super::{Form, LimitChoices, Line, MOST_TERMS, Outcome, WORD};
+use super::{FormChoice, LimitChoices, Line, MAX_TERMS, Outcome, WORD};
 use crate::columns::{K_ROLLOFF, LOAD, parameter, parameter_text, real};
 use crate::fit::Params;
 use crate::fit::rows::{
@@ -83,7 +83,7 @@ macro_rules! term_columns {
     };
 }
 
-const TERMS: [TermColumns; MOST_TERMS] =
+const TERMS: [TermColumns; MAX_TERMS] =
     [term_columns!("1"), term_columns!("2"), term_columns!("3"), term_columns!("4")];
 
 /// Returns the parameters of laws with the maximum number of terms.
@@ -146,10 +146,10 @@ fn estimates(choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> 
             Some(outcome.estimate(outcome.fit.coefficients[term], Some(1 + term)))
         }));
         columns.extend(filled(own.exponent, &|line, outcome| {
-            let is_free = |form: &&Form| **form == Form::FreePower;
+            let is_free = |form: &&FormChoice| **form == FormChoice::FreePower;
             let before = line.forms[..term].iter().filter(is_free).count();
             let interval = 1 + line.forms.len() + before;
-            let interval = (line.forms[term] == Form::FreePower).then_some(interval);
+            let interval = (line.forms[term] == FormChoice::FreePower).then_some(interval);
             Some(outcome.estimate(outcome.fit.exponents[term]?, interval))
         }));
     }

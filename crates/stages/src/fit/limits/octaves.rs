@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use super::observations::Group;
-use super::{Form, LimitChoices};
+use super::{FormChoice, LimitChoices};
 use crate::ensemble::ParameterPoint;
 use asperity_manifest::decimal;
 use asperity_statistics::bootstrap::Bootstrap;
@@ -31,8 +31,8 @@ pub struct Octave {
 
 /// Fit, and the possible octaves towards each limit.
 #[derive(Debug, Clone)]
-pub struct Advised {
-    pub forms: Vec<Form>,
+pub struct FitWithOctaves {
+    pub forms: Vec<FormChoice>,
     pub fit: LimitFit,
     /// Standard error of the limit, if there are resamplings.
     pub standard_error: Option<f64>,
@@ -48,18 +48,18 @@ pub fn advise(
     load: Option<f64>,
     choices: &LimitChoices,
     bootstrap: &Bootstrap,
-) -> Option<Advised> {
+) -> Option<FitWithOctaves> {
     let (points, small): (Vec<ParameterPoint>, Vec<_>) =
         group.points_with_parameters(load).into_iter().unzip();
     let problem = LimitProblem::new(small).ok()?;
     let fits = choices.combinations().into_iter().filter_map(|forms| {
-        let numeric: Vec<TermForm> = forms.iter().map(|form| form.numeric()).collect();
-        let fit = problem.fit(&numeric).ok()?;
-        Some((forms, numeric, fit))
+        let term_form: Vec<TermForm> = forms.iter().map(|form| form.term_form()).collect();
+        let fit = problem.fit(&term_form).ok()?;
+        Some((forms, term_form, fit))
     });
     let best = fits.min_by(|one, other| one.2.akaike().total_cmp(&other.2.akaike()));
-    let (forms, numeric, fit) = best?;
-    let resampled = problem.resample(&[(&numeric, &fit)], bootstrap);
+    let (forms, term_form, fit) = best?;
+    let resampled = problem.resample(&[(&term_form, &fit)], bootstrap);
     let interval = resampled.intervals.first()?.intervals.as_ref();
     let octaves = steps(choices, &points).into_iter().map(|mut octave| {
         let more: Vec<Vec<f64>> = octave
@@ -67,10 +67,10 @@ pub fn advise(
             .iter()
             .map(|point| small_parameters(choices, &doubled(point, &octave.doubled)))
             .collect();
-        octave.error_ratio = problem.predicted_error_ratio(&numeric, &fit, &more);
+        octave.error_ratio = problem.predicted_error_ratio(&term_form, &fit, &more);
         octave
     });
-    Some(Advised {
+    Some(FitWithOctaves {
         octaves: octaves.collect(),
         standard_error: interval.map(|all| all[0].standard_error),
         forms,

@@ -68,7 +68,7 @@ fn table() -> Table {
 }
 
 fn choices(of: &str) -> LimitChoices {
-    let term = |of: &str, forms: &[Form]| Term {
+    let term = |of: &str, forms: &[FormChoice]| Term {
         of: Expression::parse(of).unwrap(),
         forms: forms.to_vec(),
     };
@@ -76,8 +76,8 @@ fn choices(of: &str) -> LimitChoices {
         of: Expression::parse(of).unwrap(),
         loads: Vec::new(),
         terms: vec![
-            term("1 / k_lower", &[Form::Power(1.0)]),
-            term("k_lower / k_upper", &[Form::Power(0.5), Form::Logarithm]),
+            term("1 / k_lower", &[FormChoice::Power(1.0)]),
+            term("k_lower / k_upper", &[FormChoice::Power(0.5), FormChoice::Logarithm]),
         ],
         over: ["k_lower", "k_upper", "nodes"].map(str::to_owned).into(),
         error: None,
