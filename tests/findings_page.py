@@ -1,5 +1,6 @@
 """The text of docs/findings.md, with the tables of findings_tables.py."""
 
+import re
 import textwrap
 
 import findings_claims as claims
@@ -48,7 +49,7 @@ def filled(paragraph):
     if paragraph.startswith(("#", "|", "!", "*", "<")) or not paragraph.strip():
         return paragraph
     end = "\n" if paragraph.endswith("\n") else ""
-    lines = paragraph.splitlines() if paragraph.startswith("- ") else [" ".join(paragraph.split())]
+    lines = [" ".join(item.split()) for item in re.split(r"\n(?=- )", paragraph)]
     return "\n".join(textwrap.fill(line, 110, subsequent_indent="  " if line.startswith("- ") else "",
                                    break_long_words=False, break_on_hyphens=False) for line in lines) + end
 
@@ -59,23 +60,37 @@ def introduction():
 
 <!-- Written by tests/findings.py from the tables under data/findings; do not edit. -->
 
-This page compares the paper (Yastrebov, Anciaux & Molinari 2015) with the results of the shipped manifests: its claims,
-tables and figures, and the questions that it leaves open. `asperity run`, `asperity claims` and `asperity report` computed
-all results. The page is generated from their tables, which are in `data/findings/`, one folder for each study. You can
-open these tables in polars, pandas or DuckDB.
+This page compares the claims, tables and figures of the paper (Yastrebov, Anciaux & Molinari 2015) with results of
+the program asperity. It also treats questions that the paper leaves open. `asperity run`, `asperity claims` and `asperity report`
+computed all results, from the manifests in the following table. The page is generated from the tables of results in
+`data/findings/`, which has a folder for each study. You can open these tables in polars, pandas or DuckDB.
 
 {t.provenance(STUDIES)}
-The first study repeats the whole campaign of the paper: nine spectra of H = 0.8, fifty surfaces of each on 1024 × 1024
-nodes, and ninety loads from first touch to full contact. The *load* is p₀/(E\\* h′) with the rms slope h′. The *area* is a
-fraction of the nominal area. A number after ± is a standard error between surfaces.
+The first study repeats the whole *campaign* of the paper: nine spectra with the Hurst exponent H = 0.8, fifty surfaces
+of each on 1024 × 1024 nodes, and ninety loads from light contact to full contact.
+
+The page uses these terms and symbols; the [glossary](glossary.md) has more:
+
+- The *load* y is p₀/(E\\* h′), with the nominal pressure p₀, the effective modulus E\\* and the rms slope h′.
+- The *area* is the fraction A/A₀ of the nominal area that is in contact. The *counted* area is the fraction of nodes in
+  contact. A *corrected* area is the counted area minus an [estimate of the error of the
+  mesh](theory/corrections.md), with the coefficient of 2015 or of 2017.
+- The *secant* is area over load.
+- k_l and k_s are the lower and the upper cutoff wavenumber in waves per side of the cell (`k_lower` and `k_upper` in the
+  tables). ζ = k_s/k_l is the *bandwidth*.
+- α is Nayak's parameter. “α of the modes of the cell” is the closed form with sums over the wavevectors of the periodic
+  cell.
+- A number after ± is the standard error of the mean over surfaces.
 
 ## Summary
 
 {claims.counted(CAMPAIGN)}
-A claim **holds** if each of its quantities is as expected at one-sided 95 %. It **does not hold** if one quantity is not,
-in intervals that cover all quantities at 95 %. Otherwise the study **cannot say** ([more](how-to/claims.md)). Brackets after
-a result are the one-sided bounds if the claim holds, and the joint intervals if it does not. The expected ranges are our
-reading of sentences in words. “Cannot say” only means that fifty surfaces do not decide on this reading.
+Each claim is tested by one or more quantities, each with an expected range. A claim **holds** if every quantity is in its
+range with a one-sided confidence of 95 %. It **does not hold** if at least one quantity is outside its range, according to
+intervals that cover all quantities of the claim together with 95 % confidence. Otherwise the study **cannot say**
+([more](how-to/claims.md)). The numbers in brackets after a result are one-sided bounds if the claim holds; otherwise they
+are the joint interval. Where the paper has words and no numbers, the expected range is our interpretation. “Cannot say”
+means that the surfaces of the study are too few to decide by this range.
 
 - The counted area at a load of 0.06 is {t.area_at(0.06)}. It exceeds Persson's {t.persson_at(0.06)} for all spectra.
 - Counted areas form groups by k_l. {claims.collapse(CAMPAIGN)}
@@ -93,19 +108,21 @@ def surfaces():
 {claims.table(CAMPAIGN, ["heights-are-gaussian-from-k-lower-4", "heights-are-not-gaussian-for-k-lower-1",
                          "modes-come-from-k-lower", "tabulated-density-of-summits", "asymptote-of-alpha"])}
 {figure("heights", "heights", "Density of heights for a thousand surfaces of each spectrum (figs. 3 and 16)")}
-The numerical tables of α and D in the paper are means over 200 surfaces of 1024 × 1024 nodes. `nayak.toml` computes them
-for 200 other surfaces:
+The paper tabulates Nayak's parameter α and the density of summits D, computed as means over 200 surfaces of 1024 × 1024
+nodes. `nayak.toml` computes both for 200 other surfaces:
 
 {claims.table("nayak", ["table-of-alpha", "table-of-summit-density"])}
-Nayak's parameter α (table 2): printed, found, and in closed form. The closed form is the sum over the wavenumbers of the
-cell, to which the means converge.
+The next table gives Nayak's parameter α as printed (table 2), as found, and in closed form. The closed form uses sums over
+the wavevectors of the periodic cell. The mean over surfaces approaches it as the number of modes grows.
 
 {t.tabulated("nayak_mean", "nayak_sem", "nayak_lattice", "yastrebov-2015-nayak")}
-Density of summits D in integer wavenumbers (table 3). Per L² the density is (2π)² times as large (T5).
+The next table gives the density of summits D as printed (table 3) and as found, in integer wavenumbers. The number of
+summits per area L² of the cell is (2π)² D (misprint [T5](theory/misprints.md)).
 
 {t.tabulated("summit_density_integer_mean", "summit_density_integer_sem", None, "yastrebov-2015-summit-density")}
 {figure("nayak", "nayak", "Nayak's parameter against the cutoffs (fig. 14)")}
-The nine spectra of the campaign:
+The nine spectra of the campaign have these means over surfaces. The number of *effective modes* is 1/Σ P_j², where P_j is
+the fraction of the power in a pair of modes. The full-contact load is the exact load at which every node is in contact:
 
 {t.spectra()}"""
 
@@ -119,14 +136,14 @@ def light():
                          "area-falls-with-alpha", "alpha-alone-does-not-decide",
                          "effect-of-alpha-is-weaker-than-in-asperity-models", "alpha-in-asperity-models",
                          "greenwood-2006-far-from-its-asymptote", "scatter-falls-with-cutoffs"])}
-The areas of the nine spectra near three loads, compared with two theories:
+The next table compares the areas of the nine spectra near three loads with two theories:
 
 {t.areas()}
 {figure(CAMPAIGN, "area-light", "Counted contact area and its secant (fig. 5)")}
 {figure(CAMPAIGN, "contact-maps", "Contact of one surface for each of two spectra (figs. 7 and 8)")}
-`literature.toml` uses the cutoffs of earlier studies (table 1, fig. 1), with eight surfaces each on 512 × 512 nodes. The table
-gives the secant, area over load, in units of √(2π) at the load 0.06. It is 0.64 in Persson's theory and 1 in asperity
-models without interaction.
+`literature.toml` uses the cutoffs of earlier studies (table 1, fig. 1), with eight surfaces each on 512 × 512 nodes. The
+table gives the secant at a load of 0.06, divided by √(2π). At vanishing load this ratio is 0.64 in Persson's theory and 1
+in the asperity model of Bush, Gibson & Thomas (BGT):
 
 {t.literature()}"""
 
@@ -135,14 +152,15 @@ def mesh():
     return f"""\
 ## Error of the mesh (section 8, figs. 11 to 13)
 
-The counted area consists of whole nodes, but nodes on the edge of contact are only partly in contact. The paper
-subtracts π/8 of the switches between contact and gap, times the mesh step. Its authors derived the coefficient
-(π − 1 + ln 2)/24 in 2017. `mesh-convergence.toml` has the same surfaces on meshes from 128² to 2048²:
+The counted area consists of the cells of whole nodes, although cells on the edge of contact are only partly in contact.
+As a correction the paper subtracts (π/8) S_d Δx. Here Δx is the mesh step, and S_d is Δx times the number of *switches*,
+the changes between contact and gap along all rows and columns. In 2017 its authors derived the coefficient
+(π − 1 + ln 2)/24 in place of π/8. `mesh-convergence.toml` has the same surfaces on meshes from 128² to 2048²:
 
 {claims.table("mesh-convergence", ["true-area-lies-within-the-bounds", "error-is-smaller-than-estimated",
                                    "correction-of-2017-is-right"])}
 {figure("mesh-convergence", "mesh-convergence", "Area of the same surfaces on finer meshes")}
-The campaign gives:
+The campaign tests these claims on the error of the mesh:
 
 {claims.table(CAMPAIGN, ["largest-estimated-error", "estimated-error-halves-at-30-percent",
                          "edge-nodes-are-pi-over-4-of-the-switches", "corrected-area-between-asymptotes",
@@ -150,8 +168,8 @@ The campaign gives:
                          "corrected-secant-grows"])}
 {figure(CAMPAIGN, "relative-error", "Correction of 2015 over the counted area (fig. 12)")}
 {figure(CAMPAIGN, "area-corrected", "Area corrected as in 2015 and in 2017 (fig. 13)")}
-The coefficient π/8 subtracts three to four times too much, and most for the largest k_s. It causes the groups by k_s. With
-the correction of 2017 the results are:
+The coefficient π/8 subtracts three to four times too much. The excess is largest for the largest k_s, and causes the
+groups of corrected areas by k_s. Areas that are corrected with the coefficient of 2017 give these results:
 
 {claims.table(CAMPAIGN, ["corrected-area-above-persson", "corrected-area-grows-with-k-lower",
                          "corrected-area-falls-with-alpha", "corrected-area-depends-on-bandwidth-alone",
@@ -160,12 +178,12 @@ the correction of 2017 the results are:
 {t.collapse_words()}
 
 {figure(CAMPAIGN, "collapse", "Corrected area under three loads against the bandwidth")}
-At given cutoffs, Hurst exponents from 0.1 to 1 (`hurst.toml`) change the area by about one per cent. This is too little to
-show on which parameter the area depends:
+At given cutoffs, the area varies by about one per cent as the Hurst exponent H goes from 0.1 to 1 (`hurst.toml`). This is
+too little to show on which parameter of the spectrum the area depends. The table has secants of areas corrected as in 2017:
 
 {t.hurst()}
-`same-nayak.toml` has spectra of several Hurst exponents with α from 1.76 to 33.9, and `plateau.toml` has spectra with
-plateaus:
+In `same-nayak.toml`, α is from 1.76 to 33.9, and spectra with different Hurst exponents have nearly equal α. In
+`plateau.toml` the spectra are constant up to a roll-off wavenumber. These studies give the following two results:
 
 {claims.table("same-nayak", ["corrected-area-collapses-on-alpha"])}
 {claims.table("plateau", ["corrected-area-collapses-on-alpha"])}
@@ -180,11 +198,13 @@ def slope():
                          "corrected-slope-is-convex", "persson-slope-is-concave", "slope-crosses-perssons-near-half",
                          "least-convex-kappa", "least-convex-kappa-depends-on-k-lower", "law-fits-below-a-fifth"])}
 {figure(CAMPAIGN, "slope", "Slope of the contact area (fig. 6)")}
-The contact evolution law, eq. (cel_derivative), is fitted to slopes up to a load of 0.06 with κ = 1.1 √(2π), as in the
-paper. The intervals come from 1000 resamplings of whole surfaces.
+The next table gives the parameters β and μ of the [contact evolution law](theory/laws.md), eq. (cel_derivative). As in the
+paper, the law is fitted to slopes up to a load of 0.06 with κ = 1.1 √(2π). The intervals come from 1000 resamples of whole
+surfaces.
 
 {t.laws("law", {"none": "counted", "2017": "corrected"}, [("beta", "β"), ("mu", "μ")])}
-This table gives the smallest κ for which the fitted slopes are convex; √(2π) = 2.5066.
+The next table gives, for each spectrum, the smallest κ for which the fitted slopes are convex. For comparison, √(2π) is
+2.5066.
 
 {t.laws("least-convex", {"none": "counted", "2017": "corrected"}, [("kappa_convex", "κ")])}"""
 
@@ -198,10 +218,11 @@ def full_contact():
                          "faster-to-full-contact-for-smaller-k-lower", "cracks-near-full-contact"])}
 {figure(CAMPAIGN, "area-full", "Contact area and its slope under all loads (fig. 9)")}
 {figure(CAMPAIGN, "near-full-contact", "Approach to full contact (fig. 10)")}
-Every node touches at the load that flattens the surface. The heights alone determine this load. Its mean over the
-surfaces of a spectrum is {t.full_contact_range()} (last column of the table of spectra). At 1.7, the last load of the paper,
-some nodes are still open. A single scale β of erf(β √2 y), fitted to loads from 0.3 to 1.7, does not describe areas from
-0.9 on:
+The *full-contact load*, at which every node touches, follows exactly from the heights alone. Its mean over the surfaces of
+a spectrum is {t.full_contact_range()}, as in the last column of the table of the nine spectra. At 1.7, the last load of the
+paper, some nodes are still open. The next table gives the scale β of erf(β √2 y), fitted to areas at loads from 0.3 to 1.7.
+A single scale that is fitted in this way does not describe
+areas of 0.9 and more:
 
 {t.laws("near-full", {"none": "counted", "2017": "corrected"}, [("erf_scale", "β")])}"""
 
@@ -211,7 +232,7 @@ def growth():
 ## Growth of the mean contact pressure (appendix C, fig. 17)
 
 {claims.table(CAMPAIGN, ["exponent-of-pressure-growth"])}
-The mean contact pressure p̄ grows as dp̄/dp₀ = β a^m, with these parameters:
+The mean contact pressure p̄ = p₀/a, with the area a, grows as dp̄/dp₀ = β a^m. The fits give these parameters:
 
 {t.laws("pressure-growth", {"none": "counted", "2017": "corrected"}, [("exponent", "m"), ("prefactor", "β")])}
 {figure(CAMPAIGN, "pressure-growth", "dp̄/dp₀ against the area (fig. 17)")}"""
@@ -221,25 +242,28 @@ def limits():
     return f"""\
 ## Limits of large cells, wide spectra and fine meshes
 
-Every spectrum on a mesh has three small numbers: 1/k_l, k_l/k_s and k_s/N. Each quantity Q is fitted by Q₀ and one term
-for each of these numbers, on the 104 spectra and meshes of `limits.toml` ([method](theory/limits.md)). The tables list the
-forms with an Akaike weight of at least a tenth. A logarithmic term has no limit: Q₀ is then the value at k_s = k_l. If χ²
-per degree of freedom is far above one, the forms do not describe the data exactly. The interval is then too narrow,
-because it contains only the scatter between surfaces.
+A spectrum on a mesh of N nodes per side has three small numbers: 1/k_l, k_l/k_s and k_s/N. Each quantity Q is fitted by a
+constant Q₀ plus one term for each of these numbers ([method](theory/limits.md)). The data are 104 combinations of spectrum
+and mesh in `limits.toml`. Each term is a power or a logarithm of its number. The tables list the combinations of forms with
+an Akaike weight of at least a tenth. A logarithmic term has no limit: Q₀ is then the value at k_s = k_l. If χ² per degree of
+freedom is far above one, the forms do not describe the data within their errors. The intervals are then too narrow, because
+they contain only the scatter between surfaces.
 
-The secant, corrected as in 2017, follows a logarithm of the bandwidth; no power of the bandwidth could be fitted.
+The secant of areas corrected as in 2017 depends on the logarithm of the bandwidth. Fits with a power of the bandwidth did
+not succeed.
 
 {t.limits("kappa-limits")}
-The next table shows how the result depends on the selection of points and on the power of 1/k_l (1 or 2). It gives
-least-squares fits to the 104 means in `data/findings/limits/kappa-points.parquet`, corrected as in 2017. For comparison, the
-secants of the widest spectra at a load of 0.01 are {kappa.measured()}.
+The next table shows how the result depends on the selection of points; a *point* is a combination of spectrum and mesh.
+Ranges cover both powers of 1/k_l, 1 and 2. The values are from least-squares fits to the 104 means, corrected as in 2017, in
+`data/findings/limits/kappa-points.parquet`. They apply to large cells and fine meshes. For comparison, on the finest mesh of
+the widest spectra, secant/√(2π) at a load of 0.01 is {kappa.measured()}.
 
 {kappa.selections()}
-The next quantities are the mean gap over the rms height of the same surface, and the stiffness −dy/dū of the interface
-times the mean gap ū over the load y:
+The next table has two quantities: the mean gap ū divided by the rms height of the same surface, and the dimensionless
+stiffness −(dy/dū) ū/y of the interface:
 
 {t.limits("gap-limits")}
-The last quantities are the area and the load at which the gap stops percolating:
+The last two quantities are the corrected area and the load at which the gap stops percolating:
 
 {t.limits("percolation-limits")}
 {claims.table("limits", ["kappa-falls-logarithmically-with-bandwidth", "kappa-lies-between-theories-on-fine-meshes",
@@ -253,17 +277,20 @@ def asperities():
     return f"""\
 ## Asperity models compared with the solution
 
-The models place a Hertz contact on each summit of the same surfaces that the solver pressed. Summits either do not
-interact, or each is displaced by the forces of all others ([formulas](theory/asperities.md)). The tables give the area of
-the model over the corrected area of the solution: the median and range of nine spectra. Area that two ellipses share counts
-twice in the models; otherwise the ratios would be even smaller. On 1024² nodes, with the spectra of the paper and ten
-surfaces each:
+Asperity models place a Hertz contact on each summit of a surface. The contacts do not interact (“no interaction”), or the
+mean pressure displaces all summits equally (“mean field”), or each force displaces all other summits (“explicit
+interaction”; [formulas](theory/asperities.md)). *The solution* is the boundary-element solution for the same surfaces. The
+tables give the area of the model divided by the corrected area of the solution, as median and range over nine spectra. Area
+that two contact ellipses share counts twice in the models; otherwise the ratios would be even smaller. The last column is
+the fraction of the area of the model without interaction in ellipses that intersect another one. The first table is for the
+nine spectra of the paper, with ten surfaces each on 1024² nodes:
 
 {t.asperities("asperities-1024")}
-At each k_l the ratio falls as the α of the modes of the cell grows. On 1024² nodes at a load of 0.0057:
+At each k_l the ratio falls as α (of the modes of the cell) grows. The second table is for the same surfaces at a load
+of 0.0057:
 
 {t.asperities_over_alpha()}
-On 256² nodes, with a quarter of all wavenumbers:
+The third table is for 256² nodes and a quarter of all wavenumbers:
 
 {t.asperities("asperities")}
 {claims.table("asperities-1024", ["non-interacting-asperities-have-less-area", "interaction-adds-area-to-asperities",
@@ -282,13 +309,16 @@ def distributions():
 {claims.table("distributions", ["pressures-are-distributed-as-in-persson",
                                 "middle-pressures-are-as-in-persson", "high-pressures-are-rarer-than-in-persson",
                                 "pressures-near-full-contact-are-as-in-persson"])}
-The contact has more low pressures than in Persson's theory:
+Low pressures are more frequent than in Persson's theory. The table gives the contact area, and the fraction of it
+with contact pressures below 0.2 E\\* h′:
 
 {t.pressures()}
-Meshes of eight nodes to the shortest wavelength do not show how the density begins at zero. The pressure falls as the
-square root of the distance to an edge of contact, so the density rises linearly. But a mesh does not resolve pressures
-below those of the first nodes inside an edge. `pressure-edges.toml` has the same surfaces on finer meshes. There the exponent
-of the density between 0.1 and 0.2 grows, and the density below 0.025 falls about as the square root of the mesh step:
+Near an edge of contact, the pressure is proportional to the square root of the distance to the edge. The probability
+density of the pressure therefore rises linearly from zero. A mesh of eight nodes to the shortest wavelength does not show
+this, because it does not resolve pressures below those of the first nodes inside an edge. `pressure-edges.toml` has the same
+surfaces on meshes of different steps; pressures are in units of E\\* h′. On finer meshes, the exponent of a power law of the
+density between pressures of 0.1 and 0.2 grows towards one. The density at pressures below 0.025 falls about as the square
+root of the mesh step:
 
 {t.edges()}
 {claims.table("pressure-edges", ["pressure-density-is-linear-at-zero"])}
@@ -301,16 +331,18 @@ def sealing():
     return f"""\
 ## Sealing
 
-The table gives the area and the load above which no channel of gap leads through the cell. They are means over surfaces
-and both directions; the intervals include the spacing of the loads. The [previous section on
-limits](#limits-of-large-cells-wide-spectra-and-fine-meshes) gives their limits.
+The table gives the sealing *threshold*: the area and the load above which no channel of gap leads through the cell. The
+values are means over surfaces and over both directions; the intervals include the error of the spacing of the loads. The
+section on [limits](#limits-of-large-cells-wide-spectra-and-fine-meshes) extrapolates these thresholds to large cells, wide
+spectra and fine meshes.
 
 {t.sealing()}
 {t.sealing_note()}
 
 {t.flow_mesh()}
 {claims.table("sealing", ["interface-is-sealed-at-0.415-of-the-area"])}
-The loads of the campaign have wider spacing. {t.narrow_sealing()}
+The campaign has the following results on sealing and stiffness. Its loads are more widely spaced, so its thresholds are less
+precise. {t.narrow_sealing()}
 
 {claims.table(CAMPAIGN, ["interface-is-sealed-at-0.415-of-the-area",
                          "interface-is-sealed-below-one-half-of-the-area",
@@ -324,7 +356,7 @@ def misprints():
     return f"""\
 ## Misprints
 
-No study can confirm these sentences and formulas as printed. [Misprints](theory/misprints.md) is the whole list, T1 to
-T20. The sections above concern T2, T5, T9 to T11, T13 and T18.
+The following sentences and formulas are wrong as printed, so no study can confirm them. The page
+[Misprints](theory/misprints.md) has the complete list, T1 to T20. The sections above treat T2, T5, T9 to T11, T13 and T18.
 
 {claims.misprints(CAMPAIGN)}"""

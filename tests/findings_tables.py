@@ -82,15 +82,15 @@ def sealing_limit():
 
 
 def sealing_words():
-    return (f"The gap stops percolating at a contact area of {with_interval(sealing_limit(), 'limit', 3)}, in the limits of "
-            "large cells, wide spectra and fine meshes. Wang & Müser (2020) have 0.415.")
+    return (f"In the limits of large cells, wide spectra and fine meshes, the gap stops percolating at a contact area of "
+            f"{with_interval(sealing_limit(), 'limit', 3)}. Wang & Müser (2020) find an area near 0.415.")
 
 
 def narrow_sealing():
     fit = sealing_limit()
     octave = fit["limit"] + fit["coefficient_2"] * 0.5 ** fit["exponent_2"]
-    return (f"Spectra of one octave, k_s = 2 k_l, seal at smaller areas than wide spectra: at {digits(octave, 2)} by the fit "
-            "above. There the first claim fails.")
+    return (f"Spectra of one octave, k_s = 2 k_l, seal at smaller areas than wide spectra: at {digits(octave, 2)}, "
+            "according to the fit in the section on limits. For such a spectrum the first claim does not hold.")
 
 
 def asperities_of_alpha(load):
@@ -108,9 +108,9 @@ def asperity_words():
     (least, narrow), *_, (most, wide) = asperities_of_alpha(0.0057)
     told = [f"{digits(narrow[word]['ratio'], 2)} at α = {digits(least[0], 2)} and {digits(wide[word]['ratio'], 2)} at "
             f"α = {digits(most[0], 3)}" for word in ("none", "explicit")]
-    return (f"Asperity models have less area than the solution on the same surfaces. At each k_l their area falls as α grows. "
-            f"At a load of 0.0057 the ratio of both areas is {told[0]} without interaction. It is {told[1]} if all asperities "
-            "displace each other. Overlapping area counts twice in the models.")
+    return (f"Asperity models have less area than the boundary-element solution for the same surfaces. At each k_l their "
+            f"area falls as α grows. At a load of 0.0057 the ratio of the two areas is {told[0]} without interaction. It is "
+            f"{told[1]} if all asperities displace each other. Overlapping area counts twice in the models.")
 
 
 def asperities_over_alpha():
@@ -263,9 +263,10 @@ def sealing_note():
     flows = table("flow-mesh", "over-finest").filter(pl.col("nodes") == pl.col("nodes").min())
     low = [100 * (1 - ratio) for ratio in flows["flow_ratio"]]
     direction = "lower" if shift < 0 else "raise"
-    return (f"These meshes have eight nodes to the shortest wavelength. By the fit above, eight nodes {direction} the "
-            f"area at the threshold by {digits(abs(shift), 1)}, nearly as much as the claim allows. With eight nodes the flow is "
-            f"{digits(min(low), 1)} to {digits(max(low), 1)} % smaller than with 64 (`flow-mesh.toml`):")
+    return ("These meshes have eight nodes to the shortest wavelength. According to the fit in the section on limits, such a "
+            f"mesh {direction}s the corrected area at the threshold by {digits(abs(shift), 1)}. This is nearly as much as the "
+            f"claim below allows. The flow with eight nodes is {digits(min(low), 1)} to {digits(max(low), 1)} % smaller than "
+            "with 64 (`flow-mesh.toml`):")
 
 
 def flow_mesh():
@@ -315,8 +316,8 @@ def collapse_words():
             rest = [(y - offset - slope * one) ** 2 for one, y in zip(x, area, strict=True)]
             left.append(digits(math.sqrt(sum(rest) / len(rest)), 2))
         told.append(f"{left[0]} and {left[1]} at a load of {load}")
-    return (f"A straight line in ln(k_s/k_l) and one in ln α leave root mean square residuals of ln A of {', and '.join(told)}. "
-            "Here α is that of the modes of the cell.")
+    return (f"As functions of ln(k_s/k_l) and of ln α, straight lines fit ln A with root mean square residuals of "
+            f"{', and of '.join(told)}. Here α is that of the modes of the cell.")
 
 
 def hurst():
