@@ -60,10 +60,10 @@ def introduction():
 
 <!-- Written by tests/findings.py from the tables under data/findings; do not edit. -->
 
-This page compares the claims, tables and figures of the paper (Yastrebov, Anciaux & Molinari 2015) with results of
-the program asperity. It also treats questions that the paper leaves open. `asperity run`, `asperity claims` and `asperity report`
-computed all results, from the manifests in the following table. The page is generated from the tables of results in
-`data/findings/`, which has a folder for each study. You can open these tables in polars, pandas or DuckDB.
+This page compares the claims, tables and figures of the paper (Yastrebov, Anciaux & Molinari 2015) with results of the
+program asperity. It also treats questions that the paper leaves open. `asperity run`, `asperity claims` and
+`asperity report` computed all results, from the manifests in the following table. The page is generated from the tables of
+results in `data/findings/`, which has a folder for each study. You can open these tables in polars, pandas or DuckDB.
 
 {t.provenance(STUDIES)}
 The first study repeats the whole *campaign* of the paper: nine spectra with the Hurst exponent H = 0.8, fifty surfaces
@@ -89,8 +89,8 @@ Each claim is tested by one or more quantities, each with an expected range. A c
 range with a one-sided confidence of 95 %. It **does not hold** if at least one quantity is outside its range, according to
 intervals that cover all quantities of the claim together with 95 % confidence. Otherwise the study **cannot say**
 ([more](how-to/claims.md)). The numbers in brackets after a result are one-sided bounds if the claim holds; otherwise they
-are the joint interval. Where the paper has words and no numbers, the expected range is our interpretation. “Cannot say”
-means that the surfaces of the study are too few to decide by this range.
+are the joint interval. Where the paper has words and no numbers, the expected range is our interpretation. “Cannot say” means that the study has too few surfaces to decide by this range, or that a
+quantity has no value.
 
 - The counted area at a load of 0.06 is {t.area_at(0.06)}. It exceeds Persson's {t.persson_at(0.06)} for all spectra.
 - Counted areas form groups by k_l. {claims.collapse(CAMPAIGN)}
