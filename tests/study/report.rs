@@ -341,7 +341,7 @@ fn theories_for_worn_surfaces_have_a_caveat_with_numbers() {
     let path = bench.path("study.toml");
     let printed = bench.output(&["run", path.to_str().unwrap()]);
     let printed = text(&printed.stdout);
-    assert!(printed.contains("no isotropic Gaussian roughness: "), "{printed}");
+    assert!(printed.contains("not isotropic Gaussian roughness: "), "{printed}");
     let (_, page) = report(&bench);
     let caveat = "assume isotropic Gaussian roughness, unlike worn.npy (";
     assert!(page.matches(caveat).count() >= 2, "{page}");

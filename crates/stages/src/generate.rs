@@ -404,11 +404,11 @@ fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
     Ok(others.first().map(|first| {
         let number = match points.len() {
             1 => String::new(),
-            all => format!("{} of {all} points ", others.len()),
+            all => format!("{} of {all} points are ", others.len()),
         };
         let why = first.departures.join(", ");
-        let such_as = if others.len() > 1 { "such as " } else { "" };
-        format!("{number}no isotropic Gaussian roughness: {such_as}{why}")
+        let such_as = if others.len() > 1 { "for example " } else { "" };
+        format!("{number}not isotropic Gaussian roughness: {such_as}{why}")
     }))
 }
 

@@ -9,10 +9,10 @@ use super::{GridPoint, Key, KeyTable, Layout, Section, Spanned};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
 
-/// Access to the values of one point of a grid.
+/// Reads the values of one point of a grid and reports their problems.
 ///
-/// The reader has validated each value against the declaration of its key. A method that returns
-/// `None` has reported a problem, or the reader has reported one before.
+/// The reader has validated each value against the declaration of its key. If a method returns
+/// `None`, the method or the reader has reported a problem.
 pub struct Checks<'a> {
     /// Collects the problems of the manifest.
     pub problems: &'a mut Problems,
@@ -22,7 +22,7 @@ pub struct Checks<'a> {
 }
 
 impl<'a> Checks<'a> {
-    /// Creates the access to a point of a section.
+    /// Creates the checks of one point of a section.
     pub fn new<T: KeyTable>(
         section: &'a Section<T>,
         point: &'a GridPoint<T>,

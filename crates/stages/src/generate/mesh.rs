@@ -62,7 +62,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Returns the cell without its nodes.
+    /// Returns the rectangle with the sides of the mesh.
     pub fn cell(&self) -> Cell {
         Cell::new(self.side.0).expect("sides were checked")
     }

@@ -231,7 +231,7 @@ pub fn surfaces<T: KeyTable>(
     Some(planned)
 }
 
-/// Returns the plan of one surface, which is not random.
+/// Returns the plan of a single surface without realizations, for files and shapes.
 pub fn single(heights: Heights, side: Option<PerAxis<f64>>, origin: Origin) -> PlannedSurfaces {
     PlannedSurfaces {
         params: Params { heights, side, origin },
