@@ -71,7 +71,7 @@ fn a_file_describes_its_columns_in_plain_json_too() {
     assert_eq!(printed, json!(columns));
     let mean =
         printed.as_array().unwrap().iter().find(|column| column["name"] == "area_corrected_mean");
-    let expected = "mean of: estimate of the true contact area over the nominal area";
+    let expected = "mean of: estimate of the true contact area divided by the nominal area";
     assert_eq!(mean.unwrap()["meaning"], expected);
 }
 
@@ -138,7 +138,7 @@ fn stored_tables_hold_no_meaning() {
     bench.run(STUDY);
     let holds =
         |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
-    let meaning = "share of the nodes in contact";
+    let meaning = "fraction of the nodes in contact";
     let mut stored = 0;
     for (path, bytes) in bench.files() {
         if path.to_string_lossy().contains("store") {

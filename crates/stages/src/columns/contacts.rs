@@ -107,10 +107,16 @@ pub const PERIMETER_EUCLIDEAN: Column = real(
     "length",
     "estimate of the perimeter: π/4 × the Manhattan perimeter",
 );
-pub const EDGE_NODES_4: Column =
-    integer("edge_nodes_4", "1", "number of contact nodes that have a node out of contact among their 4 neighbours");
-pub const EDGE_NODES_8: Column =
-    integer("edge_nodes_8", "1", "number of contact nodes that have a node out of contact among their 8 neighbours");
+pub const EDGE_NODES_4: Column = integer(
+    "edge_nodes_4",
+    "1",
+    "number of contact nodes that have a node out of contact among their 4 neighbours",
+);
+pub const EDGE_NODES_8: Column = integer(
+    "edge_nodes_8",
+    "1",
+    "number of contact nodes that have a node out of contact among their 8 neighbours",
+);
 pub const INTERIOR_NODES: Column =
     integer("interior_nodes", "1", "number of contact nodes whose 8 neighbours are all in contact");
 pub const CLUSTERS: Column = integer(
@@ -226,7 +232,8 @@ pub const OVERLAPPING_CONTACTS: Column = integer(
 pub const ASPERITY_AREA_FRACTION: Column = real(
     "asperity_area_fraction",
     "1",
-    "total area of the contact ellipses divided by the nominal area; overlaps count in each ellipse",
+    "total area of the contact ellipses divided by the nominal area; an overlap counts in each of \
+     its ellipses",
 );
 pub const OVERLAPPING_SHARE: Column = real(
     "overlapping_share",
@@ -314,7 +321,8 @@ pub const AREA_CORRECTED: Column =
 pub const AREA_LOWER: Column = real(
     "area_lower",
     "1",
-    "lower bound of the true area fraction, max(A − π/4 S_d Δx, 0); null unless `correction` is pi/8",
+    "lower bound of the true area fraction, max(A − π/4 S_d Δx, 0); null unless `correction` is \
+     pi/8",
 );
 pub const AREA_UPPER: Column = real(
     "area_upper",
@@ -418,8 +426,11 @@ pub const CLUSTER_DENSITY: Column = real(
     "1",
     "number of clusters in the bin divided by the width of the bin in ln(area)",
 );
-pub const CLUSTER_AREA_SHARE: Column =
-    real("cluster_area_share", "1", "total area of the clusters in the bin divided by the nominal area");
+pub const CLUSTER_AREA_SHARE: Column = real(
+    "cluster_area_share",
+    "1",
+    "total area of the clusters in the bin divided by the nominal area",
+);
 pub const CLUSTER_PERIMETER: Column = real(
     "cluster_perimeter",
     "length",

@@ -148,15 +148,31 @@ pub const DESCRIPTORS: [Column; 14] = [
 
 /// Columns of the descriptors that follow from the spectrum of a random surface alone.
 pub const SPECTRUM_DESCRIPTORS: [Column; 5] = [
-    real("nayak_continuum", "1", "Nayak's parameter α of the spectrum, by integrals over continuous wavenumbers"),
+    real(
+        "nayak_continuum",
+        "1",
+        "Nayak's parameter α of the spectrum, by integrals over continuous wavenumbers",
+    ),
     real(
         "summit_density_continuum",
         "(side/2π)⁻²",
         "Nayak's density of summits of the spectrum, by integrals over continuous wavenumbers",
     ),
-    real("nayak_lattice", "1", "Nayak's parameter α of the spectrum, by sums over the modes of the cell"),
-    real("summit_density_lattice", "(side/2π)⁻²", "Nayak's density of summits of the spectrum, by sums over the modes of the cell"),
-    real("effective_modes_lattice", "1", "effective number of modes of the spectrum, by sums over the modes of the cell"),
+    real(
+        "nayak_lattice",
+        "1",
+        "Nayak's parameter α of the spectrum, by sums over the modes of the cell",
+    ),
+    real(
+        "summit_density_lattice",
+        "(side/2π)⁻²",
+        "Nayak's density of summits of the spectrum, by sums over the modes of the cell",
+    ),
+    real(
+        "effective_modes_lattice",
+        "1",
+        "effective number of modes of the spectrum, by sums over the modes of the cell",
+    ),
 ];
 
 pub const HEIGHTS: Column = Column::heavy(
@@ -221,8 +237,8 @@ pub const SPECTRAL_DENSITY: Column = real(
     "spectral_density",
     "length⁴",
     "power spectral density C(q), mean over the ring, with ∫ C d²q/(2π)² = h_rms²; the sum of \
-     spectral_density × modes, divided by the area of the cell, is h_rms², too. A map that is not periodic is \
-     multiplied by a Hann window, and C divided by the mean square of the window",
+     spectral_density × modes, divided by the area of the cell, is h_rms², too. A map that is not \
+     periodic is multiplied by a Hann window, and C divided by the mean square of the window",
 );
 pub const PROFILE_DENSITY: Column = real(
     "profile_density",

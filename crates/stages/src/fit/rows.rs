@@ -1,5 +1,5 @@
-//! Fits as rows of a table: the result of a fit, the columns of its parameters, and the columns of
-//! all laws.
+//! Rows of the tables of fits: the result of a fit, the columns of fitted parameters, and the
+//! columns that all laws have.
 
 use arrow::array::ArrayRef;
 
@@ -15,10 +15,10 @@ use asperity_tables::column::{
 };
 use asperity_tables::table::Table;
 
-/// Largest share of the data that may be left out.
+/// Maximum fraction of the data that may be left out because they have no logarithm.
 const MAX_MASKED_FRACTION: f64 = 0.2;
 
-/// Result of the fit at one point.
+/// Result of the fit of one parameter point.
 #[derive(Default)]
 pub struct Row {
     /// Parameters in the order of the law; empty if the fit failed.
@@ -43,7 +43,7 @@ pub struct Row {
 
 impl Row {
     /// Creates a row that has only intervals.
-    pub fn with(intervals: Intervals) -> Row {
+    pub fn from_intervals(intervals: Intervals) -> Row {
         Row {
             failed_replicates: intervals.failed,
             intervals: intervals.intervals,
@@ -51,7 +51,7 @@ impl Row {
         }
     }
 
-    /// Creates the row of a fit with these parameters.
+    /// Creates the row of a fit with these values of the parameters.
     pub fn fitted(values: Vec<f64>, goodness: &GoodnessOfFit, intervals: Intervals) -> Row {
         Row {
             values,
@@ -59,7 +59,7 @@ impl Row {
             r_squared: goodness.r_squared,
             data: goodness.data,
             masked: Some(goodness.masked),
-            ..Row::with(intervals)
+            ..Row::from_intervals(intervals)
         }
     }
 
@@ -86,7 +86,7 @@ impl Row {
         self.refused(status::UNBOUNDED)
     }
 
-    /// Returns a failure that keeps only the numbers of data.
+    /// Replaces the result by a failure that keeps only the numbers of data.
     fn refused(self, failure: Code) -> Row {
         Row { failure: Some(failure), masked: self.masked, data: self.data, ..Row::default() }
     }
@@ -148,12 +148,12 @@ impl Parameter {
             lower: real(
                 lower,
                 unit,
-                "lower end of the bootstrap interval with the level of the stage",
+                "lower end of the bootstrap interval at the confidence level of the stage",
             ),
             upper: real(
                 upper,
                 unit,
-                "upper end of the bootstrap interval with the level of the stage",
+                "upper end of the bootstrap interval at the confidence level of the stage",
             ),
             error: real(error, unit, "standard error by bootstrap"),
         }
@@ -197,9 +197,12 @@ pub const LAW: Column = parameter_text("law", "law that is fitted").with_codes(&
     },
     Code {
         word: "mean-pressure",
-        meaning: "growth of the mean contact pressure, dp̄/dp₀ = β a^(μ − 1)",
+        meaning: "growth of the mean contact pressure p̄ with the load, dp̄/dp₀ = β a^(μ − 1)",
     },
-    Code { word: "scaled-erf", meaning: "contact area near full contact, a = erf(β √2 y)" },
+    Code {
+        word: "scaled-erf",
+        meaning: "contact area a near full contact under the load y, a = erf(β √2 y)",
+    },
     Code {
         word: "load-separation",
         meaning: "load as a function of the mean gap ū, p₀ = p_c exp(−ū/u₀)",
@@ -214,7 +217,8 @@ pub const LAW: Column = parameter_text("law", "law that is fitted").with_codes(&
     },
     Code {
         word: "self-affine",
-        meaning: "power spectral density C(q) = C₀ up to q_r, C₀ (q/q_r)^(−2(1 + H)) beyond",
+        meaning: "power spectral density, C(q) = C₀ for q ≤ q_r and C₀ (q/q_r)^(−2(1 + H)) for \
+                  q > q_r",
     },
     Code {
         word: "limits",
@@ -227,7 +231,7 @@ pub const UNCONVERGED: Column = integer(
     "1",
     "number of rows whose load did not converge; the fit includes them",
 );
-pub const DATA: Column = integer("data", "1", "number of fitted data");
+pub const DATA: Column = integer("data", "1", "number of data that the law is fitted to");
 pub const RMS_RESIDUAL: Column = real("rms_residual", "1", "root mean square residual");
 pub const CHI_SQUARE: Column = real(
     "reduced_chi_square",
@@ -241,11 +245,11 @@ pub const BOOTSTRAP_FAILED: Column =
 pub const STATUS: Column =
     text("status", "how the fit ended, or why values are missing").with_codes(status::CODES);
 
-// Columns of some laws.
+// Columns that only some laws have.
 const DATUM: Column = parameter_text("fitted_to", "quantity whose residuals are minimised")
     .with_codes(&[
-        Code { word: "slope", meaning: "the slope of the area between neighbouring loads" },
-        Code { word: "area", meaning: "the area" },
+        Code { word: "slope", meaning: "slope of the mean area between neighbouring loads" },
+        Code { word: "area", meaning: "mean area" },
     ]);
 const KAPPA_IS: Column = parameter_text("kappa_is", "how κ is determined").with_codes(&[
     Code { word: "given", meaning: "κ is a number of the manifest" },
@@ -278,13 +282,13 @@ const MASKED: Column = integer(
 const R_SQUARED: Column = real(
     "r_squared",
     "1",
-    "coefficient of determination: share of the variance that the fit explains",
+    "coefficient of determination: fraction of the variance that the fit explains",
 );
 const CONVEX: Column = flag("convex", "whether the fitted slope is convex in the window");
 
 /// Returns the columns that laws with these parameters may add.
 pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
-    let placed = [
+    let law = [
         LAW,
         DATUM,
         KAPPA_IS,
@@ -309,7 +313,7 @@ pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
         BOOTSTRAP_FAILED,
         STATUS,
     ];
-    placed.into_iter().chain(estimates).chain(quality).collect()
+    law.into_iter().chain(estimates).chain(quality).collect()
 }
 
 /// Creates the table of fits. `fitted` holds, for each fit, the row of `coordinates` with its
@@ -328,8 +332,8 @@ pub fn table(
     coordinates.pick(&of_rows).with(columns)
 }
 
-/// Returns the columns that distinguish a fit from other fits of the same points: law, choices,
-/// window.
+/// Returns the columns that distinguish this fit from other fits of the same points: the law, its
+/// choices, and the window.
 pub fn law_columns(params: &Params, count: usize) -> Vec<(Column, ArrayRef)> {
     let mut columns = vec![(LAW, texts(vec![params.law.word(); count]))];
     columns.extend(choices(&params.law, count));
@@ -376,7 +380,7 @@ fn choices(law: &Law, count: usize) -> Vec<(Column, ArrayRef)> {
     ]
 }
 
-/// Returns the columns about the data, the quality and the status of fits.
+/// Returns the columns with the data, the quality and the status of fits.
 pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
     let real = |value: fn(&Row) -> Option<f64>| optional_reals(rows.iter().map(|row| value(row)));
     let mut columns = Vec::new();

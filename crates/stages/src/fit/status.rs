@@ -1,4 +1,4 @@
-//! Codes of the column `status`, which tells how a fit ended.
+//! Codes of the column `status`, which describes how a fit ended.
 //!
 //! Tables hold only the codes. Their explanations are attached when a table is published or
 //! described, so that they can be reworded without computing fits again.
@@ -38,8 +38,9 @@ pub const NO_DECAY: Code = code(
 );
 pub const UNBOUNDED: Code = code(
     "unbounded",
-    "a parameter grows without bound, because the data do not have the curvature of the law; try \
-     another κ or another window",
+    "the least squares have no minimum at finite positive parameters, because the data do not have \
+     the curvature of the law: a parameter grows without bound or tends to zero; try another κ or \
+     another window",
 );
 pub const NO_CONVEX_KAPPA: Code = code(
     "no-convex-kappa",
@@ -47,14 +48,16 @@ pub const NO_CONVEX_KAPPA: Code = code(
      bound κ",
 );
 pub const NO_COMMON_KAPPA: Code =
-    code("no-common-kappa", "none of the points that share κ has a smallest convex κ");
+    code("no-common-kappa", "no parameter point that shares κ has a smallest κ with convex slope");
 pub const NOT_SEALED: Code = code(
     "not-sealed",
     "the gap of some surface does not change from open to sealed in the window; compute lighter or \
      heavier loads",
 );
-pub const NOT_SEALED_X: Code = code("not-sealed-x", "as `not-sealed`, only for channels along x");
-pub const NOT_SEALED_Y: Code = code("not-sealed-y", "as `not-sealed`, only for channels along y");
+pub const NOT_SEALED_X: Code =
+    code("not-sealed-x", "the same as `not-sealed`, but only for channels along x");
+pub const NOT_SEALED_Y: Code =
+    code("not-sealed-y", "the same as `not-sealed`, but only for channels along y");
 pub const TOO_FEW_MESHES: Code = code(
     "too-few-meshes",
     "areas are known on too few meshes to fit a line and estimate its error; sweep `nodes` over \
@@ -73,7 +76,7 @@ pub const TOO_FEW_POINTS: Code = code(
 pub const DEPENDENT_TERMS: Code = code(
     "dependent-terms",
     "the terms cannot be distinguished: some are proportional, or one has the same value at all \
-     points",
+     parameter points",
 );
 pub const NO_EXPONENT: Code = code(
     "no-exponent",
@@ -82,18 +85,19 @@ pub const NO_EXPONENT: Code = code(
 );
 pub const INVALID_TERM: Code = code(
     "invalid-term",
-    "the small parameter of some term is not positive and finite at every point",
+    "the small parameter of some term is not positive and finite at every parameter point",
 );
 pub const NO_SCATTER: Code = code(
     "no-scatter",
-    "some point has no scatter between surfaces and therefore no weight; compute more surfaces",
+    "the values of some parameter point do not differ between surfaces, so its weight is \
+     undefined; compute more surfaces",
 );
 pub const INVALID_DATA: Code = code(
     "invalid-data",
     "the loads are not positive and ascending, or some area or κ is not finite",
 );
 
-/// All codes of the column.
+/// All codes of the column `status`.
 pub const CODES: &[Code] = &[
     FITTED,
     NOT_CONVERGED,
@@ -117,7 +121,7 @@ pub const CODES: &[Code] = &[
     INVALID_DATA,
 ];
 
-/// Returns the code of an error.
+/// Returns the code that describes an error.
 pub fn from_error(error: &FitError) -> Code {
     match error {
         FitError::Shape { .. }

@@ -9,7 +9,7 @@ use asperity_tables::column::ColumnKind;
 use asperity_tables::column::{integers, optional_reals, reals, texts};
 
 const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");
-/// Two spectra × two surfaces × two loads; the area is easy to average.
+/// Returns a table of two spectra with two surfaces each under two loads, with round areas.
 fn table() -> Table {
     Table::new(
         8,
@@ -124,7 +124,7 @@ fn an_interval_rests_on_surfaces_and_not_on_rows() {
     }
 }
 
-/// Three surfaces of unequal rms slope under two pressures in pascals.
+/// Returns a table of three surfaces of unequal rms slope under two pressures in pascals.
 fn in_pascals() -> Table {
     let pressure = PRESSURE.with_role(Role::Load);
     let load = LOAD.with_role(Role::Derived);
@@ -170,8 +170,9 @@ fn derived_reduced_loads_define_groups_only_if_all_surfaces_agree() {
     assert_eq!(column(&reduced, "load"), [0.1, 0.2]);
 }
 
-/// Returns sweeps over several points, one per experiment, with one seed each. The scatter of an
-/// area is the sum of a part that a surface has at all points and a part that it has at one point.
+/// Returns one sweep over several points for each experiment, with a seed for each experiment. The
+/// deviation of an area is the sum of a deviation of its surface, equal at all points, and a
+/// deviation of its row.
 fn sweeps(experiments: usize, points: usize, surfaces: usize) -> Table {
     let mut cells = Vec::new();
     for experiment in 0..experiments {
@@ -346,14 +347,14 @@ fn reduced_columns_describe_themselves() {
     let reduced = reduce(&table(), &groups(&[Statistic::Mean])).unwrap();
     let schema = reduced.batch().schema();
     let field = schema.field_with_name("area_fraction_mean").unwrap();
-    assert_eq!(field.metadata()["meaning"], "mean of: share of the nodes in contact");
+    assert_eq!(field.metadata()["meaning"], "mean of: fraction of the nodes in contact");
     let reduced = reduce(&table(), &groups(&[Statistic::Confidence(0.9)])).unwrap();
     let schema = reduced.batch().schema();
     let field = schema.field_with_name("area_fraction_ci90_lower").unwrap();
     assert_eq!(
         field.metadata()["meaning"],
         "lower end of the 90 % confidence interval, by Student's t over surfaces, of the mean \
-         of: share of the nodes in contact"
+         of: fraction of the nodes in contact"
     );
     assert_eq!(field.metadata()["unit"], "1");
 }
