@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::{SessionError, UnknownName};
 use asperity_report::Raster;
-use asperity_stages::surface_files::{LARGEST, SurfaceFileError, read_regular};
+use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError, read_regular};
 use asperity_topography_files::{
     Channel, ChannelError, Corners, HeightMap, Size, Statistics, TopographyFile, read,
 };
@@ -80,7 +80,7 @@ pub fn describe(
     channel: Option<&str>,
     is_drawn: bool,
 ) -> Result<DescribedFile, SessionError> {
-    let bytes = read_regular(path, LARGEST)
+    let bytes = read_regular(path, MAX_BYTES)
         .map_err(|source| SurfaceFileError::Read { path: path.to_owned(), source })?;
     let file = read(&bytes).map_err(|source| SessionError::Topography {
         path: path.to_owned(),

@@ -225,7 +225,7 @@ impl Builder {
                 };
                 let tables: Vec<_> = stage.inputs.iter().map(table).collect();
                 let recipes = recipes.iter().flat_map(|recipe| {
-                    let recipe = recipe.over(tables.clone()).unwrap_or(recipe.clone());
+                    let recipe = recipe.for_inputs(tables.clone()).unwrap_or(recipe.clone());
                     self.evaluate(&recipe, &inputs)
                 });
                 recipes.collect()

@@ -8,18 +8,19 @@ use asperity_tables::table::Table;
 /// Departures of the surfaces of one parameter point from isotropic Gaussian roughness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointDepartures {
-    /// Coordinates of the parameter point, in one row.
+    /// Table of one row with the coordinates of the parameter point.
     pub coordinates: Table,
     /// Description of each departure from isotropic Gaussian roughness.
     pub departures: Vec<String>,
 }
 
-/// Columns whose means decide about departures.
+/// Columns whose means over the surfaces are checked for departures.
 const DESCRIBED: [&str; 8] =
     ["m20", "m02", "m40", "m04", "m22", "skewness", "excess_kurtosis", "effective_modes"];
 
-/// Finds the departures at each parameter point of a table of surfaces, from means over the
-/// surfaces, because theories describe ensembles.
+/// Finds the departures at each parameter point of a table of surfaces.
+///
+/// They are found from means over the surfaces of a point, because theories describe ensembles.
 ///
 /// # Errors
 /// Returns an error if the table lacks the descriptors of surfaces.

@@ -1,11 +1,12 @@
 //! Grouping of rows by parameter point, surface and load.
 //!
-//! The [`Role`] of a column decides. Rows that agree in every **parameter** belong to one ensemble.
-//! Within an ensemble, seed and realization identify the **surface**, and the load identifies the
-//! state of a surface. The load is the column that the manifest gives, reduced or in pascals; the
-//! other one is derived for each surface and does not identify rows. Loads that differ only by
-//! rounding are equal. If several rows describe the same surface under the same load, as with two
-//! blocks or two stages, only the first row counts and the others are listed as repeated.
+//! The [`Role`] of each column decides how it groups rows. Rows that agree in every **parameter**
+//! belong to one ensemble. Within an ensemble, seed and realization identify the **surface**, and
+//! the load identifies the state of a surface. A manifest gives loads either in units of E* × rms
+//! slope or in pascals. The column in the given unit identifies rows; the other one is derived for
+//! each surface. Loads that differ only by rounding are equal. If two blocks or two stages have
+//! rows for the same surface under the same load, only the first row counts and the others are
+//! listed as repeated.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -23,7 +24,8 @@ use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role, Value, reals};
 use asperity_tables::table::{Table, TableError};
 
-/// Parameters that all surfaces of an ensemble share, by name. Null parameters are left out.
+/// Parameters that all surfaces of an ensemble share, by name. Parameters that are null are left
+/// out.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct ParameterPoint(BTreeMap<Cow<'static, str>, Value>);
 
@@ -52,10 +54,10 @@ impl Member {
     }
 }
 
-/// Load under which surfaces of an ensemble are pressed.
+/// Load on the surfaces of an ensemble.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
-    /// The load in the unit of the manifest, reduced or in pascals. It is the same for all
+    /// Load in the unit of the manifest: E* × rms slope or pascals. It is the same for all
     /// surfaces.
     pub given: f64,
     /// Reduced pressure p₀/(E* h′), averaged over the surfaces that have the load: under one
@@ -75,12 +77,12 @@ pub struct Ensemble {
     pub repeated: Vec<usize>,
     /// First row of the ensemble.
     pub first: usize,
-    /// Row of each surface under each load.
+    /// Row of each member (outer index) under each load (inner index), if there is one.
     rows: Vec<Vec<Option<usize>>>,
 }
 
 impl ParameterPoint {
-    /// Returns the parameters among the cells of a row.
+    /// Selects the parameters among the cells of a row.
     pub fn from_cells(cells: impl IntoIterator<Item = (Column, Value)>) -> ParameterPoint {
         let parameters = cells.into_iter();
         let parameters = parameters.filter(|(column, _)| column.role == Role::Parameter);
@@ -146,8 +148,8 @@ impl fmt::Display for ParameterPoint {
     }
 }
 
-/// Returns the name of the column with the loads of the manifest: `pressure` if they are given in
-/// pascals, and `load` if they are reduced or if both kinds of tables are stacked.
+/// Returns the name of the column that identifies loads: `pressure` if the manifest gives loads in
+/// pascals, and `load` if they are reduced or if tables of both kinds are stacked.
 pub fn load_column(table: &Table) -> &'static str {
     match table.in_role(Role::Load).names()[..] {
         [only] if only == PRESSURE.name => PRESSURE.name,
@@ -181,7 +183,7 @@ struct Loads<'a> {
 }
 
 impl Loads<'_> {
-    /// Returns the common load of these rows; their reduced loads are averaged if they differ.
+    /// Returns the load of rows with the load `given`. Reduced loads that differ are averaged.
     fn common(&self, given: f64, rows: impl Iterator<Item = usize> + Clone) -> Load {
         let Some(of_rows) = self.reduced else {
             let reduced = given;
@@ -223,8 +225,8 @@ impl Ensemble {
         }
     }
 
-    /// Returns the row of a surface under a load, both given by their indices in `members` and
-    /// `loads`; `None` if the surface does not have the load.
+    /// Returns the row of a surface under a load, given by their indices in `members` and `loads`;
+    /// `None` if the surface does not have the load.
     pub fn row(&self, member: usize, load: usize) -> Option<usize> {
         self.rows[member][load]
     }
@@ -248,11 +250,11 @@ impl Ensemble {
     }
 }
 
-/// Removes rows that repeat the surface and load of an earlier row, as when two stages share rows
-/// or two blocks share a load.
+/// Removes rows that repeat the surface and load of an earlier row. Such rows occur if two stages
+/// share rows or two blocks share a load.
 ///
-/// Loads that differ by rounding become equal. A table that is not about single surfaces is
-/// returned unchanged.
+/// Loads that differ by rounding become equal. A table whose rows do not describe single surfaces
+/// is returned unchanged.
 ///
 /// # Errors
 /// Returns an error if loads are not numbers.
@@ -307,14 +309,14 @@ fn index_of_load(distinct: &[f64], load: f64) -> usize {
     distinct.partition_point(|other| *other <= load) - 1
 }
 
-/// Surfaces of the rows of a table.
+/// Lookup of the surface that a row of a table describes.
 pub struct Members<'a> {
     seeds: Option<&'a Int64Array>,
     realizations: Option<&'a Int64Array>,
 }
 
 impl<'a> Members<'a> {
-    /// Finds the columns that identify surfaces.
+    /// Finds the columns that identify surfaces in a table.
     ///
     /// # Errors
     /// Returns an error if seeds or realizations are not integers.
@@ -337,7 +339,7 @@ impl<'a> Members<'a> {
     }
 }
 
-/// Columns that identify a region of a measured surface, independent of filters and scales.
+/// Columns that identify a region of a measured surface, independent of filters and height scale.
 const REGION: [&str; 6] = [
     CONTENT.name,
     CHANNEL.name,
@@ -347,15 +349,17 @@ const REGION: [&str; 6] = [
     CROP_SIZE_Y.name,
 ];
 
-/// Returns the number of the sampling unit of each row, from 0 in the order of appearance.
+/// Numbers the sampling units of a table from 0, in the order of appearance, and returns the number
+/// for each row.
 ///
 /// Rows of one sampling unit are not independent. The parameter points of a sweep share random
 /// numbers: the surface of one seed and realization has the same phases at every point, so that its
 /// rows are correlated and count as one sample. Statistics over rows of several points therefore
 /// count sampling units.
 ///
-/// A pair of seed and realization is one unit, and so is a region of a file. Every other surface,
-/// and every row that is not about a single surface, is a separate unit.
+/// All rows with the same seed and realization are one unit, and so are all rows of one region of a
+/// file. Every other surface, and every row that does not describe a single surface, is a separate
+/// unit.
 ///
 /// # Errors
 /// Returns an error if seeds, realizations or names of surfaces have another type.

@@ -2,7 +2,8 @@
 //!
 //! A square has the columns `nodes` and `side`, a rectangle has `nodes_x`, `nodes_y`, `side_x` and
 //! `side_y`. A single set of columns would be simpler, but would rename the columns of existing
-//! tables of squares. In a table with both, each has nulls in the columns of the other.
+//! tables of squares. In a table with both shapes, the row of a square has nulls in the columns of
+//! rectangles, and the row of a rectangle in the columns of squares.
 
 use arrow::array::{Array, Float64Array, Int64Array};
 
@@ -24,12 +25,12 @@ pub fn coordinates(nodes: [usize; 2], size: [f64; 2]) -> Vec<(Column, Value)> {
     }
 }
 
-/// Returns whether rows of a table may be about rectangles.
+/// Returns whether rows of a table may describe rectangles.
 pub fn has_rectangles(table: &Table) -> bool {
     table.has(NODES_X.name)
 }
 
-/// Numbers of nodes of the surfaces in a table.
+/// Lookup of the number of nodes of the surface in a row of a table.
 #[derive(Clone, Copy)]
 pub struct Meshes<'a> {
     square: Option<&'a Int64Array>,
@@ -69,7 +70,7 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// Grids of the surfaces in a table.
+/// Lookup of the grid of the surface in a row of a table.
 #[derive(Clone, Copy)]
 pub struct Grids<'a> {
     meshes: Meshes<'a>,

@@ -184,7 +184,7 @@ pub enum Recipe {
     Correct(Arc<correct::Params>),
     /// Parameters for fitting one parameter point, or all points together.
     Fit(Arc<fit::Params>),
-    /// Statistics of, or a query over, all tables of the inputs.
+    /// Parameters for reducing all input tables to statistics, or for querying them.
     Aggregate(Arc<aggregate::Params>),
 }
 

@@ -11,14 +11,14 @@ use thiserror::Error;
 use asperity_tables::parquet::{NumberColumns, ParquetError};
 use asperity_topography_files::length_ratio;
 
-/// Limit on the number of rows, which is above the number of rings of the largest mesh.
+/// Maximum number of rows of a file, which exceeds the number of rings of the largest mesh.
 const MAX_ROWS: usize = 1 << 20;
 
 /// Names of the column of densities, in order of preference.
 const DENSITIES: [&str; 2] = ["spectral_density", "density"];
 const WAVENUMBER: &str = "wavenumber";
 
-/// Spectrum that was read from a file.
+/// Power spectral density that was read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumTable {
     /// Angular wavenumber and density of each row.
@@ -28,8 +28,8 @@ pub struct SpectrumTable {
 }
 
 impl SpectrumTable {
-    /// Returns the ratio of the table's unit of length to `unit`: 1 if one of them is not named,
-    /// and `None` if one of them is not a length.
+    /// Returns the ratio of the table's unit of length to `unit`. Returns 1 if one of the two units
+    /// is not named, and `None` if one of them is not a length.
     pub fn length_scale(&self, unit: &str) -> Option<f64> {
         match &self.unit {
             Some(own) if !unit.is_empty() => length_ratio(own, unit),
@@ -38,7 +38,8 @@ impl SpectrumTable {
     }
 }
 
-/// Error of a file of a spectrum. Each message continues a sentence that begins with the path.
+/// Reason why a file is not a spectrum. Each message continues a sentence that begins with the path
+/// of the file.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum SpectrumFileError {
@@ -206,7 +207,7 @@ mod tests {
         }
     }
 
-    /// Each file kept the reader of Parquet busy for a minute.
+    /// An earlier Parquet reader needed a minute for each of these files.
     #[test]
     fn invalid_parquet_files_are_refused() {
         let refused = |bytes: &[u8]| read(bytes).unwrap_err().to_string();

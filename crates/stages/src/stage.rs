@@ -81,8 +81,8 @@ pub trait Stage {
         InputScope::Single
     }
 
-    /// Returns whether the task reads all columns of its inputs, or only the light ones, which are
-    /// all but heights, maps and other large columns.
+    /// Returns which columns of its inputs the task reads: all, or only the light ones, without
+    /// heights, maps and other large columns.
     fn columns_read(&self) -> Columns {
         Columns::Light
     }

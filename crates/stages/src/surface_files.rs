@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use thiserror::Error;
 
-/// Size limit of files in bytes: a map of 16384 × 16384 double-precision numbers and a header.
-pub const LARGEST: u64 = (8 << 28) + (1 << 20);
+/// Maximum size of a file: a map of 16384 × 16384 double-precision numbers and a header of 1 MiB.
+pub const MAX_BYTES: u64 = (8 << 28) + (1 << 20);
 
 /// BLAKE3 hash of the bytes of a file, written in hexadecimal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -55,8 +55,8 @@ impl<'de> Deserialize<'de> for ContentHash {
 /// Properties of files when they were last read, by their paths in the manifest.
 pub type RecordedFiles = BTreeMap<PathBuf, RecordedFile>;
 
-/// Recorded properties of a file that cannot be read now, as needed for its recipe and for
-/// forecasts.
+/// Properties of a file when it was last read. They replace a file that cannot be read now in
+/// recipes and forecasts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedFile {
     pub content: ContentHash,
@@ -79,14 +79,15 @@ pub struct SurfaceFiles {
     known: RecordedFiles,
     /// Files that cannot be read and for which recorded properties are used.
     recalled: BTreeSet<PathBuf>,
+    /// Files that have been read.
     read: BTreeSet<PathBuf>,
 }
 
-/// Error of the file of a surface.
+/// Reason why the file of a surface cannot be used.
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the message of each says it")]
 pub enum SurfaceFileError {
-    #[error("no surface file of this study has the content {content}")]
+    #[error("no surface file of this study has the BLAKE3 hash {content}")]
     Unknown { content: ContentHash },
     #[error("cannot read surface file `{}`", path.display())]
     Read { path: PathBuf, source: io::Error },
@@ -95,17 +96,18 @@ pub enum SurfaceFileError {
 }
 
 impl SurfaceFiles {
-    /// Creates an empty map for the folder of a manifest.
+    /// Creates an empty collection for the folder of a manifest.
     pub fn new(folder: &Path) -> Self {
         Self::with_records(folder, RecordedFiles::new())
     }
 
-    /// Creates an empty map that uses recorded properties for files that cannot be read.
+    /// Creates an empty collection that uses recorded properties for files that cannot be read.
     pub fn with_records(folder: &Path, known: RecordedFiles) -> Self {
         Self { folder: folder.to_owned(), known, ..Self::default() }
     }
 
-    /// Returns the recorded properties of a file that cannot be read, if there are any.
+    /// Returns the recorded properties of a file that cannot be read, and notes that they are used;
+    /// `None` if nothing is recorded.
     pub fn recall(&mut self, path: &Path) -> Option<RecordedFile> {
         let recalled = self.known.get(path)?.clone();
         let paths = self.paths.entry(recalled.content);
@@ -127,6 +129,9 @@ impl SurfaceFiles {
 
     /// Reads a file for the first time and records the path of its content. Of several files with
     /// equal content, the first path is kept.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read.
     pub fn add(&mut self, path: &Path) -> Result<(ContentHash, Vec<u8>), SurfaceFileError> {
         let bytes = self.load(path)?;
         let content = ContentHash::new(&bytes);
@@ -149,23 +154,23 @@ impl SurfaceFiles {
         Ok(bytes)
     }
 
-    /// Returns the path of a content, as in the manifest.
+    /// Returns the path of the file with this content, as in the manifest.
     pub fn path_of(&self, content: &ContentHash) -> Option<&Path> {
         self.paths.get(content).map(PathBuf::as_path)
     }
 
-    /// Returns the path of a content whose hash is given in hexadecimal digits.
+    /// Returns the path of the file with this content, whose hash is given in hexadecimal digits.
     pub fn path_of_hex(&self, content: &str) -> Option<&Path> {
         self.path_of(&ContentHash::from_hex(content)?)
     }
 
-    /// Returns all contents with their paths, as in the manifest.
+    /// Returns the paths of all files by the hashes of their contents, as in the manifest.
     pub fn paths(&self) -> &BTreeMap<ContentHash, PathBuf> {
         &self.paths
     }
 
     fn load(&self, path: &Path) -> Result<Vec<u8>, SurfaceFileError> {
-        read_regular(&self.folder.join(path), LARGEST)
+        read_regular(&self.folder.join(path), MAX_BYTES)
             .map_err(|source| SurfaceFileError::Read { path: path.to_owned(), source })
     }
 }
@@ -175,14 +180,14 @@ impl SurfaceFiles {
 /// # Errors
 /// Returns an error if the path is a folder or a device, or if the file is larger.
 pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let refuse = |reason: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    let refuse = |reason: String| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     // Check before opening: opening a pipe would wait for a writer.
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {
-        return refuse("it is not a regular file");
+        return refuse("it is not a regular file".to_owned());
     }
     if metadata.len() > limit {
-        return refuse("it is too large");
+        return refuse(format!("it has {} bytes; the limit is {limit}", metadata.len()));
     }
     let mut bytes = Vec::new();
     File::open(path)?.take(limit).read_to_end(&mut bytes)?;

@@ -17,7 +17,7 @@ use crate::results::{PATH, TASK, files_of};
 use asperity_stages::columns::{CONTENT, FORMAT, UNIT};
 use asperity_stages::fit::status;
 use asperity_stages::grids::Grids;
-use asperity_stages::surface_files::{ContentHash, Recalled, Recollection};
+use asperity_stages::surface_files::{ContentHash, RecordedFile, RecordedFiles};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
@@ -107,7 +107,7 @@ impl ResultReader {
 
     /// Returns the properties that the files of measured surfaces had when the tables were
     /// published.
-    pub fn recollection(&self) -> Recollection {
+    pub fn recollection(&self) -> RecordedFiles {
         let generated =
             self.published().filter(|(_, published)| published.kind == Kind::Generate.name());
         let tables = generated.filter_map(|(_, published)| published.table().ok());
@@ -154,7 +154,7 @@ impl TaskTables for ResultReader {
 ///
 /// If several rows are about the same file, the last one is used. Such rows differ only in how the
 /// map was prepared, and their nodes and sides are used only for forecasts.
-fn files(table: &Table) -> Result<Recollection, StageError> {
+fn files(table: &Table) -> Result<RecordedFiles, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
     let units = table.has(UNIT.name).then(|| table.texts(UNIT.name));
     let units = units.transpose()?;
@@ -164,7 +164,7 @@ fn files(table: &Table) -> Result<Recollection, StageError> {
     let file = |row: usize| {
         let grid = grids.grid(row).ok()?;
         let format = formats.filter(|formats| formats.is_valid(row));
-        let recalled = Recalled {
+        let recalled = RecordedFile {
             content: ContentHash::from_hex(contents.value(row))?,
             format: format.map(|formats| formats.value(row).to_owned()),
             unit: units.map_or_else(String::new, |units| units.value(row).to_owned()),
