@@ -47,7 +47,7 @@ pub const STAGE: Definition = Definition {
     },
 };
 
-/// Statistics or query that a task computes.
+/// Statistics that a task computes, or query that it answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Params {
@@ -114,7 +114,7 @@ impl Stage for Params {
         InputScope::All
     }
 
-    /// Keeps all columns for theories and queries, which read further columns.
+    /// Keeps the named columns and the coordinates, but all columns for theories and queries.
     fn needed(&self, table: Table) -> Table {
         let Params::Groups(groups) = self else {
             return table;
@@ -137,11 +137,13 @@ impl Stage for Params {
     fn for_inputs(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
         match self {
             Params::Groups(_) => None,
-            Params::Sql(sql) => Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.for_inputs(inputs))))),
+            Params::Sql(sql) => {
+                Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.for_inputs(inputs)))))
+            }
         }
     }
 
-    /// Counts 5 ms per load for each theory that integrates over summits.
+    /// Estimates 5 ms per load for each theory that integrates over summits.
     fn effort(&self, extent: Extent) -> Effort {
         let slow_models = match self {
             Params::Groups(groups) => {
@@ -161,20 +163,20 @@ pub struct Sql {
     /// Names of the inputs in the query, each with its number of tables; empty before the study is
     /// planned.
     pub tables: Vec<(String, usize)>,
-    /// Units and meanings of columns that no input has. They are wording and not part of the
-    /// recipe.
+    /// Units and meanings of result columns that no input has. They do not influence the result and
+    /// are not part of the recipe.
     #[serde(skip)]
     pub columns: BTreeMap<String, Meaning>,
 }
 
 impl Sql {
-    /// Returns the query for inputs with these names and numbers of tables.
+    /// Returns the query with the name of each input and its number of tables filled in.
     pub fn for_inputs(&self, tables: Vec<(String, usize)>) -> Sql {
         Sql { tables, ..self.clone() }
     }
 }
 
-/// Description of a column of a query's result.
+/// Unit and meaning of a column of a query's result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Meaning {
     /// Unit of the values, or an empty text for values without a unit.
@@ -182,8 +184,8 @@ pub struct Meaning {
     pub meaning: String,
 }
 
-/// Returns the columns that a stage may add, except the statistics of columns, which are named
-/// after them like `area_fraction_mean`.
+/// Returns the columns that the stage may add, without the statistics of input columns such as
+/// `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
     groups::GROUP_COLUMNS.into_iter().chain(models).collect()

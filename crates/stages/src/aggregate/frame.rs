@@ -1,4 +1,4 @@
-//! Conversion of tables to polars, whole or by the columns that a query needs, and back.
+//! Conversion between tables and polars data frames. Queries read only the columns that they need.
 //!
 //! Columns without nulls are copied as one block of memory, other columns value by value. Sharing
 //! memory would require `unsafe`.
@@ -98,7 +98,7 @@ fn array(column: &Column) -> Result<ArrayRef, StageError> {
     Ok(array)
 }
 
-/// Converts an error of polars and drops the query plan that its message ends with.
+/// Converts an error of polars and drops the query plan at the end of its message.
 pub fn polars_error(error: PolarsError) -> StageError {
     let text = error.to_string();
     let reason = text.lines().map(str::trim).find(|line| !line.is_empty());
@@ -121,7 +121,8 @@ pub fn lazy(table: TableSource, damage: &FirstStoreError) -> Result<LazyFrame, S
     LazyFrame::anonymous_scan(Arc::new(scan), arguments).map_err(polars_error)
 }
 
-/// Error of the store while a query reads a table. Polars errors can only carry its text.
+/// Slot for the first error of the store while a query reads tables. An error of polars can carry
+/// only the text of such an error.
 #[derive(Clone, Default)]
 pub struct FirstStoreError(Arc<Mutex<Option<StoreError>>>);
 
@@ -139,7 +140,7 @@ impl FirstStoreError {
     }
 }
 
-/// Returns the number of rows of a table that a query reads.
+/// Returns the number of rows of a table that [`lazy`] has wrapped.
 pub fn rows_of(table: &dyn AnonymousScan) -> usize {
     let known = table.as_any().downcast_ref::<Scan>();
     known.map_or(0, |scan| scan.table.rows())
@@ -192,7 +193,7 @@ impl AnonymousScan for Scan {
     }
 }
 
-/// Returns the indices of named columns in a table, or of all columns without names.
+/// Returns the indices of the columns with these names, or of all columns if `names` is `None`.
 fn column_indices(table: &TableSource, names: Option<&[&str]>) -> Vec<usize> {
     let schema = table.schema();
     match names {

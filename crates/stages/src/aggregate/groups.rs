@@ -72,7 +72,8 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     theory::with_theories(&reduced, &names.curve(), groups)
 }
 
-/// Selects groups that have as many rows as the largest group of their curve.
+/// Selects groups that have as many rows as the largest group of their curve. A curve consists of
+/// the groups that differ only in the load.
 ///
 /// A surface has no rows beyond its first load in full contact, so that averages over the remaining
 /// surfaces would fall with the load. A curve therefore ends where the first of its surfaces ends.
@@ -125,12 +126,12 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
     expressions
 }
 
-/// Returns whether the rows of a table are about single surfaces.
+/// Returns whether the rows of a table describe single surfaces.
 fn is_of_surfaces(table: &Table) -> bool {
     !table.in_role(Role::Surface).names().is_empty()
 }
 
-/// Returns whether the rows of a table are fits. Failed fits have nulls.
+/// Returns whether the rows of a table are fits. Failed fits have nulls instead of values.
 fn is_of_fits(table: &Table) -> bool {
     table.texts(STATUS.name).is_ok()
 }
@@ -149,8 +150,8 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
     })
 }
 
-/// Computes slopes by finite differences of the mean curve, and secants. The load must ascend
-/// within each curve.
+/// Returns the expressions of secants and of slopes by finite differences of the mean curve. The
+/// load must ascend within each curve.
 fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageError> {
     let curve = names.keys_of_a_curve();
     let before = |values: Expr| {
@@ -181,7 +182,8 @@ fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageE
     Ok(expressions)
 }
 
-/// Returns the columns of the reduced table in order, followed by columns that only theories need.
+/// Returns the names of the columns of the reduced table, followed by columns that only theories
+/// need.
 fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
     let mut output = names.shown.clone();
     output.push(COUNT.name.to_owned());
@@ -224,8 +226,8 @@ struct GroupNames {
     keys: Vec<String>,
     /// Shown columns that are derived from a shown key. Their values may differ within a group.
     derived: Vec<String>,
-    /// Shown columns that are derived from a key that is not shown, each with this key. Their
-    /// values must not differ within a group.
+    /// Shown columns that are derived from a key that is not shown and stand in for it, each with
+    /// this key. Their values must not differ within a group.
     stand_ins: Vec<(String, String)>,
     /// Key that is a load, if there is one.
     load: Option<String>,
@@ -278,7 +280,7 @@ impl GroupNames {
         shown.filter(|name| self.keys.contains(name) || stands_in(name)).cloned().collect()
     }
 
-    /// Returns the values of derived columns in each group: the common value, or else the mean.
+    /// Returns the expressions of derived columns: the common value of a group, or else the mean.
     fn within_groups(&self) -> Vec<Expr> {
         let mut expressions: Vec<Expr> = self.derived.iter().map(|name| common(name)).collect();
         let differs = self.stand_ins.iter();
@@ -289,7 +291,7 @@ impl GroupNames {
         expressions
     }
 
-    /// Refuses a derived column that should define groups and differs within a group.
+    /// Returns an error if a column that replaces a key differs within a group.
     fn check_stand_ins(&self, reduced: &DataFrame) -> Result<(), StageError> {
         for (name, coordinate) in &self.stand_ins {
             let flags = reduced.column(&mixed(name)).map_err(polars_error)?;
@@ -359,7 +361,7 @@ pub const LOAD_MIDPOINT: Column = real(
     "mean of this load and the previous load of the curve, at which slopes are evaluated",
 );
 
-/// Column with the reduced load of a group, from which slopes, secants and theories are computed.
+/// Intermediate column with the reduced load of a group, for slopes, secants and theories.
 pub const LOAD_OF_GROUP: &str = "load of group";
 
 /// Returns the name of the intermediate column with the mean of a column.
@@ -371,10 +373,10 @@ pub fn named(name: &str, statistic: Statistic) -> String {
     format!("{name}_{}", statistic.suffix())
 }
 
-/// Columns of groups that do not depend on the columns in `over`.
+/// Columns of the reduced table in addition to group columns and statistics of columns in `over`.
 pub const GROUP_COLUMNS: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
-/// Creates the reduced table, in which each column inherits unit and meaning from its source.
+/// Creates the reduced table, whose statistics inherit unit and meaning from their columns.
 fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {
     let schema = table.batch().schema();
     let own: HashMap<&str, Column> = GROUP_COLUMNS.map(|column| (column.name, column)).into();

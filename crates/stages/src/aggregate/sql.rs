@@ -100,7 +100,7 @@ fn answer(
     let answer = answer.and_then(|frame| engine::collect(frame, memory));
     answer.map_err(|error| match damage.take() {
         Some(error) => StageError::Store(error),
-        None => QueryError::of_polars(&error, &statement, &columns).into(),
+        None => QueryError::from_polars(&error, &statement, &columns).into(),
     })
 }
 
@@ -120,8 +120,8 @@ fn check_names(statement: &Statement, names: &[String]) -> Result<(), QueryError
     }
 }
 
-/// Returns the description of a column of an answer: from the manifest, or else from the column of
-/// the same name and type in a table that the query reads.
+/// Returns the metadata of a column of an answer: from the manifest, or else from the column of the
+/// same name and type in a table that the query reads.
 fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[SchemaRef]) -> Metadata {
     if let Some(Meaning { unit, meaning }) = meanings.get(field.name()) {
         return described(Role::Result, unit, meaning);
@@ -133,7 +133,7 @@ fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[Schema
     read.unwrap_or_else(|| described(Role::Result, "", "value computed by the query"))
 }
 
-/// Error in the text or in the execution of a query.
+/// Reason why a query cannot be answered.
 #[derive(Debug, thiserror::Error)]
 pub enum QueryError {
     /// The text is not a query, or the query is not supported.
@@ -150,7 +150,7 @@ pub enum QueryError {
 }
 
 impl QueryError {
-    /// Returns the error of a table that does not exist.
+    /// Creates the error for a table that does not exist.
     pub fn no_table<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> QueryError {
         QueryError::Unknown {
             message: format!("there is no table `{name}`"),
@@ -159,8 +159,8 @@ impl QueryError {
         }
     }
 
-    /// Translates an error of polars to the names that the query uses.
-    fn of_polars(
+    /// Converts an error of polars, and names tables and columns as the query does.
+    fn from_polars(
         error: &PolarsError,
         statement: &Statement,
         tables: &[(String, Vec<String>)],
@@ -174,7 +174,7 @@ impl QueryError {
     }
 }
 
-/// Shortens a message, because polars prints whole syntax trees of unsupported expressions.
+/// Limits the length of a message, because polars prints whole syntax trees in it.
 fn shortened(reason: &str) -> String {
     const MAX_LENGTH: usize = 200;
     match reason.char_indices().nth(MAX_LENGTH) {

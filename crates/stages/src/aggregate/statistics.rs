@@ -59,7 +59,7 @@ pub enum Statistic {
     /// Slope of the least-squares line through the rows against `load`.
     #[serde(rename = "regr_slope")]
     RegressionSlope,
-    /// Value of this line at zero load.
+    /// Value of the least-squares line at zero load.
     #[serde(rename = "regr_intercept")]
     RegressionIntercept,
     /// Slope of the mean against `load`, by finite differences.
@@ -92,7 +92,7 @@ impl Statistic {
         WORDS.iter().map(|(word, _)| *word)
     }
 
-    /// Returns the statistic with a name in manifests.
+    /// Returns the statistic that has this name in manifests.
     pub fn named(word: &str) -> Option<Statistic> {
         let known = WORDS.iter().find(|(known, _)| *known == word);
         known
@@ -101,7 +101,8 @@ impl Statistic {
             .or_else(|| share_after("q", word).map(Statistic::Quantile))
     }
 
-    /// Returns the suffix of the name of the column, or the common part of the suffixes of two.
+    /// Returns the suffix of the statistic's column. Both columns of a confidence interval have
+    /// longer suffixes that begin with it.
     pub fn suffix(self) -> String {
         let known = WORDS.iter().find(|(_, statistic)| *statistic == self);
         match (known, self) {
@@ -112,7 +113,7 @@ impl Statistic {
         }
     }
 
-    /// Returns the suffixes of the names of all columns of the statistic.
+    /// Returns the suffixes of all columns of the statistic.
     pub fn suffixes(self) -> Vec<String> {
         match self {
             Statistic::Confidence(level) => {
@@ -123,7 +124,7 @@ impl Statistic {
     }
 }
 
-/// Returns the number between 0 and 1 whose decimals follow a prefix, like 0.05 for `q05`.
+/// Returns the fraction whose decimals follow a prefix, such as 0.05 for `q05`.
 fn share_after(prefix: &str, word: &str) -> Option<f64> {
     let digits = word.strip_prefix(prefix)?;
     let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
@@ -133,14 +134,14 @@ fn share_after(prefix: &str, word: &str) -> Option<f64> {
     (is_plain && is_shortest && share > 0.0).then_some(share)
 }
 
-/// Returns the name of a confidence interval: `ci95` for a level of 0.95, with at least two
-/// decimals.
+/// Returns the name of a confidence interval, with at least two decimals of its level: `ci95` for
+/// 0.95.
 fn interval_word(level: f64) -> String {
     let digits = level.to_string().replace("0.", "");
     format!("ci{digits:0<2}")
 }
 
-/// Returns the meaning of the statistic in a column whose name has a suffix.
+/// Describes the statistic in a column whose name ends with `suffix`.
 pub fn meaning(suffix: &str) -> Option<String> {
     // Rounded, because 0.29 × 100 is not an integer in floating point.
     let percent = |share: f64| (share * 1e6).round() / 1e4;
@@ -184,8 +185,8 @@ pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<Lazy
     Ok(rows.with_columns(sums))
 }
 
-/// Returns the standard error of a group's mean and the number of its surfaces, from which
-/// intervals are computed.
+/// Returns the expressions of a group's standard error and number of surfaces, from which [`ends`]
+/// computes intervals.
 pub fn of_group(name: &str) -> [Expr; 2] {
     [standard_error(name).alias(error_of(name)), surfaces(name).alias(surfaces_of(name))]
 }
@@ -226,7 +227,8 @@ pub fn ends(name: &str, level: f64) -> [Expr; 2] {
     ]
 }
 
-/// Returns Student's t for each number of surfaces. Each distinct number is computed once.
+/// Returns the two-sided quantile of Student's t for each number of surfaces. Each distinct number
+/// is computed once.
 fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
     let mut known: HashMap<u32, f64> = HashMap::new();
     let mut factor = |surfaces: f64| {
@@ -240,7 +242,7 @@ fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
     Ok(Series::new(surfaces.name().clone(), factors).into())
 }
 
-/// Returns a column as real numbers; flags become 1 or 0.
+/// Converts a column to real numbers; flags become 1 or 0.
 fn value(name: &str) -> Expr {
     col(name).cast(DataType::Float64)
 }

@@ -1,4 +1,4 @@
-//! Areas predicted by theories as additional columns, and the approach of curves to full contact.
+//! Columns with the areas that theories predict, and with the approach of curves to full contact.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ pub enum Model {
     PennyCrack,
 }
 
-/// Predicted area and its derivative with respect to the load.
+/// Predicted area fraction and its derivative with respect to the load.
 #[derive(Debug, Clone, Copy)]
 struct Prediction {
     area: f64,
@@ -125,14 +125,18 @@ impl Model {
     }
 }
 
-/// Columns that determine Nayak's parameter of a spectrum in a square cell.
+/// Columns of the spectrum that determine Nayak's parameter in a square cell.
 pub const SPECTRUM_COLUMNS: [&str; 4] = [HURST.name, K_LOWER.name, K_ROLLOFF.name, K_UPPER.name];
 
 /// Adds the approach to full contact and the predictions of theories to reduced rows.
 ///
 /// # Errors
 /// Returns an error if the rows lack the load or parameters of the spectrum that a model needs.
-pub fn with_theories(reduced: &Table, names: &[String], groups: &Groups) -> Result<Table, StageError> {
+pub fn with_theories(
+    reduced: &Table,
+    names: &[String],
+    groups: &Groups,
+) -> Result<Table, StageError> {
     let mut columns = Vec::new();
     let asks_for = |statistic| groups.statistics.contains(&statistic);
     if asks_for(Statistic::Approach) {
@@ -168,8 +172,8 @@ fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
 
 /// Computes F(y) of the mean curve of a column of areas.
 ///
-/// The value is null at full contact, and also where a surface of the group has no row because it
-/// is beyond full contact: the mean of the other surfaces is not the mean of the group.
+/// The value is null at full contact. It is also null if a surface of the group has no row because
+/// it is beyond full contact: the mean of the other surfaces is not the mean of the group.
 fn approach(
     reduced: &Table,
     names: &[String],
@@ -192,7 +196,7 @@ fn approach(
     Ok((named(name, Statistic::Approach), optional_reals(values)))
 }
 
-/// Numbers the curves by the columns that distinguish them, and returns the number for each row.
+/// Numbers the curves, which differ in the columns `names`, and returns the number for each row.
 fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
     let columns: Vec<_> =
         names.iter().filter_map(|name| table.batch().column_by_name(name)).collect();

@@ -32,7 +32,7 @@ const TOO_FEW_THREADS: &str = "polars, which computes statistics and answers que
 /// Name of the query thread.
 const THREAD: &str = "query";
 
-/// Stack size of the query thread in bytes: three times the need of the deepest accepted query.
+/// Stack size of the query thread in bytes, three times that which the deepest query needs.
 const STACK: usize = 256 << 20;
 
 /// Runs `work` on a new thread with a large stack, and keeps polars on this thread.
@@ -133,7 +133,7 @@ pub fn collect(frame: LazyFrame, memory: ByteSize) -> PolarsResult<DataFrame> {
 /// Makes every node of a plan keep the order of its input.
 ///
 /// Sorting the answer is not enough, because the last digits of means depend on the order of their
-/// input. This runs after the optimizer, which assumes that they do not.
+/// input. Call this after the optimizer, which may give up orders that it considers irrelevant.
 fn keep_orders(plan: &mut Arena<IR>) {
     for node in (0..plan.len()).map(Node) {
         match plan.get_mut(node) {
@@ -191,7 +191,7 @@ fn check_memory(
     ))
 }
 
-/// Size of the node of a plan that takes the most memory.
+/// Output size of the plan node that takes the most memory.
 #[derive(Default)]
 struct Extent {
     rows: f64,
@@ -199,16 +199,16 @@ struct Extent {
     bytes: f64,
 }
 
-/// Estimated output of a node.
+/// Estimated size of the output of a plan node.
 struct OutputSize<'a> {
     /// Upper bound or estimate of the number of rows.
     rows: f64,
-    /// Table whose rows are all rows of the output, if there is one.
+    /// Table that the output contains with all rows unchanged, if there is one.
     table: Option<&'a dyn AnonymousScan>,
 }
 
 impl Plan<'_> {
-    /// Estimates the output of a node, and updates `largest` for the node and its inputs.
+    /// Estimates the output of a node, and updates `largest` for the node and all its inputs.
     fn output_size(&self, node: Node, largest: &mut Extent) -> OutputSize<'_> {
         let part = self.nodes.get(node);
         let inputs = part.inputs().map(|input| self.output_size(input, largest));
@@ -276,7 +276,7 @@ impl Plan<'_> {
 }
 
 impl Extent {
-    /// Replaces the extent if `rows` rows with this schema take more memory.
+    /// Replaces this extent by `rows` rows with this schema if they take more memory.
     fn extend(&mut self, rows: f64, schema: &Schema) {
         let bytes = rows * width(schema);
         if bytes > self.bytes {
@@ -285,7 +285,7 @@ impl Extent {
     }
 }
 
-/// Returns the size of a row in bytes.
+/// Returns the size in bytes of a row with this schema.
 fn width(schema: &Schema) -> f64 {
     let types = schema.iter_values();
     let bytes = types.map(|kind| match kind {

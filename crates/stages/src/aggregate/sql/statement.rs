@@ -14,7 +14,7 @@ use sqlparser::tokenizer::{Token, Tokenizer};
 
 use super::QueryError;
 
-/// Maximum length of a query in bytes, so that any syntax tree fits on the stack.
+/// Maximum length of a query in bytes. The syntax tree of any such query fits on the stack.
 const MAX_LENGTH: usize = 64 << 10;
 
 /// Maximum number of nested operations, and of parts of a `union`. The time of polars grows at
@@ -24,7 +24,7 @@ const MAX_DEPTH: usize = 500;
 /// Query that polars can execute.
 #[derive(Debug, Default)]
 pub struct Statement {
-    /// Text of the query for the parser of polars.
+    /// Text of the query, adapted to the parser of polars.
     pub text: String,
     /// Tables that the query reads.
     pub tables: BTreeSet<String>,
@@ -42,7 +42,7 @@ impl Statement {
     pub fn read(query: &str) -> Result<Statement, QueryError> {
         if query.len() > MAX_LENGTH {
             return Err(QueryError::Refused(format!(
-                "the query is {} bytes long; the limit is {MAX_LENGTH}",
+                "the query has {} bytes; the limit is {MAX_LENGTH}",
                 query.len()
             )));
         }
@@ -95,7 +95,7 @@ fn message(error: ParserError) -> String {
     }
 }
 
-/// Visitor that collects the parts of a [`Statement`] and stops if a query is too deep.
+/// Visitor that collects the fields of a [`Statement`] and stops if a query is too deep.
 #[derive(Default)]
 struct Reader {
     named: BTreeSet<String>,
@@ -157,7 +157,8 @@ impl Visitor for Reader {
     }
 }
 
-/// Returns the levels of nesting that an expression adds. Each case contains the following cases.
+/// Returns the number of nesting levels that an expression adds. A `case` adds one for each
+/// condition, because each condition contains the following ones.
 fn levels(expression: &Expr) -> usize {
     match expression {
         Expr::Case { conditions, .. } => conditions.len(),

@@ -1,4 +1,4 @@
-//! Columns of theories and of the approach to full contact.
+//! Tests of the columns of theories and of the approach to full contact.
 
 use super::*;
 use crate::aggregate::grouped as reduce;
