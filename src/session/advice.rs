@@ -16,7 +16,7 @@ use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};
 use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::fit;
 use asperity_stages::fit::laws::Law;
-use asperity_stages::fit::limits::octaves::{self, Advised, Octave};
+use asperity_stages::fit::limits::octaves::{self, FitWithOctaves, Octave};
 use asperity_stages::fit::limits::{Group, LimitChoices, groups};
 use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::Role;
@@ -152,7 +152,7 @@ fn description(table: &Table, group: &Group, load: Option<f64>, choices: &LimitC
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-fn steps(advised: &Advised, costs: &Costs) -> Vec<AdvisedStep> {
+fn steps(advised: &FitWithOctaves, costs: &Costs) -> Vec<AdvisedStep> {
     let again = AdvisedStep {
         term: None,
         doubled: vec!["realizations".to_owned()],

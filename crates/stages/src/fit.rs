@@ -1,4 +1,4 @@
-//! Stages that fit laws to the surfaces of a parameter point, and limits to all points.
+//! Stages that fit laws to single parameter points, and limits of observables to all points.
 
 pub mod contact_evolution;
 pub mod keys;
@@ -80,7 +80,7 @@ impl Params {
     }
 }
 
-/// Returns the columns that fits may add to the coordinates of their points.
+/// Returns the columns that fits may add to the coordinates of the fitted points.
 pub fn columns() -> Vec<Column> {
     let columns = rows::columns(laws::parameters()).into_iter();
     let columns = columns.chain(meshes::COLUMNS);
@@ -92,7 +92,7 @@ impl Stage for Params {
         Kind::Fit
     }
 
-    /// Fits every parameter point in the inputs. A failed fit is a row that gives the reason.
+    /// Fits every parameter point in the inputs. The row of a failed fit gives the reason.
     fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
         let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
         Ok(fitted(self, &Table::stack(&tables)?)?)
@@ -200,11 +200,12 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
     Ok(rows::table(&table.in_role(Role::Parameter), &fitted, params, &rows))
 }
 
-/// Curves of all surfaces of one parameter point under one correction.
+/// Curves of a quantity against the load, for all surfaces of one parameter point under one
+/// correction of the area.
 pub struct CurvesOfPoint {
     /// Row of the table with the coordinates of the point.
     pub row: usize,
-    /// Estimator of the area, if areas are corrected.
+    /// Name of the correction, if areas are corrected.
     pub correction: Option<String>,
     /// Surfaces in the order of the curves.
     pub members: Vec<Member>,
@@ -215,8 +216,8 @@ pub struct CurvesOfPoint {
 }
 
 impl CurvesOfPoint {
-    /// Reads the curves of the corrected area, or else of the counted area, in the order of the
-    /// first rows of the points.
+    /// Reads the curves of the corrected area, or of the counted area if areas are not corrected.
+    /// Points come in the order of their first rows.
     ///
     /// # Errors
     /// Returns an error if a column is missing.
@@ -225,7 +226,7 @@ impl CurvesOfPoint {
         CurvesOfPoint::from_column(table, area.name)
     }
 
-    /// Reads the curves of a column of numbers, in the order of the first rows of the points.
+    /// Reads the curves of a column of numbers. Points come in the order of their first rows.
     ///
     /// # Errors
     /// Returns an error if a column is missing.

@@ -98,7 +98,7 @@ pub enum Params {
         /// Half width of the histograms, in rms heights.
         range: f64,
     },
-    /// Another statistic of each surface of a `generate` stage.
+    /// Another statistic of each single surface of a `generate` stage.
     #[serde(untagged)]
     Surface(Statistic),
     /// Distribution under each load of a `solve` stage.
@@ -160,7 +160,7 @@ impl Stage for Params {
         }
     }
 
-    /// Does not read heights for pooled surfaces, which are drawn again.
+    /// Omits the heights of pooled surfaces, because these are drawn again.
     fn columns_read(&self) -> Columns {
         match self {
             Params::Contacts { .. }
@@ -171,7 +171,7 @@ impl Stage for Params {
         }
     }
 
-    /// Counts the memory for drawing a surface again, or for the labels of clusters.
+    /// Estimates the memory for drawing a surface again, or for the labels of clusters.
     fn footprint(&self) -> Footprint {
         let additional = match self {
             Params::Surface(statistic) => statistic.bytes_per_node(),
@@ -183,7 +183,7 @@ impl Stage for Params {
         Footprint { work: 36.0 + additional, table: 0.0 }
     }
 
-    /// Counts the transforms for drawing a surface again; contact maps only need a count of bits.
+    /// Estimates the transforms for drawing a surface again. Contact maps need less work.
     fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
             Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,

@@ -34,17 +34,17 @@ const BETA: Parameter =
     Parameter::number(names!("beta"), "β of the contact evolution law").with_label("β");
 const MU: Parameter = Parameter::number(
     names!("mu"),
-    "μ of the contact evolution law; the slope is convex for μ ≤ 1",
+    "μ of the contact evolution law; the slope of the area against the load is convex for μ ≤ 1",
 )
 .with_label("μ");
 
-/// Choices for a fit of the law.
+/// Choices for a fit of the contact evolution law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "contact-evolution")]
 pub struct EvolutionChoices {
-    /// Data that the law is fitted to.
+    /// Quantity whose residuals are minimised.
     pub to: Datum,
-    /// Choice of a given, free or minimal κ.
+    /// Given, free or smallest convex κ.
     pub kappa: Kappa,
 }
 
@@ -62,12 +62,12 @@ pub enum Datum {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kappa {
-    /// It has this value, which a manifest gives as a number.
+    /// Value of κ, which a manifest gives as a number.
     #[serde(skip_deserializing)]
     Given(f64),
-    /// It is fitted like the other parameters.
+    /// κ is fitted like the other parameters.
     Free,
-    /// It is the smallest value for which the slopes of all curves of the stage are convex.
+    /// κ is the smallest value for which the slopes of all curves of the stage are convex.
     MinimalConvex,
 }
 
@@ -81,7 +81,7 @@ impl Datum {
 }
 
 impl EvolutionChoices {
-    /// Fits all points, separately unless they share κ.
+    /// Fits all points: together if they share κ, and otherwise separately.
     pub fn fits(self, points: &[CurvesOfPoint], params: &Params) -> Vec<Row> {
         let alone = |kappa| {
             let points = points.iter();
@@ -129,7 +129,7 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
         reduced_chi_square: fit.reduced_chi_square,
         data: fit.data,
         convex: Some(fit.convex),
-        ..Row::with(intervals)
+        ..Row::from_intervals(intervals)
     }
 }
 
@@ -213,7 +213,8 @@ fn corrections(points: &[CurvesOfPoint]) -> Vec<Option<String>> {
     found
 }
 
-/// Numbers the surfaces of several points from 0, with the same number at all points.
+/// Numbers the surfaces of several points from 0. The same surface has the same number at all
+/// points. Returns the numbers of the surfaces of each point.
 fn units<'a>(points: impl Iterator<Item = &'a [Member]> + Clone) -> Vec<Vec<usize>> {
     let all: BTreeSet<Member> = points.clone().flatten().copied().collect();
     let all: Vec<Member> = all.into_iter().collect();

@@ -26,13 +26,13 @@ pub use observations::{Group, groups};
 /// Name of the law in manifests and tables.
 pub const WORD: &str = "limits";
 
-/// Default window, which contains all loads: no surface is out of full contact under a pressure of
-/// ten times rms slope × E*.
+/// Default window, which contains all practical loads: a periodic surface is in full contact under
+/// 10 E* × rms slope.
 pub const WINDOW: [f64; 2] = [0.0, 10.0];
 
-/// Maximum number of terms of a law: one for each of three limits, and another one.
+/// Maximum number of terms of a law, one more than the usual three limits.
 pub const MAX_TERMS: usize = 4;
-/// Maximum number of combinations of forms.
+/// Maximum number of combinations of forms that are fitted.
 pub const MAX_COMBINATIONS: usize = 64;
 
 /// Law Q = Q₀ + Σ cⱼ fⱼ(xⱼ) with the data that it is fitted to.
@@ -58,11 +58,11 @@ pub struct LimitChoices {
 pub struct Term {
     /// Small parameter xⱼ, an expression in parameters.
     pub of: Expression,
-    /// Forms fⱼ that are compared.
+    /// Forms fⱼ that are fitted and compared.
     pub forms: Vec<FormChoice>,
 }
 
-/// FormChoice of a term as a function of its small parameter.
+/// Form of a term as a function of its small parameter, as a manifest gives it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FormChoice {
@@ -72,7 +72,7 @@ pub enum FormChoice {
 }
 
 impl FormChoice {
-    /// Returns the form as the numerical fit defines it.
+    /// Converts the form for the numerical fit.
     pub fn term_form(self) -> TermForm {
         match self {
             FormChoice::Power(exponent) => TermForm::Power(exponent),
@@ -92,7 +92,7 @@ impl FormChoice {
 }
 
 impl LimitChoices {
-    /// Returns whether `k_rolloff` must vary in proportion to `k_lower`.
+    /// Returns whether `k_rolloff` must vary in proportion to `k_lower` within a fit.
     fn scales_rolloff(&self, table: &Table) -> bool {
         let varies = |name: &str| self.over.contains(name);
         varies(K_LOWER.name) && !varies(K_ROLLOFF.name) && table.has(K_ROLLOFF.name)
@@ -113,12 +113,12 @@ impl LimitChoices {
 /// Row of the table of fits.
 pub struct Line<'a> {
     pub group: &'a Group,
-    /// Load of the fit, if rows have loads.
+    /// Load of the fit; `None` if the fitted rows have no loads.
     pub load: Option<f64>,
     pub forms: Vec<FormChoice>,
     /// Number of points at which the observable is known.
     pub points: usize,
-    /// Smallest number of surfaces of a point.
+    /// Smallest number of surfaces among the points.
     pub surfaces: usize,
     pub outcome: Result<Outcome, FitError>,
 }
@@ -173,23 +173,23 @@ fn lines<'a>(
             return failed.collect();
         }
     };
-    let term_form: Vec<Vec<TermForm>> = combinations
+    let term_forms: Vec<Vec<TermForm>> = combinations
         .iter()
         .map(|forms| forms.iter().map(|form| form.term_form()).collect())
         .collect();
-    let fits: Vec<_> = term_form.iter().map(|forms| problem.fit(forms)).collect();
-    let fitted: Vec<(&[TermForm], &LimitFit)> = term_form
+    let fits: Vec<_> = term_forms.iter().map(|forms| problem.fit(forms)).collect();
+    let fitted: Vec<(&[TermForm], &LimitFit)> = term_forms
         .iter()
         .zip(&fits)
         .filter_map(|(forms, fit)| Some((&forms[..], fit.as_ref().ok()?)))
         .collect();
     let resampled = problem.resample(&fitted, &params.bootstrap());
     let mut resampled = resampled.intervals.into_iter().zip(resampled.comparison);
-    let fits = combinations.into_iter().zip(&term_form).zip(&fits);
-    fits.map(|((forms, term_form), fit)| {
+    let fits = combinations.into_iter().zip(&term_forms).zip(&fits);
+    fits.map(|((forms, term_forms), fit)| {
         let outcome = fit.clone().map(|fit| {
             let (intervals, comparison) = resampled.next().expect("each fit was resampled");
-            Outcome { assessment: problem.assess(term_form, &fit), fit, intervals, comparison }
+            Outcome { assessment: problem.assess(term_forms, &fit), fit, intervals, comparison }
         });
         line(forms, problem.surfaces(), outcome)
     })

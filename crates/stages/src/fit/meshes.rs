@@ -23,8 +23,8 @@ use asperity_statistics::{FitError, Window};
 use asperity_tables::column::{Code, Column, Role, optional_reals, texts};
 use asperity_tables::table::{Table, TableError};
 
-/// Parameters in which the rows of a point may differ: the mesh, and the correction of areas,
-/// because the regression uses the counted areas.
+/// Parameters in which the rows of a point may differ: the mesh, and the correction of areas. The
+/// regression uses the counted areas, which do not depend on the correction.
 const VARIED: [&str; 5] =
     [NODES.name, NODES_X.name, NODES_Y.name, CORRECTION.name, COEFFICIENT.name];
 
@@ -81,7 +81,7 @@ type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
 /// the same order as the numbers.
 type State = (Member, u64);
 
-/// Measured contacts of one parameter point, before they are compared between meshes.
+/// Measured contacts of one parameter point on all meshes.
 struct Observed {
     row: usize,
     states: BTreeMap<State, Meshes>,
@@ -109,7 +109,7 @@ struct Line {
     fit: Row,
 }
 
-/// Fits every surface and load, and pooled surfaces and loads, of every parameter point.
+/// Fits each surface under each load, and pooled surfaces and loads, of every parameter point.
 ///
 /// # Errors
 /// Returns an error if the input lacks the columns of measured contacts.
@@ -148,7 +148,7 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<RefinementsOfPoi
     for ensemble in ensembles(table)? {
         let point = ensemble.point.clone().without(&VARIED);
         let known = order.iter().position(|other| *other == point);
-        let at = known.unwrap_or(order.len());
+        let index = known.unwrap_or(order.len());
         if known.is_none() {
             order.push(point);
             points.push(Observed {
@@ -160,8 +160,8 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<RefinementsOfPoi
         for (member, load, row) in ensemble.states() {
             if window.contains(load.reduced) {
                 let given = load.given.to_bits();
-                points[at].reduced.entry(given).or_insert(load.reduced);
-                let meshes = points[at].states.entry((member, given)).or_default();
+                points[index].reduced.entry(given).or_insert(load.reduced);
+                let meshes = points[index].states.entry((member, given)).or_default();
                 let nodes = grids.nodes(row);
                 let edge = edge_fraction(switches.value(row).unsigned_abs() as usize, nodes);
                 // Rows with different corrections have the same counted area.
@@ -184,8 +184,9 @@ fn refinement((state, meshes): (State, Meshes)) -> (State, Result<Refinement, Fi
 }
 
 impl RefinementsOfPoint {
-    /// Returns, for each surface, the covariance of area and edge and the variance of the edge,
-    /// from which the common coefficient is computed; `None` without any refinement.
+    /// Returns two lists with one entry for each surface: the covariances of area and edge, and the
+    /// variances of the edge. They determine the common coefficient. Returns `None` if the point
+    /// has no valid refinement.
     pub fn moments(&self) -> Option<[Vec<f64>; 2]> {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         for (&(member, _), refinement) in &self.refinements {
@@ -233,7 +234,7 @@ impl RefinementsOfPoint {
             fit: Row {
                 values: vec![coefficient],
                 data: problem.data(),
-                ..Row::with(problem.bootstrap(&params.bootstrap()))
+                ..Row::from_intervals(problem.bootstrap(&params.bootstrap()))
             },
             ..empty
         }

@@ -34,7 +34,7 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     Ok(table.without(&["masked", "rms_residual", "r_squared", "reduced_chi_square"]))
 }
 
-/// Returns whether the surfaces are drawn from an isotropic spectrum.
+/// Returns whether the surfaces are random with an isotropic spectrum.
 fn is_isotropic(ensemble: &Ensemble) -> bool {
     let is_drawn = ensemble.members.iter().all(|&member| member != Member::Sole);
     let ratio = ensemble.point.get(ANISOTROPY_RATIO.name);
@@ -68,9 +68,9 @@ impl<'a> Measured<'a> {
         })
     }
 
-    /// Computes the thresholds for the mean of both directions, for x, and for y, each as area,
-    /// corrected area and load. A direction in which some surface has no threshold has no values,
-    /// and the row gives the reason.
+    /// Computes three thresholds: for the mean of both directions, along x, and along y. Each
+    /// consists of an area, a corrected area and a load. If a surface has no threshold along a
+    /// direction, the values of this direction are missing and the row gives the reason.
     fn fit(&self, ensemble: &Ensemble, params: &Params) -> Row {
         let surfaces: Vec<Vec<Interface>> =
             (0..ensemble.members.len()).map(|member| self.interfaces(ensemble, member)).collect();

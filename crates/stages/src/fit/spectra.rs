@@ -40,12 +40,12 @@ fn fit(rings: Vec<RingOfSurfaces>, params: &Params) -> Result<Row, FitError> {
         reduced_chi_square: Some(fit.reduced_chi_square),
         data: fit.data,
         masked: Some(fit.masked),
-        ..Row::with(problem.intervals(&fit, &params.bootstrap()))
+        ..Row::from_intervals(problem.intervals(&fit, &params.bootstrap()))
     })
 }
 
-/// Returns the rings that all surfaces of a point have, in ascending order, and the number of
-/// surfaces. Rows with the same surface and ring as an earlier row are ignored.
+/// Returns the rings of wavevectors that all surfaces of a point have, in ascending order, and the
+/// number of surfaces. Rows with the same surface and ring as an earlier row are ignored.
 fn rings(table: &Table, rows: &[usize]) -> Result<(Vec<RingOfSurfaces>, usize), TableError> {
     let column = |name: &str| table.reals(name);
     let (wavenumbers, freedoms) = (column(WAVENUMBER.name)?, column(DEGREES_OF_FREEDOM.name)?);

@@ -19,7 +19,7 @@ use asperity_contact::morphology::map::ContactMap;
 use asperity_tables::column::{Column, flags, integers, optional_reals, reals};
 use asperity_tables::table::Table;
 
-/// Largest relative distance of a neighbouring load, with a margin for the rounding of loads.
+/// Maximum relative distance of a neighbouring load, with a margin for the rounding of loads.
 const MAX_LOAD_STEP: f64 = 0.1 + 1e-9;
 
 /// Columns that are copied from the solved loads, if they exist; the columns of the flow are copied
@@ -27,7 +27,7 @@ const MAX_LOAD_STEP: f64 = 0.1 + 1e-9;
 const COPIED: [Column; 6] =
     [SATURATED_NODES, SATURATED_FRACTION, MEAN_GAP, MEAN_YIELDED_DEPTH, ENERGY, STOP];
 
-/// Groups of columns that only some tables of contacts have.
+/// Sets of columns that only some tables of contacts have.
 #[derive(Debug, Clone, Copy)]
 pub struct OptionalColumns {
     pub rectangles: bool,
@@ -36,7 +36,7 @@ pub struct OptionalColumns {
     pub stiffness: bool,
 }
 
-/// Returns the columns of contacts, without coordinates.
+/// Returns the columns of measured contacts, without coordinates.
 pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     let mut measures = CONTACT_MEASURES.to_vec();
     let gap = measures.iter().position(|column| *column == MEAN_GAP);
@@ -181,11 +181,11 @@ impl Contact {
     }
 }
 
-/// Approach of the bodies under one load of a block.
+/// Mean pressure and approach of the bodies under one load of a block.
 #[derive(Debug, Clone, Copy)]
 struct Approach {
     pressure: f64,
-    /// Approach from an arbitrary fixed reference.
+    /// Approach δ of the bodies, measured from an arbitrary fixed reference.
     approach: f64,
     /// False if the solution of the load did not converge.
     is_solved: bool,

@@ -43,7 +43,7 @@ pub fn all_columns() -> Vec<Column> {
 }
 
 impl Distribution {
-    /// Returns the content of the rows.
+    /// Returns the kind of rows in the table.
     pub fn rows(&self) -> RowKind {
         match self {
             Distribution::Pressures => RowKind::PressureDistributions,
@@ -79,10 +79,10 @@ impl Distribution {
     }
 }
 
-/// Index of the load of each row, and the columns of the distribution.
+/// Rows of a distribution: the index of each row's load, and the columns.
 type Distributed = (Vec<usize>, Vec<(Column, ArrayRef)>);
 
-/// Count of one bin under one load.
+/// Number of nodes in one bin under one load.
 struct Counted {
     load: usize,
     bin: u32,
@@ -93,7 +93,7 @@ struct Counted {
     unit: f64,
 }
 
-/// Reads the counts of a column by load and bin.
+/// Reads the numbers of nodes from a column of counts, by load and bin.
 fn counted(solved: &Table, column: Column, bins: EqualBins) -> Result<Vec<Counted>, StageError> {
     let grids = Grids::new(solved)?;
     let lists = solved.lists(column.name)?;

@@ -1,5 +1,5 @@
-//! Statistics of single surfaces: power spectra, autocorrelation, slopes and curvatures by scale,
-//! bearing curve, roughness parameters.
+//! Statistics of single surfaces: power spectra, autocorrelation, slopes and curvatures as
+//! functions of the scale, bearing curve, roughness parameters.
 //!
 //! A table has one row for each surface and wavenumber, lag, scale or height, with the coordinates
 //! of the surface. Heights are not prepared further: surfaces are levelled, filled and filtered
@@ -31,7 +31,7 @@ pub enum Statistic {
     ProfileSpectrum,
     /// Autocorrelation along x, along y, and averaged over all directions.
     Autocorrelation,
-    /// Slope and curvature by scale, along x and y.
+    /// Slope and curvature as functions of the scale, along x and y.
     Scales,
     /// Bearing curve (areal material ratio).
     Bearing {
@@ -67,7 +67,7 @@ impl Statistic {
         Statistic::Roughness,
     ];
 
-    /// Returns the content of the rows.
+    /// Returns the kind of rows in the table.
     pub fn rows(&self) -> RowKind {
         match self {
             Statistic::Spectrum => RowKind::PowerSpectra,
@@ -197,7 +197,7 @@ fn roughness(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
     (1, columns.collect())
 }
 
-/// Returns the number of rows and their columns, preceded by the column of the direction.
+/// Returns the number of rows and the columns. The first column holds the direction of each row.
 fn beside_direction<const N: usize>(
     rows: impl Iterator<Item = (&'static str, [f64; N])>,
     columns: [Column; N],

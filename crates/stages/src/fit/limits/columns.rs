@@ -31,13 +31,13 @@ const AKAIKE_WEIGHT: Column = real(
 const BEST_SHARE: Column = real(
     "best_share",
     "1",
-    "share of the resamplings in which these forms have the smallest `akaike`",
+    "fraction of the resamplings in which these forms have the smallest `akaike`",
 );
 const LEAVE_ONE_OUT: Column = real(
     "leave_one_out_error",
     "as `quantity`",
-    "root mean square error of the prediction of each point from the other points, with the \
-     weights of the fit",
+    "root mean square error with which the other points predict each point, with the weights of \
+     the fit",
 );
 const LIMIT: Parameter = Parameter::of_unit(
     "as `quantity`",
@@ -77,7 +77,7 @@ macro_rules! term_columns {
             ),
             exponent: Parameter::number(
                 names!("exponent_", $number),
-                concat!("exponent e of term ", $number, ", c xᵉ; without interval if it is given"),
+                concat!("exponent e of term ", $number, ", c xᵉ; a given exponent has no interval"),
             ),
         }
     };
@@ -92,7 +92,7 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
     [LIMIT].into_iter().chain(of_terms)
 }
 
-/// Returns the columns that only this law has, without parameters.
+/// Returns the columns that only this law has, without its fitted parameters.
 pub fn columns() -> Vec<Column> {
     let of_terms = TERMS.iter().flat_map(|term| [term.small, term.form]);
     let first = [QUANTITY, ROLLOFF_RATIO].into_iter();
@@ -157,7 +157,7 @@ fn estimates(choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> 
 }
 
 impl Outcome {
-    /// Returns an estimate with the interval at an index.
+    /// Returns an estimate with the interval at an index of `intervals`.
     fn estimate(&self, value: f64, index: Option<usize>) -> Estimate {
         let intervals = self.intervals.intervals.as_ref();
         let interval = intervals.zip(index).and_then(|(all, index)| all.get(index));

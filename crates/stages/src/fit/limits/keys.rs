@@ -71,13 +71,14 @@ pub struct TermTable {
     #[serde(default)]
     #[schemars(extend("default" = "power"))]
     pub form: Key<OneOrMore<FormWord>>,
-    /// Exponent of the power: a number, `"free"`, or a list of which each is fitted and compared.
+    /// Exponent of the power: a number or `"free"`. With a list, all entries are fitted and
+    /// compared.
     #[serde(default)]
     #[schemars(extend("default" = "free"))]
     pub exponent: Key<OneOrMore<WrittenExponent>>,
 }
 
-/// A value, or a list of values that are all fitted.
+/// One value, or a list of values that are all fitted and compared.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum OneOrMore<T> {
@@ -111,9 +112,9 @@ pub enum FormWord {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WrittenExponent {
-    /// It is fitted like the coefficients.
+    /// The exponent is fitted like the coefficients.
     Free,
-    /// It has this value.
+    /// The exponent has this value.
     #[serde(untagged)]
     Given(#[schemars(extend("minimum" = EXPONENTS[0], "maximum" = EXPONENTS[1]))] f64),
 }
@@ -126,7 +127,7 @@ pub fn recipes(section: &Section<LimitTable>, context: &mut CheckContext) -> Opt
     })
 }
 
-/// The rows that a fit reads, as far as they are known.
+/// Input of a stage, as far as it is known before the study runs.
 struct Input<'a> {
     table: Option<&'a Table>,
     rows: Option<RowKind>,
@@ -152,7 +153,7 @@ fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Lim
     Some(LimitChoices { of: of?.1, loads: loads?, terms: terms?, over: over?, error: error? })
 }
 
-/// Reads an expression in columns of the input.
+/// Parses an expression in columns of the input, which must have the role if one is given.
 fn expression(
     written: &Spanned<String>,
     input: &Input,
@@ -163,7 +164,7 @@ fn expression(
         Ok(read) => read,
         Err(error) => {
             let message = format!("cannot read the expression {:?}", written.value);
-            // Within quotes, unless letters are escaped.
+            // Skip the quotes. With escaped characters, mark the whole text.
             let inside = written.span.start + 1..written.span.end.saturating_sub(1);
             let span = if inside.len() == written.value.len() {
                 inside.start + error.at.start..inside.start + error.at.end.max(error.at.start)
@@ -186,7 +187,7 @@ fn expression(
     named.into_iter().all(|usable| usable).then_some(read)
 }
 
-/// Returns whether a column exists, holds numbers and has the role; otherwise it is reported.
+/// Returns whether a column exists, holds numbers and has the role. Reports a problem if not.
 fn is_usable(
     name: &str,
     written: &Spanned<String>,
@@ -250,8 +251,8 @@ fn observable(of: &Spanned<String>, input: &Input, checks: &mut Checks) -> Optio
     Some(read)
 }
 
-/// Returns the column with the standard error of the observable, which must be a fitted parameter
-/// if the stage reads fits.
+/// Returns the column with the standard error of the observable, or `Some(None)` if the stage does
+/// not read fits. Reports a problem and returns `None` if the observable is no fitted parameter.
 fn error(
     written: &Spanned<String>,
     of: &Expression,
@@ -319,7 +320,7 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
     Some(Term { of: of?, forms })
 }
 
-/// Returns the powers that are tried.
+/// Returns the powers among the forms of a term.
 fn powers(table: &TermTable, checks: &Checks) -> Vec<FormChoice> {
     let exponents = table.exponent.written().map(|exponent| exponent.value.all());
     let exponents = exponents.unwrap_or_else(|| vec![checks.default_of("terms.exponent")]);

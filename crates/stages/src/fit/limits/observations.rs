@@ -29,7 +29,7 @@ pub struct Group {
     /// Loads at which the group is fitted, or a single `None` if rows have no loads.
     pub loads: Vec<Option<f64>>,
     points: Vec<Observations>,
-    /// Surfaces that occur at any point.
+    /// Surfaces that occur at one or more points.
     members: BTreeSet<Member>,
 }
 
@@ -38,10 +38,10 @@ pub struct Group {
 struct Observations {
     /// Parameters that vary among the points of a fit.
     varied: ParameterPoint,
-    /// Small parameter of each term.
+    /// Value of the small parameter of each term.
     small: Vec<f64>,
     values: Values,
-    /// Loads that did not converge, one entry per surface.
+    /// Loads that did not converge, with one entry for each affected surface.
     unconverged_loads: Vec<f64>,
 }
 
@@ -55,7 +55,7 @@ impl Group {
         points.filter_map(|point| point.under(load, members)).collect()
     }
 
-    /// Returns the points like [`Group::points_under`], each with its varied parameters.
+    /// Returns the points of [`Group::points_under`], each with its varied parameters.
     pub fn points_with_parameters(&self, load: Option<f64>) -> Vec<(ParameterPoint, LimitPoint)> {
         let points = self.points.iter();
         let members = &self.members();
@@ -64,7 +64,7 @@ impl Group {
         points.filter_map(with_parameters).collect()
     }
 
-    /// Returns the surfaces in the order of their numbers.
+    /// Returns the surfaces in ascending order. Their indices number the surfaces of all points.
     fn members(&self) -> Vec<Member> {
         self.members.iter().copied().collect()
     }
@@ -130,8 +130,8 @@ pub fn groups(
             shared = shared.without(&[K_ROLLOFF.name]);
         }
         let key = (shared, ratio.map(Value::Real));
-        let at = order.iter().position(|other| *other == key);
-        let at = at.unwrap_or_else(|| {
+        let index = order.iter().position(|other| *other == key);
+        let index = index.unwrap_or_else(|| {
             order.push(key);
             groups.push(Group {
                 row,
@@ -143,9 +143,9 @@ pub fn groups(
             groups.len() - 1
         });
         if let Values::Surfaces { members, .. } = &values {
-            groups[at].members.extend(members);
+            groups[index].members.extend(members);
         }
-        groups[at].points.push(Observations {
+        groups[index].points.push(Observations {
             varied: point.only(&over),
             small: reader.small(row),
             values,
@@ -158,7 +158,7 @@ pub fn groups(
     Ok(groups)
 }
 
-/// Returns k_rolloff/k_lower if `k_lower` varies and `k_rolloff` is not among the varied
+/// Returns k_rolloff/k_lower of a point if `k_lower` varies and `k_rolloff` is not among the varied
 /// parameters.
 fn rolloff_ratio(point: &ParameterPoint, choices: &LimitChoices) -> Option<f64> {
     let varies = |name: &str| choices.over.contains(name);
@@ -197,14 +197,14 @@ enum Values {
     /// Values of the single surfaces, with NaN if a surface lacks the load.
     Surfaces {
         members: Vec<Member>,
-        /// Each load with the values of the surfaces.
+        /// Each load with the values of all surfaces, in the order of `members`.
         states: Vec<(Option<f64>, Vec<f64>)>,
     },
     /// Estimates from fits to all surfaces.
     Estimates(Vec<(Option<f64>, Observed)>),
 }
 
-/// Data of a single point: a row with its parameters, the parameters, the values, and the loads
+/// Data of a single point: its first row in the table, its parameters, its values, and its loads
 /// that did not converge.
 type Found = (usize, ParameterPoint, Values, Vec<f64>);
 
@@ -212,12 +212,12 @@ type Found = (usize, ParameterPoint, Values, Vec<f64>);
 struct Reader<'a> {
     table: &'a Table,
     choices: &'a LimitChoices,
-    /// Columns in expressions, with NaN for null.
+    /// Values of the columns that occur in expressions, with NaN for null.
     columns: BTreeMap<&'a str, Vec<f64>>,
 }
 
 impl<'a> Reader<'a> {
-    /// Reads the columns in expressions.
+    /// Reads the columns that occur in expressions.
     ///
     /// # Errors
     /// Returns an error if a column is missing or holds no numbers.

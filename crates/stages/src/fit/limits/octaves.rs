@@ -1,9 +1,9 @@
 //! Advice on another octave towards a limit: the new points, and their expected effect.
 //!
-//! Doubling some of the varied parameters moves every point. If this makes one small parameter
-//! smaller and leaves the others unchanged, it is a step towards the limit of this parameter alone.
-//! For example, with `k_lower / k_upper` and `k_upper / nodes`, doubling both `k_upper` and `nodes`
-//! is a step towards the fractal limit.
+//! Doubling some of the varied parameters gives a new point for every point. If this makes one
+//! small parameter smaller and leaves the others unchanged, it is a step towards the limit of this
+//! parameter alone. For example, with `k_lower / k_upper` and `k_upper / nodes`, doubling both
+//! `k_upper` and `nodes` is a step towards the fractal limit.
 
 use std::collections::BTreeSet;
 
@@ -15,26 +15,26 @@ use asperity_statistics::bootstrap::Bootstrap;
 use asperity_statistics::limits::{LimitFit, LimitProblem, TermForm};
 use asperity_tables::column::Value;
 
-/// Step towards one limit by doubling parameters.
+/// Extension of a sweep by one octave towards one limit, by doubling parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Octave {
     /// Small parameter, as in the manifest.
     pub term: String,
     /// Names of the doubled parameters.
     pub doubled: Vec<String>,
-    /// Varied parameters of the points from which new points follow by doubling.
+    /// Varied parameters of the points that give new points by doubling.
     pub from: Vec<ParameterPoint>,
-    /// Expected ratio of the new to the present standard error of the limit, if it can be
-    /// estimated.
+    /// Expected standard error of the limit with the new points, divided by the present one; `None`
+    /// if it cannot be estimated.
     pub error_ratio: Option<f64>,
 }
 
-/// Fit, and the possible octaves towards each limit.
+/// Best fit of a group under a load, with the possible octaves towards each limit.
 #[derive(Debug, Clone)]
 pub struct FitWithOctaves {
     pub forms: Vec<FormChoice>,
     pub fit: LimitFit,
-    /// Standard error of the limit, if there are resamplings.
+    /// Standard error of the limit; `None` without resamplings.
     pub standard_error: Option<f64>,
     /// Varied parameters of the points of the fit.
     pub points: Vec<ParameterPoint>,
@@ -53,13 +53,13 @@ pub fn advise(
         group.points_with_parameters(load).into_iter().unzip();
     let problem = LimitProblem::new(small).ok()?;
     let fits = choices.combinations().into_iter().filter_map(|forms| {
-        let term_form: Vec<TermForm> = forms.iter().map(|form| form.term_form()).collect();
-        let fit = problem.fit(&term_form).ok()?;
-        Some((forms, term_form, fit))
+        let term_forms: Vec<TermForm> = forms.iter().map(|form| form.term_form()).collect();
+        let fit = problem.fit(&term_forms).ok()?;
+        Some((forms, term_forms, fit))
     });
     let best = fits.min_by(|one, other| one.2.akaike().total_cmp(&other.2.akaike()));
-    let (forms, term_form, fit) = best?;
-    let resampled = problem.resample(&[(&term_form, &fit)], bootstrap);
+    let (forms, term_forms, fit) = best?;
+    let resampled = problem.resample(&[(&term_forms, &fit)], bootstrap);
     let interval = resampled.intervals.first()?.intervals.as_ref();
     let octaves = steps(choices, &points).into_iter().map(|mut octave| {
         let more: Vec<Vec<f64>> = octave
@@ -67,7 +67,7 @@ pub fn advise(
             .iter()
             .map(|point| small_parameters(choices, &doubled(point, &octave.doubled)))
             .collect();
-        octave.error_ratio = problem.predicted_error_ratio(&term_form, &fit, &more);
+        octave.error_ratio = problem.predicted_error_ratio(&term_forms, &fit, &more);
         octave
     });
     Some(FitWithOctaves {
@@ -79,7 +79,7 @@ pub fn advise(
     })
 }
 
-/// Returns the steps that make one small parameter smaller and leave the others unchanged.
+/// Returns the octaves that make one small parameter smaller and leave the others unchanged.
 fn steps(choices: &LimitChoices, points: &[ParameterPoint]) -> Vec<Octave> {
     let names: Vec<&String> = choices.over.iter().collect();
     let subsets = 1..1_usize << names.len().min(8);
