@@ -1,4 +1,4 @@
-//! Stages that press surfaces through blocks of loads.
+//! Stages that solve the contact of surfaces under blocks of loads.
 
 pub mod block;
 pub mod keys;
@@ -67,7 +67,7 @@ pub struct Params {
     pub effective_modulus: f64,
     /// Unit of `loads` and `pressures`.
     pub load_unit: PressureUnit,
-    /// At least one load; loads are positive and in ascending order.
+    /// Loads, positive and in ascending order. There is at least one.
     pub loads: Vec<f64>,
     /// Largest accepted gap in contact and penetration outside contact, in units of rms slope ×
     /// mesh step.
@@ -90,7 +90,7 @@ pub struct Params {
     /// Bins in which the gaps of nodes outside contact are counted, in rms heights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_bins: Option<EqualBins>,
-    /// True if the flow through the gap is computed under each load.
+    /// True if the flow through the gap is computed under every load.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub flow: bool,
     /// Interaction of asperities, if Hertzian contacts of the summits replace the solved contact.
@@ -152,21 +152,22 @@ impl Params {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Pressures {
-    /// No pressure field.
+    /// No pressure field is stored.
     None,
-    /// The pressure field under every load.
+    /// The pressure field under every load is stored.
     All,
-    /// Those under some of the loads; a manifest gives them as a list.
+    /// The pressure fields under these loads, which a manifest lists, are stored.
     #[serde(skip_deserializing)]
     At(Vec<f64>),
 }
 
-/// Cost of computing the gap of one load, a pair of transforms in double precision, in pairs of the
-/// solver.
+/// Cost of computing the gap under one load, which takes a pair of double-precision transforms, in
+/// single-precision pairs of the solver.
 const PAIRS_OF_GAP: f64 = 2.5;
 
-/// Cost of the flow of one load along both axes, in pairs of transforms. It was measured on 512²
-/// and 1024² nodes, from light loads to loads near percolation; a sealed gap takes almost no time.
+/// Cost of computing the flow along both axes under one load, in pairs of transforms. It was
+/// measured on 512² and 1024² nodes, from light loads to loads near percolation; a sealed gap takes
+/// almost no time.
 const PAIRS_OF_FLOW: f64 = 900.0;
 
 impl Stage for Params {
@@ -174,8 +175,8 @@ impl Stage for Params {
         Kind::Solve
     }
 
-    /// Presses one surface through the loads. Ends early if every node is in contact and none
-    /// yields under all remaining loads.
+    /// Solves the contact of one surface under the loads. Ends early if every node is in contact
+    /// and none yields under all remaining loads.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         let [Input { recipe: Recipe::Generate(drawn), table }] = inputs else {
             unreachable!("the plan gives one surface to each block of loads")
@@ -290,12 +291,12 @@ impl Stage for Params {
     }
 }
 
-/// Reports the progress of a block while one of its loads is solved.
+/// Watch that reports the progress of a block while one of its loads is solved.
 struct LoadWatch<'a> {
     context: &'a Context<'a>,
     /// Expected pairs of transforms of the load.
     expected: f64,
-    /// Finished share of the block before and after the load.
+    /// Finished fraction of the block before and after the load.
     shares: [f64; 2],
     /// Time of the last report.
     last_report: Cell<Instant>,
@@ -321,8 +322,7 @@ impl Watch for LoadWatch<'_> {
     }
 }
 
-/// Code of the column `stop` for loads that did not converge within `max_pairs` pairs of
-/// transforms.
+/// Code in the column `stop` of loads that did not converge within `max_pairs` pairs of transforms.
 pub const PAIR_LIMIT: &str = "pair-limit";
 
 fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {

@@ -1,4 +1,4 @@
-//! Block of loads on one surface: solved at every node, or as Hertzian contacts of the summits.
+//! Blocks of loads on one surface, solved at every node or as Hertzian contacts of the summits.
 
 use std::io::{self, Write};
 
@@ -18,8 +18,7 @@ use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, integers, reals};
 use asperity_tables::table::Table;
 
-/// Surface that is pressed through a block of loads, with its solver and the rows of finished
-/// loads.
+/// Contact of one surface under a block of loads: the solver and the rows of finished loads.
 ///
 /// The solver works with dimensionless numbers: it receives heights in units of side × rms slope
 /// and returns pressures in units of E* × rms slope.
@@ -31,7 +30,7 @@ pub struct Block {
     loads: Vec<f64>,
     solver: Solver,
     rows: Solved,
-    /// True if every node is in contact and none yields, under the last and all remaining loads.
+    /// True if every node is in contact and none yields under the last and all remaining loads.
     stays_in_full_contact: bool,
 }
 
@@ -76,10 +75,18 @@ impl Block {
         {
             (solver, rows) = begin();
         }
-        Ok(Block { params: params.clone(), grid, scales, loads, solver, rows, stays_in_full_contact: false })
+        Ok(Block {
+            params: params.clone(),
+            grid,
+            scales,
+            loads,
+            solver,
+            rows,
+            stays_in_full_contact: false,
+        })
     }
 
-    /// Uses these threads from now on.
+    /// Replaces the threads of the solver.
     pub fn set_threads(&mut self, threads: Threads) {
         self.solver.set_threads(threads);
     }
@@ -140,7 +147,7 @@ impl Block {
         &mut self.solver
     }
 
-    /// Returns the contact map of a load, given by its index, as in the column `contact`.
+    /// Returns the contact map of the load with this index, in the format of the column `contact`.
     pub fn contact(&self, load: usize) -> Option<&[u8]> {
         self.rows.contact(load)
     }
@@ -157,13 +164,15 @@ impl Block {
     }
 }
 
-/// Cost of an explicit interaction per load, in pairs of single-precision transforms.
+/// Cost per load of an explicit interaction, in pairs of single-precision transforms.
 const EXPLICIT_PAIRS_PER_LOAD: f64 = 24.0;
 /// Seconds per node and load for the summits and the contact map.
 const SECONDS_PER_NODE: f64 = 1e-8;
 
-/// Returns the memory per node in bytes: the surface and its pressures; for an explicit interaction
-/// also two maps, the factors of their kernel, and the work space of the transforms.
+/// Returns the memory per node of an asperity model, in bytes.
+///
+/// It consists of the surface and its pressures. An explicit interaction also needs two maps, the
+/// factors of their kernel, and the work space of the transforms.
 pub fn asperity_bytes_per_node(interaction: Interaction) -> f64 {
     match interaction {
         Interaction::None | Interaction::MeanField => 24.0,
@@ -171,7 +180,7 @@ pub fn asperity_bytes_per_node(interaction: Interaction) -> f64 {
     }
 }
 
-/// Returns the expected cost of the loads.
+/// Returns the expected cost of an asperity model under this number of loads.
 pub fn asperity_effort(
     interaction: Interaction,
     loads: usize,
@@ -182,10 +191,13 @@ pub fn asperity_effort(
         Interaction::Explicit => EXPLICIT_PAIRS_PER_LOAD * loads as f64,
     };
     let effort = Effort::pairs(pairs);
-    Effort { seconds: effort.seconds + SECONDS_PER_NODE * (nodes_x * nodes_y * loads) as f64, ..effort }
+    Effort {
+        seconds: effort.seconds + SECONDS_PER_NODE * (nodes_x * nodes_y * loads) as f64,
+        ..effort
+    }
 }
 
-/// Presses the asperities of one surface through all loads.
+/// Solves the asperity model of one surface under all loads.
 ///
 /// # Errors
 /// Returns an error if the surface has no summit, or on interruption.
@@ -215,7 +227,7 @@ pub fn press_asperities(
         (context.advance)((index + 1) as f64 / loads.len() as f64);
     }
     let columns = asperity_columns(&outcomes, &scales);
-    Ok(rows.with(columns).table(params, table, &scales))
+    Ok(rows.with_columns(columns).table(params, table, &scales))
 }
 
 fn asperity_columns(outcomes: &[AsperityOutcome], scales: &Scales) -> Vec<(Column, ArrayRef)> {

@@ -1,7 +1,7 @@
-//! Distributions and flow, which are computed from the maps of pressures and gaps under each load
-//! while the solver holds them.
+//! Distributions and flows, which are computed from the maps of pressures and gaps under each load.
+//! The solver holds these maps only until the next load.
 //!
-//! No map is stored: pressures and gaps are counted in bins, and the flow through the gap is
+//! The maps are not stored: pressures and gaps are counted in bins, and the flow through the gap is
 //! computed. The flow is a key of `solve` and not of `measure`, because the gaps of 56 loads at
 //! 512² would take 0.1 GB per surface. Stored pressures would take as much memory, and the gap
 //! would still take a pair of transforms per load.
@@ -18,7 +18,7 @@ use asperity_contact::grid::Grid;
 use asperity_contact::solver::Watch;
 use asperity_tables::column::{Column, lists, optional_reals, reals, texts};
 
-/// Requested counts of pressures and gaps.
+/// Counts of pressures and gaps in bins, as far as they are requested.
 #[derive(Default)]
 pub struct Distributions {
     pressures: Option<Counted>,
@@ -30,7 +30,8 @@ pub struct Distributions {
 /// Bins with their counts under each load.
 struct Counted {
     bins: EqualBins,
-    /// For each load, the counts of all bins and the count above all bins.
+    /// Concatenated counts of all loads: for each load the counts of all bins, then the count above
+    /// all bins.
     counts: Vec<f64>,
 }
 
@@ -87,7 +88,7 @@ impl Distributions {
         Ok(())
     }
 
-    /// Reads what [`Distributions::save`] has written for the same bins.
+    /// Reads counts that [`Distributions::save`] has written for the same bins.
     pub fn restore(&mut self, from: &mut &[u8]) -> io::Result<()> {
         for counted in self.pressures.iter_mut().chain(&mut self.gaps) {
             for _ in 0..read_whole(from)? {
@@ -127,7 +128,7 @@ pub struct Flows {
 }
 
 impl Flows {
-    /// Creates an empty list of flows.
+    /// Creates an empty list of flows on a grid.
     pub fn new(grid: Grid) -> Flows {
         Flows { grid, found: Vec::new() }
     }
@@ -165,7 +166,8 @@ impl Flows {
         ]
     }
 
-    /// Writes the flows to a checkpoint, without their number, which is that of the loads.
+    /// Writes the flows to a checkpoint. Their number is omitted, because it equals the number of
+    /// loads.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         for flow in self.found.iter().flatten() {
             write_real(out, flow.map_or(-1.0, |flow| flow.conductivity))?;
@@ -174,7 +176,7 @@ impl Flows {
         Ok(())
     }
 
-    /// Reads what [`Flows::save`] has written for this number of loads.
+    /// Reads flows that [`Flows::save`] has written for this number of loads.
     pub fn restore(&mut self, loads: usize, from: &mut &[u8]) -> io::Result<()> {
         let mut read = || -> io::Result<Result<Flow, Unconverged>> {
             let (conductivity, residual) = (read_real(from)?, read_real(from)?);
@@ -203,7 +205,7 @@ fn larger_residual(flows: &[Result<Flow, Unconverged>; 2]) -> f64 {
     residual(&flows[0]).max(residual(&flows[1]))
 }
 
-/// Returns the code of the column `flow_stop`.
+/// Returns the code of a load in the column `flow_stop`.
 fn stop_name(flows: &[Result<Flow, Unconverged>; 2]) -> &'static str {
     let is_closed =
         |flow: &Result<Flow, Unconverged>| flow.is_ok_and(|flow| flow.conductivity == 0.0);

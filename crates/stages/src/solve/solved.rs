@@ -28,9 +28,9 @@ pub struct Solved {
     outcomes: Vec<Outcome>,
     /// Contact map of each load.
     maps: Vec<Vec<u8>>,
-    /// Concatenated pressure fields that are stored.
+    /// Stored pressure fields, concatenated.
     pressures: Float64Builder,
-    /// Number of stored pressures of each load: all nodes or none.
+    /// Number of stored pressures of each load: the number of nodes, or 0.
     stored_pressures: Vec<usize>,
     distributions: Distributions,
     flows: Option<Flows>,
@@ -38,7 +38,7 @@ pub struct Solved {
     of_asperities: Vec<(Column, ArrayRef)>,
 }
 
-/// Groups of columns that only some tables of loads have.
+/// Sets of columns that only some tables of loads have.
 #[derive(Debug, Clone, Copy)]
 pub struct OptionalColumns {
     pub boundary: Boundary,
@@ -94,8 +94,8 @@ impl Solved {
         Solved { hardness, under_unit_pressure, distributions, flows, ..Solved::default() }
     }
 
-    /// Adds columns of asperity models.
-    pub fn with(self, of_asperities: Vec<(Column, ArrayRef)>) -> Solved {
+    /// Adds the columns of an asperity model.
+    pub fn with_columns(self, of_asperities: Vec<(Column, ArrayRef)>) -> Solved {
         Solved { of_asperities, ..self }
     }
 
@@ -120,7 +120,7 @@ impl Solved {
         Ok(())
     }
 
-    /// Adds the row of a load. `keep` tells whether its pressure field is stored.
+    /// Adds the row of a load. Stores its pressure field if `keep` is true.
     pub fn push(
         &mut self,
         load: f64,
@@ -148,7 +148,7 @@ impl Solved {
         }
     }
 
-    /// Returns the contact map of a load, given by its index, as in the column `contact`.
+    /// Returns the contact map of the load with this index, in the format of the column `contact`.
     pub fn contact(&self, load: usize) -> Option<&[u8]> {
         self.maps.get(load).map(Vec::as_slice)
     }
@@ -219,7 +219,7 @@ impl Solved {
     }
 }
 
-/// Returns the code of the column `stop`.
+/// Returns the code of a load in the column `stop`.
 fn stop_name(stop: Stop) -> &'static str {
     match stop {
         Stop::Converged => "converged",
