@@ -31,7 +31,7 @@ pub use conditions::{
 pub struct SampledStudy {
     pub study: Study,
     pub plan: Plan,
-    /// Stages whose number of surfaces depends on a condition.
+    /// Stages with adaptive sampling, in the order of the plan.
     pub stages: Vec<AdaptiveStage>,
 }
 
@@ -43,7 +43,7 @@ pub struct AdaptiveStage {
     pub surfaces: u32,
     /// Bounds on the number of surfaces, and the condition that must hold.
     pub growth: Arc<Growth>,
-    /// State of the condition at the present number of surfaces.
+    /// Result of evaluating the condition of `growth` at the present number of surfaces.
     pub condition: Condition,
     position: usize,
 }
@@ -84,8 +84,8 @@ impl SampledStudy {
         tasks
     }
 
-    /// Takes the list of damaged tables, with their tasks, that keep conditions from being
-    /// evaluated.
+    /// Removes from the study, and returns, the damaged tables that keep conditions from being
+    /// evaluated: for each, the task and the error of reading its table.
     pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
         let damaged = self.stages.iter_mut().filter_map(|stage| match &mut stage.condition {
             Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),
@@ -106,7 +106,7 @@ impl AdaptiveStage {
     }
 
     /// Returns the names of the claims that are not decided yet. Returns `None` while tables are
-    /// missing, and if the condition is about a mean.
+    /// missing. Also returns `None` if the condition is about a mean.
     pub fn undecided(&self) -> Option<Vec<&'static str>> {
         match &self.condition {
             Condition::Holds(Finding::Claims(found)) | Condition::Fails(Finding::Claims(found)) => {
@@ -116,8 +116,8 @@ impl AdaptiveStage {
         }
     }
 
-    /// Returns the index of the stage and its next number of surfaces, or `None` if the stage needs
-    /// no more surfaces or tables are missing.
+    /// Returns the index of the stage in the study and its next number of surfaces. Returns `None`
+    /// if the stage needs no more surfaces, or while tables are missing.
     fn next_size(&self) -> Option<(usize, u32)> {
         let Condition::Fails(finding) = &self.condition else {
             return None;
@@ -177,7 +177,7 @@ impl fmt::Display for AdaptiveStage {
 /// Maximum number of claims that are listed by name if the study lacks a quantity that they use.
 const MAX_LISTED: usize = 3;
 
-/// Summary of the decided and undecided claims in one line.
+/// Display of [`Finding::Claims`]: one line that counts the decided claims and names the others.
 struct ClaimSummary<'a>(&'a Finding);
 
 impl fmt::Display for ClaimSummary<'_> {

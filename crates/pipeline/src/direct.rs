@@ -273,7 +273,7 @@ impl From<ManifestErrors> for KeyErrors {
     }
 }
 
-/// Returns the surface that these keys of a `generate` stage describe.
+/// Returns the parameters of the single surface that these keys of a `generate` stage describe.
 fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     let study = study([("surface", stage("generate", keys))])?;
     match &study.stages[0].work {
@@ -285,7 +285,8 @@ fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     }
 }
 
-/// Returns the block of loads that these keys of a `solve` stage describe, for any surface.
+/// Returns the parameters of the single block of loads that these keys of a `solve` stage describe.
+/// They do not depend on the surface.
 fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
@@ -304,8 +305,8 @@ fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     }
 }
 
-/// Returns the keys of an arbitrary surface. Its rms slope is unknown before it is generated, so
-/// that checks of the loads do not depend on it.
+/// Returns the keys of an arbitrary surface, which the check of a `solve` stage requires. Its rms
+/// slope is unknown before it is generated, so that no check of the loads depends on it.
 fn placeholder_surface() -> Keys {
     let keys =
         [("method", toml::Value::from("wave")), ("nodes", 16.into()), ("amplitude", 1.0.into())];

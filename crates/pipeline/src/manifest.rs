@@ -277,7 +277,8 @@ fn is_decimal_comma(text: &str, position: usize) -> bool {
         && is_digit(Some(position + 1))
 }
 
-/// Reports a key or a table that appears twice.
+/// Describes the problem that the key or table at `span` appears twice. `line` is the start of its
+/// line in `text`.
 fn duplicate(text: &str, line: usize, span: Span) -> Problem {
     let name = text.get(span.clone()).unwrap_or_default();
     let (what, help) = if text[line..].starts_with('[') {
@@ -308,7 +309,7 @@ fn duplicate(text: &str, line: usize, span: Span) -> Problem {
 /// manifest.
 pub const SCHEMA: &str = "asperity.schema.json";
 
-/// Placeholder for the name of the study in the template.
+/// Placeholder in the template, which [`template`] replaces by the name of the study.
 const NAME: &str = "STUDY";
 
 /// Returns a template manifest with comments for a study of the given name, which must be valid.

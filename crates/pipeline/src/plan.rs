@@ -63,7 +63,8 @@ pub struct Task {
     pub recipe: Recipe,
     /// Indices of the tasks whose tables this task reads, in order.
     pub inputs: Vec<usize>,
-    /// Key made from the recipe's identity. The keys of tasks that read this task depend on it.
+    /// Key of the task without the parameters that later stages do not read; see [`TaskKey::new`].
+    /// The keys of tasks that read this task depend on it.
     identity: TaskKey,
     /// Numbers of grid points of the surface along x and y.
     pub nodes: [usize; 2],
@@ -233,7 +234,8 @@ impl Builder {
         }
     }
 
-    /// Adds the tasks of a recipe and returns their indices.
+    /// Adds the tasks that evaluate a recipe on the tables of the tasks `inputs`. Returns their
+    /// indices.
     fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
         let groups = match recipe.input_scope() {
             InputScope::Single => inputs.iter().map(|&input| vec![input]).collect(),
@@ -302,7 +304,8 @@ impl Builder {
     }
 }
 
-/// Hashes of a recipe: `whole` of all parameters, `identity` of those that later stages depend on.
+/// Hashes of a recipe. `whole` is the hash of all parameters, and `identity` the hash of the
+/// parameters on which later stages depend.
 #[derive(Clone, Copy)]
 struct Digests {
     whole: Digest,
@@ -321,10 +324,10 @@ impl Digests {
 }
 
 impl Plan {
-    /// Returns, for each task, the only surface that it depends on, as the identity of the task
-    /// that draws the surface. The identity does not depend on whether the heights are kept.
+    /// Returns, for each task that depends on a single surface, the identity of the task that
+    /// generates this surface. The identity does not depend on whether the heights are kept.
     ///
-    /// The result is `None` for tasks that read several surfaces. It is also `None` for fits and
+    /// The entry is `None` for tasks that read several surfaces. It is also `None` for fits and
     /// aggregates, which may read more surfaces in an extended study.
     pub fn surfaces(&self) -> Vec<Option<TaskKey>> {
         let mut surfaces: Vec<Option<TaskKey>> = Vec::with_capacity(self.tasks.len());

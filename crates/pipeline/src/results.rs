@@ -200,7 +200,7 @@ pub enum ResultsError {
 }
 
 /// Returns the table of a stage without rows. Its columns have the units and meanings that are
-/// added to published tables, because the tables of the store lack them.
+/// added to published tables; the tables of the store lack them.
 fn described<'a>(
     tables: &'a EmptyTables,
     study: &Study,

@@ -255,7 +255,8 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Returns the table of a task from the published table of its stage, if that has the task.
+    /// Returns the table of a task from the published table of its stage, or `None` if the
+    /// published table lacks the task.
     fn published(&self, task: usize) -> Option<Input<'_>> {
         let Task { key, recipe, .. } = &self.plan.tasks[task];
         let table = self.reader.published_table(self.stages[task], *key)?;

@@ -49,7 +49,8 @@ pub struct Study {
     pub sources: SurfaceFiles,
 }
 
-/// Tables without rows of all stages of a study. Each is derived when it is first requested.
+/// Collection of the tables of all stages of a study, without rows. Each table is derived when it
+/// is first requested.
 #[derive(Debug)]
 pub struct EmptyTables(Vec<OnceLock<Table>>);
 

@@ -29,7 +29,8 @@ pub enum Condition {
 /// Result of evaluating a condition.
 #[derive(Debug)]
 pub enum Finding {
-    /// Largest ratio of the standard error of a mean to the limit of this error.
+    /// Largest ratio of a standard error to its limit, over the means of the condition. The
+    /// condition holds if it is at most 1.
     Error(f64),
     /// Decided and undecided claims.
     Claims(Decisions),
@@ -63,8 +64,8 @@ pub enum SamplingError {
 
 /// Rule that decides claims from the tables of a study.
 pub trait ClaimRule {
-    /// Decides the claims with the given names, or all claims if `names` is empty. The probability
-    /// of error is that of one of `looks` interim analyses.
+    /// Decides the claims with the given names, or all claims if `names` is empty. This is one of
+    /// `looks` interim analyses, which share the 5 % probability of error.
     ///
     /// `tables` has the table of each stage of the plan, or `None` if the stage has no table.
     ///
@@ -85,7 +86,8 @@ pub trait ClaimRule {
 pub struct Decisions {
     pub decided: Vec<&'static str>,
     pub undecided: Vec<Undecided>,
-    /// Claims that need a quantity which the study lacks, each with a description of its needs.
+    /// Names of the claims that use a quantity which the study lacks. Each has a description of
+    /// what the study would need.
     pub not_judged: Vec<(&'static str, String)>,
 }
 
@@ -111,7 +113,8 @@ impl Decisions {
     }
 }
 
-/// Reads the tables of tasks in order, or returns an open condition if some are missing or damaged.
+/// Reads the tables of `tasks`, in this order. If some tables are missing or damaged, returns an
+/// open condition instead.
 ///
 /// # Errors
 /// Returns an error if a table cannot be read and recomputing it would not help.
@@ -141,8 +144,8 @@ fn read(
     })
 }
 
-/// Returns a task, its first input, the first input of that, and so on. The last one draws the
-/// surface or reads its spectrum.
+/// Returns `task`, its first input, the first input of this input, and so on. The last task
+/// generates the surface or reads its spectrum.
 fn input_chain(plan: &Plan, task: usize) -> Vec<usize> {
     let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
     std::iter::successors(Some(task), above).collect()
@@ -179,8 +182,9 @@ pub fn evaluate_mean(
     })
 }
 
-/// Returns the largest ratio of the standard error of a mean to the limit of this error. The ratio
-/// is infinite if there is only one surface. Means without scatter or without values are skipped.
+/// Returns the largest ratio of a standard error to its limit, over the means of the condition. The
+/// ratio is infinite if there is only one surface. Means without scatter or without values are
+/// skipped.
 fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> {
     let groups = Groups {
         group_by: None,
@@ -267,8 +271,8 @@ fn is_used_by_claims(recipe: &Recipe) -> bool {
     }
 }
 
-/// Reads the tables that claims use and stacks those of each stage. Returns an open condition if
-/// some are missing or damaged.
+/// Reads the tables that claims use, and stacks the tables of each stage; `None` for a stage
+/// without such tables. If some tables are missing or damaged, returns an open condition instead.
 fn all_tables(
     plan: &Plan,
     task_tables: &impl TaskTables,
@@ -289,8 +293,8 @@ fn all_tables(
     Ok(Ok(stages.collect::<Result<_, _>>()?))
 }
 
-/// Returns the next number of surfaces: the number that the undecided claims need, limited to 1.5
-/// to 2 times the present number and to `at_most`.
+/// Returns the next number of surfaces: the number that would decide the undecided claims, clamped
+/// to 1.5 to 2 times the present number and then to at most `at_most`.
 pub fn surfaces_for_claims(surfaces: u32, decisions: &Decisions, at_most: u32) -> u32 {
     let [least, most] = [least_step(surfaces), 2 * surfaces];
     let wanted = decisions.surfaces_needed(surfaces).unwrap_or(0);
@@ -303,7 +307,8 @@ pub fn least_step(surfaces: u32) -> u32 {
     surfaces + surfaces.div_ceil(2)
 }
 
-/// Returns the maximum number of interim analyses before the maximum number of surfaces is reached.
+/// Returns the maximum number of interim analyses, from `at_least` surfaces until `at_most`
+/// surfaces are reached. The analysis at `at_most` is not counted.
 pub fn looks(growth: &Growth) -> NonZeroU32 {
     let steps =
         std::iter::successors(Some(growth.at_least), |&surfaces| Some(least_step(surfaces)));

@@ -31,7 +31,7 @@ const MIN_FINISH_MINUTES: f64 = 60.0;
 pub struct Sizing {
     /// Number of parts into which the study's surfaces are split.
     pub elements: u32,
-    /// Expected hours of each array element that has missing tasks, by number of the element.
+    /// Expected hours of each array element that has missing tasks, by the number of the element.
     pub hours: BTreeMap<u32, f64>,
     /// Expected core-hours of all array elements.
     pub core_hours: f64,

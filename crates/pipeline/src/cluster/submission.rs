@@ -1,5 +1,5 @@
-//! Batch scripts of a submission, and the record of what has been submitted, both kept in the
-//! cluster folder of the study.
+//! Batch scripts of a submission, and the record of all submissions of a study. Both are stored in
+//! the cluster folder of the study.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -15,7 +15,7 @@ use crate::cluster::slurm::Job;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, write_whole};
 
-/// Paths that the scripts need.
+/// Paths that are written into the batch scripts.
 #[derive(Debug, Clone)]
 pub struct ScriptPaths {
     /// Absolute path of the program, or a name to be found in `PATH`.
@@ -202,22 +202,23 @@ pub struct Round {
 }
 
 impl Submission {
-    /// Returns the path of the record.
+    /// Returns the path of the record in the cluster folder of a study.
     fn path(folder: &Path) -> PathBuf {
         folder.join("submission.json")
     }
 
-    /// Returns the path of the script of the array elements.
+    /// Returns the path of the script of the array elements in the cluster folder of a study.
     pub fn element_script(folder: &Path) -> PathBuf {
         folder.join("element.sh")
     }
 
-    /// Returns the path of the script of the last job.
+    /// Returns the path of the script of the last job in the cluster folder of a study.
     pub fn finish_script(folder: &Path) -> PathBuf {
         folder.join("finish.sh")
     }
 
-    /// Reads the record of a study. Returns `None` if nothing has been submitted.
+    /// Reads the record from the cluster folder of a study. Returns `None` if nothing has been
+    /// submitted.
     pub fn read(folder: &Path) -> Result<Option<Submission>, StoreError> {
         let path = Submission::path(folder);
         let unreadable = |source| StoreError::Read { path: path.clone(), source };
@@ -242,7 +243,8 @@ impl Submission {
     }
 }
 
-/// Returns the name of an array element's job in its receipt.
+/// Returns the name that an array element writes as
+/// [`Receipt::job`](super::receipts::Receipt::job).
 pub fn job_name(array: Job, element: u32) -> String {
     format!("{array}_{element}")
 }

@@ -15,7 +15,7 @@ use crate::plan::Plan;
 use asperity_stages::Footprint;
 use asperity_tables::parquet::Columns;
 
-/// Memory that the program takes apart from tasks.
+/// Memory that the program takes in addition to the memory of its tasks.
 pub const PROGRAM: ByteSize = ByteSize::mib(64);
 
 /// Number of copies of a table in memory while it is written: values, columns, pages and the file.
@@ -40,8 +40,8 @@ pub fn of_largest(plan: &Plan, tasks: &[usize]) -> ByteSize {
     each.max().unwrap_or(ByteSize(0))
 }
 
-/// Returns the number of threads for a run, at most `most`. It is smaller if a task draws a surface
-/// on each thread and so many surfaces do not fit into memory.
+/// Returns the number of threads for a run that has `room` for its tasks: `most`, or fewer if a
+/// task draws one surface per thread and these surfaces would not fit into `room`.
 pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize) -> NonZeroUsize {
     let pooling = tasks.iter().filter(|&&task| plan.tasks[task].recipe.pools_surfaces());
     let fit = pooling.map(|&task| room.0 / of_task(plan, task, 1).0.max(1));
@@ -49,8 +49,8 @@ pub fn threads(plan: &Plan, tasks: &[usize], room: ByteSize, most: NonZeroUsize)
     NonZeroUsize::new(fewest).map_or(NonZeroUsize::MIN, |fewest| fewest.min(most))
 }
 
-/// Returns the peak memory of a task. If the task pools surfaces, `threads` threads draw them at
-/// the same time.
+/// Returns the peak memory of a task. If the task draws several surfaces, it draws up to `threads`
+/// of them at the same time.
 pub fn of_task(plan: &Plan, task: usize, threads: usize) -> ByteSize {
     let task = &plan.tasks[task];
     let reads_maps = task.recipe.columns_read() == Columns::All;
@@ -105,7 +105,7 @@ impl MemoryLimit {
         }
     }
 
-    /// Returns the memory that all running tasks may take together.
+    /// Returns the memory that all running tasks together may take: the limit minus [`PROGRAM`].
     pub fn room(self) -> ByteSize {
         ByteSize(self.size.0.saturating_sub(PROGRAM.0))
     }
@@ -160,7 +160,8 @@ impl fmt::Display for MemoryLimit {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct TooLarge {
     stage: String,
-    /// Nodes along x and y of the task's mesh, then of the largest mesh that would fit.
+    /// Nodes along x and y of the mesh of the task, and of the largest mesh that would fit. `None`
+    /// if the memory of the task does not depend on a mesh.
     mesh: Option<[[usize; 2]; 2]>,
     takes: ByteSize,
     allowance: MemoryLimit,

@@ -107,7 +107,8 @@ fn cases(swept: &[&str], own: &Map<String, Value>) -> Value {
     })
 }
 
-/// Returns a schema that accepts what `value` accepts, or a list of such values.
+/// Returns a schema that accepts what `value` accepts, or a list of such values. `why` becomes the
+/// description of the list.
 fn one_or_many(value: Value, why: &str) -> Value {
     let (about, bare) = split(value);
     let list = json!({ "description": why, "type": "array", "items": bare.clone(), "minItems": 1 });
@@ -121,7 +122,7 @@ fn item_or_list(value: Value) -> Value {
     with(about, json!([item, bare]))
 }
 
-/// Splits a schema into the annotations (description, default) and the rules for the value.
+/// Splits a schema into its annotations (`description` and `default`) and all other keywords.
 fn split(value: Value) -> (Map<String, Value>, Value) {
     let Value::Object(object) = value else {
         return (Map::new(), value);

@@ -69,7 +69,8 @@ impl Reasons {
     }
 }
 
-/// Groups of tasks, in the order of their first tasks, with a look-up by causes.
+/// Groups of tasks with the same causes, in the order of their first tasks. `known` has the index
+/// of the group of each set of causes.
 #[derive(Default)]
 struct Groups {
     all: Vec<Group>,
@@ -92,7 +93,8 @@ impl Groups {
     }
 }
 
-/// Returns the reason why a task is missing although nothing has changed.
+/// Returns the reason why a task has no table although its key has not changed. `counterpart` is
+/// the earlier version of its stage.
 fn cause_of_missing(counterpart: Option<&StageRecord>, is_damaged: bool) -> Why {
     match counterpart {
         _ if is_damaged => Why::Damaged,
@@ -101,8 +103,11 @@ fn cause_of_missing(counterpart: Option<&StageRecord>, is_damaged: bool) -> Why 
     }
 }
 
-/// Returns, for each stage of `now`, its earlier version in `before`: the stage of the same name.
-/// If there is none, it is the only stage of the same kind whose name no longer exists.
+/// Finds, for each stage of `now`, the corresponding stage of `before`.
+///
+/// It is the stage of the same name, if its kind is the same, too. If no stage has this name, it is
+/// the stage of the same kind whose name no longer exists, provided that there is exactly one.
+/// Otherwise it is `None`.
 fn counterparts<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a StageRecord>> {
     let Some(before) = before else {
         return vec![None; now.stages.len()];
@@ -123,34 +128,37 @@ fn counterparts<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a 
     now.stages.iter().map(counterpart).collect()
 }
 
-/// Walk through the stages of the plan in order, which determines the causes of each task from its
-/// own changes and from its inputs.
+/// Traversal of the stages in the order of the plan. It determines the causes of each task from the
+/// changes of its stage and point, and from the causes of its inputs.
 ///
 /// A `usize` that stands for a set of causes is an index into [`CauseSets`].
 struct Walk<'a> {
     plan: &'a Plan,
     now: &'a Record,
     sets: CauseSets,
-    /// Sets of causes of the tasks, by stage and by index within the stage.
+    /// Set of causes of each task, by index of the stage and index of the task within the stage.
     own: Vec<Vec<usize>>,
     /// Last visited stage that contains each task, or `None` if no such stage was visited.
     stage_of: Vec<Option<usize>>,
     /// Set of causes that each task passes on to the tasks that read it.
     passed_on: Vec<usize>,
-    /// Set of causes for each task due to removed realizations at the same parameter point.
+    /// For each task, set of the causes due to realizations that were removed at its parameter
+    /// point.
     fewer: Vec<usize>,
-    /// Causes due to removed or reordered items, for each stage and the stages that it reads.
+    /// For each visited stage, causes due to items that were removed or reordered in it or in the
+    /// stages that it reads.
     removals: Vec<Removals>,
 }
 
-/// Sets of causes due to removed or reordered items in a stage and in all stages that it reads,
+/// Sets of the causes due to removed or reordered items in a stage and in all stages that it reads,
 /// directly or indirectly.
 #[derive(Clone, Copy, Default)]
 struct Removals {
-    /// Causes due to removed parameter points of stages that generate surfaces.
+    /// Set of the causes due to removed parameter points of stages that generate surfaces.
     surfaces: usize,
-    /// Causes due to all other removed points and inputs.
+    /// Set of the causes due to all other removed parameter points, and to removed inputs.
     others: usize,
+    /// Set of the causes due to a changed order.
     order: usize,
 }
 
@@ -158,17 +166,18 @@ struct Removals {
 struct StageCauses {
     to_all: usize,
     points: Vec<PointCauses>,
-    /// Set of causes for each stage that was not read before, by the index of that stage.
+    /// For each stage that this stage did not read before, by its index, the set with the cause
+    /// [`Why::ReadsMore`].
     reads_more: HashMap<usize, usize>,
     removals: Removals,
 }
 
 /// Sets of causes that arise at one parameter point.
 struct PointCauses {
-    /// Causes of tasks whose realization is on record.
+    /// Set of causes of the tasks whose realization existed in the last run.
     before: usize,
     realizations_before: u32,
-    /// Causes of tasks whose realization is new.
+    /// Set of causes of the tasks whose realization is new.
     beyond: usize,
     keeps_identity: bool,
     fewer: usize,
@@ -188,7 +197,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Visits the next stage of a study that has no record.
+    /// Visits the next stage of a study without a record. All its tasks get the cause
+    /// [`Why::FirstRun`].
     fn first_run(&mut self) {
         let stage = self.own.len();
         let why = Why::FirstRun;
@@ -196,7 +206,7 @@ impl<'a> Walk<'a> {
         self.own.push(vec![set; self.plan.stages[stage].tasks.len()]);
     }
 
-    /// Visits the next stage and compares it with its earlier version on record.
+    /// Visits the next stage and compares it with its earlier version `counterpart`.
     fn compare(&mut self, counterpart: Option<&StageRecord>) {
         let stage = self.own.len();
         let record = &self.now.stages[stage];
@@ -209,7 +219,8 @@ impl<'a> Walk<'a> {
         self.removals.push(stage_causes.removals);
     }
 
-    /// Returns the causes that make a task differ from the last run.
+    /// Returns the set of the causes why a task differs from the last run. Also records the stage
+    /// of the task and the sets that it passes on.
     fn task(
         &mut self,
         stage: usize,
@@ -240,7 +251,7 @@ impl<'a> Walk<'a> {
         own
     }
 
-    /// Returns the causes that a task inherits from its inputs.
+    /// Returns the set of the causes that a task inherits from the tasks that it reads.
     fn inputs(&mut self, task: usize, stage_causes: &StageCauses) -> usize {
         let task = &self.plan.tasks[task];
         let reach = task.recipe.input_scope();
@@ -315,8 +326,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns the causes due to removed or reordered items in this stage and in all stages that it
-    /// reads, directly or indirectly.
+    /// Returns the sets of the causes due to items that were removed or reordered in the stage
+    /// `stage` and in all stages that it reads, directly or indirectly.
     fn removals(&mut self, stage: usize, record: &StageRecord, changes: &StageChanges) -> Removals {
         let cause = |why: Why| Cause { stage, why };
         let removals = self.sets.all(changes.removed.iter().cloned().map(cause));

@@ -98,14 +98,32 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
         let hardness = f64::from_bits(hardness);
         let Passed { loads, from: (load, mean), peak } = passed;
         format!(
-            "the peak pressure exceeds the hardness of the bodies, {hardness:?}, under {loads} of \
-             {} and reaches {peak:.3e}; the lightest of these loads is {load:?} (mean pressure \
-             {mean:?}); a real material would yield there, but these results are elastic: set \
-             `hardness = {hardness:?}` in the stage to limit the pressure",
+            "the peak pressure exceeds the hardness of the bodies, {}, under {loads} of {} and \
+             reaches {}; the lightest of these loads is {} (mean pressure {}); a real material \
+             would yield there, but these results are elastic: set `hardness = {}` in the stage to \
+             limit the pressure",
+            exact(hardness),
             counted(rows, "load"),
+            rounded(peak),
+            rounded(load),
+            rounded(mean),
+            exact(hardness),
         )
     });
     Ok(lines.collect())
+}
+
+/// Formats a number as users write it: `0.1`, `2e9`.
+fn exact(value: f64) -> String {
+    match (1e-4..1e6).contains(&value) {
+        true => value.to_string(),
+        false => format!("{value:e}"),
+    }
+}
+
+/// Formats a number with at most four significant digits.
+fn rounded(value: f64) -> String {
+    format!("{value:.3e}").parse().map_or_else(|_| value.to_string(), exact)
 }
 
 #[cfg(test)]
@@ -129,9 +147,9 @@ mod tests {
         let [message] = lines.as_slice() else { panic!("{lines:?}") };
         for part in [
             "under 2 of 3 loads",
-            "the lightest of these loads is 0.1 (mean pressure 1.0)",
-            "reaches 7.000e0",
-            "`hardness = 5.0`",
+            "the lightest of these loads is 0.1 (mean pressure 1)",
+            "reaches 7;",
+            "`hardness = 5`",
         ] {
             assert!(message.contains(part), "{part} in {message}");
         }

@@ -12,9 +12,9 @@ use crate::results::{PublishedTable, ResultsError, path};
 use crate::runner::{RunOutcome, TaskError};
 use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
-use asperity_stages::Kind;
 use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
 use asperity_stages::solve::PAIR_LIMIT;
+use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::ColumnKind::Text;
 use asperity_tables::column::{Code, Column, texts};
 use asperity_tables::parquet;
@@ -106,16 +106,24 @@ impl Failures<'_> {
         let table = table.pick(&rows);
         let [residual, tolerance] = [RESIDUAL, TOLERANCE].map(|column| table.reals(column.name));
         let (pairs, residual, tolerance) = (table.integers(PAIRS.name)?, residual?, tolerance?);
+        let keys = table.texts(TASK.name)?;
+        let limit = |row: usize| {
+            let task = self.plan.task_of(keys.value(row).parse().ok()?)?;
+            match &self.plan.tasks[task].recipe {
+                Recipe::Solve(params) => Some(params.max_pairs),
+                _ => None,
+            }
+        };
         let reason = |row: usize| {
             format!(
-                "did not converge within {} pairs of transforms (`max_pairs`): residual {:.2e}, \
-                 tolerance {:.2e}",
+                "did not converge: stopped after {} pairs of transforms{} with a residual of {:.2e}, \
+                 above the tolerance {:.2e}",
                 pairs.value(row),
+                limit(row).map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)")),
                 residual.value(row),
                 tolerance.value(row),
             )
         };
-        let keys = table.texts(TASK.name)?;
         let tasks = keys.iter().flatten();
         let command = |key: &str| key.parse().map_or_else(|_| String::new(), self.command);
         let columns = [

@@ -143,8 +143,11 @@ impl Publisher<'_> {
         Ok(published)
     }
 
-    /// Writes the table of a stage, one row group at a time. If a file of the same name was not
-    /// written by any run, that file is quarantined, and its new path is returned.
+    /// Writes the table of a stage, one row group at a time. `kept` has the keys of the tasks that
+    /// only the old published table has.
+    ///
+    /// If the existing file at `path` was not written by a run, it is quarantined, and its new path
+    /// is returned.
     fn write(
         &self,
         context: RowContext,
@@ -186,7 +189,8 @@ impl Publisher<'_> {
         Ok(quarantined)
     }
 
-    /// Rereads the rows of tasks that did not fit into memory when they were first read.
+    /// Rereads the rows of a part that did not fit into memory when it was first read. `kept` has
+    /// the keys of the tasks that only the published table has.
     fn read_again(
         &self,
         stage: &PlannedStage,
@@ -205,9 +209,10 @@ impl Publisher<'_> {
         }
     }
 
-    /// Reads the rows of a stage's finished tasks. Published rows are used where possible, because
-    /// they take fewer reads than the store. Also returns the keys of the tasks that only the
-    /// published table has.
+    /// Reads the rows of the finished tasks of a stage; `have` states for each task whether the
+    /// store has its table. Also returns the keys of the tasks that only the published table has.
+    ///
+    /// Published rows are used where possible, because they take fewer reads than the store.
     fn parts(
         &self,
         stage: &PlannedStage,
@@ -280,14 +285,14 @@ pub struct TableParts {
     parts: Vec<TablePart>,
     stacking: Stacking,
     damaged: Vec<(usize, StoreError)>,
-    /// Size in bytes of the tables that can still be added to memory.
+    /// Number of bytes that further tables in memory may take.
     room: usize,
 }
 
 /// Table with the rows of one task or of several consecutive tasks.
 #[derive(Debug)]
 pub struct TablePart {
-    /// Tasks and their numbers of rows, in the order of the rows.
+    /// Each task with its number of rows, in the order of the rows.
     pub tasks: Vec<(usize, usize)>,
     layout: usize,
     table: Option<Table>,
@@ -375,8 +380,8 @@ impl TableParts {
         Ok((tasks, table))
     }
 
-    /// Returns the rows as a sequence of row groups, each row with the key of its task. There is at
-    /// least one row group, which may be empty. `read` reads a table that is not held in memory.
+    /// Returns the rows as a sequence of row groups. Each row has the key of its task. There is at
+    /// least one row group, which may be empty. `read` reads a part that is not held in memory.
     pub fn groups<'a>(
         self,
         context: RowContext<'a>,

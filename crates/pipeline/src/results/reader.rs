@@ -73,7 +73,8 @@ impl ResultReader {
         &self.folder
     }
 
-    /// Returns the published rows of a task, without the columns that publishing adds.
+    /// Returns the published rows of a task, without the columns that publishing adds. Returns
+    /// `None` if no published table has the task.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
         let mut published = self.published();
         published.find_map(|(_, published)| published.rows_of(key)).map(status::with_codes)
@@ -190,12 +191,12 @@ const READ_AT_ONCE: usize = 1 << 18;
 pub struct PublishedStage {
     pub kind: String,
     source: TableSource,
-    /// Indices of the columns, without those that publishing adds.
+    /// Indices of all columns except those that publishing adds.
     own: Vec<usize>,
-    /// Index of the first row of the row group that was read last, and the row group.
+    /// Row group that was read last, with the index of its first row.
     last: Mutex<Option<(usize, Table)>>,
     rows: HashMap<TaskKey, Range<usize>>,
-    /// Columns that the tables of some tasks lack, or `None` if the file has no such entry.
+    /// Columns that are missing in the tables of some tasks. `None` if the file does not list them.
     missing: Option<MissingColumns>,
 }
 
@@ -205,8 +206,8 @@ pub struct PublishedStage {
 pub struct MissingColumns(Vec<(String, Vec<Range<usize>>)>);
 
 impl MissingColumns {
-    /// Finds the columns that some of the tables lack. A table is given by the index of its layout
-    /// in `stacking` and its number of rows.
+    /// Finds the columns that are missing in some of the tables. Each table is given by the index
+    /// of its layout in `stacking` and by its number of rows.
     pub fn new(stacking: &Stacking, tables: &[(usize, usize)]) -> MissingColumns {
         let missing = stacking.names().enumerate().filter_map(|(column, name)| {
             let mut ranges: Vec<Range<usize>> = Vec::new();
@@ -225,13 +226,14 @@ impl MissingColumns {
         MissingColumns(missing.collect())
     }
 
-    /// Returns the columns that the task lacks to which the row belongs.
+    /// Returns the columns that are missing in the task to which the row `row` belongs.
     fn from(&self, row: usize) -> Vec<&str> {
         let columns = self.0.iter().filter(|(_, ranges)| lacks(ranges, row));
         columns.map(|(name, _)| name.as_str()).collect()
     }
 
-    /// Returns the first row after `row` at which the set of missing columns changes.
+    /// Returns the index of the first row after `row` at which the set of missing columns changes,
+    /// or `usize::MAX` if it does not change.
     fn end_from(&self, row: usize) -> usize {
         let ends = self.0.iter().map(|(_, ranges)| {
             let next = ranges.partition_point(|range| range.end <= row);
@@ -287,7 +289,8 @@ impl PublishedStage {
         self.rows.contains_key(&key)
     }
 
-    /// Returns the rows of a task. Columns that the task's table lacks may be present, with nulls.
+    /// Returns the rows of a task. Columns that the task lacks may be present, with nulls. Returns
+    /// `None` if the published table lacks the task or the rows are damaged.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
         self.own(self.rows.get(&key)?.clone())
     }
@@ -324,15 +327,15 @@ impl PublishedStage {
         Some((rows, self.slice(all, missing)?))
     }
 
-    /// Returns rows of tasks that lack the same columns, without these columns.
+    /// Returns the rows `rows`, whose tasks all lack the same columns, without these columns.
     fn slice(&self, rows: Range<usize>, missing: &MissingColumns) -> Option<Table> {
         let missing = missing.from(rows.start);
         let table = self.own(rows)?;
         Some(if missing.is_empty() { table } else { table.without(&missing) })
     }
 
-    /// Returns some rows, without the columns that publishing adds. Returns `None` if they are
-    /// damaged.
+    /// Returns the rows `rows`, without the columns that publishing adds. Returns `None` if they
+    /// are damaged.
     fn own(&self, rows: Range<usize>) -> Option<Table> {
         let mut last = self.last.lock().expect("no panic happens while it is held");
         let mut parts = Vec::new();
@@ -358,7 +361,7 @@ impl PublishedStage {
     }
 }
 
-/// Returns whether a row is in one of the ranges, which are in ascending order.
+/// Returns whether `row` is in one of the ranges, which must be in ascending order.
 fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
     let next = ranges.partition_point(|range| range.end <= row);
     ranges.get(next).is_some_and(|range| range.contains(&row))

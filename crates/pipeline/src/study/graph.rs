@@ -69,7 +69,8 @@ fn check_names(stages: &[StageTable], problems: &mut Problems) {
     }
 }
 
-/// Checks a name that becomes the name of a file and of a table in SQL queries.
+/// Checks a name that becomes the name of a file and of a table in SQL queries. `what` says in
+/// messages what the name belongs to, such as `stage`.
 pub fn check_name(
     what: &str,
     name: &str,
@@ -90,7 +91,8 @@ pub fn check_name(
     problems.push(Problem::new(message, span, label).help(help));
 }
 
-/// Returns the indices of the stages that a stage reads, or `None` if one of them is invalid.
+/// Returns the indices of the stages that `stage` reads, or `None` if one of them is invalid.
+/// `names` has the indices of all stages by name.
 fn resolve(
     stage: &StageTable,
     names: &BTreeMap<&str, usize>,
@@ -213,8 +215,11 @@ fn report_cycle(
     }
 }
 
-/// Checks the kinds of rows that a stage reads. Returns the kind that it reads and the kind that it
-/// writes; `None` means that the kind is unknown.
+/// Checks the kinds of rows that a stage reads, and returns the kind that it reads and the kind
+/// that it writes. `None` means that a kind is unknown.
+///
+/// `inputs` has the name of each input and the kind of its rows. If `mixes` is true, the stage may
+/// read several kinds.
 pub fn check_flow(
     stage: &StageTable,
     inputs: &[(&str, Option<RowKind>)],

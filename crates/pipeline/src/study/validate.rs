@@ -159,8 +159,9 @@ impl Validator<'_> {
         Validated { rows, surfaces: surfaces.and(&made.unwrap_or_default()), work, empty, tasks }
     }
 
-    /// Adds the tasks of a stage to the total. Reports a stage with too many tasks, and the first
-    /// stage at which the study has too many.
+    /// Adds the tasks of a stage, or the tasks `above` of its inputs if these are more, to the
+    /// total. Reports a stage with too many tasks, and the first stage at which the study has too
+    /// many.
     fn count(&mut self, tasks: usize, above: usize, name: &Span, problems: &mut Problems) {
         let before = self.tasks;
         self.tasks = before.saturating_add(tasks.max(above));
@@ -180,7 +181,8 @@ impl Validator<'_> {
         problems.push(Problem::new(message, name.clone(), label));
     }
 
-    /// Returns the names of the inputs with their tables without rows, if all of these are known.
+    /// Returns, for each input, its name and its table without rows. Returns `None` if one of these
+    /// tables is unknown.
     fn tables_of(&self, inputs: &[usize]) -> Option<Vec<(String, Table)>> {
         let tables = inputs.iter().map(|&input| {
             let name = self.stages[input].name.value.clone();

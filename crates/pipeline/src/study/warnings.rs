@@ -52,7 +52,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Shortest wave of a surface and its resolution by the mesh.
+/// Shortest wave of a surface, and its resolution by the mesh.
 #[derive(Debug, Clone, Copy)]
 struct ShortestWave {
     nodes: [u32; 2],
@@ -143,8 +143,8 @@ impl Study {
         let ShortestWave { key, wavenumber, .. } = *coarsest;
         let others = match others.len() {
             0 => String::new(),
-            1 => format!(" (1 other point has fewer than {enough}, too)"),
-            more => format!(" ({more} other points have fewer than {enough}, too)"),
+            1 => format!(" (1 other parameter point also has fewer than {enough})"),
+            more => format!(" ({more} other parameter points also have fewer than {enough})"),
         };
         let [least, most] = ADDED.map(|added| added / coarsest.resolution);
         let nodes = coarsest.mesh(1.0);
@@ -158,8 +158,8 @@ impl Study {
                 format!("set `nodes = {finer}` to reduce this error to 6 to 10 %")
             }
             (false, _) => format!(
-                "corrected areas keep an error of up to 12 %; set `nodes = {finer}` to reduce it \
-                 to 3 %"
+                "corrected areas keep an error of up to 12 %; with `nodes = {finer}` at most 3 % \
+                 remain"
             ),
         };
         let resolution = (10.0 * coarsest.resolution).round() / 10.0;
@@ -373,7 +373,7 @@ mod tests {
         for part in [
             "stage `rough`",
             "`nodes = 64` with `k_upper = 32` resolves the shortest wavelength with only 2 nodes",
-            "(1 other point has fewer than 8, too)",
+            "(1 other parameter point also has fewer than 8)",
             "about 25 to 40 %",
             "`nodes = 256`",
             "a `correct` stage",

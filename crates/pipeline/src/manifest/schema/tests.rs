@@ -193,7 +193,7 @@ fn every_key_is_explained() {
     }
 }
 
-/// Returns the required keys of each variant.
+/// Returns the lines of a manifest that set the required keys of a variant.
 fn smallest(variant: StageVariant) -> &'static str {
     match variant {
         StageVariant::Generate(Method::Random(_)) => {

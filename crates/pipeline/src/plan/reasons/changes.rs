@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::plan::reasons::record::{PointRecord, StageRecord};
+use asperity_stages::aggregate::Statistic;
 
 /// Cause that makes tasks run, and the stage in which it arose.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -95,16 +96,24 @@ fn short(value: &Value, json: &str) -> String {
         Value::Array(list) => listed(list),
         Value::Object(object) => match object.get("name").and_then(Value::as_str) {
             Some(name) => cut(name),
-            None => {
+            None => statistic(object).unwrap_or_else(|| {
                 let parts = object
                     .iter()
                     .map(|(name, value)| format!("{name} {}", cut(&value.to_string())));
                 parts.collect::<Vec<_>>().join(", ")
-            }
+            }),
         },
         // The text is used as it is, because parsing a number may round its last digit.
         _ => cut(json),
     }
+}
+
+/// Returns the name that manifests use for a quantile or a confidence interval.
+fn statistic(object: &Map<String, Value>) -> Option<String> {
+    let share = |name: &str| object.get(name).and_then(Value::as_f64);
+    let quantile = share("quantile").map(Statistic::Quantile);
+    let statistic = quantile.or_else(|| share("confidence").map(Statistic::Confidence))?;
+    (object.len() == 1).then(|| statistic.suffix())
 }
 
 /// Formats a list: in full if it is short, otherwise as its length, first value and last value.
@@ -150,14 +159,14 @@ impl fmt::Display for Shown {
 impl fmt::Display for Why {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Why::FirstRun => write!(formatter, "first run"),
+            Why::FirstRun => write!(formatter, "first run of this study"),
             Why::NewStage => write!(formatter, "new stage"),
             Why::New { fields } => write!(formatter, "new {}", joined(fields)),
             Why::Changed { fields } => write!(formatter, "{}", joined(fields)),
             Why::Version { old, new } => write!(formatter, "stage version {old} → {new}"),
             Why::ReadsMore { name } => write!(formatter, "now reads `{name}`"),
             Why::ReadsLess { name } => write!(formatter, "no longer reads `{name}`"),
-            Why::Fewer { fields } => write!(formatter, "without {}", joined(fields)),
+            Why::Fewer { fields } => write!(formatter, "{} removed", joined(fields)),
             Why::Reordered => write!(formatter, "order changed"),
             Why::Unfinished => write!(formatter, "not computed yet"),
             Why::Missing => write!(formatter, "file missing"),
@@ -194,7 +203,7 @@ const CANDIDATES: usize = 64;
 pub struct StageChanges {
     /// Changes that affect all tasks of the stage.
     pub to_all: Vec<Why>,
-    /// Changes of each parameter point, in the order of the points.
+    /// Change of each present parameter point, in the order of the points.
     pub points: Vec<PointChange>,
     /// Points that no longer exist, and stages that are no longer read. They affect only tasks that
     /// pool several tables.
@@ -318,7 +327,7 @@ impl PointMatches {
     }
 }
 
-/// Values that each parameter takes in a set of points, by name of the parameter.
+/// For each parameter, by name, the values that it has at the points of a set.
 struct KnownValues<'a>(BTreeMap<&'a str, BTreeSet<&'a str>>);
 
 impl<'a> KnownValues<'a> {
@@ -330,8 +339,8 @@ impl<'a> KnownValues<'a> {
         KnownValues(seen)
     }
 
-    /// Returns the coordinates that distinguish a point from the points of the set: the values that
-    /// none of these has. If there are none, returns all parameters that vary in the set.
+    /// Returns the parameters of `point` with a value that no point of the set has. If there is no
+    /// such parameter, returns all parameters that vary in the set.
     fn coordinates(&self, point: &PointRecord) -> Vec<Field> {
         let values = |name: &str| self.0.get(name);
         let is_unseen = |(name, value): &(&String, &String)| {
@@ -378,6 +387,7 @@ mod tests {
         assert_eq!(shown("[1,2,3,4,5,6,7]"), "7 values, 1 … 7");
         assert_eq!(shown(r#"{"given":2.5}"#), "given 2.5");
         assert_eq!(shown(r#"[{"name":"none","coefficient":0.0}]"#), "none");
+        assert_eq!(shown(r#"["mean",{"confidence":0.95},{"quantile":0.05}]"#), "mean, ci95, q05");
         assert_eq!(shown(&format!("\"{}\"", "x".repeat(99))).chars().count(), 61);
     }
 }

@@ -77,7 +77,7 @@ impl Record {
         Record { stages: stages.map(record).collect() }
     }
 
-    /// Returns the indices of the stages with the given names.
+    /// Returns the indices of the stages with the given names. Names without a stage are skipped.
     pub fn positions<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = usize> + 'a {
         let position = |name: &String| self.stages.iter().position(|stage| stage.name == *name);
         names.iter().filter_map(position)
@@ -122,7 +122,8 @@ impl Record {
 }
 
 impl StageRecord {
-    /// Returns the point and realization of each task, in the order of the stage's tasks.
+    /// Returns the parameter point and the realization of each task of the stage, in the order of
+    /// the tasks.
     pub fn grid_positions(&self) -> Vec<GridPosition> {
         if self.kind == Kind::Generate {
             let points = self.points.iter().enumerate();
@@ -146,7 +147,7 @@ pub struct GridPosition {
     pub realization: u32,
 }
 
-/// Returns the parameter points of a stage, in order.
+/// Returns a record of each parameter point of a stage, in the order of its tasks.
 fn points(work: &Work) -> Vec<PointRecord> {
     match work {
         Work::Generate(surfaces) => surfaces
