@@ -60,7 +60,7 @@ impl Real for f64 {
     }
 }
 
-/// Number of rows in a batch. Threads split maps at multiples of this number.
+/// Number of rows in a batch. Threads divide a map into whole batches.
 pub const ROW_BATCH: usize = 8;
 
 /// Content of the scratch memory during a convolution.
@@ -75,41 +75,45 @@ enum Stored {
 
 /// Pass over the rows of a map, which reads, writes or replaces them.
 ///
-/// Masks, conversions and sums that a pass computes need no further pass over memory. Several
-/// threads share a pass: each visits some consecutive rows.
+/// A pass can also apply a mask, convert the precision or compute sums, which saves further passes
+/// over memory. Threads share a pass: each visits a range of consecutive rows.
 pub trait Rows<T>: Sized + Send {
-    /// Reads, writes or replaces one row of a map; called once per row, in ascending order.
+    /// Reads, writes or replaces `values`, one row of the map. Each thread visits its rows in
+    /// ascending order.
     fn row(&mut self, row: Row, values: &mut [T]);
 
-    /// Splits the pass at an even row, before it has visited any row. Keeps the rows before `row`
-    /// and returns a pass for the others.
+    /// Keeps the rows before `row`, and returns a pass over the other rows.
     ///
-    /// If the pass visits all rows, `row` is a multiple of [`ROW_BATCH`] or the end of the map.
+    /// Called before any row is visited. `row` is even or the end of the map. If the pass visits
+    /// all rows, it is a multiple of [`ROW_BATCH`] or the end of the map.
     fn split_off(&mut self, row: Row) -> Self;
 
-    /// Merges the pass that was split off last, after it has visited all its rows.
+    /// Merges the results of `later`, a pass that [`split_off`](Self::split_off) has returned and
+    /// that has visited its rows. Parts are merged in ascending order of their rows.
     fn append(&mut self, later: Self);
 }
 
-/// Planned transforms of one mesh in one precision. Callers own the buffers, so several can share a
-/// plan.
+/// Plan for the transforms and convolutions of one mesh in one precision.
+///
+/// The buffers are in [`Scratch`], so several computations can share a plan.
 pub struct Transform<T> {
-    /// Numbers of nodes of the maps that are convolved, which are the whole mesh or a corner of it.
+    /// Numbers of nodes along x and y of the convolved maps. A map fills the mesh or a corner of
+    /// it.
     map: [usize; 2],
     nodes: [usize; 2],
     half_spectrum: HalfSpectrum<T>,
     packed: Option<Packed<T>>,
 }
 
-/// Buffers of a [`Transform`] with the convolution in progress, and the threads that work on it.
+/// Buffers of a [`Transform`], which contain the convolution in progress, and the threads that
+/// share its work.
 pub struct Scratch<T> {
     threads: Threads,
     half_spectrum: half_spectrum::Scratch<T>,
     packed: Option<packed::Scratch<T>>,
 }
 
-/// Even convolution kernel on one mesh: a factor for each wavenumber, in the order in which
-/// [`Transform::convolve`] reads them.
+/// Even convolution kernel on one mesh: one real factor for each pair (|k_x|, |k_y|).
 pub struct Kernel<T> {
     nodes: [usize; 2],
     factors: Aligned<T>,
@@ -126,9 +130,10 @@ impl<T: Real> Kernel<T> {
         })
     }
 
-    /// Creates a kernel from its columns, computed by several threads.
+    /// Creates a kernel from columns of factors, which several threads compute.
     ///
-    /// `factors` writes the factors for one |k_y| and for |k_x| = 0, 1, …, N_x/2.
+    /// `factors(k_y, column)` writes the factors of the waves (k_x, k_y), k_x = 0, 1, …, N_x/2, to
+    /// `column`.
     pub fn from_columns(
         threads: &Threads,
         nodes: [usize; 2],
@@ -155,8 +160,8 @@ fn plan_packed<T: Real>(rows: usize, nodes: [usize; 2]) -> Option<Packed<T>> {
 }
 
 impl<T: Real> Transform<T> {
-    /// Plans the transforms of a mesh of N_x × N_y nodes, which may be any positive numbers, also
-    /// primes.
+    /// Plans the transforms of a mesh of N_x × N_y nodes. Both numbers may be any positive
+    /// integers, including primes.
     pub fn new(nodes: [usize; 2]) -> Self {
         Self::padded(nodes, nodes)
     }
@@ -212,7 +217,7 @@ impl<T: Real> Transform<T> {
         }
     }
 
-    /// Transforms a map into its half spectrum, unnormalised.
+    /// Computes the half spectrum ĥ of the map `field`, unnormalised, and writes it to `spectrum`.
     pub fn forward(&self, field: &[T], spectrum: &mut [Complex<T>], scratch: &mut Scratch<T>) {
         assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
@@ -220,7 +225,8 @@ impl<T: Real> Transform<T> {
         self.half_spectrum.forward(field, spectrum, threads, half_spectrum);
     }
 
-    /// Transforms a half spectrum into a map, unnormalised; the spectrum is destroyed.
+    /// Computes the map of a half spectrum, unnormalised, and writes it to `field`. The content of
+    /// `spectrum` is lost.
     pub fn inverse(&self, spectrum: &mut [Complex<T>], field: &mut [T], scratch: &mut Scratch<T>) {
         assert_eq!(field.len(), self.count());
         assert_eq!(spectrum.len(), self.spectrum_len());
@@ -228,7 +234,7 @@ impl<T: Real> Transform<T> {
         self.half_spectrum.inverse(spectrum, field, threads, half_spectrum);
     }
 
-    /// Convolves a map with a kernel.
+    /// Convolves the map `field` with a kernel and writes the result to `out`.
     pub fn convolve(
         &self,
         kernel: &Kernel<T>,
@@ -243,20 +249,21 @@ impl<T: Real> Transform<T> {
         self.finish(&mut Sink(Band::new(out)), scratch);
     }
 
-    /// Begins the convolution of the map that `rows` writes.
+    /// Begins the convolution of the map whose rows the pass `rows` writes, and leaves their
+    /// transforms in `scratch`.
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Nothing, Stored::Spectra, rows, scratch);
     }
 
-    /// Begins the convolution of a map.
+    /// Begins the convolution of the map `field`, as [`begin`](Self::begin).
     pub(crate) fn begin_with(&self, field: &[T], scratch: &mut Scratch<T>) {
         self.begin(&mut Source(field), scratch);
     }
 
-    /// Multiplies the spectrum by a kernel. Transforms a few columns at a time forward, multiplies
-    /// them and transforms them back.
+    /// Multiplies the spectrum that [`begin`](Self::begin) left in `scratch` by a kernel.
     ///
-    /// Returns Σ map × convolved map.
+    /// A few columns at a time are transformed forward, multiplied and transformed back. Returns Σ
+    /// f (k∗f) over the nodes, with the map f and the kernel k.
     pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {
         assert_eq!(kernel.nodes, self.nodes, "the kernel is for another mesh");
         let factors = &kernel.factors;
@@ -274,34 +281,39 @@ impl<T: Real> Transform<T> {
         self.pass(Stored::Spectra, Stored::Spectra, rows, scratch);
     }
 
-    /// Ends a convolution and passes the rows of the result to `rows`.
+    /// Ends a convolution and passes each row of the result to `rows`.
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Spectra, Stored::Nothing, rows, scratch);
     }
 
-    /// Ends a convolution and stores its rows after `rows` has read or replaced them.
+    /// Ends a convolution: passes each row of the result to `rows`, which may replace it, and
+    /// stores the row in `scratch`.
     pub(crate) fn finish_and_store(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Spectra, Stored::Rows, rows, scratch);
     }
 
-    /// Passes the stored rows to `rows`, and begins the convolution of the rows that it writes in
-    /// their place.
+    /// Passes each row that [`finish_and_store`](Self::finish_and_store) has stored to `rows`, and
+    /// begins the convolution of the map whose rows `rows` writes in their place.
     pub(crate) fn begin_from_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Rows, Stored::Spectra, rows, scratch);
     }
 
-    /// Passes the stored rows to `rows`.
+    /// Passes each row that [`finish_and_store`](Self::finish_and_store) has stored to `rows`.
     pub(crate) fn read_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Rows, Stored::Nothing, rows, scratch);
     }
 
-    /// Passes rows 2 `pair` and 2 `pair` + 1 (if it exists) of the result of a convolution to
-    /// `rows` before the convolution ends, for each of the ascending `pairs`.
+    /// Passes some rows of the result of a convolution to `rows`. The convolution remains in
+    /// progress.
+    ///
+    /// For each k in `pairs`, which must be ascending, these are the rows 2k and 2k + 1 (if it
+    /// exists).
     pub fn peek(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.peek_at(Stored::Spectra, pairs, rows, scratch);
     }
 
-    /// Passes pairs of the stored rows to `rows`.
+    /// Passes some of the rows that [`finish_and_store`](Self::finish_and_store) has stored to
+    /// `rows`. The numbers in `pairs` select them as in [`peek`](Self::peek).
     pub(crate) fn peek_stored(
         &self,
         pairs: &[usize],
@@ -311,7 +323,8 @@ impl<T: Real> Transform<T> {
         self.peek_at(Stored::Rows, pairs, rows, scratch);
     }
 
-    /// Visits all rows, which are stored as `from` before the pass and as `to` afterwards.
+    /// Reads each row from `scratch` in the form `from`, passes it to `rows`, and writes it back in
+    /// the form `to`.
     fn pass(&self, from: Stored, to: Stored, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.padded_rows(rows, |rows| match self.method(scratch) {
             Method::Packed(packed, threads, scratch) => {
@@ -340,7 +353,7 @@ impl<T: Real> Transform<T> {
         });
     }
 
-    /// Visits the rows of a map as rows of the whole mesh.
+    /// Calls `visit` with `rows`, adapted from the map to the rows of the whole mesh.
     fn padded_rows<P: Rows<T>>(&self, rows: &mut P, visit: impl FnOnce(&mut Padded<P>)) {
         in_corner(self.map, rows, visit);
     }
@@ -354,15 +367,15 @@ impl<T: Real> Transform<T> {
     }
 }
 
-/// Implementation that convolves the mesh, with its buffers.
+/// Implementation that convolves this mesh, with the threads and its buffers.
 enum Method<'a, T> {
     Packed(&'a Packed<T>, &'a Threads, &'a mut packed::Scratch<T>),
     HalfSpectrum(&'a HalfSpectrum<T>, &'a Threads, &'a mut half_spectrum::Scratch<T>),
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes the memory of another scratch, so that two precisions can share it. The other
-    /// convolution in progress is lost.
+    /// Takes the memory of `other`, so that transforms of two precisions can share it. Convolutions
+    /// in progress in either scratch are lost.
     pub(crate) fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         other.half_spectrum.release();
         if let (Some(own), Some(other)) = (&mut self.packed, &mut other.packed) {
@@ -378,7 +391,7 @@ impl<T> Scratch<T> {
     }
 }
 
-/// Pass that reads the rows of the map to be convolved.
+/// Pass that copies each row of a map into the convolution.
 struct Source<'a, T>(&'a [T]);
 
 impl<T: Real> Rows<T> for Source<'_, T> {
@@ -393,7 +406,7 @@ impl<T: Real> Rows<T> for Source<'_, T> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Pass that writes the rows of the convolved map.
+/// Pass that copies each row of the result of a convolution to a map.
 struct Sink<'a, T>(Band<'a, T>);
 
 impl<T: Real> Rows<T> for Sink<'_, T> {

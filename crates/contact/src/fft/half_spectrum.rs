@@ -10,14 +10,15 @@ use super::rows::Aligned;
 use super::{Band, ROW_BATCH, Real, Row, Rows, Sink, Source, Stored, cut, cut_pairs};
 use crate::threads::{Threads, Workers};
 
-/// Number of columns in a tile, which are transformed together. In a row, they fill one cache line
-/// in single precision or two in double precision, so every byte of a fetched line is used. A tile
-/// fits into the second-level cache.
+/// Number of columns that are copied to a tile and transformed together. Their entries in one row
+/// fill one cache line in single precision or two in double precision, so every byte of a fetched
+/// line is used. A tile fits into the second-level cache.
 const TILE_COLUMNS: usize = 8;
 
 pub struct HalfSpectrum<T> {
     nodes: [usize; 2],
-    /// Number of rows of the maps that are convolved. The rows beyond are zero and not transformed.
+    /// Number of rows of the convolved maps. The other rows of the mesh are zero and are not
+    /// transformed.
     filled_rows: usize,
     row_forward: Arc<dyn RealToComplex<T>>,
     row_inverse: Arc<dyn ComplexToReal<T>>,
@@ -32,7 +33,7 @@ pub struct Scratch<T> {
 }
 
 impl<T> Scratch<T> {
-    /// Frees the spectrum until the next convolution begins; its content is lost.
+    /// Frees the spectrum. The convolution in progress is lost; the next one allocates it again.
     pub fn release(&mut self) {
         self.spectrum = Vec::new();
     }
@@ -44,16 +45,19 @@ struct Buffers<T> {
     butterflies: Vec<Complex<T>>,
 }
 
-/// Consecutive columns of a half spectrum for one thread, as parts of all rows.
+/// Consecutive columns of a half spectrum that one thread transforms.
 struct ColumnShare<'a, T> {
     first: usize,
+    /// The entries of these columns in each row of the spectrum.
     rows: Vec<&'a mut [Complex<T>]>,
-    /// Results of the action for each column.
+    /// Numbers that `action` of [`HalfSpectrum::transform_columns`] has appended.
     found: Vec<f64>,
 }
 
-/// Returns the factors of a kernel in the order of [`HalfSpectrum::multiply`]: (|k_x|, |k_y|) at
-/// index `|k_y| * (N_x/2 + 1) + |k_x|`.
+/// Returns the factors of a kernel: that of the wave (k_x, k_y) at index `|k_y| * (N_x/2 + 1) +
+/// |k_x|`.
+///
+/// `factors(k_y, column)` writes the factors for k_x = 0, 1, …, N_x/2 to `column`.
 pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -> Aligned<T> {
     let [waves_x, waves_y] = nodes.map(|nodes| nodes / 2 + 1);
     let mut column = vec![0.0; waves_x];
@@ -149,8 +153,8 @@ impl<T: Real> HalfSpectrum<T> {
         self.pass_over(Stored::Spectra, Stored::Nothing, rows, spectrum, threads, buffers);
     }
 
-    /// Visits all filled rows, which are read from the half spectrum as `from` and written to it as
-    /// `to`.
+    /// Reads each filled row from the half spectrum in the form `from`, passes it to `rows`, and
+    /// writes it back in the form `to`.
     pub fn pass(
         &self,
         from: Stored,
@@ -168,7 +172,8 @@ impl<T: Real> HalfSpectrum<T> {
         }
     }
 
-    /// Multiplies the spectrum by a kernel, one tile at a time. Returns Σ map × convolved map.
+    /// Multiplies the spectrum in `scratch` by a kernel, one tile of columns at a time. Returns Σ f
+    /// (k∗f) over the nodes, with the map f and the kernel k.
     pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
         let [nodes_x, nodes_y] = self.nodes;
         let Scratch { spectrum, buffers } = scratch;
@@ -289,10 +294,11 @@ impl<T: Real> HalfSpectrum<T> {
             .expect("buffers are sized by the plan");
     }
 
-    /// Copies each tile of columns to a buffer, applies `action`, and copies it back.
+    /// Transforms all columns of `spectrum` in place with `action`, one tile of columns at a time.
     ///
-    /// The arguments of `action` are the tile with contiguous columns, the index of its first
-    /// column, a buffer, and the list of results. Returns the results in the order of the columns.
+    /// Each tile is copied to a buffer in which columns are contiguous, and copied back afterwards.
+    /// The arguments of `action` are the tile, the index of its first column, a buffer, and a list
+    /// to which it may append numbers. Returns these numbers in the order of the columns.
     fn transform_columns(
         &self,
         spectrum: &mut [Complex<T>],
@@ -326,7 +332,8 @@ impl<T: Real> HalfSpectrum<T> {
         shares.into_iter().flat_map(|share| share.found).collect()
     }
 
-    /// Divides the columns into blocks of whole tiles, one for each thread or more.
+    /// Divides the columns of a half spectrum into blocks of whole tiles, for the threads of
+    /// `workers`.
     fn cut_columns<'a>(
         &self,
         spectrum: &'a mut [Complex<T>],
@@ -355,7 +362,7 @@ impl<T: Real> HalfSpectrum<T> {
     }
 }
 
-/// Stores a row in the memory of its half spectrum.
+/// Stores the numbers of `row`, not transformed, in the memory of its half spectrum.
 fn pack<T: Real>(row: &[T], half: &mut [Complex<T>]) {
     for (values, kept) in row.chunks(2).zip(half) {
         *kept = Complex::new(values[0], values.get(1).copied().unwrap_or_default());
@@ -371,9 +378,9 @@ fn unpack<T: Real>(half: &[Complex<T>], row: &mut [T]) {
     }
 }
 
-/// Multiplies a column with wavenumbers 0, 1, …, −1 by the factors of their magnitudes.
+/// Multiplies a column ĥ(k), in the order k = 0, 1, …, −2, −1, by the factors K(|k|) in `symbol`.
 ///
-/// Returns Σ |value|² × factor.
+/// Returns Σ K(|k|) |ĥ(k)|², with ĥ before the multiplication.
 fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) -> f64 {
     let (positive, negative) = column.split_at_mut(symbol.len());
     let positive = positive.iter_mut().zip(symbol);

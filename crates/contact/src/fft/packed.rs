@@ -50,18 +50,19 @@ mod stages;
 use columns::Columns;
 use stages::Stages;
 
-/// Number of complex rows that are transformed and copied to the tiles together. With fewer rows,
-/// the parts of a cache line would be written at different times; more would not fit into the
-/// first-level cache.
+/// Number of complex rows that are transformed and copied to the tiles together. With fewer rows, a
+/// cache line of a tile would be written in several steps; more would not fit into the first-level
+/// cache.
 const BATCH: usize = ROW_BATCH / 2;
 
-/// Number of registers between the tiles, so that the registers of a row in all tiles fall into
-/// different cache sets.
+/// Number of unused registers after each tile. They place the registers of one row in different
+/// tiles into different cache sets.
 const PADDING: usize = 2;
 
 pub struct Packed<T> {
     nodes: [usize; 2],
-    /// Number of filled rows, rounded up to whole batches; all rows beyond are zero.
+    /// Number of rows of the convolved maps, rounded up to a multiple of [`ROW_BATCH`]. The other
+    /// rows of the mesh are zero.
     filled_rows: usize,
     instructions: Instructions,
     rows: Stages<T, true>,
@@ -69,14 +70,17 @@ pub struct Packed<T> {
 }
 
 pub struct Scratch<T> {
-    /// All tiles, one after another, each with real parts, imaginary parts and padding. The memory
-    /// is stored as doubles for either `T`, so that transforms of both precisions can share it.
+    /// All tiles, one after another: the real parts, the imaginary parts and the padding of each
+    /// tile.
+    ///
+    /// The memory consists of doubles for both precisions `T`, so that they can share it.
     tiles: Aligned<f64>,
     buffers: Vec<Buffers<T>>,
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes the memory of another scratch; its content is lost.
+    /// Takes the tiles of `other` if they are longer than its own, and frees them otherwise.
+    /// Convolutions in progress in either scratch are lost.
     pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         if other.tiles.len() > self.tiles.len() {
             self.tiles = std::mem::replace(&mut other.tiles, Aligned::zeros(0));
@@ -91,14 +95,15 @@ struct Buffers<T> {
     spare: Aligned<T>,
 }
 
-/// Consecutive rows of all tiles for one thread, as real and imaginary parts of each tile.
+/// Part of the tiles for one thread: the real and imaginary parts of consecutive complex rows in
+/// each tile.
 type Shares<'a, T> = Vec<[&'a mut [T]; 2]>;
 
 impl<T: Real> Packed<T> {
     /// Plans convolutions of maps with `rows` rows, padded to a mesh of `nodes`.
     ///
-    /// Returns `None` unless N_x is a multiple of 2 L and N_y of L, with quotients that have only
-    /// the factors 2, 3 and 5.
+    /// Returns `None` unless N_x/(2L) and N_y/L are integers with only the factors 2, 3 and 5,
+    /// where L is the number of lanes of a register.
     pub fn new(rows: usize, nodes: [usize; 2], instructions: Instructions) -> Option<Self> {
         let lanes = T::LANES;
         let [nodes_x, nodes_y] = nodes;
@@ -114,9 +119,9 @@ impl<T: Real> Packed<T> {
         })
     }
 
-    /// Computes the factors of a kernel in the order of [`Packed::multiply`].
+    /// Computes S and D of a kernel in the order in which [`Packed::multiply`] reads them.
     ///
-    /// `factors` writes the factors for one |k_y| and for |k_x| = 0, 1, …, N_x/2.
+    /// `factors(k_y, column)` writes the factors for k_x = 0, 1, …, N_x/2 to `column`.
     pub fn kernel(
         &self,
         threads: &Threads,
@@ -125,7 +130,7 @@ impl<T: Real> Packed<T> {
         self.columns.kernel(threads, factors)
     }
 
-    /// Creates an empty scratch, in which the first convolution allocates the tiles.
+    /// Creates an empty scratch. The first convolution allocates its tiles.
     pub fn scratch(&self) -> Scratch<T> {
         Scratch { tiles: Aligned::zeros(0), buffers: Vec::new() }
     }
@@ -180,7 +185,8 @@ impl<T: Real> Packed<T> {
         pairs.iter().fold(0.0, |sum, pair| sum + pair.sum)
     }
 
-    /// Visits all filled rows, which are read from the tiles as `from` and written to them as `to`.
+    /// Reads each filled row from the tiles in the form `from`, passes it to `rows`, and writes it
+    /// back in the form `to`.
     pub fn pass(
         &self,
         from: Stored,
@@ -227,7 +233,7 @@ impl<T: Real> Packed<T> {
         &mut bytemuck::cast_slice_mut(tiles)[..self.tiles_len()]
     }
 
-    /// Splits all tiles at these rows.
+    /// Splits each tile at the rows `firsts` of the mesh, and returns one share for each of them.
     fn cut_tiles<'a>(&self, tiles: &'a mut [T], firsts: &[usize]) -> Vec<Shares<'a, T>> {
         let ends = firsts[1..].iter().chain([&self.filled_rows]);
         let lengths: Vec<usize> =
@@ -313,12 +319,12 @@ impl<T: Real> Packed<T> {
     }
 }
 
-/// Copies a batch of complex rows to the tiles.
+/// Computation that copies a batch of complex rows to the tiles.
 struct Store<'a, 'b, T> {
-    /// Stages of the transform that is applied first; `None` to copy rows as they are.
+    /// Stages of the transform that is applied before copying; `None` for no transform.
     pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
-    /// Index of the first complex row within the block.
+    /// Index, in `tiles`, of the first complex row of the batch.
     pub first: usize,
     pub batch: &'a mut [T],
     pub tiles: &'a mut Shares<'b, T>,
@@ -349,9 +355,9 @@ impl<T: Real> Work<T> for Store<'_, '_, T> {
     }
 }
 
-/// Copies `ROWS` complex rows back from the tiles.
+/// Computation that copies `ROWS` complex rows from the tiles to `batch`.
 struct Fetch<'a, const ROWS: usize, T, B> {
-    /// Stages of the inverse transform that is applied afterwards; `None` to copy rows as they are.
+    /// Stages of the inverse transform that is applied after copying; `None` for no transform.
     pub stages: Option<&'a Stages<T, true>>,
     pub row_nodes: usize,
     pub first: usize,

@@ -20,14 +20,17 @@ mod x86;
 /// Maximum number of values in a register.
 pub const MAX_LANES: usize = 16;
 
-/// Arithmetic of registers of one instruction set, which hold numbers of one precision.
+/// Arithmetic on registers of `LANES` numbers of one precision, with one instruction set.
 #[expect(unnameable_types, reason = "it seals `Real`")]
 pub trait Registers: Copy {
     type Number: Real;
     type Lanes: Pod;
     const LANES: usize = <Self::Number as Vectorize>::LANES;
-    /// Processor registers, one or two of which form one register. Operations that do not mix lanes
-    /// run on one after the other, so that fewer values are live at a time.
+    /// Arithmetic on the processor registers, of which [`Self::PARTS`] form one register of this
+    /// module.
+    ///
+    /// Operations that do not mix lanes process one processor register after the other, so that
+    /// fewer values are live at a time.
     type Part: Registers<Number = Self::Number>;
     /// Number of processor registers in one register.
     const PARTS: usize = size_of::<Self::Lanes>() / size_of::<<Self::Part as Registers>::Lanes>();
@@ -89,11 +92,13 @@ impl Vectorize for f64 {
     }
 }
 
-/// Lanes of one of the processor registers that form a register.
+/// Content of a processor register, one or two of which form a register of `R`.
 pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
 
-/// Transposes the square matrix whose rows are the first `LANES` registers: first each block that
-/// fits into processor registers, then the blocks among each other.
+/// Transposes the matrix whose rows are the first `LANES` registers.
+///
+/// The matrix is divided into square blocks with the width of a processor register. Each block is
+/// transposed, and blocks above the diagonal are exchanged with those below.
 #[inline(always)]
 pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     let part = registers.part();
@@ -121,10 +126,10 @@ pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     }
 }
 
-/// Transposes a square matrix of processor registers, in rounds that interleave rows i and i +
-/// LANES/2.
+/// Transposes the matrix whose rows are the first `LANES` processor registers.
 ///
-/// Each round exchanges one binary digit between the index of the row and the index of the lane.
+/// Each of log₂ `LANES` rounds interleaves rows i and i + `LANES`/2. A round rotates the binary
+/// digits of the index row × `LANES` + lane to the left by one digit.
 #[inline(always)]
 fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     for _ in 0..R::LANES.ilog2() {
@@ -135,7 +140,7 @@ fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]
     }
 }
 
-/// Registers as arrays of `LANES` numbers.
+/// Registers that are arrays of `LANES` numbers, for any processor.
 #[derive(Clone, Copy, Default)]
 struct Plain<T, const LANES: usize>(PhantomData<T>);
 

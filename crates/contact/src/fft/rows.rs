@@ -10,7 +10,8 @@ use std::ops::{Deref, DerefMut, Range};
 use super::{Real, Rows};
 use crate::threads::{Threads, Workers};
 
-/// Index of a row of a map.
+/// Index of a row, with the number of nodes in a row. It selects the same row in all maps of a
+/// grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
     index: usize,
@@ -36,13 +37,13 @@ impl Row {
         self.index * self.nodes..(self.index + 1) * self.nodes
     }
 
-    /// Returns this row of a map.
+    /// Returns this row of `map`.
     #[inline(always)]
     pub fn of<V>(self, map: &[V]) -> &[V] {
         &map[self.range()]
     }
 
-    /// Returns this row of a map, mutable.
+    /// Returns this row of `map` for writing.
     #[inline(always)]
     pub fn of_mut<V>(self, map: &mut [V]) -> &mut [V] {
         &mut map[self.range()]
@@ -62,7 +63,7 @@ impl<'a, V> Band<'a, V> {
         Self { first: 0, values: map }
     }
 
-    /// Returns a row of the map, which must belong to the band.
+    /// Returns the values of `row`, which must belong to the band.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> &mut [V] {
         Row::new(row.index - self.first, row.nodes).of_mut(self.values)
@@ -77,8 +78,8 @@ impl<'a, V> Band<'a, V> {
     }
 }
 
-/// Splits a pass into parts that begin at the rows `firsts`. The first of these is row 0, so the
-/// original keeps no rows.
+/// Splits a pass over maps with `nodes` nodes in a row into parts that begin at the ascending rows
+/// `firsts`. No row before `firsts[0]` is visited, so nothing remains for `rows` itself.
 pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
     let firsts = firsts.iter().rev();
     let mut parts: Vec<P> = firsts.map(|&first| rows.split_off(Row::new(first, nodes))).collect();
@@ -86,8 +87,10 @@ pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P
     parts
 }
 
-/// Divides pairs of rows into blocks, and splits the pass accordingly. Returns the parts of the
-/// pass and the pairs of each block.
+/// Divides `pairs` into blocks for the threads of `workers`, and splits the pass accordingly.
+///
+/// Number k in `pairs` stands for the rows 2k and 2k + 1 of maps with `nodes` nodes in a row.
+/// Returns the part of the pass and the pairs of each block.
 pub fn cut_pairs<'p, T, P: Rows<T>>(
     rows: &mut P,
     pairs: &'p [usize],
@@ -103,10 +106,10 @@ pub fn cut_pairs<'p, T, P: Rows<T>>(
     (cut(rows, &firsts, nodes), blocks)
 }
 
-/// Visits rows 2 `pair` and 2 `pair` + 1 (if it exists) for each of the ascending `pairs`.
+/// Visits the rows 2k and 2k + 1 (if it exists) for each k in `pairs`, which must be ascending.
 ///
-/// The rows belong to a map of `rows` × `row_nodes` nodes. The pass writes them; their initial
-/// values have no meaning.
+/// The map has `rows` × `row_nodes` nodes. For each row the pass receives a buffer with arbitrary
+/// content, and what it writes there is discarded.
 pub fn visit_pairs<T: Real, P: Rows<T>>(
     threads: &Threads,
     pairs: &[usize],
@@ -128,9 +131,10 @@ pub fn visit_pairs<T: Real, P: Rows<T>>(
     }
 }
 
-/// Adapter that visits the rows of a map of `nodes` as rows of a larger mesh, padded with zeros.
+/// Adapter that lets a pass over a map of `nodes` visit the rows of a larger mesh.
 ///
-/// Rows beyond the map may be visited, because they share batches with rows of the map.
+/// It appends zeros to each row. Rows of the mesh outside the map are set to zero, and the inner
+/// pass does not visit them.
 pub struct Padded<P> {
     pub nodes: [usize; 2],
     pub rows: P,
@@ -159,7 +163,8 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
     }
 }
 
-/// Visits the rows of a map of `nodes` as rows of a larger mesh of which the map is a corner.
+/// Calls `visit` with `rows`, adapted from a map of `nodes` to a mesh of which the map fills a
+/// corner.
 pub fn in_corner<T: Real, P: Rows<T>>(
     nodes: [usize; 2],
     rows: &mut P,

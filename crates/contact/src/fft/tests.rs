@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 
 use super::*;
 
-/// Odd, even and prime sizes, sizes above one tile of columns, and rectangles of these.
+/// Meshes of odd, even and prime numbers of nodes, some with more than one tile of columns.
 const MESHES: [[usize; 2]; 13] = [
     [1, 1],
     [2, 2],
@@ -45,7 +45,7 @@ fn naive(map: &[f64], [nodes_x, nodes_y]: [usize; 2]) -> Vec<Complex<f64>> {
     (0..nodes_x * columns).map(entry).collect()
 }
 
-/// Returns the factors of an even kernel without further symmetry, so that swapped axes show.
+/// Returns the factor of a wave, in a kernel that changes if the axes are exchanged.
 fn factor(k_x: usize, k_y: usize) -> f64 {
     1.0 / (1.0 + k_y as f64 + 0.3 * k_x as f64)
 }
@@ -116,7 +116,7 @@ fn convolved_apart(map: &[f64], nodes: [usize; 2]) -> Vec<f64> {
     apart
 }
 
-/// Returns the largest difference between a convolution and the result of [`convolved_apart`].
+/// Returns the largest difference between the result of `convolve` and that of [`convolved_apart`].
 fn worst_error<T: Real>(nodes: [usize; 2], convolve: impl FnOnce(&[T], &mut [T])) -> f64 {
     let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
     let mut fused = vec![T::zero(); map.len()];
@@ -138,8 +138,9 @@ fn convolution_error<T: Real>(nodes: [usize; 2]) -> f64 {
     })
 }
 
-/// Returns the error of the packed convolution and the bits of its result, or `None` if the mesh
-/// does not fit into registers.
+/// Returns the error of the packed convolution, and appends the bits of its result to `bits`.
+///
+/// Returns `None` if the mesh does not consist of whole registers.
 fn packed_error<T: Real>(
     nodes: [usize; 2],
     instructions: Instructions,
@@ -212,19 +213,19 @@ fn meshes_of_other_factors_are_left_to_rustfft() {
     }
 }
 
-/// Meshes, some of which each of the two implementations convolves.
+/// Meshes that `packed` convolves, and meshes that only `half_spectrum` convolves.
 const BOTH_METHODS: [[usize; 2]; 8] =
     [[1, 1], [7, 7], [36, 36], [64, 64], [480, 480], [5, 36], [96, 32], [32, 160]];
 
-/// The same, large enough for three threads.
+/// Meshes for both implementations that are large enough for three threads.
 const SHARED: [[usize; 2]; 4] = [[640, 640], [700, 601], [832, 480], [1, 500_000]];
 
 fn threads(count: usize) -> Threads {
     Threads::new(NonZeroUsize::new(count).unwrap())
 }
 
-/// Returns the bits of a spectrum, of its inverse transform, and of convolutions of maps in a
-/// corner with their sums.
+/// Returns the bits of the half spectrum of a map, of its inverse transform, and of two
+/// convolutions: of the whole mesh and of a map in its corner.
 fn bits_on<T: Real>(threads: &Threads, nodes: [usize; 2]) -> Vec<u64> {
     let map: Vec<T> = map(nodes).into_iter().map(T::nearest).collect();
     let transform = Transform::new(nodes);
@@ -264,7 +265,8 @@ fn any_number_of_threads_has_the_same_bits() {
 
 #[test]
 fn every_row_is_seen_once_in_ascending_order() {
-    /// Index of the first row, and of the row after the last.
+    /// Pass that checks the order of rows: index of its first row, and of the row after the last
+    /// visited.
     struct Calls(usize, usize);
     impl Rows<f64> for Calls {
         fn row(&mut self, row: Row, values: &mut [f64]) {
@@ -297,7 +299,7 @@ fn every_row_is_seen_once_in_ascending_order() {
 
 #[test]
 fn finish_and_begin_is_finish_then_begin() {
-    /// Multiplies rows by three.
+    /// Pass that multiplies each row by three.
     struct Triple;
     impl Rows<f64> for Triple {
         fn row(&mut self, _: Row, values: &mut [f64]) {
@@ -367,7 +369,7 @@ fn a_peek_shows_two_rows_of_the_result() {
 
 #[test]
 fn a_stored_map_is_convolved_as_one_that_was_written() {
-    /// Records rows and multiplies them by a factor.
+    /// Pass that copies each row to a band, and then multiplies it by a factor.
     struct Times<'a>(f64, Band<'a, f64>);
     impl Rows<f64> for Times<'_> {
         fn row(&mut self, row: Row, values: &mut [f64]) {
@@ -428,8 +430,7 @@ fn multiply_returns_the_sum_of_map_times_convolved_map() {
     }
 }
 
-/// Maps in corners of larger meshes, for both implementations. The rows of a map fill whole batches
-/// or not.
+/// Nodes of maps and of the meshes in whose corner they are. Some maps end within a batch of rows.
 const CORNERS: [([usize; 2], [usize; 2]); 8] = [
     ([1, 1], [2, 2]),
     ([5, 7], [10, 14]),
@@ -441,7 +442,7 @@ const CORNERS: [([usize; 2], [usize; 2]); 8] = [
     ([64, 32], [64, 64]),
 ];
 
-/// Returns the map padded with zeros.
+/// Returns a map of `rows` × `row_nodes` nodes, padded with zeros to `nodes`.
 fn padded(map: &[f64], [rows, row_nodes]: [usize; 2], nodes: [usize; 2]) -> Vec<f64> {
     let mut whole = vec![0.0; nodes[0] * nodes[1]];
     for (row, values) in whole.chunks_exact_mut(nodes[1]).enumerate().take(rows) {
@@ -472,7 +473,7 @@ fn a_corner_is_convolved_to_the_bytes_of_the_whole_mesh_with_zeros() {
 
 #[test]
 fn a_corner_is_chained_peeked_and_summed_as_the_whole_mesh() {
-    /// Keeps rows and adds them up.
+    /// Pass that records, for each row, its sum times its index from 1.
     #[derive(Default)]
     struct Sum(Vec<f64>);
     impl Rows<f64> for Sum {

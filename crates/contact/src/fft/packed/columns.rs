@@ -22,13 +22,14 @@ pub struct Columns<T> {
     nodes: [usize; 2],
     lanes: usize,
     stages: Stages<T, false>,
-    /// The L cosines, then the L sines, of 2πk_x/N_x for each block with stored factors.
+    /// For each block k ≤ M/2, the L values of cos θ, then those of sin θ. Here θ = 2πk_x/N_x for
+    /// the frequencies k_x = k + pM of the block.
     turns: Aligned<T>,
 }
 
 impl<T: Real> Columns<T> {
-    /// Plans columns of N_x/2 complex numbers. Returns `None` if their number of blocks has other
-    /// factors than 2, 3 and 5.
+    /// Plans the transforms of columns of N_x/2 complex numbers, with N_x = `nodes[0]`. Returns
+    /// `None` if the number of blocks has prime factors other than 2, 3 and 5.
     pub fn new(nodes: [usize; 2], lanes: usize) -> Option<Self> {
         let length = nodes[0];
         let blocks = length / 2 / lanes;
@@ -47,8 +48,12 @@ impl<T: Real> Columns<T> {
         })
     }
 
-    /// Computes S and D of a kernel for each tile, block and frequency p along a row; each S and
-    /// each D is one register.
+    /// Computes the factors S and D of a kernel, as the module [`packed`](super) defines them.
+    ///
+    /// The result is ordered by tile k_y mod N_y/L, then by block k_x mod M, then by index p of k_y
+    /// in the tile. For each of these there is one register of S and one of D, with a lane for each
+    /// k_x of the block. `factors(k_y, column)` writes the factors for k_x = 0, 1, …, N_x/2 to
+    /// `column`.
     ///
     /// Only the first half of the tiles and of the blocks is stored, because opposite frequencies
     /// have the same factors. S and D are doubled, because only half as many complex numbers are
@@ -90,8 +95,8 @@ impl<T: Real> Columns<T> {
         (blocks / 2 + 1) * 2 * self.lanes * self.lanes
     }
 
-    /// Pairs each tile with its opposite. `block_indices` are the indices of the tiles with the
-    /// frequencies k = 0, 1, ….
+    /// Pairs each tile k with its opposite, the tile −k. Tile k is item `block_indices[k]` of
+    /// `tiles`.
     pub fn pairs<'a>(
         &self,
         tiles: impl Iterator<Item = &'a mut [T]>,
@@ -112,22 +117,24 @@ impl<T: Real> Columns<T> {
     }
 }
 
-/// Tile and its opposite, which may be the same tile.
+/// Tile k (`near`) and its opposite, the tile −k (`far`). `far` is `None` if both are the same
+/// tile.
 pub struct Pair<'a, T> {
     near: &'a mut [T],
     far: Option<&'a mut [T]>,
-    /// S and D of the tile `near`.
+    /// Factors S and D of the tile `near`, as [`Columns::kernel`] orders them.
     kernel: &'a [T],
-    /// True for the tile with k = 0.
+    /// Whether `near` is the tile with k = 0.
     lowest: bool,
-    /// Contribution of this pair to Σ map × convolved map, computed by the convolution.
+    /// Contribution of this pair to Σ f (k∗f) over the nodes, with the map f and the kernel k.
+    /// [`Convolve`] sets it.
     pub sum: f64,
 }
 
 pub struct Convolve<'a, 'b, T> {
     pub columns: &'a Columns<T>,
     pub pair: &'a mut Pair<'b, T>,
-    /// Space for a whole tile, or for two if tiles must be padded.
+    /// Buffer for one tile with all N_x/2 complex rows, or for two if tiles must be padded.
     pub spare: &'a mut [T],
 }
 
@@ -176,7 +183,7 @@ impl<T: Real> Work<T> for Convolve<'_, '_, T> {
     }
 }
 
-/// Copies a tile, with zeros for its missing rows.
+/// Copies the filled rows of `tile` to `whole`, and sets the other rows of `whole` to zero.
 #[inline(always)]
 fn pad_tile<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
     let half = tile.len() / 2;
@@ -188,7 +195,7 @@ fn pad_tile<R: Registers>(r: R, tile: &[R::Lanes], whole: &mut [R::Lanes]) {
     }
 }
 
-/// Copies the filled rows of a whole tile back.
+/// Copies the filled rows of `whole` to `tile`.
 #[inline(always)]
 fn truncate_tile<V: Copy>(whole: &[V], tile: &mut [V]) {
     let half = tile.len() / 2;
@@ -204,11 +211,13 @@ fn total<R: Registers<Number: Real>>(lanes: R::Lanes) -> f64 {
     numbers.iter().map(|number| (*number).into()).sum()
 }
 
-/// Completes the transforms of a tile and its opposite, multiplies them by the kernel, and begins
-/// the inverse transforms.
+/// Transforms the blocks of a tile (`here`) and its opposite (`there`), multiplies them by the
+/// kernel, and transforms them back, in place.
 ///
-/// Returns Σ before × after for either tile. By Parseval's theorem their total over all tiles is Σ
-/// map × convolved map.
+/// `kernel` contains S and D of the tile `here`, as [`Columns::kernel`] orders them. Returns Σ
+/// Re(Z* Z′) over `here` and over `there`, one sum per lane, where Z′ is the product of Z and the
+/// kernel. By Parseval's theorem, the total over all tiles is Σ f (k∗f) over the nodes, with the
+/// map f and the kernel k.
 #[inline(always)]
 fn multiply<R: Registers<Number: Real>>(
     r: R,
@@ -254,8 +263,10 @@ fn multiply<R: Registers<Number: Real>>(
     sums
 }
 
-/// Multiplies a frequency and its opposite by the kernel with S and D, given cos θ and sin θ. Adds
-/// before × after to the sums.
+/// Applies Z(k) ← (S − D sin θ) Z(k) + i D cos θ Z(−k)* to Z(k) = `here` and to Z(−k) = `there`.
+///
+/// S is `sum` and D is `difference`. Adds Re(Z* Z′) of both frequencies to `own` and `other`, where
+/// Z′ is the new value.
 #[inline(always)]
 fn multiply_pair<R: Registers>(
     r: R,
@@ -265,7 +276,8 @@ fn multiply_pair<R: Registers>(
     [own, other]: [&mut R::Lanes; 2],
 ) {
     let direct = r.sub_product(sum, difference, sin);
-    // At −k, the sine is the same, and D and the cosine change sign.
+    // At −k, θ becomes π − θ and the kernel factors K and K′ are exchanged: D and cos θ change
+    // sign.
     let direct_opposite = r.add_product(sum, difference, sin);
     let crossed = r.mul(difference, cos);
     let (a, b) = (*here, *there);
@@ -283,13 +295,14 @@ fn multiply_pair<R: Registers>(
     }
 }
 
-/// Order in which the frequencies of a block are stored.
+/// Order of the L frequencies of a block.
 #[derive(Clone, Copy)]
 enum Order {
+    /// Frequency p at index p.
     Ascending,
-    /// Order in which each frequency is at the index that its opposite has in [`Order::Ascending`].
+    /// Frequency p at index L − 1 − p, where its opposite is in [`Order::Ascending`].
     Descending,
-    /// Descending order of block 0.
+    /// Frequency p at index (L − p) mod L: the descending order of block 0.
     DescendingFromZero,
 }
 
@@ -309,8 +322,8 @@ impl Order {
     }
 }
 
-/// Applies [`fourier`] to one part of all registers after another, because the processor has too
-/// few registers for the whole.
+/// Applies [`fourier`] to `x`, to one processor register of each element after the other, because
+/// the processor has too few registers for all of `x`.
 #[inline(always)]
 fn fourier_in_parts<R: Registers<Number: Real>>(r: R, x: &mut [Complex<R::Lanes>]) {
     if R::PARTS == 1 {
@@ -341,10 +354,10 @@ fn parts_mut<R: Registers>(lanes: &mut R::Lanes) -> &mut [PartOf<R>] {
     bytemuck::cast_slice_mut(std::slice::from_mut(lanes))
 }
 
-/// Transforms a block along both sides.
+/// Returns the transform of block `block` of a tile along both sides.
 ///
-/// Before the transform lanes are columns. Afterwards lanes are frequencies along columns, in
-/// `order`.
+/// In the tile, each lane is a column. In the result, element p is frequency p along the rows, and
+/// its lanes are the frequencies along the columns, in `order`.
 #[inline(always)]
 fn transform_block<R: Registers<Number: Real>>(
     r: R,
@@ -375,7 +388,9 @@ fn transform_block<R: Registers<Number: Real>>(
     x
 }
 
-/// Applies the unnormalised inverse of [`transform_block`]; the result is scaled by L².
+/// Applies the inverse of [`transform_block`] to `x`, without normalisation, and writes the result
+/// to block `block` of the tile. Both transforms together multiply the block by L². The content of
+/// `x` is lost.
 #[inline(always)]
 fn inverse_block<R: Registers<Number: Real>>(
     r: R,

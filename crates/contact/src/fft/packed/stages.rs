@@ -26,14 +26,15 @@ struct Stage<T> {
     radix: usize,
     /// Number of registers in a block that this stage splits.
     block: usize,
-    /// exp(−2πi jq/length) for each index j within a part and each part q from 1, as real and
-    /// imaginary parts. Each of these is one register if `ALONG`, otherwise one number.
+    /// exp(−2πi jq/n), where n is the number of values in a block, for each index j within a part
+    /// and each part q = 1, …, radix − 1, as real and imaginary parts. Each of these is one
+    /// register if `ALONG`, otherwise one number.
     twiddles: Aligned<T>,
 }
 
 impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
-    /// Plans the stages of a transform of `length` numbers. Returns `None` unless `length / lanes`
-    /// has only the factors 2, 3 and 5.
+    /// Plans the stages of a transform of `length` numbers, down to blocks of `lanes` numbers.
+    /// Returns `None` unless `length / lanes` has only the factors 2, 3 and 5.
     pub fn new(length: usize, lanes: usize) -> Option<Self> {
         let radices = radices(length / lanes)?;
         let width = if ALONG { lanes } else { 1 };
@@ -56,8 +57,8 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         Some(Self { stages, block_indices })
     }
 
-    /// Returns the order of the blocks. Element k is the index of the block with the frequencies k,
-    /// k + K, k + 2K, …, where K is the number of blocks.
+    /// Returns the indices of the blocks in the order of frequencies: element k is the index of the
+    /// block with the frequencies k, k + K, k + 2K, …, where K is the number of blocks.
     pub fn block_indices(&self) -> &[usize] {
         &self.block_indices
     }
@@ -80,8 +81,8 @@ impl<T: Real, const ALONG: bool> Stages<T, ALONG> {
         }
     }
 
-    /// Applies the unnormalised inverse of [`Stages::forward`]; the result is scaled by the number
-    /// of blocks.
+    /// Applies the inverse of [`Stages::forward`] in place, without normalisation: both together
+    /// multiply by the number of blocks.
     #[inline(always)]
     pub fn inverse<R: Registers<Number = T>>(
         &self,
@@ -164,7 +165,7 @@ impl<T: Real> Stage<T> {
         }
     }
 
-    /// Iterates over the twiddle factors of each index j within a part.
+    /// Iterates over `twiddles` in slices, one for each register of a part.
     #[inline(always)]
     fn twiddles_of<const RADIX: usize, const ALONG: bool, R: Registers<Number = T>>(
         &self,
@@ -179,7 +180,8 @@ fn at<V: Copy>(re: &[V], im: &[V], index: usize) -> Complex<V> {
     Complex { re: re[index], im: im[index] }
 }
 
-/// Returns the twiddle factor of part `q`, for one processor register of each register.
+/// Returns the twiddle factor of part `q` from one slice of [`Stage::twiddles_of`], for the
+/// processor register `lane` of the register.
 #[inline(always)]
 fn twiddle<const ALONG: bool, R: Registers>(
     part: R::Part,
@@ -211,7 +213,10 @@ fn twiddles<T: Real>(length: usize, radix: usize, width: usize) -> Aligned<T> {
     twiddles.into_iter().collect()
 }
 
-/// Factors `n` into radices, with as many eights as possible without a stage of two.
+/// Factors `n` into the radices 5, 3, 8, 4 and 2, in this order. Returns `None` if this is not
+/// possible.
+///
+/// It prefers 8, but splits 16 into 4 × 4, so that 2 occurs only if `n` has a single factor of two.
 fn radices(mut n: usize) -> Option<Vec<usize>> {
     let mut radices = Vec::new();
     for odd in [5, 3] {
@@ -233,7 +238,7 @@ fn radices(mut n: usize) -> Option<Vec<usize>> {
     Some(radices)
 }
 
-/// Complex numbers, with real and imaginary parts in the lanes of two registers.
+/// Complex numbers, one in each lane: a register of real parts and a register of imaginary parts.
 #[derive(Clone, Copy)]
 pub struct Complex<V> {
     pub re: V,
@@ -298,7 +303,8 @@ fn constant<R: Registers>(r: R, value: f64) -> R::Lanes {
     r.splat(R::Number::nearest(value))
 }
 
-/// Replaces x by its Fourier sums X_k = Σ x_j exp(−2πi jk/n), for n of 2, 3, 4, 5, 8 and 16.
+/// Replaces the n elements of `x` by X_k = Σ x_j exp(−2πi jk/n), in each lane, for n = 2, 3, 4, 5,
+/// 8 or 16.
 #[inline(always)]
 pub fn fourier<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     match x {
@@ -346,7 +352,8 @@ fn five<R: Registers>(r: R, [a, b, c, d, e]: [Complex<R::Lanes>; 5]) -> [Complex
     ]
 }
 
-/// Combines two sums of four, one over the even and one over the odd terms.
+/// Computes [`fourier`] for n = 8 from two transforms of length 4, of the even and of the odd
+/// elements.
 #[inline(always)]
 fn eight<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     let even = four(r, [x[0], x[2], x[4], x[6]]);
@@ -365,7 +372,8 @@ fn eight<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     x[7] = plus_scaled(r, even[3], half_root, five_eighths);
 }
 
-/// Combines four sums of four, each over every fourth term, by four more sums of four.
+/// Computes [`fourier`] for n = 16 from four transforms of length 4, each of every fourth element,
+/// and four more of their results.
 #[inline(always)]
 fn sixteen<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     let mut columns = [[x[0]; 4]; 4];
@@ -385,13 +393,13 @@ fn sixteen<R: Registers>(r: R, x: &mut [Complex<R::Lanes>]) {
     }
 }
 
-/// Sine and cosine of one fifth and of two fifths of a turn.
+/// Sine and cosine of 2π/5 and of 4π/5.
 const FIFTHS: [[f64; 2]; 2] = [
     [0.951_056_516_295_153_5, 0.309_016_994_374_947_45],
     [0.587_785_252_292_473_2, -0.809_016_994_374_947_3],
 ];
 
-/// Sine and cosine of multiples of a sixteenth of a turn.
+/// Sine and cosine of 2πj/16 for j = 0, 1, …, 9.
 const SIXTEENTHS: [(f64, f64); 10] = {
     const SIN: f64 = 0.382_683_432_365_089_8;
     const COS: f64 = 0.923_879_532_511_286_7;
