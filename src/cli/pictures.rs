@@ -14,8 +14,8 @@ use crate::session::words::{listed, short, wrapped};
 
 #[derive(clap::Args)]
 pub struct ViewArguments {
-    /// Key of a finished task, or its first digits, as in the `task` column of tables; or the
-    /// manifest of a study.
+    /// Key of a finished task (at least its first 4 digits), as in the `task` column of tables; or
+    /// the manifest of a study.
     #[arg(value_name = "KEY|MANIFEST")]
     what: PathBuf,
 

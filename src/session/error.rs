@@ -83,6 +83,8 @@ pub enum SessionError {
         manifest.display()
     )]
     NoMaps { task: TaskKey, store: PathBuf, manifest: PathBuf },
+    #[error("task {task} has no map; choose a task of a `generate` or `solve` stage")]
+    NoMap { task: TaskKey },
     #[error(transparent)]
     Map(MapError),
     #[error(transparent)]
@@ -135,6 +137,7 @@ impl SessionError {
             | SessionError::Query(_)
             | SessionError::Script(_)
             | SessionError::Refused(_)
+            | SessionError::NoMap { .. }
             | SessionError::InQueue { .. }
             | SessionError::NotSubmitted { .. }
             | SessionError::Report(

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::{DataFolder, SessionError};
 use asperity_manifest::diagnostics::{did_you_mean, listed, wrapped};
 use asperity_pipeline::plan::Plan;
-use asperity_tables::store::key::{InvalidKey, TaskKey};
+use asperity_tables::store::key::TaskKey;
 
 /// Error about an unknown name, with a suggestion and all known names.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -36,14 +36,22 @@ impl UnknownName {
 /// Error in the key of a task.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TaskNameError {
-    #[error(transparent)]
-    InvalidKey(#[from] InvalidKey),
+    #[error(
+        "`{word}` is not a key; give the 32 hexadecimal digits of the column `task` of a table, or at \
+         least the first {}",
+        MIN_DIGITS
+    )]
+    InvalidKey { word: String },
     #[error(
         "the keys of several tasks begin with `{digits}`: {}; give more digits",
         listed_keys(keys)
     )]
     Ambiguous { digits: String, keys: Vec<TaskKey> },
-    #[error("no task {word} is finished in `{}`; check the key, or run the study first", store.display())]
+    #[error(
+        "`{}` has no finished task {word}; give a key from the column `task` of a table (the column \
+         `surface` has no keys), or run the study first",
+        store.display()
+    )]
     NotFinished { word: String, store: PathBuf },
     #[error("`{study}` has no task {word}; `asperity plan MANIFEST --tasks` lists all tasks")]
     NotPlanned { word: String, study: String },
@@ -94,7 +102,7 @@ const MIN_DIGITS: usize = 4;
 fn digits(word: &str) -> Result<String, TaskNameError> {
     let is_hexadecimal = word.bytes().all(|byte| byte.is_ascii_hexdigit());
     if !is_hexadecimal || word.len() < MIN_DIGITS {
-        word.parse::<TaskKey>()?;
+        return Err(TaskNameError::InvalidKey { word: word.to_owned() });
     }
     Ok(word.to_ascii_lowercase())
 }
@@ -150,6 +158,7 @@ mod tests {
         for word in ["", "fed", "../etc", "fedcx"] {
             let refused = among_keys(word).unwrap_err();
             assert!(refused.starts_with(&format!("`{word}` is not a key")), "{refused}");
+            assert!(refused.ends_with("at least the first 4"), "{refused}");
         }
     }
 }

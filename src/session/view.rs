@@ -12,7 +12,7 @@ use arrow::util::display::array_value_to_string;
 use clap::ValueEnum;
 use serde::Serialize;
 
-use super::words::{counted, short};
+use super::words::{counted, listed, short};
 use super::{DataFolder, Session, SessionError, UnknownName, names};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
@@ -105,8 +105,18 @@ impl Session<'_> {
                 manifest: self.manifest.clone(),
             });
         }
-        let picture =
-            draw(task, options, &self.data.open_read_only()?, &tables.reading.study.sources)?;
+        let store = self.data.open_read_only()?;
+        let picture = draw(task, options, &store, &tables.reading.study.sources);
+        let picture = picture.map_err(|error| match error {
+            SessionError::NoMap { .. } => {
+                let stages = tables.reading.plan.stages.iter();
+                let drawn =
+                    stages.filter(|stage| [Kind::Generate, Kind::Solve].contains(&stage.kind));
+                let names = listed(drawn.map(|stage| stage.name.as_str()), "or");
+                SessionError::Refused(format!("stage `{stage}` has no maps; choose {names}"))
+            }
+            other => other,
+        })?;
         Ok(Picture { task, ..picture })
     }
 }
@@ -215,10 +225,7 @@ fn draw(
         (Some(Kind::Solve), Some(Map::Pressures)) => finished.pressures(load),
         _ => match finished.provenance.inputs.as_slice() {
             [input] => draw(*input, options, store, sources),
-            inputs => Err(SessionError::Refused(format!(
-                "task {key} has no map and reads {}; draw one of these instead",
-                counted(inputs.len(), "other task")
-            ))),
+            _ => Err(SessionError::NoMap { task: key }),
         },
     }
 }
@@ -376,8 +383,8 @@ fn chosen_task(
     let tasks = rows.texts("task")?;
     let tasks: BTreeSet<&str> = tasks.iter().flatten().collect();
     if tasks.len() == 1 {
-        let key = tasks.into_iter().collect::<String>().parse();
-        return Ok(key.map_err(names::TaskNameError::from)?);
+        let word: String = tasks.into_iter().collect();
+        return word.parse().map_err(|_| names::TaskNameError::InvalidKey { word }.into());
     }
     let columns = rows.coordinates();
     let columns = columns.names().into_iter().zip(columns.batch().columns());

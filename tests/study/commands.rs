@@ -135,7 +135,7 @@ fn show_says_what_it_wants_when_it_gets_something_else() {
     let bench = Bench::new();
     let unknown = bench.output(&["show", &"0".repeat(32)]);
     assert_eq!(unknown.status.code(), Some(1));
-    assert!(text(&unknown.stderr).contains("no task 0000"));
+    assert!(text(&unknown.stderr).contains("no finished task 0000"));
     let nonsense = bench.output(&["show", "nonsense"]);
     assert!(text(&nonsense.stderr).contains("32 hexadecimal digits"));
     let foreign = bench.write("[study]");
