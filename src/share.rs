@@ -174,6 +174,9 @@ pub enum ShareError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Results(#[from] ResultsError),
-    #[error("`{study}` has no tables yet; run `asperity run {}` first", manifest.display())]
+    #[error(
+        "`{study}` has no tables for the current manifest; run `asperity run {}` first",
+        manifest.display()
+    )]
     Nothing { study: String, manifest: PathBuf },
 }

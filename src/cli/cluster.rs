@@ -221,7 +221,7 @@ pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode
 fn progress_text(progress: &Progress) -> String {
     let mut text = format!(
         "{:20} {:10} {:>8} {:>8} {:>8} {:>8}\n",
-        "stage", "kind", "done", "running", "waiting", "failed"
+        "stage", "kind", "finished", "running", "waiting", "failed"
     );
     for stage in &progress.stages {
         text += &format!(
@@ -230,8 +230,11 @@ fn progress_text(progress: &Progress) -> String {
         );
     }
     let hours = |hours: f64| core_hours(3600.0 * hours);
-    let left = hours(progress.core_hours_left);
-    text += &format!("{} spent, {left} left", hours(progress.core_hours_spent));
+    // Only shards and array elements have receipts of the time that they spent.
+    if progress.core_hours_spent > 0.0 {
+        text += &format!("{} spent by array elements, ", hours(progress.core_hours_spent));
+    }
+    text += &format!("{} left", hours(progress.core_hours_left));
     if let Some(wall) = progress.hours_left {
         let cores = counted(progress.cores, "core");
         text += &format!(": {} on the {cores} in use", in_hours(wall));

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use indicatif::{DecimalBytes, ProgressBar};
 
 use super::{Failure, print_answer};
-use crate::session::DataFolder;
 use crate::session::maintenance::{self, Finding, PruneOptions, Pruned, Verification};
 use crate::session::words::{chain, counted};
+use crate::session::{DataFolder, StoreError};
 
 #[derive(clap::Args)]
 pub struct VerifyArguments {
@@ -49,12 +49,20 @@ fn verify_text(verification: &Verification) -> String {
 
 fn closing(verification: &Verification) -> String {
     let checked = counted(verification.checked, "table");
-    match verification.damaged.len() {
+    let is_edited = |finding: &&Finding| matches!(finding.cause, StoreError::Changed { .. });
+    let edited = verification.damaged.iter().filter(is_edited).count();
+    let tables = match verification.damaged.len() - edited {
         0 => format!("{checked} checked, none damaged"),
         damaged => {
             format!(
                 "{checked} checked, {damaged} damaged; `asperity run` recomputes missing tables"
             )
+        }
+    };
+    match edited {
+        0 => tables,
+        _ => {
+            format!("{tables}\nedited pages and figures: {edited}; `asperity report` rewrites them")
         }
     }
 }

@@ -140,10 +140,14 @@ impl Session<'_> {
     /// Cancels waiting and running jobs of the study and returns their numbers.
     ///
     /// # Errors
-    /// If the manifest is invalid or Slurm is not installed.
+    /// If the manifest is invalid, the study has not been submitted, or Slurm is not installed.
     pub fn cancel(&self) -> Result<Vec<String>, SessionError> {
-        let queued = queued(&self.study()?.name)?;
+        let study = self.study()?.name;
         let own = self.submitted_jobs()?;
+        if own.is_empty() {
+            return Err(SessionError::NotSubmitted { study, manifest: self.manifest.clone() });
+        }
+        let queued = queued(&study)?;
         let jobs: BTreeSet<Job> = queued.iter().map(|queued| queued.array).collect();
         let jobs: Vec<Job> = jobs.into_iter().filter(|job| own.contains(job)).rev().collect();
         if !jobs.is_empty() {

@@ -178,7 +178,10 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
     };
     bench.write(STUDY);
     let (code, printed) = share(&bench);
-    assert!(code == Some(2) && printed.contains("`small` has no tables yet"), "{printed}");
+    assert!(
+        code == Some(2) && printed.contains("`small` has no tables for the current manifest"),
+        "{printed}"
+    );
     bench.run(STUDY);
     assert_eq!(share(&bench).0, Some(0));
     let (code, printed) = share(&bench);
