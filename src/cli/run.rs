@@ -40,7 +40,7 @@ pub struct RunArguments {
 
     /// Recompute one task and its missing inputs.
     ///
-    /// KEY is the key of the task, or its first digits, as in the table of failures.
+    /// KEY is the key of the task, or at least its first 4 digits, as in the table of failures.
     #[arg(long, value_name = "KEY")]
     only: Option<String>,
 

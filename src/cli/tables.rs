@@ -4,6 +4,7 @@
 //! Decimal points are aligned, constant columns are printed once, and no line is wider than the
 //! terminal.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -16,11 +17,13 @@ use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
 use arrow::util::display::array_value_to_string;
 use comfy_table::{CellAlignment, ContentArrangement, Table as Grid, presets};
+use serde_json::Value;
 
 use super::terminal::{Output, stdout};
-use super::{Failure, unknown};
+use super::{Failure, Misused, unknown};
+use crate::session::failures::COMMAND;
 use crate::session::results::{Description, Table, TableFile, TableSource};
-use crate::session::words::{cells, counted, short, wrapped};
+use crate::session::words::{cells, counted, listed, short, whole_cells, wrapped};
 use crate::session::{DataFolder, DescribedColumns, StoreError, parallel};
 
 /// Number of rows that are converted to text together.
@@ -31,8 +34,7 @@ pub struct TableArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
 
-    /// Stage whose table to print.
-    #[arg(required_unless_present = "sql")]
+    /// Stage whose table to print (required without `--sql`).
     stage: Option<String>,
 
     /// Run an SQL query (polars dialect) in which every stage is a table.
@@ -63,7 +65,16 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
     let session = super::session(&arguments.manifest, data);
     let table: TableSource = match (&arguments.sql, &arguments.stage) {
         (Some(query), _) => session.sql(query)?.into(),
-        (None, stage) => session.tables()?.open(stage.as_deref().unwrap_or_default())?,
+        (None, Some(stage)) => session.tables()?.open(stage)?,
+        (None, None) => {
+            let stages = session.study()?.stages;
+            let names = listed(stages.iter().map(|stage| stage.name.as_str()), "and");
+            let message = format!(
+                "choose a stage, or use `--sql QUERY`; `{}` has {names}",
+                arguments.manifest.display()
+            );
+            return Err(Misused(message).into());
+        }
     };
     let columns = chosen_columns(&table, &arguments.columns)?;
     let mut out = stdout();
@@ -145,7 +156,8 @@ pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failu
 
 #[derive(clap::Args)]
 pub struct ShowArguments {
-    /// Key of a finished task, or its first digits, or a Parquet file of the store or the results.
+    /// Key of a finished task (at least its first 4 digits), or a Parquet file of the store or the
+    /// results.
     #[arg(value_name = "KEY|FILE")]
     what: PathBuf,
 
@@ -169,16 +181,33 @@ fn write_metadata(out: &mut impl Write, file: &TableFile) -> Result<(), Failure>
         writeln!(out, "{:15}{key}", "key")?;
     }
     for (name, value) in &metadata.entries {
-        let pretty = match name.as_str() {
-            "recipe" => serde_json::from_str::<serde_json::Value>(value)
-                .and_then(|json| serde_json::to_string_pretty(&json)),
-            _ => Ok(value.clone()),
+        let (name, pretty) = match name.as_str() {
+            "recipe" => ("recipe", serde_json::from_str(value).and_then(pretty)),
+            "columns" => ("columns", serde_json::from_str(value).map(column_lines)),
+            "lacking" if value == "[]" => continue,
+            "lacking" => ("absent columns", Ok(value.clone())),
+            name => (name, Ok(value.clone())),
         };
         let value = pretty.unwrap_or_else(|_| value.clone());
         let indented = value.replace('\n', "\n               ");
         writeln!(out, "{:15}{indented}", name.replace('_', " "))?;
     }
     Ok(())
+}
+
+fn pretty(json: Value) -> Result<String, serde_json::Error> {
+    serde_json::to_string_pretty(&json)
+}
+
+/// Returns one line for each of the described columns: name, unit and meaning.
+fn column_lines(descriptions: Vec<BTreeMap<String, Value>>) -> String {
+    let lines = descriptions.iter().map(|column| {
+        let text = |key: &str| column.get(key).and_then(Value::as_str).unwrap_or_default();
+        let unit = text("unit");
+        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+        format!("{}{unit}: {}", text("name"), text("meaning"))
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn write_head(out: &mut impl Write, table: &Table, rows: usize) -> Result<(), Failure> {
@@ -269,6 +298,9 @@ fn columns_text(described: &[DescribedColumns]) -> String {
 fn descriptions(columns: &[&Description]) -> String {
     let mut grid = Grid::new();
     grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    if grid.width().is_none() {
+        grid.set_width(WIDTH as u16);
+    }
     for column in columns {
         grid.add_row([&column.name, &column.unit, &column.explained()]);
     }
@@ -371,9 +403,14 @@ fn printed(
             }
             continue;
         }
+        // Never shorten a command, because users copy it.
+        let is_whole = layout == ColumnLayout::Everything || name == COMMAND.name;
         printed.push(Printed {
             name: name.to_owned(),
-            cells: cells(array.as_ref(), shown),
+            cells: match is_whole || table.rows() == 1 {
+                true => whole_cells(array.as_ref(), shown),
+                false => cells(array.as_ref(), shown),
+            },
             alignment: match array.data_type() {
                 DataType::Utf8 => CellAlignment::Left,
                 _ => CellAlignment::Right,

@@ -10,13 +10,15 @@ use super::{Session, SessionError};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::PublishedTable;
 use asperity_pipeline::results::failures::{
-    self, COMMAND, FAILED, Failures, NOT_STARTED, OUTCOME, REASON, STAGE, stacked,
+    self, FAILED, Failures, NOT_STARTED, OUTCOME, REASON, STAGE, stacked,
 };
 use asperity_pipeline::runner::RunOutcome;
 use asperity_stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
 use asperity_tables::store::Store;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::{Table, TableError};
+
+pub use asperity_pipeline::results::failures::COMMAND;
 
 /// Returns the failed tasks of a run, one row per task.
 pub(super) fn failed_tasks(

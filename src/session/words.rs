@@ -1,7 +1,7 @@
 //! Formatting of numbers and lists for users.
 
 pub use asperity_manifest::diagnostics::{chain, counted, listed, wrapped};
-pub use asperity_tables::cells::cells;
+pub use asperity_tables::cells::{cells, whole_cells};
 
 /// Formats a number with six significant digits, without trailing zeros.
 pub fn short(number: f64) -> String {

@@ -5,13 +5,22 @@ use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Float64Type};
 use arrow::util::display::array_value_to_string;
 
-/// Maximum length of a text in characters. Longer texts are shortened.
+/// Maximum length of a text in characters. [`cells`] shortens longer texts.
 const MAX_LETTERS: usize = 40;
 /// Number of printed digits of a key. The commands `show` and `view` accept a key of this length.
 const KEY_DIGITS: usize = 8;
 
-/// Formats the first `rows` cells of a column.
+/// Formats the first `rows` cells of a column and shortens long texts.
 pub fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
+    formatted(array, rows, MAX_LETTERS)
+}
+
+/// Formats the first `rows` cells of a column. Keys are shortened, but no other texts.
+pub fn whole_cells(array: &dyn Array, rows: usize) -> Vec<String> {
+    formatted(array, rows, usize::MAX)
+}
+
+fn formatted(array: &dyn Array, rows: usize, max_letters: usize) -> Vec<String> {
     let text = |row| {
         if array.is_valid(row) {
             array_value_to_string(array, row).unwrap_or_default()
@@ -23,18 +32,18 @@ pub fn cells(array: &dyn Array, rows: usize) -> Vec<String> {
         DataType::Float64 => {
             reals(&(array.as_primitive::<Float64Type>().iter()).take(rows).collect::<Vec<_>>())
         }
-        DataType::Utf8 => (0..rows).map(|row| shortened(&text(row))).collect(),
+        DataType::Utf8 => (0..rows).map(|row| shortened(&text(row), max_letters)).collect(),
         _ => (0..rows).map(text).collect(),
     }
 }
 
-fn shortened(text: &str) -> String {
+fn shortened(text: &str, max_letters: usize) -> String {
     let is_key = text.len() == 32 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
     if is_key {
         return text[..KEY_DIGITS].to_owned();
     }
-    if text.chars().count() > MAX_LETTERS {
-        text.chars().take(MAX_LETTERS - 1).chain(['…']).collect()
+    if text.chars().count() > max_letters {
+        text.chars().take(max_letters - 1).chain(['…']).collect()
     } else {
         text.to_owned()
     }
