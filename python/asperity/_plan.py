@@ -89,11 +89,11 @@ class Plan:
     def __repr__(self) -> str:
         lines = [f"<asperity.Plan of {self.study}: {self.to_run} tasks to run, {self.core_hours:.3g} core-hours>"]
         for name, kind, cached, to_run, why in self._rows():
-            lines.append(f"  {name:16} {kind:9} {cached:>7} cached {to_run:>7} to run  {why}".rstrip())
+            lines.append(f"  {name:16} {kind:9} {cached:>7} finished {to_run:>7} to run  {why}".rstrip())
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        heads = "".join(f"<th>{head}</th>" for head in ("stage", "kind", "cached", "to run", "why"))
+        heads = "".join(f"<th>{head}</th>" for head in ("stage", "kind", "finished", "to run", "why"))
         rows = "".join(
             "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in self._rows()
         )

@@ -143,7 +143,7 @@ class Study:
         """
         lines = []
         for stage in self.plan().stages:
-            lines.append(f"{stage.name} ({stage.kind}): {stage.cached} reused, {stage.to_run} to run")
+            lines.append(f"{stage.name} ({stage.kind}): {stage.cached} finished, {stage.to_run} to run")
             lines += [f"  {reason.tasks} tasks: {'; '.join(reason.causes)}" for reason in stage.reasons]
         return "\n".join(lines)
 

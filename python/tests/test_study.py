@@ -25,7 +25,7 @@ def test_tables_can_be_asked(finished):
     assert len(finished.failures()) == 0
     assert {claim["verdict"] for claim in finished.claims()} >= {"noted", "not computed"}
     assert finished.report().page.is_file()
-    assert "reused" in finished.explain()
+    assert "finished" in finished.explain()
 
 
 def test_a_mistake_has_file_line_and_column(study):

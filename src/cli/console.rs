@@ -109,10 +109,10 @@ impl Progress {
     }
 }
 
-/// Formats the numbers of tasks of a batch: to run, cached, and left for later.
-fn begun(to_run: usize, cached: usize, all: usize) -> String {
-    let begun = format!("{} to run, {cached} cached", counted(to_run, "task"));
-    match all.saturating_sub(to_run + cached) {
+/// Formats the numbers of tasks of a batch: to run, finished, and left for later.
+fn begun(to_run: usize, finished: usize, all: usize) -> String {
+    let begun = format!("{} to run, {finished} finished", counted(to_run, "task"));
+    match all.saturating_sub(to_run + finished) {
         0 => begun,
         later => format!("{begun}, {later} left for later"),
     }
@@ -241,9 +241,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tasks_left_for_later_are_not_cached() {
-        assert_eq!(begun(2, 33, 35), "2 tasks to run, 33 cached");
-        assert_eq!(begun(1, 0, 35), "1 task to run, 0 cached, 34 left for later");
+    fn tasks_left_for_later_are_not_finished() {
+        assert_eq!(begun(2, 33, 35), "2 tasks to run, 33 finished");
+        assert_eq!(begun(1, 0, 35), "1 task to run, 0 finished, 34 left for later");
     }
 
     #[test]

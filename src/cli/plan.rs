@@ -13,7 +13,7 @@ use super::console::duration;
 use super::tables::write_json;
 use super::terminal::stdout;
 use super::{Failure, print_json};
-use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus};
+use crate::session::status::{Change, GrowingStage, Reason, Sharing, StageCount, StageStatus, Why};
 use crate::session::words::counted;
 use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
 
@@ -141,7 +141,7 @@ fn plan_table(stages: &[StageStatus]) -> String {
     let names = stages.iter().map(|stage| stage.count.name.chars().count());
     let width = names.max().unwrap_or(0).max("stage".len());
     let mut lines =
-        vec![format!("{:width$}  {:9}  {:>8}  {:>8}  why", "stage", "kind", "cached", "to run")];
+        vec![format!("{:width$}  {:9}  {:>8}  {:>8}  why", "stage", "kind", "finished", "to run")];
     for stage in stages {
         let count = &stage.count;
         let why = match reasons(stage).as_slice() {
@@ -201,7 +201,7 @@ pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCo
 /// Describes a stage, with one line for each reason why its tasks will run.
 fn explained(stage: &StageStatus) -> String {
     let StageCount { name, kind, cached, to_run, .. } = stage.count;
-    let mut text = format!("{name} ({kind}): {cached} reused");
+    let mut text = format!("{name} ({kind}): {cached} finished");
     if to_run > 0 {
         text += &format!(", {to_run} to run, {}", core_hours(stage.seconds));
     }
@@ -218,7 +218,18 @@ fn explained(stage: &StageStatus) -> String {
     if more > 0 {
         text += &format!("  and {}\n", counted(more, "other reason"));
     }
+    if kind.name() == "solve" && stage.reasons.iter().any(|reason| changes_loads(reason, name)) {
+        text += "  note: all loads of a changed list are solved again; to keep the results, leave the \
+                 list as it\n  was and add a second `solve` stage with the other loads\n";
+    }
     text
+}
+
+/// Returns whether a changed list of loads of the stage itself makes its tasks run.
+fn changes_loads(reason: &Reason, stage: &str) -> bool {
+    let is_loads = |field: &Change| field.field == "loads";
+    let mut own = reason.causes.iter().filter(|cause| cause.stage == stage);
+    own.any(|cause| matches!(cause.why, Why::Changed { fields } if fields.iter().any(is_loads)))
 }
 
 /// Returns a line for each adaptive stage and the expected time of the missing tasks.

@@ -20,9 +20,11 @@ pub struct ReportArguments {
 
     /// Overwrite a page that shows more than the new one, belongs to another study or was edited.
     ///
-    /// Without this option, the command refuses to overwrite a page that shows more than the new
-    /// one, a page of another study or manifest, and edited pages and figures. A page that
-    /// `asperity report` did not write is never overwritten.
+    /// Without this option, an incomplete study does not overwrite a page that shows more. In the
+    /// study's own folder, `report.html` and `figures/` are otherwise always rewritten, edited or
+    /// not, unless they belong to another manifest. In a folder given with `--output`, the command
+    /// also refuses to overwrite a page of another study and edited pages and figures. A page there
+    /// that `asperity report` did not write is never overwritten.
     #[arg(long)]
     replace: bool,
 

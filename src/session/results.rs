@@ -172,7 +172,8 @@ impl DescribedColumns {
 pub struct ReportOptions {
     /// Folder to write into (default: the folder of the study's tables).
     pub output: Option<PathBuf>,
-    /// Overwrite a page that shows more or belongs to another manifest, and edited files.
+    /// Overwrite a page that shows more or belongs to another manifest and, in `output`, edited
+    /// files.
     pub replace: bool,
     /// Meaning of the error bars.
     pub bars: Bars,

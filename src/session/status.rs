@@ -147,11 +147,12 @@ impl<'a> GrowingStage<'a> {
 }
 
 impl Reason<'_> {
-    /// Returns a phrase for each cause; causes in other stages are marked as upstream.
+    /// Returns a phrase for each cause; causes in earlier stages begin with the
+    /// name of the stage.
     pub fn phrases(&self) -> Vec<String> {
         let phrase = |cause: &NamedCause| match cause.stage == self.stage {
             true => cause.why.to_string(),
-            false => format!("upstream `{}`: {}", cause.stage, cause.why),
+            false => format!("earlier stage `{}`: {}", cause.stage, cause.why),
         };
         self.causes.iter().map(phrase).collect()
     }

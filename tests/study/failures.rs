@@ -142,7 +142,7 @@ fn one_task_is_computed_alone_with_what_it_needs() {
     let path = bench.path("study.toml");
     let fresh = Bench::new();
     let printed = fresh.output(&["run", path.to_str().unwrap(), "--only", &key]);
-    assert!(text(&printed.stderr).contains("small: 3 tasks to run, 0 cached, 16 left for later"));
+    assert!(text(&printed.stderr).contains("small: 3 tasks to run, 0 finished, 16 left for later"));
     let summary = text(&printed.stdout);
     assert!(summary.contains("4 loads on 1 surface · "), "{summary}");
     assert!(summary.contains("· 3 tasks left for later"), "{summary}");
