@@ -203,7 +203,8 @@ pub const LOAD: Column = parameter(
 pub const PRESSURE: Column = parameter(
     "pressure",
     "pressure",
-    "mean pressure over the nominal area; where loads are reduced it is derived from `load`",
+    "mean pressure over the nominal area, in units of E* if the manifest gives no modulus; where \
+     loads are reduced it is derived from `load`",
 )
 .with_role(Role::Derived);
 

@@ -150,7 +150,7 @@ pub const GAP_PERCOLATES_Y: Column = flag(
 pub const MEAN_CONTACT_PRESSURE: Column =
     real("mean_contact_pressure", "pressure", "mean pressure over the contact nodes");
 pub const SECANT: Column =
-    real("secant", "1", "area fraction divided by the load: slope of the secant, an estimate of κ");
+    real("secant", "1", "area fraction divided by the load; it tends to κ under small loads");
 
 pub const STIFFNESS: Column = real(
     "stiffness_finite_difference",

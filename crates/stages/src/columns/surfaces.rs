@@ -137,7 +137,8 @@ pub const DESCRIPTORS: [Column; 14] = [
     real(
         "effective_modes",
         "1",
-        "effective number of modes: inverse participation ratio of their powers",
+        "effective number of modes, 1/Σ P², where P is the fraction of the mean square height in a \
+         pair of modes ±k",
     ),
     real(
         "full_contact_load",
