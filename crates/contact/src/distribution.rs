@@ -20,7 +20,7 @@ pub struct EqualBins {
     pub to: f64,
 }
 
-/// Numbers of values in each bin and above the last bin.
+/// Numbers of values in each bin and above the last bin, from [`EqualBins::counts`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counts {
     /// Number of values in each bin, from the lowest bin to the highest.
@@ -36,13 +36,13 @@ impl EqualBins {
         self.to / f64::from(self.count)
     }
 
-    /// Returns the lower end of a bin; for `bin == count`, the upper end of the last bin.
+    /// Returns the lower end of bin `bin`. For `bin == count`, it is the upper end of the last bin.
     #[inline]
     pub fn edge(&self, bin: u32) -> f64 {
         if bin == self.count { self.to } else { f64::from(bin) * self.width() }
     }
 
-    /// Returns the centre of a bin.
+    /// Returns the centre of bin `bin`.
     pub fn center(&self, bin: u32) -> f64 {
         (f64::from(bin) + 0.5) * self.width()
     }

@@ -25,75 +25,78 @@ pub use free::FreeHalfSpace;
 /// Elastic body under the pressures on a grid.
 ///
 /// A pressure p lowers the surface by u, the convolution of p with an even kernel. The kernel has
-/// one factor for each wave of its mesh. Several threads may use the operator at the same time.
+/// one factor û/p̂ for each wave of the convolution's mesh. Lengths are in units of the longer side
+/// L, pressures in units of E*. Several threads may use the operator at the same time.
 pub trait ElasticOperator: Send + Sync {
     /// Returns the grid on which pressures act.
     fn grid(&self) -> Grid;
 
-    /// Returns the same body on a coarser grid, or `None` if the solution there is no useful
-    /// initial guess.
+    /// Returns the same body on a coarser grid, or `None` if a solution on the coarser grid is no
+    /// useful initial guess.
     ///
-    /// This is so if pressures diverge towards the edges of a map, because interpolation does not
-    /// reproduce the divergence.
+    /// It is no useful guess if pressures diverge towards the edges of a map, because interpolation
+    /// does not reproduce the divergence.
     fn on_coarser(&self, _: Grid) -> Option<Box<dyn ElasticOperator>> {
         None
     }
 
-    /// Returns the numbers of nodes along x and y of the mesh on which pressures are convolved.
+    /// Returns the numbers of nodes along x and y of the mesh for the convolution of pressures.
     ///
-    /// For periodic pressures these are the nodes of the grid. Otherwise the mesh is larger and
-    /// padded with zeros.
+    /// For periodic pressures it is the grid. Otherwise it is larger than the grid, and pressures
+    /// are padded with zeros.
     fn convolved_nodes(&self) -> [usize; 2] {
         self.grid().nodes()
     }
 
-    /// Returns the displacement of a pressure wave per unit pressure.
+    /// Returns û/p̂, the displacement of a pressure wave per unit pressure.
     ///
-    /// `waves` counts the periods of the wave along x and y of the
-    /// [mesh of the convolution](ElasticOperator::convolved_nodes).
+    /// `waves` counts the periods of the wave along x and y of the [mesh of the
+    /// convolution](ElasticOperator::convolved_nodes).
     fn displacement(&self, waves: [usize; 2]) -> f64;
 
-    /// Returns the numbers of nodes along x and y of the mesh on which displacements are convolved
+    /// Returns the numbers of nodes along x and y of the mesh for the convolution of displacements
     /// with the stiffness.
     ///
-    /// For periodic bodies these are the nodes of the grid. Otherwise there is a margin around the
-    /// grid.
+    /// For periodic bodies it is the grid. Otherwise it is the grid with a margin.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.convolved_nodes()
     }
 
-    /// Returns the pressure of a displacement wave per unit displacement, exactly or approximately.
+    /// Returns p̂/û, the pressure of a displacement wave per unit displacement, exactly or
+    /// approximately.
     ///
-    /// `waves` counts the periods of the wave along x and y of the
-    /// [mesh of the stiffness](ElasticOperator::stiffness_nodes). The solver uses the stiffness as
-    /// a preconditioner. It is zero for the mean, so that the load does not change.
+    /// `waves` counts the periods of the wave along x and y of the [mesh of the
+    /// stiffness](ElasticOperator::stiffness_nodes). The solver uses the stiffness as a
+    /// preconditioner. The stiffness of a uniform displacement is zero, so that the preconditioner
+    /// does not change the load.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
-    /// Writes the displacements per unit pressure of the waves with 0, 1, … periods along axis
-    /// `along` and `across` periods along the other axis.
+    /// Writes [`displacement`](Self::displacement) to element n of `displacements` for the wave
+    /// with n periods along axis `along` and `across` periods along the other axis.
     fn displacements(&self, along: Axis, across: usize, displacements: &mut [f64]) {
         for (waves, displacement) in displacements.iter_mut().enumerate() {
             *displacement = self.displacement(along.waves(waves, across));
         }
     }
 
-    /// Writes the stiffnesses of the waves with 0, 1, … periods along axis `along` and `across`
-    /// periods along the other axis.
+    /// Writes [`stiffness`](Self::stiffness) to element n of `stiffnesses` for the wave with n
+    /// periods along axis `along` and `across` periods along the other axis.
     fn stiffnesses(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
         for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
             *stiffness = self.stiffness(along.waves(waves, across));
         }
     }
 
-    /// Returns whether the stiffness is the inverse of the displacement on maps of zero mean.
+    /// Returns whether p̂/û of [`stiffness`](Self::stiffness) is exactly the inverse of û/p̂ of
+    /// [`displacement`](Self::displacement), except for the uniform wave.
     ///
     /// If so, a pressure exists that flattens any heights, and contact can be full.
     fn stiffness_is_exact(&self) -> bool;
 
-    /// Returns whether a uniform pressure displaces no node, so that all displacements have zero
-    /// mean.
+    /// Returns whether a uniform pressure displaces no node, so that the displacements under any
+    /// pressure have zero mean.
     ///
-    /// In such a body a uniform pressure moves only the far field. This displacement is not defined
+    /// In such a body, a uniform pressure moves only the far field. This displacement is undefined
     /// and counts as zero.
     fn has_zero_mean_displacement(&self) -> bool;
 
@@ -136,12 +139,13 @@ impl Axis {
     }
 }
 
-/// Returns the convolution kernel that turns pressures into displacements.
+/// Returns the convolution kernel that turns pressures into displacements, on the mesh of
+/// [`ElasticOperator::convolved_nodes`].
 pub fn displacement<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
     displacement_on(&Threads::one(), operator)
 }
 
-/// Returns the kernel of [`displacement`], computed by several threads.
+/// Returns the kernel of [`displacement`]. The given threads compute it.
 pub(crate) fn displacement_on<T: Real>(
     threads: &Threads,
     operator: &dyn ElasticOperator,
@@ -152,12 +156,13 @@ pub(crate) fn displacement_on<T: Real>(
     })
 }
 
-/// Returns the convolution kernel that turns displacements into pressures.
+/// Returns the convolution kernel that turns displacements into pressures, on the mesh of
+/// [`ElasticOperator::stiffness_nodes`].
 pub fn stiffness<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
     stiffness_on(&Threads::one(), operator)
 }
 
-/// Returns the kernel of [`stiffness`], computed by several threads.
+/// Returns the kernel of [`stiffness`]. The given threads compute it.
 pub(crate) fn stiffness_on<T: Real>(
     threads: &Threads,
     operator: &dyn ElasticOperator,
@@ -168,18 +173,20 @@ pub(crate) fn stiffness_on<T: Real>(
     })
 }
 
-/// Plans the transform for the displacement kernel of the operator.
+/// Plans convolutions of maps on the operator's grid with the kernel of [`displacement`].
 pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
     Transform::padded(operator.grid().nodes(), operator.convolved_nodes())
 }
 
-/// Number of rows of factors that are evaluated before they are added up.
+/// Number of rows of factors (one row per k_x) that [`mean_over_waves`] evaluates before it adds
+/// them up.
 const ROWS_PER_BATCH: usize = 64;
 
-/// Returns the mean of the kernel's factors over all waves, which is the kernel at the origin.
+/// Returns the mean of a kernel's factors over all N_x N_y waves, which is the kernel at the
+/// origin.
 ///
-/// `factors` writes the factors for one k_x and for k_y = 0, 1, …. Several threads evaluate them,
-/// and one thread adds them up in order.
+/// `factors(k_x, row)` writes the factors for k_y = 0, 1, …, N_y/2 to `row`. Several threads
+/// evaluate rows, and one thread adds up the factors in order of k_x and k_y.
 fn mean_over_waves(
     threads: &Threads,
     [nodes_x, nodes_y]: [usize; 2],
@@ -207,9 +214,9 @@ fn mean_over_waves(
 
 /// Isotropic half-space under a periodic pressure.
 ///
-/// In full contact under a mean pressure p₀ the pressure is p₀ + F⁻¹(|q| ĥ)/2, in units of E*, if
-/// heights are in units of the cell's longer side. By Parseval's theorem its variance is a quarter
-/// of the mean square slope of the heights.
+/// In full contact under a mean pressure p₀, the pressure is p₀ + F⁻¹(|q| ĥ)/2, with the heights h
+/// in units of L and pressures in units of E*. By Parseval's theorem its variance is a quarter of
+/// the mean square slope of the heights.
 ///
 /// ```
 /// use std::f64::consts::PI;
@@ -229,12 +236,12 @@ pub struct PeriodicHalfSpace {
 }
 
 impl PeriodicHalfSpace {
-    /// Creates the half-space below a grid; only the ratio of the grid's lengths matters.
+    /// Creates the half-space below a grid. Only the ratio of the sides L_x and L_y matters.
     pub fn new(grid: Grid) -> Self {
         Self { grid }
     }
 
-    /// Returns the wavenumber |q|/2π, also for Nyquist waves.
+    /// Returns the wavenumber k = |q|/2π of a wave in units of 1/L, also for Nyquist waves.
     #[inline(always)]
     fn wavenumber(&self, waves: [usize; 2]) -> f64 {
         self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
@@ -250,14 +257,14 @@ impl ElasticOperator for PeriodicHalfSpace {
         Some(Box::new(Self::new(grid)))
     }
 
-    /// Returns 2/|q|, and zero at q = 0.
+    /// Returns û/p̂ = 2/|q|, and zero at q = 0.
     #[inline(always)]
     fn displacement(&self, waves: [usize; 2]) -> f64 {
         let k = self.wavenumber(waves);
         if k > 0.0 { 1.0 / (PI * k) } else { 0.0 }
     }
 
-    /// Returns the stiffness |q|/2 of a wave.
+    /// Returns p̂/û = |q|/2.
     #[inline(always)]
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         PI * self.wavenumber(waves)
@@ -294,7 +301,7 @@ mod tests {
         ]
     }
 
-    /// Returns cos 2π(a x/L_x + b y/L_y) on the mesh.
+    /// Returns the map of cos 2π(a x/L_x + b y/L_y).
     fn wave(grid: Grid, a: usize, b: usize) -> Vec<f64> {
         let [nodes_x, nodes_y] = grid.nodes();
         let phase = |node: usize| {
@@ -314,8 +321,8 @@ mod tests {
         out
     }
 
-    /// Returns grids and waves (grid, a, b, |q|) up to the Nyquist wave, |q| in units of the
-    /// inverse longer side.
+    /// Returns tuples (grid, a, b, |q|) of waves with a and b periods along x and y, up to the
+    /// Nyquist wave. |q| is in units of 1/L.
     fn waves() -> [(Grid, usize, usize, f64); 9] {
         let lying = rectangle([12, 16], [1.5, 4.0]);
         [

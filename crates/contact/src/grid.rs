@@ -11,8 +11,8 @@ pub enum Boundary {
     /// The surface is periodic along x and y.
     #[default]
     Periodic,
-    /// The map is an isolated patch on a half-space: the pressure beyond the edges is zero,
-    /// displacements are absolute, and contact and clusters end at the edges.
+    /// The map is an isolated patch on a half-space. The pressure outside the edges is zero,
+    /// displacements are relative to points far away, and contact and clusters end at the edges.
     Free,
 }
 
@@ -31,7 +31,7 @@ impl Boundary {
     }
 }
 
-/// A rectangle of sides L_x × L_y, in any unit of length.
+/// Rectangle with the sides L_x × L_y, in any unit of length.
 ///
 /// Wavenumbers k count waves along the longer side L, so that q = 2πk/L. Reduced lengths are
 /// multiples of L.
@@ -112,21 +112,23 @@ impl Cell {
         self.size[0] * self.size[1]
     }
 
-    /// Converts numbers of waves along x and y to a wavevector in units of 2π/L.
+    /// Converts the numbers of waves along x and y to the wavevector (k_x, k_y) = (`waves[0]`
+    /// L/L_x, `waves[1]` L/L_y).
     #[inline]
     pub fn wavevector(&self, waves: [f64; 2]) -> [f64; 2] {
         let [aspect_x, aspect_y] = self.aspect();
         [waves[0] * aspect_x, waves[1] * aspect_y]
     }
 
-    /// Converts numbers of waves along x and y to the length of the wavevector, in units of 2π/L.
+    /// Converts the numbers of waves along x and y to the wavenumber k = (k_x² + k_y²)^½ of
+    /// [`wavevector`](Self::wavevector).
     #[inline]
     pub fn wavenumber(&self, waves: [f64; 2]) -> f64 {
         let [k_x, k_y] = self.wavevector(waves);
         (k_x * k_x + k_y * k_y).sqrt()
     }
 
-    /// Returns the ratios L/L_x and L/L_y.
+    /// Returns [L/L_x, L/L_y], with the longer side L.
     ///
     /// Both are exactly one on a square, so that its wavevectors have integer components.
     #[inline]
@@ -155,7 +157,8 @@ impl Grid {
     /// Creates a grid of `nodes` × `nodes` nodes on a square cell.
     ///
     /// # Errors
-    /// Fails under the conditions of [`Grid::new`] and [`Cell::new`].
+    ///
+    /// Fails for the reasons for which [`Grid::new`] and [`Cell::new`] fail.
     pub fn square(nodes: usize, side: f64) -> Result<Self, GridError> {
         Self::new([nodes; 2], Cell::square(side)?)
     }
@@ -175,9 +178,9 @@ impl Grid {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Returns the grid of every second node along both axes, starting with the first.
+    /// Returns the grid of every second node along both axes, starting with the first node.
     ///
-    /// Returns `None` if a number of nodes is odd.
+    /// Returns `None` if N_x or N_y is odd.
     pub fn coarsened(&self) -> Option<Self> {
         let is_even = self.nodes.iter().all(|nodes| nodes.is_multiple_of(2));
         is_even.then(|| Self { nodes: self.nodes.map(|nodes| nodes / 2), ..*self })
@@ -189,14 +192,14 @@ impl Grid {
         [size_x / self.nodes[0] as f64, size_y / self.nodes[1] as f64]
     }
 
-    /// Returns L/min(Δx, Δy): the number of steps along the longer side at the smaller spacing.
+    /// Returns L/min(Δx, Δy), the number of nodes per longer side at the smaller spacing.
     pub fn smaller_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;
         along_x.max(self.nodes[1] as f64 * aspect_y)
     }
 
-    /// Returns L/max(Δx, Δy): the number of steps along the longer side at the larger spacing.
+    /// Returns L/max(Δx, Δy), the number of nodes per longer side at the larger spacing.
     pub fn larger_steps(&self) -> f64 {
         let [aspect_x, aspect_y] = self.cell.aspect();
         let along_x = self.nodes[0] as f64 * aspect_x;
@@ -215,7 +218,8 @@ impl Grid {
     }
 }
 
-/// Returns the wavenumber |k| of entry `index` of a discrete Fourier transform of length `nodes`.
+/// Returns |k| = min(`index`, `nodes` − `index`), the wavenumber of entry `index` of a discrete
+/// Fourier transform of length `nodes`.
 ///
 /// On N nodes, k and k − N are the same wave.
 pub(crate) fn magnitude(index: usize, nodes: usize) -> usize {

@@ -5,8 +5,8 @@
 //! differ in speed only: AVX-512 and AVX2 give the same bytes.
 //!
 //! [`Instructions::Portable`] does the same operations without vector instructions, for all other
-//! processors. There rustfft chooses its own instructions for surfaces and for meshes with factors
-//! other than 2, 3 and 5, and rounds differently: results agree to rounding, not to the bit.
+//! processors. On these, rustfft chooses its own instructions to generate surfaces and for meshes
+//! with factors other than 2, 3 and 5. Results then agree to rounding errors, not to the bit.
 //! Without fused multiply-add, as on x86-64 processors before 2013, this set is slow.
 
 use std::fmt;
@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 
-/// Set of vector instructions of this processor.
+/// Set of vector instructions that the processor supports.
 #[derive(Debug, Clone, Copy)]
 pub enum Instructions {
     /// Registers of 512 bits (AVX-512).
@@ -24,7 +24,7 @@ pub enum Instructions {
     /// Registers of 256 bits and fused multiply-add (AVX2).
     #[cfg(target_arch = "x86_64")]
     Avx2(V3),
-    /// Scalar arithmetic that the compiler translates.
+    /// Scalar arithmetic, for any processor.
     Portable,
 }
 
@@ -43,7 +43,8 @@ impl Instructions {
         all
     }
 
-    /// Returns the set that this process uses: the chosen one, or the widest.
+    /// Returns the set that this process uses: the one that [`choose`](Self::choose) has set,
+    /// otherwise the widest.
     pub fn in_use() -> Self {
         *CHOSEN.get_or_init(|| Self::all()[0])
     }
@@ -76,7 +77,7 @@ impl Instructions {
     }
 }
 
-/// Error of [`Instructions::choose`], when it cannot use an instruction set.
+/// Reason why [`Instructions::choose`] cannot use an instruction set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error messages describe the variants")]
 pub enum ChooseError {

@@ -14,12 +14,14 @@ use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Number of nodes for each thread: waking a thread takes as long as a few thousand nodes, so
-/// smaller maps do not benefit from another thread.
+/// Number of nodes of a pass for each thread.
+///
+/// Waking a thread takes as long as the work on a few thousand nodes, so more threads would not be
+/// faster on small maps.
 const NODES_PER_THREAD: usize = 1 << 17;
 
-/// Number of blocks per thread. With several, other threads can take over the blocks of a delayed
-/// one.
+/// Number of blocks per thread into which [`Workers::cuts`] divides work. With several, other
+/// threads can take over the blocks of a delayed one.
 const BLOCKS_PER_THREAD: usize = 4;
 
 /// Returns the number of cores that this process may use.
@@ -53,14 +55,15 @@ pub fn available_cores() -> NonZeroUsize {
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
     cores: Option<Arc<Cores>>,
-    /// Time that other cores have spent on the work of this task, in nanoseconds.
+    /// Total time that other cores have been lent to this task, in nanoseconds.
     helper_time: Arc<AtomicU64>,
 }
 
 #[derive(Debug)]
 struct Cores {
-    /// Pool of `count − 1` workers; the calling thread is the last worker. One more worker
-    /// would compete with the caller for its core, because idle workers wake up for any work.
+    /// Pool of `count − 1` threads; the calling thread is the last one. With one more thread in the
+    /// pool, the caller would have to compete for its core, because idle threads of a pool wake up
+    /// for any work.
     pool: ThreadPool,
     count: usize,
     in_use: Mutex<InUse>,
@@ -75,13 +78,15 @@ struct InUse {
 }
 
 impl Threads {
-    /// Returns a pool with the calling thread only.
+    /// Returns a pool that consists of the calling thread alone.
     pub fn one() -> Self {
         Self::default()
     }
 
-    /// Starts `count` threads, including the calling one, or fewer if the system refuses some of
-    /// them. They end when the last clone is dropped.
+    /// Starts a pool of `count` threads, including the calling thread. If the system refuses to
+    /// start them, the pool is smaller.
+    ///
+    /// The threads end when the last clone is dropped.
     pub fn new(count: NonZeroUsize) -> Self {
         let mut helpers = count.get() - 1;
         while helpers > 0 {
@@ -104,7 +109,8 @@ impl Threads {
         Self::one()
     }
 
-    /// Starts at most `count` threads, and no more than are useful on a mesh of this many nodes.
+    /// Starts a pool of at most `count` threads, and of no more than
+    /// [`useful_for`](Self::useful_for) a map of `nodes` nodes.
     pub fn for_mesh(count: NonZeroUsize, nodes: usize) -> Self {
         let useful_for = NonZeroUsize::new(Self::useful_for(nodes));
         Self::new(useful_for.map_or(count, |useful_for| useful_for.min(count)))
@@ -115,7 +121,7 @@ impl Threads {
         self.cores.as_ref().map_or(1, |cores| cores.count)
     }
 
-    /// Reserves a core for a task until the returned value is dropped.
+    /// Begins a task and reserves a core for it until the returned value is dropped.
     pub fn begin_task(&self) -> Task {
         if let Some(cores) = &self.cores {
             cores.change(|in_use| in_use.tasks += 1);
@@ -123,17 +129,19 @@ impl Threads {
         Task { threads: Self { cores: self.cores.clone(), helper_time: Arc::default() } }
     }
 
-    /// Returns the number of threads that are useful for a pass over this many nodes.
+    /// Returns the number of threads that are useful for a pass over `nodes` nodes, at least one.
     pub fn useful_for(nodes: usize) -> usize {
         (nodes / NODES_PER_THREAD).max(1)
     }
 
-    /// Borrows free threads for a pass over this many nodes, as many as are useful.
+    /// Borrows free threads for a pass over `nodes` nodes, as many as are
+    /// [useful](Self::useful_for).
     pub fn workers(&self, nodes: usize) -> Workers<'_> {
         self.workers_up_to(Self::useful_for(nodes))
     }
 
-    /// Runs two functions, in parallel if a second thread is free and useful for this many nodes.
+    /// Runs two functions that visit about `nodes` nodes together, and returns their results. They
+    /// run in parallel if a second thread is free and useful for so many nodes.
     pub fn join<A, B: Send>(
         &self,
         nodes: usize,
@@ -154,7 +162,8 @@ impl Threads {
         }
     }
 
-    /// Borrows free threads, at most `most` including the calling one.
+    /// Borrows free threads until the returned value is dropped: at most `most`, including the
+    /// calling thread.
     pub fn workers_up_to(&self, most: usize) -> Workers<'_> {
         let cores = self.cores.as_deref();
         Workers {
@@ -171,7 +180,8 @@ impl Cores {
         change(&mut self.in_use.lock().expect("no panic happens while it is held"))
     }
 
-    /// Lends free cores to a task: at most `most`, and at most an equal share of all cores.
+    /// Lends free cores to a task and returns their number: at most `most`, and at most
+    /// ⌈`count`/`tasks`⌉ − 1, an equal share of all cores.
     fn lend(&self, most: usize) -> usize {
         self.change(|in_use| {
             let tasks = in_use.tasks.max(1);
@@ -195,7 +205,7 @@ impl Task {
         &self.threads
     }
 
-    /// Returns the time that other cores have spent on the task.
+    /// Returns the total time for which other cores have been lent to the task.
     pub fn helper_time(&self) -> Duration {
         Duration::from_nanos(self.threads.helper_time.load(Ordering::Relaxed))
     }
@@ -209,7 +219,8 @@ impl Drop for Task {
     }
 }
 
-/// Threads that share one pass.
+/// Threads that share one pass, including the calling thread. Dropping the value returns the others
+/// to the pool.
 pub struct Workers<'a> {
     cores: Option<&'a Cores>,
     helpers: usize,
@@ -218,8 +229,8 @@ pub struct Workers<'a> {
 }
 
 impl Workers<'_> {
-    /// Divides `pieces` (at least one) into blocks. Returns the index of the first piece of each
-    /// block.
+    /// Divides `pieces` (at least one) consecutive pieces of work into blocks of about equal size.
+    /// Returns the index of the first piece of each block.
     pub fn cuts(&self, pieces: usize) -> Vec<usize> {
         let blocks = match self.helpers {
             0 => 1,
@@ -228,9 +239,9 @@ impl Workers<'_> {
         (0..blocks).map(|block| block * pieces / blocks).collect()
     }
 
-    /// Calls `work` on each block, in any order.
+    /// Calls `work(state, block)` for each block, in any order.
     ///
-    /// Each thread uses one of `states`; missing ones are created by `new_state`.
+    /// Each thread uses its own element of `states`. Missing elements are created with `new_state`.
     pub fn for_each<V: Send, B: Send>(
         &self,
         states: &mut Vec<V>,

@@ -13,32 +13,34 @@ use super::ElasticOperator;
 use crate::fft::Transform;
 use crate::grid::{Grid, magnitude};
 
-/// Width of the margin around the map for the convolution with the stiffness, as a fraction of the
-/// longer side. With margins of an eighth, a quarter and a half, a light contact on 1024² nodes
-/// takes 162, 158 and 151 pairs of transforms, and a heavy one 209, 185 and 183.
+/// Width of the margin for the convolution with the stiffness, as a fraction of the longer side.
+///
+/// With margins of 1/8, 1/4 and 1/2, a light contact on 1024² nodes takes 162, 158 and 151 pairs of
+/// transforms, and a heavy one 209, 185 and 183.
 const MARGIN: f64 = 0.25;
 
-/// Divisor of the lengths of transforms that are fast, which have the factors 2, 3 and 5 only.
+/// Divisor of the fast transform lengths. These lengths have the prime factors 2, 3 and 5 only.
 const NODES_TOGETHER: usize = 32;
 
 /// Isotropic half-space under a pressure that is zero outside the map.
 ///
-/// Displacements are relative to points far away. No finite pressure flattens the surface, because
-/// the flattening pressure diverges at the edges of the map, with either sign.
+/// Displacements are relative to points far away. The stiffness is approximate: the pressure that
+/// flattens a surface diverges at the edges of the map, with either sign, so no finite pressure
+/// does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeHalfSpace {
     grid: Grid,
-    /// Displacements per unit pressure of the waves of the doubled mesh, row by row: k_x up to N_x,
-    /// k_y up to N_y.
+    /// Factors û/p̂ of the waves of the mesh with 2N_x × 2N_y nodes: (k_x, k_y) at index k_x (N_y +
+    /// 1) + k_y, for k_x = 0, …, N_x and k_y = 0, …, N_y.
     factors: Vec<f64>,
-    /// Numbers of nodes along x and y, with the margin.
+    /// Numbers of nodes along x and y of the grid with its margin.
     stiffness_nodes: [usize; 2],
 }
 
 impl FreeHalfSpace {
     /// Creates the half-space below a grid whose nodes are the centres of cells.
     ///
-    /// Only the ratio of the grid's lengths matters.
+    /// Only the ratio of the sides L_x and L_y matters.
     pub fn new(grid: Grid) -> Self {
         let doubled = grid.nodes().map(|nodes| 2 * nodes);
         let [step_x, step_y] = grid.spacing().map(|step| step / grid.cell().longer_side());
@@ -59,7 +61,7 @@ impl FreeHalfSpace {
         let transform = Transform::new(doubled);
         let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
         transform.forward(&displacements, &mut spectrum, &mut transform.scratch());
-        // The transform of an even map is real, except for rounding. Rows beyond N_x repeat earlier
+        // The transform of an even map is real, except for rounding. Rows k_x > N_x repeat earlier
         // rows.
         spectrum.truncate((grid.nodes()[0] + 1) * transform.spectrum_columns());
         let mut factors: Vec<f64> = spectrum.into_iter().map(|value| value.re).collect();
@@ -74,8 +76,7 @@ impl FreeHalfSpace {
     }
 }
 
-/// Returns the number of nodes along one axis with a margin, rounded up to a fast length but at
-/// most twice the nodes.
+/// Returns `nodes` + `margin`, rounded up to the next fast transform length, but at most 2 `nodes`.
 fn with_margin(nodes: usize, margin: usize) -> usize {
     let has_small_factors = |count: &usize| {
         let mut rest = *count;
@@ -92,15 +93,16 @@ fn with_margin(nodes: usize, margin: usize) -> usize {
     fast.min(2 * nodes)
 }
 
-/// Returns the displacement at (x, y) from the centre of a cell under unit pressure, with E* = 1.
+/// Returns the displacement, by Love's integral, at (x, y) from the centre of a cell of
+/// `step_x` × `step_y` under unit pressure on the cell, with E* = 1.
 fn displacement_beside_cell([x, y]: [f64; 2], [step_x, step_y]: [f64; 2]) -> f64 {
     let [a, b] = [x - step_x / 2.0, x + step_x / 2.0];
     let [c, d] = [y - step_y / 2.0, y + step_y / 2.0];
     (corner(b, d) - corner(a, d) - corner(b, c) + corner(a, c)) / PI
 }
 
-/// Returns s asinh(t/|s|) + t asinh(s/|t|). The form with logarithms would lose digits far from the
-/// cell.
+/// Returns s asinh(t/|s|) + t asinh(s/|t|), the antiderivative in Love's integral. Its form with
+/// logarithms would lose digits far from the cell.
 fn corner(s: f64, t: f64) -> f64 {
     let term = |s: f64, t: f64| {
         if s == 0.0 { 0.0 } else { s * libm::asinh(t / s.abs()) }
@@ -121,12 +123,12 @@ impl ElasticOperator for FreeHalfSpace {
         self.factors[k_x * (self.grid.nodes()[1] + 1) + k_y]
     }
 
-    /// Returns the numbers of nodes of the grid with its margin.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.stiffness_nodes
     }
 
-    /// Returns |q|/2, as if the grid with its margin were periodic.
+    /// Returns |q|/2 for a wave of `waves` periods on the grid with its margin, as if this were
+    /// periodic.
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         let (nodes, all) = (self.grid.nodes(), self.stiffness_nodes());
         let waves = [0, 1].map(|axis| waves[axis] as f64 * nodes[axis] as f64 / all[axis] as f64);
@@ -167,7 +169,7 @@ mod tests {
         assert!((body.nodal_compliance(&Threads::one()) - expected).abs() < 1e-14);
         assert!((displacement_beside_cell([0.0; 2], [side; 2]) - expected).abs() < 1e-15);
         // A corner of the square is the centre of a square of twice the side, of which this square
-        // is a quarter: the displacement is half of that in the centre.
+        // is a quarter. The displacement is half the displacement at the centre.
         let corner = displacement_beside_cell([side / 2.0; 2], [side; 2]);
         assert!((corner / expected - 0.5).abs() < 1e-14);
     }
@@ -241,7 +243,8 @@ mod tests {
         let sunk = sunk(grid, &pressure);
         let centre = sunk[128 * 256 + 128];
         assert!((centre / (2.0 * radius) - 1.0).abs() < 2e-3);
-        // Half a cell off the edge, where the slope is logarithmic.
+        // Half a cell outside the edge, where the slope of the displacement diverges
+        // logarithmically.
         let edge = 0.5 * (sunk[128 * 256 + 191] + sunk[128 * 256 + 192]);
         assert!((edge / (4.0 * radius / PI) - 1.0).abs() < 1e-2);
     }
