@@ -60,8 +60,8 @@ pub struct Load {
     /// Load in the unit of the manifest: E* × rms slope or pascals. It is the same for all
     /// surfaces.
     pub given: f64,
-    /// Reduced pressure p₀/(E* h′), averaged over the surfaces that have the load: under one
-    /// pressure in pascals it differs between surfaces of unequal rms slope.
+    /// Reduced load p₀/(E* h′), averaged over the surfaces that have the load. One pressure in
+    /// pascals gives different reduced loads for surfaces of unequal rms slope.
     pub reduced: f64,
 }
 
@@ -183,7 +183,8 @@ struct Loads<'a> {
 }
 
 impl Loads<'_> {
-    /// Returns the load of rows with the load `given`. Reduced loads that differ are averaged.
+    /// Combines the loads of rows whose given load is `given`. Reduced loads that differ are
+    /// averaged.
     fn common(&self, given: f64, rows: impl Iterator<Item = usize> + Clone) -> Load {
         let Some(of_rows) = self.reduced else {
             let reduced = given;

@@ -3,7 +3,7 @@
 //! The scatter of height distributions between surfaces requires the histograms of about a thousand
 //! surfaces, which would be millions of rows. `pool` therefore measures all surfaces of a parameter
 //! point in one task that stores only sums. If a study is extended, all surfaces are measured
-//! again, which takes seconds because they are drawn but not pressed.
+//! again, which takes seconds because no contact is solved.
 
 mod contacts;
 pub mod distributions;

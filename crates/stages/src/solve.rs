@@ -199,11 +199,11 @@ impl Stage for Params {
             let watch = LoadWatch {
                 context,
                 expected: after - before,
-                shares: [before, after].map(|pairs| pairs / expected(&loads)),
+                finished: [before, after].map(|pairs| pairs / expected(&loads)),
                 last_report: Cell::new(Instant::now()),
             };
             block.press(&watch)?;
-            (context.advance)(watch.shares[1]);
+            (context.advance)(watch.finished[1]);
             if block.has_next_load() && context.checkpoints.is_due() {
                 let save = &mut |out: &mut dyn Write| block.save(out);
                 context.checkpoints.keep(save);
@@ -297,8 +297,7 @@ struct LoadWatch<'a> {
     /// Expected pairs of transforms of the load.
     expected: f64,
     /// Finished fraction of the block before and after the load.
-    shares: [f64; 2],
-    /// Time of the last report.
+    finished: [f64; 2],
     last_report: Cell<Instant>,
 }
 
@@ -316,7 +315,7 @@ impl Watch for LoadWatch<'_> {
             return;
         }
         self.last_report.set(Instant::now());
-        let [before, after] = self.shares;
+        let [before, after] = self.finished;
         let done = (f64::from(pairs) / self.expected).min(1.0);
         (self.context.advance)(before + done * (after - before));
     }

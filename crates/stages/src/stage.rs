@@ -401,7 +401,7 @@ pub enum StageError {
     SpectralDensity(#[source] SpectralDensityError),
     #[error(
         "no mode of the mesh lies in the range of the spectrum, from wavenumber {from:.4e} to \
-         {to:.4e}"
+         {to:.4e}; change `side` or `nodes`"
     )]
     NoModes {
         /// Smallest wavenumber with a density.
@@ -410,7 +410,10 @@ pub enum StageError {
         to: f64,
     },
     /// Heights cannot be drawn again because the spectrum is in the table of another task.
-    #[error("the heights of a surface with the spectrum of another stage are not stored")]
+    #[error(
+        "the heights of this surface are not stored, and its spectrum is in the table of another \
+         stage; set `heights = \"keep\"`"
+    )]
     NotKept,
     /// A table that a query reads is damaged.
     #[error(transparent)]

@@ -109,7 +109,7 @@ pub fn polars_error(error: PolarsError) -> StageError {
 ///
 /// # Errors
 /// Returns an error if two columns have the same name.
-pub fn lazy(table: TableSource, damage: &FirstStoreError) -> Result<LazyFrame, StageError> {
+pub fn lazy(table: TableSource, first_error: &FirstStoreError) -> Result<LazyFrame, StageError> {
     let empty = table.first(&column_indices(&table, None), 0);
     let schema = from_table(&empty.map_err(StageError::Store)?)?.schema().clone();
     let arguments = ScanArgsAnonymous {
@@ -117,7 +117,7 @@ pub fn lazy(table: TableSource, damage: &FirstStoreError) -> Result<LazyFrame, S
         name: "table of a stage",
         ..ScanArgsAnonymous::default()
     };
-    let scan = Scan { table, schema, damage: damage.clone() };
+    let scan = Scan { table, schema, first_error: first_error.clone() };
     LazyFrame::anonymous_scan(Arc::new(scan), arguments).map_err(polars_error)
 }
 
@@ -167,7 +167,7 @@ pub fn counts_of(table: &dyn AnonymousScan, names: &[&str]) -> Option<BTreeMap<V
 struct Scan {
     table: TableSource,
     schema: SchemaRef,
-    damage: FirstStoreError,
+    first_error: FirstStoreError,
 }
 
 impl AnonymousScan for Scan {
@@ -180,7 +180,7 @@ impl AnonymousScan for Scan {
         let names = names.map(|names| names.iter().map(|name| name.as_str()).collect::<Vec<_>>());
         let rows = wanted.n_rows.unwrap_or(usize::MAX);
         let table = self.table.first(&column_indices(&self.table, names.as_deref()), rows);
-        let table = table.map_err(|error| self.damage.record(error))?;
+        let table = table.map_err(|error| self.first_error.record(error))?;
         from_table(&table).map_err(|error| PolarsError::ComputeError(error.to_string().into()))
     }
 

@@ -91,14 +91,14 @@ fn answer(
     check_names(&statement, names)?;
     let columns: Vec<(String, Vec<String>)> =
         tables.iter().map(|(name, table)| (name.clone(), table.names())).collect();
-    let damage = FirstStoreError::default();
+    let first_error = FirstStoreError::default();
     let mut context = SQLContext::new();
     for (name, table) in tables {
-        context.register(&name, frame::lazy(table, &damage)?);
+        context.register(&name, frame::lazy(table, &first_error)?);
     }
     let answer = context.execute(&statement.text);
     let answer = answer.and_then(|frame| engine::collect(frame, memory));
-    answer.map_err(|error| match damage.take() {
+    answer.map_err(|error| match first_error.take() {
         Some(error) => StageError::Store(error),
         None => QueryError::from_polars(&error, &statement, &columns).into(),
     })

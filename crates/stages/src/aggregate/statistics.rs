@@ -54,7 +54,7 @@ pub enum Statistic {
     Max,
     /// Quantile of the rows by linear interpolation.
     Quantile(f64),
-    /// Confidence interval of the mean with this level, by Student's t over surfaces.
+    /// Confidence interval of the mean at this level, by Student's t over surfaces.
     Confidence(f64),
     /// Slope of the least-squares line through the rows against `load`.
     #[serde(rename = "regr_slope")]
@@ -97,8 +97,8 @@ impl Statistic {
         let known = WORDS.iter().find(|(known, _)| *known == word);
         known
             .map(|(_, statistic)| *statistic)
-            .or_else(|| share_after("ci", word).map(Statistic::Confidence))
-            .or_else(|| share_after("q", word).map(Statistic::Quantile))
+            .or_else(|| fraction_after("ci", word).map(Statistic::Confidence))
+            .or_else(|| fraction_after("q", word).map(Statistic::Quantile))
     }
 
     /// Returns the suffix of the statistic's column. Both columns of a confidence interval have
@@ -125,7 +125,7 @@ impl Statistic {
 }
 
 /// Returns the fraction whose decimals follow a prefix, such as 0.05 for `q05`.
-fn share_after(prefix: &str, word: &str) -> Option<f64> {
+fn fraction_after(prefix: &str, word: &str) -> Option<f64> {
     let digits = word.strip_prefix(prefix)?;
     let is_plain = (2..=6).contains(&digits.len()) && digits.bytes().all(|b| b.is_ascii_digit());
     // `q100` and `ci100` would mean 10 %, which is surely not intended.
@@ -146,7 +146,7 @@ pub fn meaning(suffix: &str) -> Option<String> {
     // Rounded, because 0.29 × 100 is not an integer in floating point.
     let percent = |share: f64| (share * 1e6).round() / 1e4;
     if let Some((word, end @ ("lower" | "upper"))) = suffix.rsplit_once('_') {
-        let level = percent(share_after("ci", word)?);
+        let level = percent(fraction_after("ci", word)?);
         return Some(format!(
             "{end} end of the {level} % confidence interval, by Student's t over surfaces, of the \
              mean"
@@ -172,7 +172,8 @@ pub fn meaning(suffix: &str) -> Option<String> {
 /// Intermediate column with the sampling unit of each row. Names of users' columns have no spaces.
 pub const SAMPLING_UNIT: &str = "sampling unit";
 
-/// Adds to each row the sum and the number of the values of its sampling unit in its group.
+/// Adds two columns for each column in `over`: the sum and the number of the values that the
+/// sampling unit of the row has in the group of the row.
 pub fn with_sums(rows: LazyFrame, keys: &[Expr], over: &[String]) -> Result<LazyFrame, StageError> {
     let unit: Vec<Expr> = keys.iter().cloned().chain([col(SAMPLING_UNIT)]).collect();
     let within = |values: Expr| values.over(unit.clone()).map_err(polars_error);
@@ -201,7 +202,7 @@ fn surfaces(name: &str) -> Expr {
 pub fn standard_error(name: &str) -> Expr {
     let known = || value(name).is_not_null();
     let deviation = col(sum_of(name)) - col(rows_of(name)) * value(name).mean();
-    // Each row has the deviation of its surface, so that the rows of a surface together count once.
+    // All rows of a surface hold its deviation. Divided by their number, they count once.
     let each = (deviation.clone() * deviation / col(rows_of(name))).filter(known());
     let variance = each.sum() * surfaces(name) / (surfaces(name) - lit(1.0));
     let count = value(name).count().cast(DataType::Float64);

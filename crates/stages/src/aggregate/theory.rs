@@ -25,7 +25,7 @@ pub enum Model {
     /// Theory of Persson (2001), a diffusion equation in the magnification.
     #[serde(rename = "persson")]
     Persson,
-    /// Bush, Gibson & Thomas 1975.
+    /// Theory of Bush, Gibson & Thomas (1975).
     #[serde(rename = "bush-gibson-thomas")]
     BushGibsonThomas,
     /// The simplified elliptic model of Greenwood 2006.
@@ -34,7 +34,7 @@ pub enum Model {
     /// Spheres of the mean curvature of each summit, after Nayak and Thomas.
     #[serde(rename = "mean-curvature")]
     MeanCurvature,
-    /// Greenwood & Williamson 1966 with the parameters of McCool 1986.
+    /// Theory of Greenwood & Williamson (1966) with the parameters of McCool (1986).
     #[serde(rename = "greenwood-mccool")]
     GreenwoodMccool,
     /// Limit of asperity models at light load, √(2π) times the load.
@@ -245,8 +245,8 @@ fn predictions(
     Ok(columns)
 }
 
-/// Computes Nayak's parameter of the spectrum of each row over the modes of its cell; `None` for
-/// surfaces without a spectrum.
+/// Computes Nayak's parameter of the spectrum of each row by sums over the modes of its cell; `None`
+/// for rows without a spectrum.
 ///
 /// Anisotropy is ignored, because the theories assume isotropic roughness.
 fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {

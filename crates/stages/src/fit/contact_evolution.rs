@@ -44,7 +44,7 @@ const MU: Parameter = Parameter::number(
 pub struct EvolutionChoices {
     /// Quantity whose residuals are minimised.
     pub to: Datum,
-    /// Given, free or smallest convex κ.
+    /// Method that determines κ.
     pub kappa: Kappa,
 }
 
@@ -58,7 +58,7 @@ pub enum Datum {
     Area,
 }
 
-/// Determination of κ in a fit.
+/// Method that determines κ in a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kappa {
@@ -95,8 +95,8 @@ impl EvolutionChoices {
         }
     }
 
-    /// Returns which tables one task reads. The smallest κ that is convex at all points depends on
-    /// all points.
+    /// Returns which tables one task reads: those of one parameter point, or of all points for the
+    /// smallest κ that makes the slopes of all points convex.
     pub fn input_scope(self) -> InputScope {
         match self.kappa {
             Kappa::Given(_) | Kappa::Free => InputScope::ParameterPoint,

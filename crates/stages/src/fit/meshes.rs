@@ -74,7 +74,7 @@ const ERROR_FITTED: Column = real(
 pub const COLUMNS: [Column; 6] =
     [POOLED, AREA_LIMIT, ERROR_NONE, ERROR_PI_8, ERROR_2017, ERROR_FITTED];
 
-/// Area and edge fractions of one surface under one load, by nodes along x and y.
+/// Area and edge fractions of one surface under one load, by number of nodes along x and y.
 type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
 
 /// Surface, and the bits of the load in the unit of the manifest. The bits of positive numbers have
@@ -88,12 +88,12 @@ struct Observed {
     reduced: BTreeMap<u64, f64>,
 }
 
-/// Refinements of one parameter point, by surface and load.
+/// Areas of one parameter point on several meshes, by surface and load.
 pub struct RefinementsOfPoint {
     /// Row of the table with the coordinates of the point.
     pub row: usize,
     refinements: BTreeMap<State, Result<Refinement, FitError>>,
-    /// Reduced load for the bits of each load in the unit of the manifest.
+    /// Reduced load of each given load, by the bits of the given load.
     reduced: BTreeMap<u64, f64>,
 }
 
@@ -135,8 +135,8 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     Ok(as_table(table, params, &lines))
 }
 
-/// Groups measured contacts at loads in a window by parameter point, surface and load, and compares
-/// meshes.
+/// Groups measured contacts by parameter point, surface and load, and compares the meshes of each
+/// group. Loads outside the window are left out.
 ///
 /// # Errors
 /// Returns an error if the table lacks the columns of measured contacts.

@@ -15,7 +15,7 @@ use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
-/// Finds the thresholds of every parameter point.
+/// Computes the percolation thresholds of the gap for every parameter point.
 ///
 /// # Errors
 /// Returns an error if the input lacks the columns of measured contacts.
@@ -47,7 +47,7 @@ pub struct Measured<'a> {
     loads: &'a Float64Array,
     contact_nodes: &'a Int64Array,
     switches: &'a Int64Array,
-    /// Flags of the percolation of the gap along x and y.
+    /// Flags that tell whether the gap percolates along x and along y.
     is_open: [&'a BooleanArray; 2],
     stops: &'a StringArray,
 }

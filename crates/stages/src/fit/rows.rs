@@ -42,7 +42,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Creates a row that has only intervals.
+    /// Creates a row with intervals and without any other values.
     pub fn from_intervals(intervals: Intervals) -> Row {
         Row {
             failed_replicates: intervals.failed,
@@ -316,8 +316,8 @@ pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
     law.into_iter().chain(estimates).chain(quality).collect()
 }
 
-/// Creates the table of fits. `fitted` holds, for each fit, the row of `coordinates` with its
-/// coordinates and the number of surfaces.
+/// Creates the table of fits. For each fit, `fitted` holds its row in `coordinates` and its number
+/// of surfaces.
 pub fn table(
     coordinates: &Table,
     fitted: &[(usize, usize)],

@@ -22,8 +22,8 @@ use asperity_tables::table::Table;
 /// Maximum relative distance of a neighbouring load, with a margin for the rounding of loads.
 const MAX_LOAD_STEP: f64 = 0.1 + 1e-9;
 
-/// Columns that are copied from the solved loads, if they exist; the columns of the flow are copied
-/// too.
+/// Columns that are copied from the solved loads if they exist, in addition to the columns of the
+/// flow.
 const COPIED: [Column; 6] =
     [SATURATED_NODES, SATURATED_FRACTION, MEAN_GAP, MEAN_YIELDED_DEPTH, ENERGY, STOP];
 

@@ -87,7 +87,7 @@ struct Counted {
     load: usize,
     bin: u32,
     nodes: u64,
-    /// Number of nodes above all bins.
+    /// Number of nodes whose values lie above all bins.
     beyond: u64,
     /// Number of nodes for which the probability density in the bin would be 1.
     unit: f64,

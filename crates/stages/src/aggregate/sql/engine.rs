@@ -32,7 +32,7 @@ const TOO_FEW_THREADS: &str = "polars, which computes statistics and answers que
 /// Name of the query thread.
 const THREAD: &str = "query";
 
-/// Stack size of the query thread in bytes, three times that which the deepest query needs.
+/// Stack size of the query thread in bytes. The deepest accepted query needs a third of it.
 const STACK: usize = 256 << 20;
 
 /// Runs `work` on a new thread with a large stack, and keeps polars on this thread.
@@ -107,7 +107,7 @@ fn panic_message(panic: &str) -> String {
     )
 }
 
-/// Suppresses the printed trace of panics on query threads, which become errors.
+/// Suppresses the printed trace of panics on query threads, because they become errors.
 pub fn silence_panics() {
     let print = panic::take_hook();
     panic::set_hook(Box::new(move |panic| {

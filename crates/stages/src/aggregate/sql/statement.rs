@@ -17,8 +17,8 @@ use super::QueryError;
 /// Maximum length of a query in bytes. The syntax tree of any such query fits on the stack.
 const MAX_LENGTH: usize = 64 << 10;
 
-/// Maximum number of nested operations, and of parts of a `union`. The time of polars grows at
-/// least with the square of this number, and its stack by about 80 kB for each level.
+/// Maximum number of nested operations, and of `select`s in a query. The run time of polars grows
+/// at least with the square of this number, and its stack by about 80 kB for each level.
 const MAX_DEPTH: usize = 500;
 
 /// Query that polars can execute.
@@ -61,7 +61,7 @@ impl Statement {
 }
 
 fn parsed(query: &str) -> Result<Parsed, QueryError> {
-    // The same options as polars uses.
+    // Use the same options as polars.
     let options = ParserOptions::new().with_trailing_commas(true);
     let parser = Parser::new(&GenericDialect {}).with_options(options);
     let statements = parser.try_with_sql(query).and_then(|mut parser| parser.parse_statements());

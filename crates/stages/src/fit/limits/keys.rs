@@ -26,9 +26,9 @@ use asperity_tables::table::Table;
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LimitTable {
-    /// Observable Q: a column or an expression in columns, of one surface under one load, such as
+    /// Observable Q of one surface under one load: a column or an expression in columns, such as
     /// `"mean_gap"`, `"area_corrected / load"` or `"-1 / slope(mean_gap)"` (from neighbouring
-    /// loads); or a parameter that another stage has fitted, with its standard error.
+    /// loads). If the stage reads fits, Q is a fitted parameter, used with its standard error.
     #[schemars(transform = swept, transform = required)]
     pub of: Key<String>,
     /// Small parameters, and how the observable depends on them:
@@ -39,8 +39,8 @@ pub struct LimitTable {
     /// is all loads of the `window`.
     #[schemars(transform = positive_items, transform = list)]
     pub loads: Key<Vec<Spanned<f64>>>,
-    /// Parameters that vary among the points of one fit, in addition to those in the terms. A
-    /// roll-off at the same multiple of `k_lower` varies with it.
+    /// Parameters that vary among the points of one fit, in addition to those in the terms. If
+    /// `k_rolloff` is the same multiple of `k_lower` at all points, it varies with `k_lower`.
     #[schemars(transform = list)]
     pub over: Key<Vec<Spanned<String>>>,
     /// Smallest and largest load that enter the fit without `loads`, in units of E* × rms slope.
@@ -102,9 +102,9 @@ impl<T: Copy> OneOrMore<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FormWord {
-    /// c xᵉ with an exponent e.
+    /// Term c xᵉ with an exponent e.
     Power,
-    /// c ln x. The observable then has no limit, and `limit` is its value at x = 1.
+    /// Term c ln x. The observable then has no limit, and `limit` is its value at x = 1.
     Logarithm,
 }
 
