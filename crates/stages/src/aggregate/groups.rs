@@ -226,8 +226,8 @@ struct GroupNames {
     keys: Vec<String>,
     /// Shown columns that are derived from a shown key. Their values may differ within a group.
     derived: Vec<String>,
-    /// Shown columns that are derived from a key that is not shown and stand in for it, each with
-    /// this key. Their values must not differ within a group.
+    /// Shown columns that stand in for a key that is not shown, each with this key. They are derived
+    /// from the key and must not differ within a group.
     stand_ins: Vec<(String, String)>,
     /// Key that is a load, if there is one.
     load: Option<String>,

@@ -245,8 +245,8 @@ fn predictions(
     Ok(columns)
 }
 
-/// Computes Nayak's parameter of the spectrum of each row by sums over the modes of its cell; `None`
-/// for rows without a spectrum.
+/// Computes Nayak's parameter for each row, by sums over the modes of the cell; `None` for rows
+/// without a spectrum.
 ///
 /// Anisotropy is ignored, because the theories assume isotropic roughness.
 fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
