@@ -124,7 +124,7 @@ pub(crate) const CODES: &str = "codes";
 /// Names of the metadata entries of a field that the file of a task does not store.
 pub(crate) const WORDING: [&str; 3] = ["unit", "meaning", CODES];
 
-/// Returns the metadata of a field from role, unit and meaning of its column.
+/// Returns the metadata of the Arrow field of a column with this role, unit and meaning.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
     Metadata::new().with(ROLE, role.name()).with("unit", unit).with("meaning", meaning)
 }
@@ -212,8 +212,8 @@ impl Role {
         matches!(self, Role::Parameter | Role::Surface | Role::Load | Role::Derived)
     }
 
-    /// Returns whether this role prevails when tables are stacked and a column has this role in one
-    /// table and `other` in another.
+    /// Returns whether this role prevails over `other` when tables are stacked in which a column
+    /// has these two roles.
     ///
     /// `Surface` prevails over `Parameter`, and all other coordinates prevail over `Derived`.
     pub(crate) fn prevails_over(self, other: Role) -> bool {
@@ -244,8 +244,8 @@ impl Value {
         }
     }
 
-    /// Reads the value of a row. Returns `None` if it is null or has a type that coordinates cannot
-    /// have.
+    /// Reads the value of a row. Returns `None` if the value is null, or if no coordinate has the
+    /// type of the array.
     pub fn from_array(array: &dyn Array, row: usize) -> Option<Value> {
         if array.is_null(row) {
             return None;
@@ -282,7 +282,7 @@ impl Ord for Value {
 }
 
 impl Value {
-    /// Returns the position of the value's type in the order.
+    /// Returns the rank of the type of the value in the total order: integers, real numbers, texts.
     fn rank(&self) -> u8 {
         match self {
             Value::Integer(_) => 0,
@@ -316,7 +316,7 @@ impl ColumnKind {
         ColumnKind::Reals,
     ];
 
-    /// Returns whether a kind of column has this Arrow type.
+    /// Returns whether `found` is the Arrow type of some kind of column.
     pub fn holds(found: &DataType) -> bool {
         let is_found = |kind: ColumnKind| kind.data_type() == *found;
         ColumnKind::ALL.into_iter().any(is_found)

@@ -30,8 +30,8 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Runs `work` on `count` threads, one of which is the calling thread. Returns the result of each
-/// thread. If the system refuses to start threads, there are fewer.
+/// Runs `work` on `count` threads, one of which is the calling thread. Returns one result per
+/// thread. If the system refuses to start threads, uses fewer.
 ///
 /// # Panics
 /// Panics if `work` panics, after all threads have ended.

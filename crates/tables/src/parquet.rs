@@ -1,7 +1,7 @@
 //! Reading and writing of tables as Parquet files. Equal tables give equal bytes.
 
 mod decode;
-/// Public only for fuzz tests, which must write valid digests.
+/// This module is public only for fuzz tests, which must write valid digests.
 #[doc(hidden)]
 pub mod digest;
 mod footer;
@@ -81,7 +81,7 @@ pub enum ParquetError {
     #[error("the content does not match the digest in the file")]
     Digest,
     #[error("invalid Parquet metadata: {0}")]
-    Footer(#[from] InvalidThrift),
+    Footer(InvalidThrift),
     #[error("invalid page of column `{column}`: {problem}")]
     Page { column: String, problem: InvalidThrift },
     #[error("the parts of the file contradict each other")]
@@ -97,6 +97,12 @@ pub enum ParquetError {
         /// Task or stage whose table was requested.
         owner: String,
     },
+}
+
+impl From<InvalidThrift> for ParquetError {
+    fn from(problem: InvalidThrift) -> ParquetError {
+        ParquetError::Footer(problem)
+    }
 }
 
 /// Verifies all bytes of a file and returns its metadata.

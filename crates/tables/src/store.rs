@@ -63,8 +63,8 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Adds the path of the file to an error. Only errors other than failed reads mean that the
-    /// file is damaged.
+    /// Adds the path of the file to an error. A failed read becomes [`StoreError::Read`]. All other
+    /// errors mean that the file is damaged.
     pub(crate) fn in_file(path: &Path, error: ParquetError) -> StoreError {
         let path = path.to_owned();
         match error {
@@ -73,8 +73,8 @@ impl StoreError {
         }
     }
 
-    /// Returns true if no other table could be stored either, because the disk is full or not
-    /// writable.
+    /// Returns true if the disk is full or not writable, so that no other table could be stored
+    /// either.
     pub fn affects_all_tables(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, StorageFull};
         let is_full = matches!(
@@ -238,8 +238,8 @@ impl Store {
         self.unflushed.flush()
     }
 
-    /// Returns the staging folder. It is in the store, because a file can be renamed only within a
-    /// disk.
+    /// Returns the staging folder. It is in the store, because a file can be renamed only within
+    /// one file system.
     fn staging(&self) -> PathBuf {
         self.root.join(STAGING)
     }

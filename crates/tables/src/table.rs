@@ -344,12 +344,12 @@ pub struct Stacking {
     layouts: Vec<Layout>,
 }
 
-/// Layout of the tables with a given schema.
+/// Mapping of the columns of the concatenation to the columns of tables with a given schema.
 #[derive(Debug)]
 struct Layout {
     schema: SchemaRef,
-    /// For each column of the concatenation, its index in these tables, or `None` if they lack it.
-    /// The list ends early if columns were added later.
+    /// For each column of the concatenation, its index in tables with this schema, or `None` if
+    /// they lack it. The list ends early if columns were added to the concatenation later.
     indices: Vec<Option<usize>>,
 }
 

@@ -92,7 +92,7 @@ fn frt_raster<'a>(
     Ok(raster.missing(Missing::Value(1.0)).upside_down())
 }
 
-/// Returns all blocks, each as its number and its content.
+/// Returns all blocks of a file, each as its number and its content.
 fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
     let mut cursor = Cursor::at(bytes, 12);
     let version = cursor.text(4)?;
@@ -243,7 +243,7 @@ fn opd_blocks(bytes: &[u8]) -> Result<Vec<OpdBlock<'_>>, FormatError> {
     Ok(blocks)
 }
 
-/// Reads the name, type and length in bytes of a block.
+/// Reads an entry of the directory: the name, the type and the length in bytes of a block.
 fn opd_entry(cursor: &mut Cursor<'_>) -> Result<(String, i16, usize), FormatError> {
     let name = cursor.text(16)?;
     let kind = i16::from_le_bytes(cursor.array()?);
@@ -253,7 +253,8 @@ fn opd_entry(cursor: &mut Cursor<'_>) -> Result<(String, i16, usize), FormatErro
 }
 
 impl OpdBlock<'_> {
-    /// Returns the number in the block. Some programs declare a two-byte integer as a float.
+    /// Returns the number in the block, or `None` if the block has another type. Some programs
+    /// declare a two-byte integer as a float; it is read as an integer.
     fn number(&self) -> Option<f64> {
         let mut cursor = Cursor::new(self.bytes);
         match (self.kind, self.bytes.len()) {
@@ -323,8 +324,9 @@ fn read_plu(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     layers.collect()
 }
 
-/// Reads a layer, which consists of numbers of nodes, heights, extreme heights, and images of three
-/// bytes per node.
+/// Reads a layer: its numbers of nodes, heights, extreme heights, and `images` images of three
+/// bytes per node. `number` is the number of the layer in its name, and `steps` are the pixel sizes
+/// in µm.
 fn plu_layer<'a>(
     cursor: &mut Cursor<'a>,
     number: u8,
@@ -446,7 +448,7 @@ impl SurHeader {
     }
 }
 
-/// Decompresses all streams and concatenates their bytes.
+/// Decompresses all streams and concatenates their bytes, up to `needed` bytes.
 fn sur_decompressed(cursor: &mut Cursor<'_>, needed: usize) -> Result<Vec<u8>, FormatError> {
     let streams = cursor.u32()?;
     let mut directory = Cursor::new(cursor.take((streams as usize).saturating_mul(8))?);

@@ -51,7 +51,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Wave::read(bytes, order)?.channels(bytes)
 }
 
-/// Returns true if the two-byte integers of the header add up to zero, as the format requires.
+/// Returns true if the two-byte integers in the first `header` bytes add up to zero, as the format
+/// requires. `number` decodes an integer in the byte order of the file.
 fn has_valid_checksum(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -> bool {
     let Some(header) = bytes.get(..header) else {
         return false;
@@ -77,7 +78,7 @@ struct Wave {
     note: Entries,
 }
 
-/// Headers of the file and of the wave, in either byte order.
+/// Headers of the file and of the wave, with the byte order of their numbers.
 struct Header<'a> {
     bytes: &'a [u8],
     order: ByteOrder,
@@ -194,8 +195,9 @@ fn element(code: i16) -> Result<Element, FormatError> {
     }
 }
 
-/// Returns the unit of a channel of Asylum Research. Suffixes for the direction and the modulation,
-/// as in `HeightTraceMod0`, are ignored.
+/// Returns the unit of a channel of Asylum Research, from the entry `NAMEUnit` of the note if there
+/// is one, otherwise from [`UNITS`]. Suffixes of the name for the direction and the modulation, as
+/// in `HeightTraceMod0`, are ignored.
 fn asylum_unit<'a>(label: &str, note: &'a Entries) -> &'a str {
     let label = match label.rsplit_once("Mod") {
         Some((base, digits)) if digits.bytes().all(|byte| byte.is_ascii_digit()) => base,

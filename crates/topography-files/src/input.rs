@@ -143,7 +143,7 @@ pub fn utf8_or_latin1(bytes: &[u8]) -> String {
     str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned)
 }
 
-/// Returns the value, or an error if it is not finite.
+/// Returns the value, or an error about the entry `entry` if the value is not finite.
 pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
     match value.is_finite() {
         true => Ok(value),
@@ -151,7 +151,8 @@ pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
     }
 }
 
-/// Returns the value, or an error if it cannot be a scale factor because it is zero or not finite.
+/// Returns the value, or an error about the entry `entry` if the value is zero or not finite and
+/// therefore cannot be a scale factor.
 pub fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
     match value.is_finite() && value != 0.0 {
         true => Ok(value),

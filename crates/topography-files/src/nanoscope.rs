@@ -40,13 +40,14 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     at_least_one(channels, "*Ciao image list")
 }
 
-/// Properties that all images of a file share.
+/// Properties of a file that all its images share.
 struct File<'a> {
     version: i64,
     scanner: Vec<&'a Section>,
     /// Numbers of nodes of the whole scan along x and y.
     scan: Option<[i64; 2]>,
-    /// Side along y and its unit (`Slow Axis Size`). They replace the scan size of an image.
+    /// Side along y and its unit, from the entry `Slow Axis Size`. If present, it replaces the side
+    /// along y in the scan size of an image.
     slow_side: Option<(f64, String)>,
 }
 
@@ -111,9 +112,9 @@ impl<'a> File<'a> {
         Ok(Channel::new(image.image_name(), unit, size, raster))
     }
 
-    /// Returns the numbers of nodes of an image along x and y. `own` are the numbers that the image
-    /// gives. If they do not fit the `length` of the data in bytes but the numbers of the scan do,
-    /// these are used.
+    /// Returns the numbers of nodes of an image along x and y: the numbers `own` that the image
+    /// gives, or the numbers of the whole scan. The numbers of the scan are used if they fit the
+    /// `length` of the data in bytes and `own` does not.
     fn nodes(
         &self,
         own: [usize; 2],
@@ -133,7 +134,8 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Returns the size of a map of `nodes`. The scan size of the image is that of `own` nodes.
+    /// Returns the size of a map of `nodes` nodes. The entry `Scan Size` of the image is the size
+    /// of a map of `own` nodes, from which the size is scaled.
     fn size(
         &self,
         image: &Section,

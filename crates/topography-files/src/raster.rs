@@ -182,34 +182,38 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Converts each stored number to `scale` × number + `offset`.
+    /// Returns the raster with the conversion of each stored number to `scale` × number + `offset`.
     pub fn scaled(self, scale: f64, offset: f64) -> Raster<'a> {
         Raster { scale, offset, ..self }
     }
 
-    /// Converts scaled numbers to metres by dividing them by `per_metre`.
+    /// Returns the raster with the conversion of scaled numbers to metres: they are divided by
+    /// `per_metre`.
     ///
     /// A multiplication would be less accurate: ten micrometres would become 9.999999999999999e-6.
     pub fn in_metres(self, per_metre: f64) -> Raster<'a> {
         Raster { per_metre, ..self }
     }
 
-    /// Reverses the direction of y: the first stored number then has the largest y.
+    /// Returns the raster with the direction of y reversed: the first stored number has the largest
+    /// y.
     pub fn upside_down(self) -> Raster<'a> {
         Raster { upside_down: !self.upside_down, ..self }
     }
 
-    /// Reverses the direction of x: the first stored number then has the largest x.
+    /// Returns the raster with the direction of x reversed: the first stored number has the largest
+    /// x.
     pub fn mirrored(self) -> Raster<'a> {
         Raster { mirrored: !self.mirrored, ..self }
     }
 
-    /// Sets the stored numbers that mark missing points. They are compared before scaling.
+    /// Returns the raster with a marker of missing points, which is compared with the stored
+    /// numbers before they are scaled.
     pub fn missing(self, missing: Missing) -> Raster<'a> {
         Raster { missing, ..self }
     }
 
-    /// Marks points as missing where `mask` exceeds one half.
+    /// Returns the raster with points missing where the number in `mask` exceeds one half.
     pub fn masked(self, mask: Raster<'a>) -> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
     }
@@ -262,7 +266,8 @@ impl<'a> Raster<'a> {
         })
     }
 
-    /// Assembles the map. `stored` returns the number with a given line and index in the line.
+    /// Returns the heights of the map in row-major order with x along the first axis. `stored`
+    /// returns the stored number with a given index of the line and index within the line.
     fn gather(&self, stored: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let [nodes_x, nodes_y] = self.nodes;
         let mut values = Vec::with_capacity(nodes_x * nodes_y);

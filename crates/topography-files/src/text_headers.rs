@@ -243,7 +243,8 @@ fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     at_least_one(channels, "bufferLabel")
 }
 
-/// Returns the entries of the whole file, those of each map, and the offset of the first map.
+/// Returns the entries that apply to the whole file, the entries of each map, and the offset of the
+/// first map in bytes.
 fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError> {
     let mut header = Entries::default();
     let mut buffers: Vec<Entries> = Vec::new();

@@ -23,7 +23,7 @@ const PREFIXES: [(&str, f64); 11] = [
 pub enum Unit {
     /// The file gives no unit.
     None,
-    /// A unit of length; the number is that of units in a metre.
+    /// A unit of length, with the number of such units in a metre.
     Length(f64),
     /// A unit of another quantity, with its spelling in the file.
     Other(String),
@@ -42,7 +42,7 @@ impl Unit {
         }
     }
 
-    /// Returns the number of units in a metre if this is a unit of length.
+    /// Returns the number of such units in a metre, or `None` if this is not a unit of length.
     pub fn per_metre(&self) -> Option<f64> {
         match self {
             Unit::Length(per_metre) => Some(*per_metre),
@@ -56,7 +56,9 @@ pub fn is_metre(text: &str) -> bool {
     Unit::parse(text) == Unit::Length(1.0)
 }
 
-/// Returns the factor that converts numbers from one unit to another.
+/// Returns the factor that converts numbers in the unit `from` to numbers in the unit `to`. Returns
+/// `None` unless the units are equal, both are units of length, or they differ only by an SI
+/// prefix.
 pub fn ratio(from: &str, to: &str) -> Option<f64> {
     let (from, to) = (normal(from), normal(to));
     if from == to {
@@ -81,7 +83,8 @@ pub fn length_ratio(from: &str, to: &str) -> Option<f64> {
     Some(to? / from?)
 }
 
-/// Removes brackets around a unit and unifies the spellings of µ.
+/// Returns the spelling of a unit without brackets around it and with one letter µ for all its
+/// spellings.
 fn normal(text: &str) -> String {
     let text = text.trim().trim_matches(['[', ']', '(', ')', '"']).trim();
     // Greek letter mu instead of the micro sign. Below: `æm` in files of MS-DOS, `~m` in Nanoscope.
@@ -92,7 +95,7 @@ fn normal(text: &str) -> String {
     }
 }
 
-/// Returns the number of units in a metre if the text is a unit of length.
+/// Returns the number of units `text` in a metre, or `None` if `text` is not a unit of length.
 fn length(text: &str) -> Option<f64> {
     let named = match text.to_lowercase().as_str() {
         "meter" | "metre" | "meters" | "metres" => Some(1.0),

@@ -139,7 +139,8 @@ pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
     }
 }
 
-/// Returns the index of the Parquet leaf column with the values of a column.
+/// Returns the index of the Parquet leaf column that contains the values of the column with index
+/// `column`. Returns `None` if there is no such column.
 pub(super) fn leaf(footer: &ParquetMetaData, column: usize) -> Option<usize> {
     let schema = footer.file_metadata().schema_descr();
     (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == column)
@@ -175,7 +176,7 @@ pub(super) fn roles_as_json(schema: &Schema) -> String {
 /// Selection of columns of a file: their indices and their schema.
 type ColumnSelection = (Arc<[usize]>, SchemaRef);
 
-/// Columns of a file, with everything that is needed to read them.
+/// Columns of a file and the Arrow metadata with which they are read.
 #[derive(Debug)]
 pub(super) struct FileColumns {
     pub arrow: ArrowReaderMetadata,
@@ -295,8 +296,9 @@ fn restored(parquet: &Schema, roles: &str) -> Option<Schema> {
     Some(Schema::new(fields.map(field).collect::<Vec<_>>()))
 }
 
-/// Converts a type that Arrow derives from Parquet to the type of a column. Lists and bytes get
-/// 64-bit offsets, because Parquet does not store the size of offsets.
+/// Converts the type that Arrow derives from the Parquet type of a column to the type that the
+/// column has in a [`Table`]. Lists and bytes get 64-bit offsets, because Parquet does not store
+/// the size of offsets.
 fn our_type(found: &DataType) -> DataType {
     match found {
         DataType::Binary => ColumnKind::Bytes.data_type(),

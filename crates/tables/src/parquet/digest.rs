@@ -78,6 +78,7 @@ pub(super) fn seal_chunks_in(file: &mut File, metadata: &ParquetMetaData) -> io:
 }
 
 /// Returns the offset of the footer in a file of `length` bytes, and the digests to insert there.
+/// `read` returns the bytes of a range of the file.
 fn digests<'a>(
     length: usize,
     metadata: &ParquetMetaData,
@@ -158,8 +159,8 @@ pub(super) struct ChunkDigests {
 }
 
 impl ChunkDigests {
-    /// Reads the digests of the chunks from the end of a file. Returns `None` if the end is
-    /// damaged.
+    /// Reads the digests of the chunks from the end of a file and verifies the footer. Returns
+    /// `None` if the end is damaged.
     ///
     /// `end` has all bytes of the file from byte `start` on, which must not be after the end of the
     /// last chunk.
@@ -180,7 +181,7 @@ impl ChunkDigests {
             .then(|| ChunkDigests { ranges: chunks.ranges, digests: end.slice(digests..top) })
     }
 
-    /// Returns true if `bytes` have the digest of the chunk.
+    /// Returns true if `bytes` have the digest of the chunk with index `chunk`.
     pub fn matches(&self, chunk: usize, bytes: &[u8]) -> bool {
         let start = chunk * CHUNK_DIGEST;
         self.digests[start..start + CHUNK_DIGEST] == chunk_digest(bytes)

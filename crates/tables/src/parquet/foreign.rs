@@ -135,8 +135,9 @@ fn check_chunks<'a>(
     Ok(())
 }
 
-/// Subtracts the uncompressed sizes of the pages from `left`, the number of bytes that the column
-/// may still have. Returns an error if they exceed it.
+/// Subtracts the uncompressed sizes of the pages from `left`, the number of uncompressed bytes that
+/// the column may still have. Returns an error if `left` would become negative, or if the header of
+/// a page is invalid.
 fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), InvalidThrift> {
     while !pages.is_empty() {
         let (after, header) = Header::read(pages)?;
@@ -155,7 +156,7 @@ fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), InvalidThrift> 
     Ok(())
 }
 
-/// Fields of a page header that are checked.
+/// Fields of a page header that [`check_pages`] checks.
 #[derive(Debug, Default)]
 struct Header {
     /// Compressed length of the page after the header, in bytes.

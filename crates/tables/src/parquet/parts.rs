@@ -38,7 +38,7 @@ pub struct TableFile {
     metadata: Metadata,
 }
 
-/// Source of the column chunks.
+/// Source of the column chunks of a [`TableFile`].
 #[derive(Debug)]
 enum Source {
     /// A file, and the digests of its chunks.
@@ -264,7 +264,8 @@ fn end_of(file: &File, length: u64, wanted: usize) -> Result<Bytes, ParquetError
     Ok(bytes.into())
 }
 
-/// Reads the footer of a file without verifying it. `end` are the last bytes of the file.
+/// Reads the footer of a file of `length` bytes without verifying it. `end` are the last bytes of
+/// the file; if they do not contain the whole footer, reads more.
 fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, ParquetError> {
     let mut end = end.clone();
     if footer_start(&end).is_none() {
@@ -277,7 +278,8 @@ fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, Parq
     footer::read(&end)
 }
 
-/// Reads the digests of the chunks of a file and verifies its footer.
+/// Reads the digests of the chunks of a file of `length` bytes and verifies its footer. `end` are
+/// the last bytes of the file; if they do not contain all digests, reads more.
 fn digests(
     end: &Bytes,
     file: &File,
@@ -310,7 +312,8 @@ impl Part {
         Part(Arc::new(vec![(0, bytes)]))
     }
 
-    /// Returns the bytes from a position in the file to the end of the chunk there.
+    /// Returns the bytes from the offset `start` in the file to the end of the chunk that contains
+    /// this offset.
     fn from_offset(&self, start: u64) -> Result<Bytes, ReaderError> {
         let found = self.0.iter().find_map(|(first, bytes)| {
             let offset = usize::try_from(start).ok()?.checked_sub(*first)?;

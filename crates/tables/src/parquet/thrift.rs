@@ -29,7 +29,7 @@ pub enum InvalidThrift {
     Bytes,
     #[error("a list of {0} booleans")]
     Booleans(usize),
-    #[error("a list that declares {0} elements, impossible for its size")]
+    #[error("a list that declares {0} elements, more than the remaining bytes can hold")]
     Elements(usize),
     #[error("more than {MAX_DEPTH} levels of nesting")]
     TooDeep,
@@ -39,7 +39,7 @@ pub enum InvalidThrift {
     WrongType { found: Kind, known: Kind },
     #[error("an integer of more than 64 bits")]
     Number,
-    #[error("a group that declares {0} columns, which do not exist")]
+    #[error("a group that declares {0} columns, which the schema does not contain")]
     Columns(i64),
     #[error("column paths of more than {0} bytes in total")]
     Names(usize),
@@ -67,7 +67,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Decodes the type of a field or of the elements of a list.
+    /// Decodes the type code of a field or of the elements of a list.
     fn from_code(word: u8) -> Result<Kind, InvalidThrift> {
         Ok(match word {
             1 | 2 => Kind::Bool,
@@ -129,7 +129,8 @@ impl<'a> Walk<'a> {
         self.position
     }
 
-    /// Consumes a structure. `visit` is called for each field and must consume its value.
+    /// Consumes a structure. `known` has the shapes of the fields 1, 2, 3, … Calls `visit` with the
+    /// number, type and shape of each field; `visit` must consume the value of the field.
     pub fn fields(
         &mut self,
         known: &'static [Shape],
@@ -149,7 +150,8 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Consumes a list. `visit` is called for each element and must consume it.
+    /// Consumes a list whose elements have the shape `known`. Calls `visit` with the type of each
+    /// element; `visit` must consume the element.
     pub fn elements(
         &mut self,
         known: Shape,
@@ -214,7 +216,7 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Reads the header of a list or set: the number and the type of its elements.
+    /// Reads the header of a list or set, and returns the number and the type of its elements.
     fn list(&mut self) -> Result<(usize, Kind), InvalidThrift> {
         let header = self.take(1)?[0];
         if header == 0 {
@@ -240,7 +242,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Reads the type and the number of the next field. Returns `None` at the end of a structure.
+    /// Reads the type and the number of the next field of a structure, or returns `None` at its
+    /// end. `last` is the number of the previous field, 0 for the first one.
     fn field(&mut self, last: i16) -> Result<Option<(Kind, i16)>, InvalidThrift> {
         let header = self.take(1)?[0];
         if header & 0xf == 0 {

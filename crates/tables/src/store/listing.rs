@@ -72,8 +72,8 @@ pub fn unfinished(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     known(&root.join(STAGING), |_| None)
 }
 
-/// Lists the files of this program in a folder. `whole` returns the kind of a finished file with a
-/// given name, or `None` for a file of another program.
+/// Lists the files of this program in a folder. `whole` returns the kind of a file with a given
+/// name that is neither unfinished nor in quarantine, or `None` for a file of another program.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.

@@ -152,7 +152,8 @@ impl Header {
         names.iter().find_map(of).map(|(_, value)| value.as_str())
     }
 
-    /// Checks that the number of nodes in the header, if any, equals that of the matrix.
+    /// Checks that the number of nodes that the header gives under one of `names`, if any, is
+    /// `found`, the number of nodes of the matrix.
     fn agrees(&self, names: &[&str], found: usize) -> Result<(), FormatError> {
         match self.get(names) {
             Some(text) if text.parse() != Ok(found) => {
@@ -163,7 +164,8 @@ impl Header {
         }
     }
 
-    /// Returns the unit of the heights, and the factor that converts numbers to this unit.
+    /// Returns the unit of the heights, if any, and the factor that converts the numbers of the
+    /// matrix to this unit.
     fn height(&self) -> Result<(Option<String>, f64), FormatError> {
         let conversion = self.entries.iter().find_map(|(name, value)| {
             let unit = name.strip_prefix(FACTOR[0])?.strip_suffix(FACTOR[1])?;
@@ -183,8 +185,9 @@ impl Header {
         }
     }
 
-    /// Returns a side and its unit. The header gives the side, or the pixel size, which is
-    /// multiplied by the number of nodes.
+    /// Returns a side length of the map and its unit, or `None` if the header gives neither the
+    /// side nor the pixel size. `side`, `step` and `unit` are the possible names of the side, of
+    /// the pixel size and of their unit. A pixel size is multiplied by `nodes`.
     fn side(
         &self,
         side: &[&str],
@@ -203,7 +206,7 @@ impl Header {
     }
 }
 
-/// Parses a number with an optional unit, as in `10 µm`.
+/// Parses a number with an optional unit, as in `10 µm`. `name` names the entry in errors.
 fn quantity(name: &str, text: &str) -> Result<(f64, Option<String>), FormatError> {
     let end = text.find(|letter: char| !letter.is_ascii_digit() && !"+-.,eE".contains(letter));
     let (number, unit) = text.split_at(end.unwrap_or(text.len()));
