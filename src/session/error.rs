@@ -73,9 +73,12 @@ pub enum SessionError {
     SurfaceFile(#[from] SurfaceFileError),
     #[error("cannot read surface file `{}`", path.display())]
     Topography { path: PathBuf, source: Box<TopographyFileError> },
-    /// A measured surface can be drawn only with its study, which contains the path of the file.
-    #[error("{0}; give the manifest and the stage instead of the key")]
-    NotRedrawn(SurfaceFileError),
+    /// A measured surface cannot be drawn from its key, because only the manifest names its file.
+    #[error(
+        "cannot draw the measured surface of this task from its key alone, because only the manifest names \
+         its file; give the manifest and the stage"
+    )]
+    NotRedrawn,
     #[error(
         "the store `{}` does not contain the maps of task {task}, only its rows; run `asperity run {}` to \
          compute them again",

@@ -22,7 +22,7 @@ use asperity_stages::columns::{CONTACT, LOAD, PRESSURE, PRESSURES, UNIT};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::generate::{self, PerAxis};
 use asperity_stages::grids::Grids;
-use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::files::{Existing, write_file};
@@ -244,7 +244,7 @@ impl FinishedTask {
             serde_json::from_str(&self.provenance.recipe).map_err(SessionError::Recipe)?;
         let surface = params.surface(&self.table, sources, &Threads::one());
         let surface = surface.map_err(|error| match error {
-            StageError::Source(source) => SessionError::NotRedrawn(source),
+            StageError::Source(SurfaceFileError::Unknown { .. }) => SessionError::NotRedrawn,
             other => other.into(),
         })?;
         let unit = match self.table.texts(UNIT.name) {
