@@ -90,7 +90,10 @@ fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
         (Origin::Ours, "Statements of asperity"),
         (Origin::Misprint, "Misprints (notes without a verdict)"),
     ];
-    let mut text = String::new();
+    let mut text = match printer.study.missing {
+        0 => String::new(),
+        missing => format!("{} of the study not computed yet\n\n", counted(missing, "task")),
+    };
     for (origin, heading) in headings {
         text += &format!("{heading}\n\n");
         let own = claims.iter().filter(|claim| claim.statement.origin == origin);
@@ -132,13 +135,7 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
             format!("{} … {}", short(low), short(high))
         }
     };
-    let others = match (all, judgement.contradicting, judgement.undecided) {
-        (1, _, _) => String::new(),
-        (all, 0, 0) => format!("; all {all} agree"),
-        (all, against, undecided) => {
-            format!("; of {all} quantities, {against} contradict and {undecided} are undecided")
-        }
-    };
+    let others = others(all, judgement);
     let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; {} per spectrum would decide it, {}",
@@ -156,29 +153,61 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
         [one, more @ ..] => format!("; no value for {one} and {} more", more.len()),
     };
     format!(
-        "expected {}; decided by {} [{interval}] at {}{others}{without}{more}",
+        "{}: expected {}, found {} [{interval}] at {}{others}{without}{more}",
+        beginning(claim.statement.quantity),
         claim.statement.expected,
         short(deciding.value),
         deciding.label
     )
 }
 
+/// Returns the description of a quantity up to its first comma.
+fn beginning(quantity: &str) -> String {
+    match quantity.split_once(", ") {
+        Some((beginning, _)) => format!("{beginning} …"),
+        None => quantity.to_owned(),
+    }
+}
+
+/// Counts the quantities of a claim that contradict it or are undecided.
+fn others(all: usize, judgement: &Judgement) -> String {
+    let contradict = |number| if number == 1 { "contradicts" } else { "contradict" };
+    match (judgement.contradicting, judgement.undecided) {
+        _ if all == 1 => String::new(),
+        (0, 0) if all == 2 => "; both quantities agree".to_owned(),
+        (0, 0) => format!("; all {all} quantities agree"),
+        (0, undecided) => format!("; {undecided} of {all} quantities undecided"),
+        (against, 0) => {
+            format!("; {against} of {all} quantities {} the claim", contradict(against))
+        }
+        (against, undecided) => format!(
+            "; {against} of {all} quantities {} the claim, {undecided} undecided",
+            contradict(against)
+        ),
+    }
+}
+
 fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
-    let words = [Verdict::Holds, Verdict::DoesNotHold, Verdict::CannotSay].map(Verdict::name);
-    let words: Vec<&str> = words.into_iter().chain(["not computed"]).collect();
+    let verdicts = [Verdict::Holds, Verdict::DoesNotHold, Verdict::CannotSay].map(Verdict::name);
+    let [holds, does_not_hold, cannot_say] = verdicts;
+    // The names of the verdicts, and their forms after other numbers than 1.
+    let words = [
+        (holds, "hold"),
+        (does_not_hold, "do not hold"),
+        (cannot_say, cannot_say),
+        ("not computed", "not computed"),
+    ];
     let origins = [(Origin::Paper, "of the paper"), (Origin::Ours, "of asperity")];
     let mut text = String::new();
     for (origin, whose) in origins {
         let own: Vec<&Claim> =
             claims.iter().filter(|claim| claim.statement.origin == origin).collect();
         let count = |word: &str| own.iter().filter(|claim| verdict(claim) == word).count();
-        let parts = words.iter().map(|word| format!("{} {word}", count(word)));
-        let parts: Vec<String> = parts.collect();
-        text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(" · "));
-    }
-    if printer.study.missing > 0 {
-        text +=
-            &format!("{} of the study not computed yet\n", counted(printer.study.missing, "task"));
+        let parts = words.map(|(one, several)| match count(one) {
+            1 => format!("1 {one}"),
+            number => format!("{number} {several}"),
+        });
+        text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(", "));
     }
     let manifest = printer.manifest.display();
     text + &format!("`asperity claims {manifest} NAME` explains one claim in detail\n")
