@@ -45,7 +45,7 @@ pub const STAGE: Definition = Definition {
     },
 };
 
-/// Corrects the contact area for the mesh.
+/// Correction of the contact area for the mesh.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CorrectTable {
@@ -122,7 +122,8 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// Returns whether the estimator has error bounds, as that of the 2015 paper has.
+    /// Returns whether the estimator has error bounds. Only the coefficient π/8 of the 2015 paper
+    /// has them.
     fn has_bounds(&self) -> bool {
         self.coefficient == PI_OVER_EIGHT
     }
@@ -133,7 +134,7 @@ impl Stage for Params {
         Kind::Correct
     }
 
-    /// Applies each estimator to all rows, one estimator after the other.
+    /// Returns all rows with the first estimator, then all rows with the next one, and so on.
     fn run(&self, inputs: &[Input], _: &Context) -> Result<Table, StageError> {
         let [Input { table: measured, .. }] = inputs else {
             unreachable!("the plan corrects one table at a time")

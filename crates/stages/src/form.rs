@@ -206,7 +206,8 @@ impl StageVariant {
         }
     }
 
-    /// Reads the table of a stage, from which the common keys must have been removed.
+    /// Reads the table of a stage. The keys `kind`, `from` and the selecting key must have been
+    /// removed from the table.
     pub fn read(self, table: DeTable, span: Span, problems: &mut Problems) -> StagePoints {
         let expected = &self.expected_keys();
         match self {
@@ -244,8 +245,7 @@ impl StagePoints {
         recipes.filter(|recipes| !recipes.is_empty()).map(Work::Evaluate)
     }
 
-    /// Returns the kinds of rows that the stage can read, if they differ from those of other
-    /// variants of its kind.
+    /// Returns the kinds of rows that the stage can read, or `None` if they are those of its kind.
     pub fn reads(&self) -> Option<Reads> {
         match self {
             StagePoints::Generate(points) => points.reads(),
@@ -254,8 +254,7 @@ impl StagePoints {
         }
     }
 
-    /// Returns the kind of rows that the stage makes, if it differs from that of other variants of
-    /// its kind.
+    /// Returns the kind of rows that the stage makes, or `None` if it is the default of its kind.
     pub fn row_kind(&self) -> Option<RowKind> {
         match self {
             StagePoints::Generate(points) if points.lack_heights() => Some(RowKind::Spectra),
@@ -272,7 +271,8 @@ impl StagePoints {
         }
     }
 
-    /// Checks the empty table that the stage computes from the empty tables of its inputs.
+    /// Checks `answer`, the empty table that the stage computes from the empty tables `inputs`.
+    /// Returns this table, or `None` after reporting problems.
     pub fn validate_answer(
         &self,
         answer: Result<Table, StageError>,
@@ -339,7 +339,8 @@ impl Surfaces {
         }
     }
 
-    /// Returns the histograms that a `solve` stage does not count.
+    /// Returns the properties of the contacts of a `solve` stage: `stage` is named for each
+    /// histogram that one of its blocks does not count.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
         let lacks = |bins: fn(&solve::Params) -> Option<EqualBins>| {
             let lacks = |recipe: &Recipe| match recipe {
@@ -391,6 +392,6 @@ pub struct CheckContext<'a> {
     pub input: Option<&'a Table>,
     /// Properties of the surfaces and contacts that the stage reads.
     pub surfaces: Surfaces,
-    /// Collects the problems of the manifest.
+    /// Problems of the manifest, to which checks add further ones.
     pub problems: &'a mut Problems,
 }

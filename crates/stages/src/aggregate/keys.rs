@@ -19,7 +19,7 @@ use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, table};
 use asperity_tables::table::Table;
 
-/// Reduces the rows of other stages to statistics.
+/// Statistics of the rows of other stages.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AggregateTable {
@@ -236,7 +236,7 @@ fn has_load(group_by: Option<&[String]>) -> bool {
     group_by.is_none_or(|names| names.iter().any(is_load))
 }
 
-/// Returns the statistics, and refuses repeated or unknown ones.
+/// Returns the statistics that the manifest names, and refuses repeated or unknown names.
 fn statistics(
     key: &Key<Vec<Spanned<String>>>,
     group_by: Option<&[String]>,
@@ -269,7 +269,8 @@ fn statistics(
     complete.then_some(statistics)
 }
 
-/// Returns message and label for a statistic with respect to the load that cannot be computed.
+/// Returns the message and the label of the problem if a statistic with respect to the load cannot
+/// be computed, and `None` otherwise.
 ///
 /// Slopes are computed from group to group, so that groups must differ by their load. Regression
 /// lines are computed within a group, which must have several loads.
@@ -365,8 +366,9 @@ pub fn is_query(section: &Section<AggregateTable>) -> bool {
     points.any(|point| point.table.sql.written().is_some())
 }
 
-/// Checks the result of a query on empty tables, so that mistakes are reported before anything is
-/// computed. Returns the empty result.
+/// Checks `answer`, the result of the query on empty tables, so that mistakes in the query are
+/// reported before anything is computed. Returns this empty result, or `None` after reporting
+/// problems.
 pub fn validate_answer(
     section: &Section<AggregateTable>,
     answer: Result<Table, StageError>,
@@ -395,7 +397,7 @@ pub fn validate_answer(
     Some(answer)
 }
 
-/// Words the problem of a query that cannot be run.
+/// Creates the problem of a query that cannot be run.
 fn no_answer(error: &StageError, query: &Spanned<String>, tables: &[(String, Table)]) -> Problem {
     let span = query.span.clone();
     if let StageError::Query(QueryError::Unknown { message, name, known }) = error {

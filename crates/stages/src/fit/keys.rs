@@ -27,7 +27,7 @@ pub const DEFAULT_RESAMPLINGS: u32 = 1000;
 /// Default value of the key `level`.
 pub const DEFAULT_LEVEL: f64 = 0.95;
 
-/// Fits the contact evolution law of Yastrebov, Anciaux & Molinari (2015).
+/// Fit of the contact evolution law of Yastrebov, Anciaux & Molinari (2015).
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EvolutionTable {
@@ -56,7 +56,7 @@ pub struct EvolutionTable {
 
 table!(EvolutionTable);
 
-/// Fits a law that has no settings, only parameters.
+/// Fit of a law that has no settings, only parameters.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
@@ -194,7 +194,8 @@ impl FitPoints {
         }
     }
 
-    /// Returns the kinds of rows that the law can read, if they differ from those of other laws.
+    /// Returns the kinds of rows that the law can read, or `None` if they are those of most laws:
+    /// measured contacts and corrected areas.
     pub fn reads(&self) -> Option<Reads> {
         let law = match self {
             FitPoints::Evolution(_) => return None,
@@ -275,8 +276,9 @@ macro_rules! fit_tables {
 
 fit_tables!(EvolutionTable, LawTable, LimitTable);
 
-/// Returns the fits of a law, one for each point of the grid, or `None` after reporting problems.
-/// `default_window` is for laws whose key `window` declares no default.
+/// Returns the recipes of the fits, one for each point of the grid, or `None` after reporting
+/// problems. `law` reads the law with its settings at a point. `default_window` is the default of
+/// the key `window` for tables that declare no default.
 pub fn fits<T: FitTable>(
     section: &Section<T>,
     default_window: Option<[f64; 2]>,

@@ -53,8 +53,8 @@ pub struct LawDefinition {
     pub word: &'static str,
     /// Description of the law for editors and the guide.
     pub about: &'static str,
-    /// Default of the smallest and largest load of the fit, in units of E* × rms slope. For
-    /// spectra, of the smallest and largest wavenumber.
+    /// Default of the key `window`: smallest and largest load of the fit in units of E* × rms slope
+    /// or, for spectra, smallest and largest wavenumber.
     pub window: [f64; 2],
     /// Fitted parameters, in the order of their values.
     pub parameters: &'static [Parameter],
@@ -62,7 +62,7 @@ pub struct LawDefinition {
     pub fits: Fits,
 }
 
-/// The data to which a law is fitted, with the function that fits it if it differs from law to law.
+/// Data to which a law is fitted. A variant for several laws holds the function that fits the law.
 #[derive(Clone, Copy)]
 pub enum Fits {
     /// Contact areas of the surfaces of one parameter point.
@@ -163,8 +163,8 @@ impl Law {
         }
     }
 
-    /// Returns the parameters in the order of their values. The list is empty for limits, whose
-    /// parameters depend on their terms.
+    /// Returns the fitted parameters, in the order of their values. Returns an empty list for
+    /// [`Law::Limits`], because the parameters of a limit depend on its terms.
     pub fn parameters(&self) -> &'static [Parameter] {
         match self {
             Law::ContactEvolution(_) => &contact_evolution::PARAMETERS,
@@ -182,75 +182,83 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
     plain.chain(limits::columns::parameters())
 }
 
-const EXPONENT: Parameter =
-    Parameter::number(names!("exponent"), "exponent of dp̄/dp₀ as a power of the area, μ − 1")
-        .with_label("exponent");
+const EXPONENT: Parameter = Parameter::number(
+    names!("exponent"),
+    "exponent μ − 1 of dp̄/dp₀ = β a^(μ − 1), with the mean contact pressure p̄ and the area fraction a",
+)
+.with_label("exponent");
 const PREFACTOR: Parameter =
-    Parameter::number(names!("prefactor"), "prefactor of dp̄/dp₀ as a power of the area, β");
-const ERF_SCALE: Parameter =
-    Parameter::number(names!("erf_scale"), "β of a = erf(β √2 y); 1 in Persson's theory")
-        .with_label("scale");
+    Parameter::number(names!("prefactor"), "prefactor β of dp̄/dp₀ = β a^(μ − 1)");
+const ERF_SCALE: Parameter = Parameter::number(
+    names!("erf_scale"),
+    "scale β of the area fraction a = erf(β √2 y); it is 1 in Persson's theory",
+)
+.with_label("scale");
 const DECAY_LENGTH: Parameter = Parameter::of_unit(
     "length",
     names!("decay_length"),
-    "u₀ of p₀ = p_c exp(−ū/u₀): how much the mean gap falls while the load grows by the factor e",
+    "u₀ of p₀ = p_c exp(−ū/u₀): decrease of the mean gap ū when the load grows by the factor e",
 )
 .with_label("u₀");
 const CLOSING_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
     names!("closing_load"),
-    "p_c of p₀ = p_c exp(−ū/u₀): the load at which the exponential has no gap left",
+    "p_c of p₀ = p_c exp(−ū/u₀): load at which the law gives a mean gap of zero",
 )
 .with_label("p_c");
 const MESH_COEFFICIENT: Parameter = Parameter::number(
     names!("mesh_coefficient"),
-    "c of A_N = A* + c S_d Δx: the share of S_d Δx that the mesh adds",
+    "coefficient c of the mesh error in A_N = A* + c S_d Δx, with the counted area A_N, the Manhattan \
+     perimeter S_d and the mesh step Δx",
 )
 .with_label("c");
 const PERCOLATION_AREA: Parameter = Parameter::number(
     names!("percolation_area"),
-    "share of the nodes in contact from which on no channel of gap leads through, mean of surfaces and \
-     of both directions; null where the surfaces are not drawn from an isotropic spectrum",
+    "fraction of the nodes in contact at which the gap stops percolating, averaged over the surfaces \
+     and over both directions; null where the surfaces are not drawn from an isotropic spectrum",
 );
 const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
     names!("percolation_area_corrected"),
-    "the same share of the area, corrected for the mesh as by the correction `2017`",
+    "contact area fraction, corrected for the mesh with the correction `2017`, at which the gap stops \
+     percolating; averaged and null like `percolation_area`",
 )
-.with_label("sealed from an area of");
+.with_label("sealed from a corrected area of");
 const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
     "E* × rms slope",
     names!("percolation_load"),
-    "load from which on no channel of gap leads through, mean of surfaces and of both directions; \
+    "load at which the gap stops percolating, averaged over the surfaces and over both directions; \
      null where the surfaces are not drawn from an isotropic spectrum",
 );
 
-/// Defines the parameters of the percolation of the gap along one axis.
+/// Defines the three thresholds of the percolation of the gap along one axis: area, corrected area
+/// and load.
 macro_rules! percolation_along {
     ($axis:literal: $area:ident, $area_corrected:ident, $load:ident) => {
         const $area: Parameter = Parameter::number(
             names!("percolation_area_", $axis),
             concat!(
-                "share of the nodes in contact from which on no channel of gap leads through along ",
+                "fraction of the nodes in contact at which the gap stops percolating along ",
                 $axis,
-                ", mean of surfaces",
+                ", averaged over the surfaces",
             ),
         );
         const $area_corrected: Parameter = Parameter::number(
             names!("percolation_area_corrected_", $axis),
             concat!(
-                "the same share along ",
+                "contact area fraction, corrected for the mesh with the correction `2017`, at which \
+                 the gap stops percolating along ",
                 $axis,
-                ", corrected for the mesh as by the correction `2017`",
+                ", averaged over the surfaces",
             ),
         )
-        .with_label(concat!("sealed along ", $axis, " from"));
+        .with_label(concat!("sealed along ", $axis, " from a corrected area of"));
         const $load: Parameter = Parameter::of_unit(
             "E* × rms slope",
             names!("percolation_load_", $axis),
             concat!(
-                "load from which on no channel of gap leads through along ",
+                "load at which the gap stops percolating along ",
                 $axis,
-                ", mean of surfaces",
+                ", averaged over the surfaces",
             ),
         );
     };
@@ -261,19 +269,22 @@ percolation_along!("y": PERCOLATION_AREA_Y, PERCOLATION_AREA_CORRECTED_Y, PERCOL
 
 const HURST_EXPONENT: Parameter = Parameter::number(
     names!("hurst_exponent"),
-    "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; of a single \
-     surface its interval is that of independent modes",
+    "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; for a single \
+     surface, its confidence interval assumes independent modes",
 )
 .with_label("H");
 const ROLLOFF: Parameter = Parameter::of_unit(
     "1/length",
     names!("rolloff_wavenumber"),
-    "angular wavenumber up to which the measured spectrum is flat; null where it falls from its first \
-     ring on",
+    "roll-off q_r: angular wavenumber up to which the measured spectrum is constant; null where the \
+     spectrum already decreases from its first ring of wavenumbers",
 )
 .with_label("q_r");
-const PLATEAU_DENSITY: Parameter =
-    Parameter::of_unit("length⁴", names!("plateau_density"), "spectral density up to the roll-off");
+const PLATEAU_DENSITY: Parameter = Parameter::of_unit(
+    "length⁴",
+    names!("plateau_density"),
+    "spectral density C₀ up to the roll-off; null without a roll-off",
+);
 
 fn mean_pressure(curves: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = PressureGrowthProblem::new(curves, params.window());

@@ -28,7 +28,7 @@ const DEFAULT_RANGE: f64 = 5.0;
 /// heights, and bins narrower than the rounding errors of heights count nothing.
 const RANGES: [f64; 2] = [1e-6, 1e6];
 
-/// Measures the contacts of a `solve` stage, or the surfaces of a `generate` stage.
+/// Measurement of the contacts of a `solve` stage, or of the surfaces of a `generate` stage.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeasureTable {
@@ -91,8 +91,8 @@ pub enum What {
     Roughness,
 }
 
-/// Returns the kind of rows that the stage makes, if `what` names another quantity than the
-/// defaults.
+/// Returns the kind of rows that the stage makes, or `None` if it measures the default quantity,
+/// `"contacts"` or `"heights"`.
 pub fn row_kind(section: &Section<MeasureTable>) -> Option<RowKind> {
     let what = section.points.first()?.table.what.value()?;
     match what.quantity(1, 1.0) {
@@ -147,7 +147,8 @@ pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> O
     Some(vec![Recipe::Measure(params?)])
 }
 
-/// Refuses a quantity that the rows of the stage do not have.
+/// Refuses a quantity of surfaces if the stage reads loads, and a quantity of loads if it reads
+/// surfaces.
 fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) -> Option<()> {
     let written = checks.optional("what", &table.what)?;
     let Some(written) = written.filter(|what| what.value.is_of_loads() != reads_loads) else {

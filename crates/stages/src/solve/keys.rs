@@ -26,7 +26,7 @@ const MAX_PAIRS: u32 = 1_000_000;
 /// Maximum number of loads, summed over all points of a grid.
 const MAX_LOADS_OF_STAGE: usize = 1_000_000;
 
-/// Solves the contact of surfaces under a sequence of loads.
+/// Solution of the contact of surfaces under a sequence of loads.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolveTable {

@@ -186,7 +186,8 @@ pub fn pressures(
     Some(Pressures::At(chosen))
 }
 
-/// Returns the load of the block that equals a value up to rounding errors.
+/// Returns the load of the block that equals a listed load up to rounding errors. Reports a listed
+/// load that equals none.
 fn chosen(load: &Spanned<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64> {
     let value = decimal::nearest(load.value);
     let distance = |other: &&f64| (**other - value).abs();
@@ -199,7 +200,7 @@ fn chosen(load: &Spanned<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64
     checks.reject(Problem::new(message, load.span.clone(), label))
 }
 
-/// Returns the bins of a histogram, or no bins if the key is left out.
+/// Returns the bins of a histogram, or `Some(None)` if the key is left out.
 pub fn bins(
     name: &str,
     key: &Key<Bins>,

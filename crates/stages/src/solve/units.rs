@@ -121,8 +121,8 @@ impl Scales {
     }
 }
 
-/// Version of the results under a hardness, which is part of the recipes with a hardness only. If
-/// it is raised alone, elastic loads are not computed again.
+/// Version of the solver for a material with a hardness. Only recipes with a hardness contain it,
+/// so raising it does not recompute elastic contacts.
 const HARDNESS_VERSION: u32 = 3;
 
 /// The hardness of a material as given in the manifest.
@@ -150,7 +150,8 @@ impl From<GivenHardness> for HardnessRecipe {
 }
 
 impl GivenHardness {
-    /// Returns the coordinate for the hardness that is known before the surface is.
+    /// Returns the column of the hardness in the unit of the manifest, with its value. The value in
+    /// the other unit depends on the rms slope of the surface.
     pub fn coordinate(&self) -> (Column, Value) {
         let [absolute, reduced] = self.unit.hardness_columns();
         let column = match self.unit {
@@ -173,7 +174,8 @@ pub struct SurfaceHardness {
 }
 
 impl SurfaceHardness {
-    /// Returns the coordinates for the hardness in the rows of the surface.
+    /// Returns the columns `hardness` and `hardness_reduced` with their values, for the rows of the
+    /// surface.
     pub fn coordinates(&self) -> [(Column, Value); 2] {
         let [absolute, reduced] = self.given.hardness_columns();
         [(absolute, Value::Real(self.pressure)), (reduced, Value::Real(self.reduced.pressure()))]
