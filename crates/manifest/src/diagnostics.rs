@@ -227,7 +227,8 @@ impl<'a> ProblemInText<'a> {
     }
 }
 
-/// Returns the part of a span on its first line, within the text.
+/// Returns the part of `span` from its start to the end of that line, clamped to the length of
+/// `text`.
 fn first_line(span: &Span, text: &str) -> Span {
     let start = span.start.min(text.len());
     let end = span.end.clamp(start, text.len());
@@ -261,8 +262,8 @@ impl Diagnostic for ProblemInText<'_> {
 /// Maximum width of a line of a message, in characters.
 const WIDTH: usize = 88;
 
-/// Returns the candidate that is most similar to a word, if one is similar enough to be a typing
-/// error.
+/// Returns the candidate that is most similar to a word, or `None` if the word is not a probable
+/// misspelling of any candidate.
 pub fn did_you_mean<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,

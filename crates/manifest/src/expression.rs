@@ -150,14 +150,16 @@ impl Expression {
         }
     }
 
-    /// Returns the value of the expression for a row without a load. Slopes are NaN.
+    /// Returns the value of the expression in one row, where `column` returns the value of a
+    /// column. Derivatives with respect to the load are NaN, because they need several rows.
     pub fn value(&self, column: &impl Fn(&str) -> f64) -> f64 {
         let values = self.values(&|name: &str| vec![column(name)], &[f64::NAN]);
         values[0]
     }
 
     /// Returns the values of the expression at the loads of one surface. `column` returns the
-    /// values of a column at these loads. Undefined values follow IEEE 754.
+    /// values of a column at these loads. Undefined operations give NaN or infinity, as in IEEE
+    /// 754.
     pub fn values(&self, column: &impl Fn(&str) -> Vec<f64>, loads: &[f64]) -> Vec<f64> {
         match self {
             Expression::Number(number) => vec![*number; loads.len()],
@@ -183,8 +185,9 @@ impl Expression {
     }
 }
 
-/// Returns the derivative at each abscissa: the slope of the parabola through the point and its two
-/// neighbours. At both ends it is the parabola through the three outermost points.
+/// Returns the derivative of the ordinates at each abscissa: the slope of the parabola through this
+/// point and its two neighbours. The first and the last derivative are slopes of the parabola
+/// through the three points nearest to that end.
 fn slopes(abscissae: &[f64], ordinates: &[f64]) -> Vec<f64> {
     let count = abscissae.len();
     if count < 3 {
@@ -326,7 +329,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses the rest of a parenthesis.
+    /// Parses the rest of an expression in parentheses, up to and including the closing
+    /// parenthesis.
     fn enclosed(&mut self) -> Result<Expression, ExpressionError> {
         let inner = self.sum()?;
         match self.take(&[(')', ())]) {

@@ -318,8 +318,8 @@ impl Stage for Params {
         Some(self.nodes())
     }
 
-    /// Returns the recipe with redrawn heights. A surface without heights stays as it is, because
-    /// its row has fewer columns.
+    /// Returns the recipe with redrawn heights if the heights are stored, because both recipes
+    /// describe the same surface. Returns `None` for other recipes.
     fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_heights = self.heights == Heights::Keep;
         keeps_heights.then(|| Recipe::Generate(self.with(Heights::Redraw)))
@@ -355,7 +355,7 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     Table::empty(&columns)
 }
 
-/// Returns the parts of the summary of a table of surfaces.
+/// Returns the phrases that summarise a table of surfaces for users.
 ///
 /// # Errors
 /// If the table is not one of a `generate` stage.

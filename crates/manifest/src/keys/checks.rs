@@ -9,12 +9,12 @@ use super::{GridPoint, Key, KeyTable, Layout, Section, Spanned};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
 
-/// Reads the values of one point of a grid and reports their problems.
+/// Reader of the values at one point of a grid, which reports their problems.
 ///
-/// The reader has validated each value against the declaration of its key. If a method returns
-/// `None`, the method or the reader has reported a problem.
+/// [`reader::read`](super::reader::read) has validated each value against the declaration of its
+/// key. If a method returns `None`, this function or the method has reported a problem.
 pub struct Checks<'a> {
-    /// Collects the problems of the manifest.
+    /// Problems of the manifest, to which the methods add further ones.
     pub problems: &'a mut Problems,
     span: &'a Span,
     reported_keys: &'a BTreeSet<String>,
@@ -36,7 +36,7 @@ impl<'a> Checks<'a> {
         }
     }
 
-    /// Returns the value of a required key, and reports a missing key.
+    /// Returns the value of a required key, or `None` after reporting that the key is missing.
     pub fn required<'k, T>(&mut self, name: &str, key: &'k Key<T>) -> Option<&'k Spanned<T>> {
         key.written().or_else(|| self.missing(name))
     }
@@ -54,25 +54,28 @@ impl<'a> Checks<'a> {
         self.reported_keys.contains(name)
     }
 
-    /// Returns a number or its declared default. A key without a default is required.
+    /// Returns the number of a key, or the declared default if the manifest does not contain the
+    /// key. A key without a declared default is required.
     ///
     /// Numbers are rounded to twelve digits, so that equal numbers have equal keys.
     pub fn number(&mut self, name: &str, key: &Key<f64>) -> Option<f64> {
         self.value_or_default(name, key, |number| decimal::nearest(*number))
     }
 
-    /// Returns the rounded value of an optional number.
+    /// Returns the number of an optional key, rounded to twelve digits, or `Some(None)` if the
+    /// manifest does not contain the key.
     pub fn optional_number(&mut self, name: &str, key: &Key<f64>) -> Option<Option<f64>> {
         let written = self.optional(name, key)?;
         Some(written.map(|number| decimal::nearest(number.value)))
     }
 
-    /// Returns a value or its declared default. A key without a default is required.
+    /// Returns the value of a key, or the declared default if the manifest does not contain the
+    /// key. A key without a declared default is required.
     pub fn value<T: DeserializeOwned + Clone>(&mut self, name: &str, key: &Key<T>) -> Option<T> {
         self.value_or_default(name, key, T::clone)
     }
 
-    /// Returns a value, or `default` if the manifest does not contain the key.
+    /// Returns the value of a key, or `default` if the manifest does not contain the key.
     pub fn value_or<T: Clone>(&self, name: &str, key: &Key<T>, default: T) -> Option<T> {
         let written = self.optional(name, key)?;
         Some(written.map_or(default, |written| written.value.clone()))
@@ -107,7 +110,8 @@ impl<'a> Checks<'a> {
         self.refuse(name, format!("`{name}` is not given"), self.span, label)
     }
 
-    /// Refuses a key that has no effect together with other keys; `why` is the label.
+    /// Refuses a key that other keys exclude, if the manifest contains it. `why` is the label of
+    /// the problem.
     pub fn forbidden<T>(&mut self, name: &str, key: &Key<T>, why: &str) -> Option<()> {
         let Some(written) = key.written() else {
             return Some(());
@@ -116,8 +120,8 @@ impl<'a> Checks<'a> {
         self.reject(Problem::new(message, written.span.clone(), why))
     }
 
-    /// Reports a problem with the value of a key, adds the description of the key, and returns
-    /// `None`.
+    /// Reports a problem with the value of a key, with the description of the key as help, and
+    /// returns `None`.
     pub fn refuse<T>(
         &mut self,
         name: &str,
@@ -135,7 +139,7 @@ impl<'a> Checks<'a> {
         None
     }
 
-    /// Reports a problem and adds the description of the key.
+    /// Reports a problem, with the description of the key as its help.
     pub fn report(&mut self, name: &str, problem: Problem) {
         let problem = match self.layout.doc(name) {
             Some(doc) => problem.help(doc),

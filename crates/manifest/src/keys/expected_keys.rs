@@ -18,14 +18,16 @@ pub type FindOwner = dyn Fn(&str) -> Option<String>;
 pub struct ExpectedKeys {
     /// Name of the table in messages.
     pub table: String,
-    /// Keys of the table that are not in its [`Layout`], because they are read before.
+    /// Keys that the table can have in addition to those of its [`Layout`], such as `kind` and
+    /// `from`.
     pub common: Vec<&'static str>,
-    /// Finds another table that has an unknown key.
+    /// Function that finds another table that has a key, for messages about a key unknown to this
+    /// table.
     pub owner: Box<FindOwner>,
 }
 
 impl ExpectedKeys {
-    /// Creates the expectations for a table that has only the keys of its [`Layout`].
+    /// Creates the expected keys of a table that has only the keys of its [`Layout`].
     pub fn of_table(table: &str) -> Self {
         Self { table: table.to_owned(), common: Vec::new(), owner: Box::new(|_| None) }
     }

@@ -62,7 +62,8 @@ pub fn deserialize<T: DeserializeOwned>(value: TomlSpanned<DeValue<'_>>) -> Resu
     T::deserialize(ValueDeserializer::from(value))
 }
 
-/// Reads a table, from which the keys that all stages have must have been removed.
+/// Reads a table, reports its problems, and returns the points of its grid. Keys that are not in
+/// the [`Layout`] of `T`, except `cases`, must have been removed from the table.
 pub fn read<T: KeyTable>(
     table: DeTable<'_>,
     span: Span,
@@ -132,7 +133,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         }
     }
 
-    /// Adds a list to the values of all points, without the items that are invalid.
+    /// Adds the valid items of a list to the values that all points share.
     fn list(&mut self, key: TomlSpanned<DeString<'i>>, list: TomlSpanned<DeValue<'i>>) {
         let items: Vec<_> = list.get_ref().as_array().into_iter().flatten().collect();
         let is_valid = |item: &&TomlSpanned<DeValue<'i>>| {
@@ -250,7 +251,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         false
     }
 
-    /// Validates a value, reports all mistakes in it, and returns whether there are none.
+    /// Validates a value and reports all mistakes in it. Returns whether the value is valid.
     fn is_valid(
         &mut self,
         key: &TomlSpanned<DeString<'i>>,
@@ -316,7 +317,9 @@ struct Axis<'i> {
 }
 
 impl<'i> Grid<'i> {
-    /// Returns the position of a key that all cases share, if the table has it.
+    /// Returns the position of a key that is given for all cases: a swept key, with its index
+    /// `axis`, or any other key. Returns `None` if the table does not contain the key outside its
+    /// cases.
     fn common_key(&self, axis: Option<usize>, name: &str) -> Option<Span> {
         let axis = axis.and_then(|axis| self.axes.get(&axis)).map(|axis| &axis.key);
         let shared = || self.shared.get_key_value(name).map(|(key, _)| key);
@@ -364,8 +367,8 @@ fn too_many(points: usize, values: usize, span: &Span) -> Problem {
         .help("list the combinations that you need: `cases = [{ … }, { … }]`")
 }
 
-/// Returns one combination of the values of all axes. The digits of `combination` in the mixed
-/// radix of the lengths are the indices.
+/// Returns one value of each axis. The indices of the values are the digits of `combination` in the
+/// mixed radix of the numbers of values; the index of the last axis is the lowest digit.
 fn choose<'i>(axes: &[Axis<'i>], mut combination: usize) -> Vec<Entry<'i>> {
     let choice = axes.iter().rev().map(|axis| {
         let index = combination % axis.values.len();

@@ -220,7 +220,7 @@ fn is_type(schema: &&Value, kind: &str) -> bool {
     }
 }
 
-/// Returns the words that a text must be one of, or no words if any text is valid.
+/// Returns the words of which a text must be one. The list is empty if any text is valid.
 fn words<'a>(alternatives: &[&'a Value]) -> Vec<&'a str> {
     let texts = alternatives.iter().filter(|one| is_type(one, "string"));
     let words = texts.map(|text| match (text.get("const"), text.get("enum")) {
@@ -269,7 +269,8 @@ fn expected(alternatives: &[&Value]) -> String {
     }
 }
 
-/// Returns the keys of a table; the required ones first, in the order of their declaration.
+/// Returns the keys of a table: first the required keys in the order of their declaration, then the
+/// others.
 fn key_names(schema: &Value) -> Vec<&str> {
     let required = schema.get("required").and_then(Value::as_array).into_iter().flatten();
     let mut names: Vec<&str> = required.filter_map(Value::as_str).collect();
@@ -316,8 +317,8 @@ pub const QUANTITY: (Bound<f64>, Bound<f64>) = (Bound::Included(1e-30), Bound::I
 
 /// Returns the requirement on a number if the number violates it.
 ///
-/// A number without a declared maximum must be at most 1e30. A positive number without a declared
-/// maximum must be a [`QUANTITY`].
+/// A number without a declared maximum must be at most 1e30. If the number must also be positive,
+/// it must be within [`QUANTITY`].
 fn out_of_bounds(value: &DeValue<'_>, schema: &Value) -> Option<String> {
     let limit = |rule: &str| schema.get(rule).and_then(Value::as_f64);
     let bound = |included, excluded| match (limit(included), limit(excluded)) {
@@ -377,7 +378,8 @@ fn described_whole(lower: Bound<f64>, upper: Bound<f64>) -> String {
     }
 }
 
-/// Describes the bounds that a value violates or may violate: `above 0 and at most 1`.
+/// Describes bounds for a message about the value: `above 0 and at most 1`. Omits the implied
+/// bounds ±1e30 that the value does not violate.
 fn described((lower, upper): (Bound<f64>, Bound<f64>), value: f64) -> String {
     if (lower, upper) == QUANTITY && value > 0.0 && value.is_finite() {
         return "from 1e-30 to 1e30; another unit may help".to_owned();

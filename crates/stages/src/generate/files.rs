@@ -280,7 +280,8 @@ fn recalled_surface(
     )
 }
 
-/// Returns the treatment of the edges, and refuses keys that contradict each other.
+/// Returns the treatment of the edges of the map from the keys `periodic`, `edges` and
+/// `taper_fraction`, and refuses keys that contradict each other.
 fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
     let taper_fraction = checks.number("taper_fraction", &table.taper_fraction);
     let is_periodic = checks.required("periodic", &table.periodic)?.value;
@@ -309,14 +310,15 @@ enum FoundMap {
     RecordedFile(RecordedFile),
 }
 
-/// Reads the files of a stage, and keeps the last map: points that only differ in the preparation
-/// of a map read its file once.
+/// Reader of the files of a stage, which keeps the last map. Points that differ only in the
+/// preparation of a map therefore read its file once.
 struct FileCache<'a> {
     sources: &'a mut SurfaceFiles,
     /// Path, channel, hash and map of the last reading. `path` and `channel` vary slowest in the
     /// grid, so that one entry is enough.
     last: Option<(String, Option<ChannelChoice>, ContentHash, Rc<MapFile>)>,
-    /// Path and its span for each content that a point reads.
+    /// Path of each file that a point reads, and the position of the path in the manifest, by the
+    /// content of the file.
     seen: BTreeMap<ContentHash, (String, Span)>,
 }
 
@@ -368,7 +370,8 @@ impl FileCache<'_> {
         }
     }
 
-    /// Refuses two paths to files with the same content: the surface would count twice.
+    /// Refuses a path to a file whose content equals that of a file with another path, because the
+    /// surface would count twice.
     fn check_distinct(
         &mut self,
         content: ContentHash,
@@ -388,7 +391,7 @@ impl FileCache<'_> {
     }
 }
 
-/// Words the problem of a channel that the file does not have.
+/// Creates the problem of a channel that the file does not have.
 fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -> Problem {
     let message = format!("{:?}: {error}", path.value);
     let channel = table.channel.written().map(|channel| &channel.span);

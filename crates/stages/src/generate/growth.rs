@@ -158,7 +158,8 @@ impl Mul<f64> for Limit {
     }
 }
 
-/// Returns the number of surfaces at the start, and the adaptive sampling if there is any.
+/// Returns the number of surfaces at the start, and the adaptive sampling; `None` for a fixed
+/// number of surfaces.
 pub fn realizations(
     key: &Key<Realizations>,
     checks: &mut Checks,
@@ -181,7 +182,7 @@ pub fn realizations(
     Some((at_least, Some(Arc::new(growth))))
 }
 
-/// Returns the condition of a text, and refuses any other text.
+/// Parses the condition of adaptive sampling. Reports a text that is not a condition.
 fn checked(written: &Spanned<String>, checks: &mut Checks) -> Option<Until> {
     parse(&written.value).or_else(|| {
         let message = format!("cannot read the condition {:?}", written.value);
@@ -191,7 +192,7 @@ fn checked(written: &Spanned<String>, checks: &mut Checks) -> Option<Until> {
     })
 }
 
-/// Reads the text of a condition. Returns `None` if the text is not a condition.
+/// Parses a condition of adaptive sampling. Returns `None` if the text is not a condition.
 pub fn parse(text: &str) -> Option<Until> {
     let text = text.trim();
     if text.split_whitespace().eq(CLAIMS_DECIDED.split_whitespace()) {
@@ -209,7 +210,7 @@ pub fn parse(text: &str) -> Option<Until> {
     }
 }
 
-/// Reads a bound of a standard error: `sem(STAGE.COLUMN) < 0.5 %`.
+/// Parses a bound of a standard error: `sem(STAGE.COLUMN) < 0.5 %`.
 fn known_mean(text: &str) -> Option<KnownMean> {
     let inside = text.strip_prefix("sem")?.trim_start().strip_prefix('(')?;
     let (mean, rest) = inside.split_once(')')?;

@@ -180,7 +180,8 @@ impl MapFile {
     }
 }
 
-/// Returns the index of the chosen channel.
+/// Returns the index of the chosen channel among `count` channels. `find` returns the index of the
+/// channel with a name.
 fn channel_index(
     choice: &ChannelChoice,
     count: usize,

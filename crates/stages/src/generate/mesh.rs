@@ -101,7 +101,7 @@ pub fn mesh(
     }
 }
 
-/// Reports a pair of nodes with a single side.
+/// Returns the problem of a pair of nodes that is combined with a single side.
 fn single_side(
     nodes: OnAxes<u32>,
     nodes_span: &Span,
@@ -124,7 +124,7 @@ pub fn square_cells(counts: [u32; 2], longer_side: f64) -> OnAxes<f64> {
     OnAxes::Each(counts.map(|nodes| longer_side * (f64::from(nodes) / most)))
 }
 
-/// Reports a pair of sides with a single number of nodes.
+/// Returns the problem of a pair of sides that is combined with a single number of nodes.
 fn single_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span) -> Problem {
     let side = OnAxes::Each(lengths);
     let message = format!("`side = {side}` is a pair, but `nodes` is one number");

@@ -231,7 +231,7 @@ pub fn surfaces<T: KeyTable>(
     Some(planned)
 }
 
-/// Returns the plan of a single surface without realizations, for files and shapes.
+/// Plans a single surface, for files and shapes, which have no realizations.
 pub fn single(heights: Heights, side: Option<PerAxis<f64>>, origin: Origin) -> PlannedSurfaces {
     PlannedSurfaces {
         params: Params { heights, side, origin },

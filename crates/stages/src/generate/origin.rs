@@ -62,7 +62,7 @@ pub struct MeasuredSurface {
     pub unit: String,
     /// Factor that converts the values of the file to heights in the unit of length.
     pub height_scale: f64,
-    /// Method that makes the map periodic, if there is one.
+    /// Treatment of the edges of the map, which can make it periodic.
     #[serde(flatten)]
     pub edges: Edges,
     /// Reader of the file format; `None` for a NumPy array.

@@ -242,7 +242,7 @@ fn cutoff<'t>(
 }
 
 /// Returns the number of wavelengths along the longer side. If it is not a whole number, returns
-/// message and label of the problem instead.
+/// the end of the message and the label of the problem instead.
 fn waves_along(longer_side: f64, wavelength: f64) -> Result<u32, (String, String)> {
     let times = longer_side / wavelength;
     let waves = times.round();

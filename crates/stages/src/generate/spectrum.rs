@@ -218,8 +218,8 @@ pub fn spectra(
     })
 }
 
-/// Returns the source of a spectrum that another stage measures. Keys that only apply to files are
-/// refused.
+/// Returns the source of a spectrum that another stage measures. Refuses keys that only apply to
+/// files.
 fn stage_source(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
     let why = "`from` names the stage with the spectrum";
     let path = checks.forbidden("path", &table.path, why);
@@ -279,7 +279,7 @@ fn written_unit(table: &SpectrumTable) -> String {
     unit.unwrap_or_default()
 }
 
-/// Returns the unit of length of the file, in units of the unit of the surface.
+/// Returns the unit of length of the file divided by the unit of length of the surface.
 fn length_scale(
     table: &SpectrumTable,
     path: &Spanned<String>,

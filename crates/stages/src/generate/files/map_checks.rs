@@ -65,8 +65,8 @@ pub fn lengths(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Le
     Some(Lengths { unit, side, cell })
 }
 
-/// Returns whether the lengths of a map are read in metres. This is so if its heights have a unit
-/// of length, or if its heights have no unit and its sides have one.
+/// Returns whether the lengths of a map are read in metres. They are if the heights have a unit of
+/// length, or if the heights have no unit and the sides have one.
 fn is_in_metres(map: &MapFile) -> bool {
     match map.quantity {
         Quantity::Height => true,
@@ -79,7 +79,7 @@ fn overrides(table: &FileTable) -> bool {
     table.overrides.value() == Some(true)
 }
 
-/// Returns whether the manifest replaces the unit of the file by another one than the metre.
+/// Returns whether the manifest replaces the unit of the file by a unit other than the metre.
 fn has_other_unit(table: &FileTable) -> bool {
     let unit = table.unit.written();
     overrides(table) && unit.is_some_and(|unit| !is_metre(&unit.value))
@@ -126,8 +126,9 @@ fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
     ))
 }
 
-/// Returns the sides in the file, if it has them in the unit of the map. Refuses sides in metres
-/// with heights without a unit, unless the manifest gives their factor.
+/// Returns the sides of the map in the file, or `Some(None)` if the file does not contain them in
+/// the unit of length of the map. Refuses a file with sides in metres and heights without a unit,
+/// unless the manifest gives `height_scale` or overrides the file.
 fn sides_of_file(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Option<[f64; 2]>> {
     if has_other_unit(keys.table) && matches!(map.size, Size::Metres(_)) {
         return Some(None);
