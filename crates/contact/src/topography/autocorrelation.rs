@@ -9,8 +9,8 @@ use crate::grid::{Boundary, Grid};
 
 /// Autocorrelation function A(r) = ⟨h(x) h(x + r)⟩ of heights about their mean, in length².
 ///
-/// Lags r go up to half of each side. Means are over all pairs of nodes with the lag r. On a
-/// periodic map, pairs continue across the edges; on other maps, large lags have few pairs.
+/// Lags r are at most half of each side. Means are over all pairs of nodes with the lag r. On a
+/// periodic map, pairs continue across the edges. On other maps, large lags have few pairs.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -28,15 +28,16 @@ use crate::grid::{Boundary, Grid};
 /// ```
 pub struct Autocorrelation {
     grid: Grid,
-    /// Numbers of rows and columns of `values`, including the zero padding of a free map.
+    /// Numbers of rows and columns of `values`. If the map is not periodic, they include its zero
+    /// padding.
     nodes: [usize; 2],
     values: Vec<f64>,
 }
 
-/// Mean of A(r) over lags of about the same length.
+/// Mean of A(r) over a ring of lags r of about the same length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LagRing {
-    /// Rounded length of the lags, in units of max(Δx, Δy).
+    /// Length |r| of the lags, rounded, in units of max(Δx, Δy).
     pub steps: u32,
     /// Mean of A(r) over all directions, in length².
     pub value: f64,
@@ -75,7 +76,8 @@ impl Autocorrelation {
         correlation
     }
 
-    /// Divides the transform by its length, and each value by the number of pairs with its lag.
+    /// Divides each value of the unnormalised inverse transform by the number of transformed values
+    /// and by the number of pairs of nodes with its lag.
     fn normalize(&mut self, boundary: Boundary) {
         let (map, nodes) = (self.grid.nodes(), self.nodes);
         let count = (nodes[0] * nodes[1]) as f64;
@@ -127,10 +129,11 @@ impl Autocorrelation {
         means.filter_map(ring).collect()
     }
 
-    /// Iterates over the indices j of the lags (i, j), with the weights of these lags in means.
+    /// Iterates over the lags (i, j) with the given i, as pairs of j and the weight of the lag in
+    /// means.
     ///
-    /// A lag also represents its opposite (−i, −j). With i = 0, the opposite is in the same list,
-    /// and the weight is one half.
+    /// A lag also represents its opposite (−i, −j). For i = 0, both are in the list, so their
+    /// weight is one half.
     fn weighted_lags(&self, i: usize) -> impl Iterator<Item = (isize, f64)> + use<> {
         let half = self.grid.nodes()[1] / 2;
         let half = half as isize;
@@ -156,7 +159,6 @@ mod tests {
         Surface::new(grid, (0..grid.count()).map(height).collect()).unwrap()
     }
 
-    /// Computes A directly from its definition.
     fn directly(surface: &Surface, [lag_x, lag_y]: [usize; 2], wraps: bool) -> f64 {
         let [nodes_x, nodes_y] = surface.grid().nodes();
         let heights = surface.heights();

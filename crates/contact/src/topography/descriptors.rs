@@ -33,9 +33,10 @@ pub struct Descriptors {
     pub rms_slope: f64,
     /// Nayak's parameter α = m₀ m₄/m₂².
     pub nayak: Option<f64>,
-    /// Density of summits of an isotropic Gaussian surface with these moments, in 1/length².
+    /// Density of summits of an isotropic Gaussian surface with these moments, √3/(18π) m₄/m₂, in
+    /// 1/length².
     pub summit_density: f64,
-    /// Number of summits per (L/2π)², where L is the longer side.
+    /// Number of summits per area (L/2π)², where L is the longer side of the cell.
     pub summit_density_integer: f64,
     /// Skewness ⟨h³⟩/⟨h²⟩^(3/2) of the heights; zero for a Gaussian distribution.
     pub skewness: Option<f64>,
@@ -43,11 +44,11 @@ pub struct Descriptors {
     pub excess_kurtosis: Option<f64>,
     /// Effective number of independent modes, see [`Moments::effective_modes`].
     pub effective_modes: f64,
-    /// Smallest load p₀/(E* h′) at which all nodes are in contact.
+    /// Minimum load p₀/(E* h′) at which all nodes are in contact.
     ///
-    /// The pressure of full contact is p₀ + (E*/2) F⁻¹(|q| ĥ). Contact is full if its minimum is
-    /// not negative. The load is exact for these nodes; a coarser grid does not resolve the deepest
-    /// valleys.
+    /// In full contact, the pressure is p₀ + (E*/2) F⁻¹(|q| ĥ). Contact is full if the minimum of
+    /// this pressure is not negative. The load is exact for these nodes. A coarser grid does not
+    /// resolve the deepest valleys.
     pub full_contact_load: f64,
 }
 
@@ -121,7 +122,8 @@ fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
     })
 }
 
-/// Converts the spectrum of heights to the spectrum of full-contact pressures, in units of E*.
+/// Multiplies the half spectrum of heights by |q|/2, which gives the half spectrum of the
+/// full-contact pressures in units of E*. Includes the factor 1/(N_x N_y) of the inverse transform.
 fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>], grid: Grid) {
     let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
     let factor = 0.5 * TAU / cell.longer_side() / grid.count() as f64;
@@ -139,7 +141,8 @@ fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>],
 
 /// Areal roughness parameters of ISO 25178-2, of heights about their mean.
 ///
-/// The map is not levelled or filtered here; see [`preparation`](super::preparation).
+/// [`Roughness::from_surface`] does not level or filter the map; see
+/// [`preparation`](super::preparation).
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -168,13 +171,13 @@ pub struct Roughness {
     pub sku: Option<f64>,
     /// Root mean square gradient Sdq.
     ///
-    /// The gradient is computed from the Fourier modes of a periodic map, and from finite
-    /// differences on other maps.
+    /// For a periodic map, it is computed from Fourier modes; for other maps, from finite
+    /// differences.
     pub sdq: f64,
 }
 
 impl Roughness {
-    /// Computes the parameters of a surface.
+    /// Computes the parameters of a surface. `boundary` selects how slopes are computed.
     pub fn from_surface(surface: &Surface, boundary: Boundary) -> Self {
         let heights = from_first_node(surface.heights());
         let count = heights.len() as f64;
@@ -200,24 +203,26 @@ impl Roughness {
     }
 }
 
-/// Maximum ratio of the moments along x and y for which a surface counts as isotropic.
+/// Maximum ratio of moments along x and y, m₂₀/m₀₂ or m₄₀/m₀₄ or their inverses, of a surface that
+/// counts as isotropic.
 ///
 /// None of 1600 random isotropic surfaces with H = 0.3 and 0.8, k_lower = 1, 2, 4 and 8 and
 /// k_upper = 32 reached it.
 const ISOTROPIC: f64 = 1.5;
 
-/// Maximum |skewness| for which a surface counts as Gaussian.
+/// Maximum |skewness| of a surface that counts as Gaussian.
 ///
 /// With H = 0.8 and k_lower = 1, 12 % of random surfaces exceed it, because they have about five
 /// effective modes. With k_lower = 2, 1 % exceed it; with k_lower ≥ 4, none.
 const SYMMETRIC: f64 = 0.5;
 
-/// Maximum |excess kurtosis| for which a surface counts as Gaussian.
+/// Maximum |excess kurtosis| of a surface that counts as Gaussian.
 ///
-/// With k_lower = 1, 1.5 % of the same random surfaces exceed it; with larger k_lower, none.
+/// With k_lower = 1, 1.5 % of the random surfaces of [`SYMMETRIC`] exceed it; with larger k_lower,
+/// none.
 const MESOKURTIC: f64 = 1.0;
 
-/// Minimum effective number of modes for which a surface counts as Gaussian.
+/// Minimum [`Moments::effective_modes`] of a surface that counts as Gaussian.
 ///
 /// With n modes of fixed amplitude, the excess kurtosis is −1.5/n.
 const ENOUGH_MODES: f64 = 10.0;
@@ -285,7 +290,8 @@ mod tests {
         assert!((found - exact).abs() < 1e-12, "{found} should be {exact}");
     }
 
-    /// Returns a rough surface of unit rms slope that any program can reproduce.
+    /// Returns a surface of unit rms slope from a fixed formula, which other programs can
+    /// reproduce.
     fn golden_surface(nodes: usize) -> Surface {
         let mut heights = vec![0.0; nodes * nodes];
         let mut square_slope = 0.0;
@@ -446,7 +452,6 @@ mod tests {
         samples::random(k_lower, 32, 1).draw(square(64, 1.0))
     }
 
-    /// Applies a function to the heights of a surface.
     fn with(surface: &Surface, height: impl Fn(f64) -> f64) -> Surface {
         let heights = surface.heights().iter().map(|&h| height(h)).collect();
         Surface::new(surface.grid(), heights).unwrap()

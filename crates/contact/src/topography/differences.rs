@@ -61,7 +61,7 @@ pub fn moments(surface: &Surface) -> Moments {
     }
 }
 
-/// Returns the mean of `value(i, j)` over all nodes, or zero if there are no nodes.
+/// Returns the mean of `value(i, j)` over N_x × N_y nodes, or zero if there are no nodes.
 fn mean_over([nodes_x, nodes_y]: [usize; 2], value: impl Fn(usize, usize) -> f64) -> f64 {
     let nodes = (0..nodes_x).flat_map(|i| (0..nodes_y).map(move |j| (i, j)));
     let sum = nodes.fold(0.0, |sum, (i, j)| sum + value(i, j));
@@ -71,7 +71,7 @@ fn mean_over([nodes_x, nodes_y]: [usize; 2], value: impl Fn(usize, usize) -> f64
 /// Rms slope and curvature of a map at one distance along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
-    /// Distance ℓ, in steps of the grid.
+    /// Distance ℓ, in grid spacings along the axis.
     pub steps: usize,
     /// Rms slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩.
     pub slope: f64,
@@ -79,10 +79,11 @@ pub struct Scale {
     pub curvature: f64,
 }
 
-/// Computes the rms slope and curvature of a map at distances of 1, 2, 3, 4, 6, 8, 12, … steps.
+/// Computes the rms slope and curvature of a map along `axis` at distances of 1, 2, 3, 4, 6, 8, 12,
+/// … grid spacings.
 ///
-/// The largest distance is about half the side of the map. Means are over all pairs and triples of
-/// nodes along the axis; on a periodic map they continue across the edges.
+/// Distances are at most half the side. Means are over all pairs and triples of nodes along the
+/// axis. With [`Boundary::Periodic`], they continue across the edges.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
@@ -122,7 +123,7 @@ pub fn along(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<Scale> {
     distances.iter().zip(sums).map(scale).collect()
 }
 
-/// Returns 2ⁿ and 1.5 × 2ⁿ in ascending order, up to `longest`.
+/// Returns the numbers 2ⁿ and 1.5 × 2ⁿ that are integers and at most `longest`, in ascending order.
 fn distances(longest: usize) -> impl Iterator<Item = usize> {
     let powers = (0..usize::BITS).map(|power| 1_usize << power);
     let both = powers.flat_map(|power| [power, power + power / 2]);
@@ -148,7 +149,7 @@ impl MeanSquare {
     }
 }
 
-/// Mean squares of the first and second differences over one distance.
+/// Mean squares of the first and second differences between heights at one distance.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     first: MeanSquare,

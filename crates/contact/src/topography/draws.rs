@@ -16,10 +16,12 @@ use rustfft::num_complex::Complex;
 use crate::fft::Transform;
 use crate::threads::Threads;
 
-/// Part of the key that separates these draws from other uses of the seed; the digit is a version.
+/// Part of the ChaCha key that separates these random numbers from other uses of the seed. Its last
+/// digit is a version.
 const DOMAIN: [u8; 20] = *b"asperity mode draws1";
 
-/// Number of 32-bit words of the stream for each mode; they give two numbers of 53 bits.
+/// Number of 32-bit words of the ChaCha stream for each mode. They give two random numbers of 53
+/// bits.
 const WORDS_PER_MODE: u128 = 4;
 
 /// Random numbers of all modes of one realization.
@@ -51,7 +53,7 @@ impl Draws {
         ModeDraw::next(&mut self.generator(k_x, k_y))
     }
 
-    /// Iterates over the draws of the modes (k_x, first), (k_x, first + 1), …
+    /// Iterates over the random numbers of the modes (k_x, `first`), (k_x, `first` + 1), …
     pub fn row(&self, k_x: i32, first: u32) -> impl Iterator<Item = ModeDraw> + use<> {
         let mut generator = self.generator(k_x, first);
         std::iter::repeat_with(move || ModeDraw::next(&mut generator))
@@ -91,13 +93,14 @@ impl ModeDraw {
     }
 }
 
-/// Maps 0, −1, 1, −2, 2, … to 0, 1, 2, 3, 4, …
+/// Maps `k` = 0, −1, 1, −2, 2, … to 0, 1, 2, 3, 4, …
 fn zigzag(k: i32) -> u64 {
     let k = i64::from(k);
     ((k << 1) ^ (k >> 63)) as u64
 }
 
-/// Sum of waves c e^(i q·x) + c* e^(−i q·x) on the nodes of a mesh.
+/// Sum over waves c e^(i q·x) + c* e^(−i q·x) on the nodes of a mesh, with one coefficient c per
+/// wave.
 pub(super) struct Waves {
     transform: Transform<f64>,
     nodes: [usize; 2],
@@ -111,7 +114,8 @@ impl Waves {
         Self { transform, nodes, half }
     }
 
-    /// Adds the wave with k_x and k_y periods, each at most half the number of nodes.
+    /// Adds the wave with coefficient c = `coefficient` and k_x and k_y periods. |k_x| ≤ N_x/2, and
+    /// 0 ≤ k_y ≤ N_y/2.
     pub fn add(&mut self, [k_x, k_y]: [i32; 2], coefficient: Complex<f64>) {
         let [nodes_x, nodes_y] = self.nodes;
         let columns = self.transform.spectrum_columns();
@@ -124,7 +128,7 @@ impl Waves {
         }
     }
 
-    /// Returns the sum of the waves, multiplied by a factor.
+    /// Returns the sum of the waves at the nodes, multiplied by `factor`.
     pub fn heights(mut self, threads: &Threads, factor: f64) -> Vec<f64> {
         let mut heights = vec![0.0; self.nodes[0] * self.nodes[1]];
         let scratch = &mut self.transform.scratch_on(threads.clone());
@@ -134,7 +138,8 @@ impl Waves {
     }
 }
 
-/// Returns the row of a spectrum that holds a signed wavenumber.
+/// Returns the index of the row of a spectrum with `nodes` rows that contains the signed wavenumber
+/// `k_x`.
 pub(super) fn row_of(k_x: i32, nodes: usize) -> usize {
     let k_x = k_x as isize;
     k_x.rem_euclid(nodes as isize) as usize

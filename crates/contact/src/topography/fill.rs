@@ -15,23 +15,23 @@ use super::surface::{MissingPoints, Scan, Surface};
 
 mod harmonic;
 
-/// Method to fill missing points.
+/// Method to fill missing points of a measured map.
 ///
 /// The solution of Laplace's equation is the smoothest surface in a hole, and its heights are
-/// between the lowest and the highest edge of the hole. Points at the lowest height of the map make
-/// contact last.
+/// between the lowest and the highest height at the rim of the hole. Points filled with the lowest
+/// height of the map are the last to make contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
-    /// No method: missing points are an error.
+    /// No filling: missing points are an error.
     #[default]
     Error,
-    /// Solution of Laplace's equation in each hole.
+    /// Solution of Laplace's equation in each hole, with the measured heights at its rim.
     Harmonic,
     /// Height of the nearest measured point.
     Nearest,
-    /// Lowest height of the map.
+    /// Lowest measured height of the map.
     Lowest,
 }
 
@@ -46,10 +46,10 @@ impl Fill {
         }
     }
 
-    /// Fills the holes of a map.
+    /// Gives a height to each missing point of a map.
     ///
-    /// Holes of a periodic map continue across its edges. At the edges of other maps,
-    /// [`Fill::Harmonic`] has zero normal slope.
+    /// If `is_periodic`, holes continue across the edges. Otherwise [`Fill::Harmonic`] has zero
+    /// normal slope at the edges.
     ///
     /// # Errors
     /// Fails if points are missing and the method is [`Fill::Error`], or if no point was measured.
@@ -75,7 +75,7 @@ fn lowest(scan: Scan) -> Scan {
     scan.with(missing.into_iter().map(|node| (node, lowest)))
 }
 
-/// Fills the holes of a map with the heights of the nearest measured points.
+/// Gives each missing point the height of the nearest measured point.
 fn filled(scan: Scan, is_periodic: bool) -> Scan {
     let [nodes_x, nodes_y] = scan.grid().nodes();
     let [step_x, step_y] = scan.grid().spacing();
@@ -105,7 +105,8 @@ fn filled(scan: Scan, is_periodic: bool) -> Scan {
     scan.with(found)
 }
 
-/// Returns the indices of the two lines at a distance of `lines` from a line, in ascending order.
+/// Returns the indices of the two lines that are `lines` lines before and after `line`, of `of`
+/// lines in total, in ascending order. A line outside the map is `None`.
 fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<usize>; 2] {
     let (below, above) = if is_periodic {
         (Some((line + of - lines) % of), Some((line + lines) % of))
@@ -117,11 +118,12 @@ fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<us
     both
 }
 
-/// Finds, for each node, the nearest measured node of the same x: its distance in steps and its j.
+/// Finds, for each node, the nearest measured node on its line along y. Returns the distance in
+/// grid spacings and the index j of that node, or `None` if no node of the line was measured.
 fn nearest_in_lines(scan: &Scan, is_periodic: bool) -> Vec<Option<(u32, u32)>> {
     let nodes_y = scan.grid().nodes()[1];
     let mut nearest = vec![None; scan.heights().len()];
-    // A second turn along the line lets the search continue across the edges.
+    // On a periodic map, a second pass along the line continues across the edges.
     let turns = if is_periodic { 2 } else { 1 };
     for (line, nearest) in
         scan.heights().chunks_exact(nodes_y).zip(nearest.chunks_exact_mut(nodes_y))
@@ -200,7 +202,7 @@ mod tests {
         }
     }
 
-    /// Returns the smallest squared distance to a measured node, by exhaustive search.
+    /// Returns the squared distance from `node` to the nearest measured node, by exhaustive search.
     fn distance(map: &Scan, node: usize, is_periodic: bool) -> f64 {
         let grid = map.grid();
         let here = grid.indices(node);

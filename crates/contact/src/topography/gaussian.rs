@@ -17,10 +17,11 @@ use super::moments::signed_wavenumber;
 use super::surface::Surface;
 use crate::fft::Transform;
 
-/// Exponent beyond which weights are omitted, because e^(−40) = 4e−18 is below rounding.
+/// Exponent x above which weights e^(−x) are omitted: e^(−40) = 4e−18 is below rounding errors.
 const NEGLIGIBLE: f64 = 40.0;
 
-/// Returns the factor by which [`low_pass`] multiplies the amplitude of a wave.
+/// Returns the factor by which [`low_pass`] multiplies the amplitude of a wave:
+/// 2^(−(cutoff/wavelength)²).
 ///
 /// Cutoff and wavelength are in the same unit.
 ///
@@ -35,9 +36,10 @@ pub fn transmission(cutoff: f64, wavelength: f64) -> f64 {
     libm::exp(-LN_2 * (cutoff / wavelength).powi(2))
 }
 
-/// Returns the waviness of a map, in which waves shorter than the cutoff are attenuated.
+/// Returns the waviness of a map: the map after the Gaussian low-pass filter, which attenuates
+/// waves shorter than `cutoff`.
 ///
-/// The cutoff is in the unit of the sides. `is_periodic` selects the filter for periodic maps.
+/// The cutoff is in the unit of the sides. `is_periodic` selects the filter of periodic maps.
 pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     let means = if is_periodic {
         filter_modes(surface, |wavenumber| transmission(cutoff, 1.0 / wavenumber))
@@ -47,9 +49,9 @@ pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     Surface::new(surface.grid(), means).expect("means of finite heights are finite")
 }
 
-/// Returns the roughness of a map, which is the map minus the result of [`low_pass`].
+/// Returns the roughness of a map: the map minus the result of [`low_pass`].
 ///
-/// Waves longer than the cutoff are attenuated, and the mean height is removed.
+/// Waves longer than `cutoff` are attenuated, and the mean height is removed.
 pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     let waviness = low_pass(surface, cutoff, is_periodic);
     let heights = surface.heights().iter().zip(waviness.heights());
@@ -57,7 +59,8 @@ pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     Surface::new(surface.grid(), rough.collect()).expect("differences of heights are finite")
 }
 
-/// Multiplies each mode by a factor that depends on its wavenumber 1/λ.
+/// Returns the heights after multiplication of each mode by `factor(1/λ)`, where λ is its
+/// wavelength.
 fn filter_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();
@@ -79,7 +82,8 @@ fn filter_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     heights
 }
 
-/// Returns, for each node, the weighted mean over the nodes inside the map.
+/// Returns the low-pass filter of a map that is not periodic: for each node, the weighted mean over
+/// the nodes inside the map.
 fn average_inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();
@@ -110,7 +114,8 @@ fn average_inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     means
 }
 
-/// Returns the weights of nodes at a distance of 0, 1, 2, … steps; the cutoff is in steps.
+/// Returns the weights of nodes at a distance of 0, 1, 2, … grid spacings, relative to the weight
+/// at 0. `cutoff` is in grid spacings.
 fn weights(cutoff: f64) -> Vec<f64> {
     // π/α² = π²/ln 2
     let exponent = |steps: usize| PI * PI / LN_2 * (steps as f64 / cutoff).powi(2);
@@ -118,14 +123,15 @@ fn weights(cutoff: f64) -> Vec<f64> {
     exponents.map(|exponent| libm::exp(-exponent)).collect()
 }
 
-/// Iterates over the nodes that contribute to the mean at `node`, ascending, with their weights.
+/// Iterates, in ascending order, over the nodes of a line that contribute to the mean at `node`,
+/// with their weights. The line has `nodes` nodes.
 fn neighbours(node: usize, nodes: usize, weights: &[f64]) -> impl Iterator<Item = (usize, f64)> {
     let reach = weights.len() - 1;
     let within = node.saturating_sub(reach)..=(node + reach).min(nodes - 1);
     within.map(move |other| (other, weights[other.abs_diff(node)]))
 }
 
-/// Returns the sum of the weights inside the map for each node of a line.
+/// Returns, for each node of a line, the sum of the weights of its [`neighbours`].
 fn normalisation(nodes: usize, weights: &[f64]) -> Vec<f64> {
     let sum = |node: usize| neighbours(node, nodes, weights).map(|(_, weight)| weight).sum();
     (0..nodes).map(sum).collect()

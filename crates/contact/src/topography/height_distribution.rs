@@ -19,11 +19,11 @@ pub struct Histogram {
     pub width: f64,
     /// Rms height of the surface about its mean, in the unit of the heights.
     pub rms_height: f64,
-    /// Number of nodes outside the range.
+    /// Number of nodes with heights outside the range of the bins.
     pub outside: usize,
 }
 
-/// Bin of a [`Histogram`], which contains its lower end; the last bin also contains its upper end.
+/// Bin of a [`Histogram`]. It contains its lower end; the last bin also contains its upper end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bin {
     /// Centre of the bin, in units of the rms height.
@@ -74,7 +74,7 @@ impl Histogram {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HistogramPool {
     surfaces: u32,
-    /// Number of nodes of all surfaces, inside and outside the range.
+    /// Total number of nodes of all surfaces, inside and outside the range of the bins.
     nodes: u64,
     width: f64,
     bins: Vec<Sums>,
@@ -87,14 +87,15 @@ struct Sums {
     square: u128,
 }
 
-/// Bin of a [`HistogramPool`]; heights are in units of the rms height of each surface.
+/// Bin of a [`HistogramPool`]. The heights of each surface are in units of its own rms height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PooledBin {
     /// Centre of the bin, in units of the rms height.
     pub center: f64,
     /// Mean of the probability density over the surfaces.
     pub mean: f64,
-    /// Sample standard deviation of the density between surfaces; `None` for one surface.
+    /// Sample standard deviation of the probability density between surfaces, or `None` for one
+    /// surface.
     pub sd: Option<f64>,
     /// Mean of the standard normal density over the bin.
     pub normal: f64,
@@ -117,7 +118,7 @@ impl HistogramPool {
         }
     }
 
-    /// Adds the surfaces of another pool with the same bins.
+    /// Returns the pool of the surfaces of both pools, which must have the same bins.
     pub fn and(mut self, other: HistogramPool) -> Self {
         if self.surfaces == 0 {
             return other;
@@ -139,7 +140,7 @@ impl HistogramPool {
     /// Returns the bins in ascending order.
     pub fn bins(&self) -> Vec<PooledBin> {
         let surfaces = f64::from(self.surfaces);
-        // The density of one surface to which a single node contributes.
+        // Probability density of a bin that contains a single node, for one surface.
         let density = surfaces / (self.nodes as f64 * self.width);
         let bin = |sums: &Sums| PooledBin {
             center: sums.center,
@@ -150,7 +151,8 @@ impl HistogramPool {
         self.bins.iter().map(bin).collect()
     }
 
-    /// Returns the sample variance of the counts of a bin; integer sums avoid cancellation.
+    /// Returns the sample variance, between surfaces, of the number of nodes in a bin. Integer sums
+    /// avoid cancellation.
     fn variance(&self, sums: &Sums) -> Option<f64> {
         let surfaces = u128::from(self.surfaces);
         let pairs = surfaces * surfaces.saturating_sub(1);
@@ -184,8 +186,8 @@ pub struct BearingPoint {
 
 /// Computes the bearing area curve at `steps` + 1 equidistant heights, in descending order.
 ///
-/// The heights range from `range` rms heights above the mean to `range` rms heights below it. All
-/// nodes of a flat surface are at its mean.
+/// The heights range from `range` times the rms height above the mean to `range` times below it.
+/// All nodes of a flat surface are at its mean.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -278,7 +280,8 @@ mod tests {
 
     /// Returns the histograms of two surfaces of four nodes.
     ///
-    /// The first has heights of ±1 rms height, the second of √3 and −1/√3 rms heights.
+    /// The heights of the first are ±1 times its rms height, those of the second are √3 and −1/√3
+    /// times.
     fn histograms() -> [Histogram; 2] {
         [[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]].map(|heights| {
             let surface = Surface::new(square(2, 1.0), heights.to_vec()).unwrap();

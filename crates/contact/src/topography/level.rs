@@ -32,14 +32,15 @@ pub enum Level {
 /// Number of coefficients of a quadric.
 const MAX_TERMS: usize = 6;
 
-/// Number of times that the normal equations are solved, the first time for the heights.
+/// Number of times that the normal equations are solved.
 ///
-/// Each later solution is for the remaining residuals and corrects rounding errors.
+/// The first solution is for the heights. Each later one is for the residuals and corrects rounding
+/// errors.
 const ROUNDS: usize = 3;
 
-/// Minimum fraction of the square norm of a term that is orthogonal to the preceding terms.
+/// Minimum fraction of the squared norm of a term that must be orthogonal to the preceding terms.
 ///
-/// A term below this fraction is omitted, for example if all points lie on one line.
+/// A term with a smaller fraction is omitted, for example x if all points have the same x.
 const INDEPENDENT: f64 = 1e-12;
 
 type Terms = [f64; MAX_TERMS];
@@ -64,7 +65,7 @@ impl Level {
         }
     }
 
-    /// Removes the form from a map.
+    /// Returns the map minus its form.
     pub fn level(self, scan: Scan) -> Scan {
         match self {
             Level::None => scan,
@@ -78,7 +79,8 @@ impl Level {
     }
 }
 
-/// Subtracts the least-squares polynomial with the given number of terms.
+/// Returns the map minus its least-squares polynomial with the first `terms` terms of
+/// [`Basis::at`].
 fn without_form(scan: &Scan, terms: usize) -> Scan {
     let Some((_, reference)) = scan.measured().next() else {
         return scan.clone();
@@ -103,7 +105,8 @@ fn without_form(scan: &Scan, terms: usize) -> Scan {
     scan.map_measured(|node, height| residual(node, height, &coefficients).1)
 }
 
-/// Products of Legendre polynomials of x and y, with the map scaled to [−1, 1] × [−1, 1].
+/// Basis of the fitted polynomials: products of Legendre polynomials of x and y, with the map
+/// scaled to [−1, 1] × [−1, 1].
 struct Basis {
     grid: Grid,
     middle: [f64; 2],
@@ -115,7 +118,7 @@ impl Basis {
         Basis { grid, middle }
     }
 
-    /// Evaluates the basis functions 1, x, y, P₂(x), xy and P₂(y) at a node.
+    /// Returns the basis functions 1, x, y, P₂(x), xy and P₂(y) at a node.
     fn at(&self, node: usize) -> Terms {
         let indices = self.grid.indices(node);
         let along = |axis: usize| {
@@ -128,10 +131,9 @@ impl Basis {
     }
 }
 
-/// Cholesky factor of the normal equations, lower triangular and row-major.
+/// Normal equations of the fit, as their Cholesky factor: lower triangular and row-major.
 ///
-/// A row has a zero diagonal if its term depends linearly on the preceding terms. The coefficient
-/// of this term is zero.
+/// If a term depends linearly on the preceding terms, its row is zero, and its coefficient is zero.
 struct NormalEquations {
     terms: usize,
     factor: [Terms; MAX_TERMS],
@@ -193,7 +195,7 @@ mod tests {
 
     const LEVELS: [Level; 3] = [Level::Mean, Level::Plane, Level::Quadric];
 
-    /// Returns a polynomial in x and y with the terms that `level` removes.
+    /// Returns a polynomial in x and y that consists of the terms that `level` removes.
     fn form(level: Level) -> impl Fn(f64, f64) -> f64 {
         let terms = level.terms();
         move |x, y| {

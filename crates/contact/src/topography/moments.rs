@@ -60,7 +60,7 @@ impl Moments {
         Self::from_half_spectrum(&spectrum, surface.grid())
     }
 
-    /// Computes the moments from an unnormalised half spectrum.
+    /// Computes the moments of a map from its half spectrum, which is not normalised.
     pub(super) fn from_half_spectrum(spectrum: &[Complex<f64>], grid: Grid) -> Self {
         let [nodes_x, nodes_y] = grid.nodes();
         let normalisation = 1.0 / (grid.count() as f64).powi(2);
@@ -121,10 +121,11 @@ impl Moments {
         self.summit_density() * (cell.longer_side() / TAU).powi(2)
     }
 
-    /// Returns the effective number of independent modes, (Σ P_j)²/Σ P_j² over pairs ±k.
+    /// Returns the effective number of independent modes, (Σ P_j)²/Σ P_j², where P_j is the power
+    /// of a pair of modes ±k.
     ///
-    /// A sum of n waves of equal amplitude has n; a flat surface has zero. The larger the number,
-    /// the better one surface represents its ensemble.
+    /// A sum of n waves of equal amplitude has n effective modes, a flat surface none. The larger
+    /// the number, the better one surface represents its ensemble.
     pub fn effective_modes(&self) -> f64 {
         if self.squared_pair_power > 0.0 {
             self.m00 * (self.m00 / self.squared_pair_power)
@@ -134,7 +135,8 @@ impl Moments {
     }
 }
 
-/// Accumulator of the moments over pairs of modes ±k, with wavenumbers in units of 2π/L.
+/// Sums from which [`Moments`] are computed, over pairs of modes ±k with wavenumbers in units of
+/// 2π/L.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MomentSum {
     cell: Cell,
@@ -146,7 +148,8 @@ impl MomentSum {
         Self { cell, sums: Moments::default() }
     }
 
-    /// Adds the pair of modes with ±`waves` along x and y; `power` is the sum of both.
+    /// Adds the pair of modes ±k with `waves` periods along x and y. `power` is the sum of both
+    /// modes' |ĥ|².
     pub fn add_pair(&mut self, waves: [f64; 2], power: f64) {
         let [x, y] = self.cell.wavevector(waves).map(|k| k * k);
         let sums = &mut self.sums;
@@ -159,7 +162,7 @@ impl MomentSum {
         sums.squared_pair_power += power * power;
     }
 
-    /// Returns the mean square gradient of the modes added so far.
+    /// Returns the mean square gradient m20 + m02 of the modes added so far.
     pub fn square_slope(&self) -> f64 {
         (self.sums.m20 + self.sums.m02) * self.square_unit()
     }
@@ -168,7 +171,7 @@ impl MomentSum {
         (TAU / self.cell.longer_side()).powi(2)
     }
 
-    /// Returns the moments of the heights multiplied by `scale`.
+    /// Returns the moments after multiplication of all heights by `scale`.
     pub fn finish(self, scale: f64) -> Moments {
         let square = self.square_unit();
         let power = scale * scale;
@@ -185,18 +188,18 @@ impl MomentSum {
     }
 }
 
-/// Returns the signed number of waves along x of row `i` of a half spectrum.
+/// Returns the signed number of waves along x of row `i` of a half spectrum with `nodes` rows.
 ///
-/// The number is positive at the Nyquist wavenumber.
+/// It is positive at the Nyquist wavenumber.
 pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
     if 2 * i <= nodes { i as f64 } else { i as f64 - nodes as f64 }
 }
 
-/// Returns the number of modes of the full spectrum that entry (i, k_y) of a half spectrum
-/// represents.
+/// Returns the number of modes of the full spectrum for which entry (i, k_y) of a half spectrum
+/// counts.
 ///
-/// The number is two in general, and one if k and −k coincide on the mesh. It is zero for the mean,
-/// and zero if the entry of −k already represents both modes.
+/// In general it is two: k and −k. It is one if k and −k coincide on the mesh. It is zero for the
+/// mean, and for entries of which the opposite entry counts for both modes.
 pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     let alone = |index: usize, nodes: usize| index == 0 || 2 * index == nodes;
     match (alone(k_y, nodes_y), alone(i, nodes_x)) {
@@ -207,7 +210,7 @@ pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2])
     }
 }
 
-/// An isotropic self-affine spectrum over continuous wavenumbers.
+/// Isotropic self-affine spectrum over continuous wavenumbers.
 ///
 /// The density has a plateau from k_lower to k_rolloff and a power law from there to k_upper.
 /// Nayak's parameter and the density of summits depend on the ratios of the cutoffs and on the
@@ -235,19 +238,21 @@ impl Continuum {
     /// Returns the density of summits D = √3/(18π) m4/m2.
     ///
     /// If `k_rolloff` is an angular wavenumber, D is the number of summits per unit area. If it is
-    /// an integer wavenumber, D is the value tabulated in the paper: the number of summits in the
-    /// cell divided by (2π)².
+    /// an integer wavenumber, D is the number of summits in the cell divided by (2π)², the value
+    /// that Yastrebov, Anciaux & Molinari 2015 tabulate.
     pub fn summit_density(&self, k_rolloff: f64) -> f64 {
         let ratio = if self.is_ring() { 1.0 } else { self.moment(4.0) / self.moment(2.0) };
         3_f64.sqrt() / (24.0 * PI) * k_rolloff * k_rolloff * ratio
     }
 
-    /// Returns `true` for a single wavenumber: all moments vanish, but their ratios have limits.
+    /// Returns whether the spectrum is a ring of a single wavenumber. All moments are then zero,
+    /// but their ratios have limits.
     fn is_ring(&self) -> bool {
         self.plateau == 1.0 && self.magnification == 1.0
     }
 
-    /// Returns ∫ Φ k^(order + 1) dk of the density Φ, with k in units of k_rolloff.
+    /// Returns ∫ Φ(k) k^(`order` + 1) dk, where Φ is the spectral density, 1 at the plateau, and k
+    /// is in units of k_rolloff.
     fn moment(&self, order: f64) -> f64 {
         let plateau = -libm::expm1((order + 2.0) * libm::log(self.plateau)) / (order + 2.0);
         let log_magnification = libm::log(self.magnification);
@@ -268,7 +273,6 @@ mod tests {
     use crate::grid::samples::{cell, rectangle, square};
     use crate::topography::shapes::Shape;
 
-    /// Returns a surface without symmetry.
     fn rough(nodes: usize, side: f64) -> Surface {
         let height = |node| libm::sin(7.0 + (node * node) as f64);
         Surface::new(square(nodes, side), (0..nodes * nodes).map(height).collect()).unwrap()
@@ -381,7 +385,8 @@ mod tests {
         Continuum { hurst, plateau: 1.0, magnification }
     }
 
-    /// Returns D in units of the density of summits of a ring of radius k_rolloff.
+    /// Returns the density of summits divided by the density for a ring of the single wavenumber
+    /// k_rolloff.
     fn relative_density(continuum: Continuum) -> f64 {
         continuum.summit_density(1.0) / (3_f64.sqrt() / (24.0 * PI))
     }
@@ -447,7 +452,8 @@ mod tests {
 
     #[test]
     fn published_table_is_reproduced_to_its_last_digit() {
-        // (hurst, k_lower, k_upper, α, D) from the analytical tables of the paper.
+        // (hurst, k_lower, k_upper, α, D) from the analytical tables of Yastrebov, Anciaux &
+        // Molinari 2015.
         let cells = [
             (0.3, 1.0, 16.0, 6.43, 2.47),
             (0.3, 1.0, 512.0, 59.43, 2480.04),

@@ -24,15 +24,15 @@ use crate::grid::{Cell, Grid, magnitude};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "edges", rename_all = "lowercase")]
 pub enum Edges {
-    /// No change of a periodic map.
+    /// No change: the map is periodic.
     Periodic,
-    /// No change of a map that is not periodic.
+    /// No change: the map is not periodic.
     Open,
     /// Removal of the mean plane, then continuation by mirror images; see [`mirror`].
     Mirror,
     /// Removal of the mean plane, then fading to the mean height at the edges; see [`taper`].
     Taper {
-        /// Fraction of each side over which the map fades at each edge, at most one half.
+        /// Fraction of each side that is faded at either edge, at most one half.
         taper_fraction: f64,
     },
 }
@@ -48,7 +48,7 @@ impl Edges {
         }
     }
 
-    /// Applies the treatment to a map.
+    /// Returns the map after this treatment of its edges.
     pub fn close(self, map: Surface) -> Surface {
         match self {
             Edges::Periodic | Edges::Open => map,
@@ -58,10 +58,10 @@ impl Edges {
     }
 }
 
-/// Subtracts the least-squares mean plane of a map.
+/// Returns the map minus its least-squares plane.
 ///
 /// This removes the tilt of the sample, and the part of the longest waves that resembles a plane.
-/// The mean height becomes zero. The edges still do not match.
+/// The mean height becomes zero. Opposite edges still do not match.
 pub fn detrend(surface: &Surface) -> Surface {
     let grid = surface.grid();
     let middle = grid.nodes().map(|nodes| (nodes as f64 - 1.0) / 2.0);
@@ -87,13 +87,13 @@ pub fn detrend(surface: &Surface) -> Surface {
     })
 }
 
-/// Returns the sum of the squared offsets of `nodes` equidistant nodes from their middle.
+/// Returns Σ (i − (n − 1)/2)² over i = 0, …, n − 1, with n = `nodes`.
 fn square_offsets(nodes: usize) -> f64 {
     let middle = (nodes as f64 - 1.0) / 2.0;
     (0..nodes).map(|index| (index as f64 - middle).powi(2)).sum()
 }
 
-/// Continues a map by its three mirror images, on a cell of twice the sides.
+/// Returns the map with its three mirror images, on a cell of twice the sides.
 ///
 /// The heights match at all edges, and their distribution does not change. If the map has a slope
 /// across an edge, the slope is discontinuous there. The larger cell has no more independent
@@ -114,13 +114,13 @@ pub fn mirror(surface: &Surface) -> Surface {
     Surface::new(doubled, heights).expect("copies of finite heights")
 }
 
-/// Fades a map to its mean height near its edges with a Tukey window.
+/// Returns the map after multiplication of its heights about the mean by a Tukey window, which
+/// fades the edges to the mean height.
 ///
-/// `edge` is the fraction of each side over which the map fades at each edge, at most one half.
-/// With one half, the window is the Hann window, which reduces the variance to (3/8)² on average.
-/// Heights and slopes match at the edges, and the interior does not change. The faded rim has lower
-/// peaks, which reduces rms height and slope, and additional slopes of order rms height /
-/// (`edge` × side).
+/// `edge` is the fraction of each side that is faded at either edge, at most one half. With one
+/// half, the window is the Hann window, which reduces the variance to (3/8)² on average. Heights
+/// and slopes match at the edges, and the interior does not change. The faded rim has lower peaks,
+/// which reduces rms height and slope, and additional slopes of order rms height / (`edge` × side).
 pub fn taper(surface: &Surface, edge: f64) -> Surface {
     let grid = surface.grid();
     let [window_x, window_y] = grid.nodes().map(|nodes| window(nodes, edge));
@@ -131,7 +131,8 @@ pub fn taper(surface: &Surface, edge: f64) -> Surface {
     })
 }
 
-/// Returns the weights of a Tukey window over a line of nodes.
+/// Returns the Tukey window on a line of `nodes` nodes. `edge` is the fraction of the line that is
+/// faded at either end.
 pub(super) fn window(nodes: usize, edge: f64) -> Vec<f64> {
     let faded = edge.min(0.5) * nodes as f64;
     (0..nodes)
@@ -146,13 +147,14 @@ fn map_nodes(surface: &Surface, change: impl Fn(usize, f64) -> f64) -> Surface {
     Surface::new(surface.grid(), heights).expect("averages of finite heights are finite")
 }
 
-/// Interpolates a periodic map on another grid of the same cell; node (0, 0) keeps its position.
+/// Returns the trigonometric interpolant of a periodic map on a grid of `nodes` on the same cell.
+/// Node (0, 0) keeps its position.
 ///
 /// The interpolation is exact for all waves that both grids resolve. Resampling to a finer grid and
 /// back restores the map up to rounding.
 ///
 /// # Panics
-/// Panics if a number of nodes is zero.
+/// Panics if N_x or N_y of `nodes` is zero.
 pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
     let before = surface.grid();
     if before.nodes() == nodes {
@@ -194,11 +196,11 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
     Surface::new(after, heights).expect("interpolants of finite heights are finite")
 }
 
-/// Index of an entry of a spectrum, and its weight.
+/// Index of a Fourier coefficient and its weight, or `None` for no contribution.
 type Source = Option<(usize, f64)>;
 
-/// Maps each Fourier coefficient of a spectrum of length `after` to the contributing coefficients
-/// of the spectrum of length `before`, with their weights.
+/// Returns, for each Fourier coefficient of a spectrum of length `after`, the coefficients of the
+/// spectrum of length `before` that contribute to it, with weights.
 ///
 /// Coefficients at the Nyquist wavenumber are split into halves or summed.
 fn sources(before: usize, after: usize) -> Vec<[Source; 2]> {
@@ -228,7 +230,7 @@ mod tests {
     use crate::grid::samples::rectangle;
     use crate::topography::moments::Moments;
 
-    /// Samples `height(i, j)` on a grid of square cells whose side along x is one.
+    /// Creates the surface `height(i, j)` on a grid of square cells with a side of one along x.
     fn surface(nodes: [usize; 2], height: impl Fn(f64, f64) -> f64) -> Surface {
         let grid = rectangle(nodes, [1.0, nodes[1] as f64 / nodes[0] as f64]);
         let height = |node: usize| {

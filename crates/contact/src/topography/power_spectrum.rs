@@ -20,7 +20,8 @@ use super::surface::{Axis, Surface, for_each_line};
 use crate::fft::Transform;
 use crate::grid::Boundary;
 
-/// Ratio of the number of independent modes to the number of modes, under the Hann window.
+/// Ratio of the number of independent modes to the number of modes, for maps multiplied by the Hann
+/// window.
 ///
 /// The equivalent noise bandwidth of the window is 3/2 modes along each axis (Harris 1978).
 pub const INDEPENDENT_FRACTION: f64 = 4.0 / 9.0;
@@ -39,7 +40,8 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// Returns the angular wavenumber in the middle of the ring.
+    /// Returns the angular wavenumber 2π `waves`/L in the middle of the ring, for a cell with the
+    /// longer side L.
     pub fn wavenumber(&self, longer_side: f64) -> f64 {
         TAU * f64::from(self.waves) / longer_side
     }
@@ -125,9 +127,9 @@ pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
     sums.into_iter().map(|sum| unit * sum).collect()
 }
 
-/// Multiplies the heights about their mean by the window; returns them and its mean square.
+/// Returns w (h − ⟨h⟩) for the window w, and ⟨w²⟩.
 ///
-/// The window of a periodic map is one everywhere.
+/// The window is one everywhere for a periodic map, and the Hann window otherwise.
 fn windowed(surface: &Surface, boundary: Boundary) -> (Vec<f64>, f64) {
     let grid = surface.grid();
     let mut heights = from_first_node(surface.heights());

@@ -23,10 +23,10 @@ use super::periodic::{Edges, resampled};
 use super::surface::{MissingPoints, Scan, Surface, Window};
 use crate::grid::Grid;
 
-/// Steps that turn a measured map into a surface; a step that is `None` is skipped.
+/// Steps that turn a measured map into a surface, of which those that are `None` are skipped.
 ///
-/// `Some(Level::None)` removes nothing either, but is serialised. Studies that compare several
-/// levels need it.
+/// `Some(Level::None)` removes no form, like `None`, but it is serialised. Studies that vary
+/// `level` use it as one of the values.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Preparation {
     /// Part of the map to keep.
@@ -38,13 +38,15 @@ pub struct Preparation {
     /// Method to fill missing points; `None` is the same as [`Fill::Error`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
-    /// Cutoff wavelength of the high pass, which removes longer waves; in the unit of the sides.
+    /// Cutoff wavelength of the high-pass filter, in the unit of the sides. Longer waves are
+    /// attenuated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high_pass: Option<f64>,
-    /// Cutoff wavelength of the low pass, which removes shorter waves; in the unit of the sides.
+    /// Cutoff wavelength of the low-pass filter, in the unit of the sides. Shorter waves are
+    /// attenuated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<f64>,
-    /// Numbers of nodes along x and y after resampling, which treats the map as periodic.
+    /// Numbers of nodes along x and y after resampling. Resampling treats the map as periodic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resample: Option<[u32; 2]>,
 }
@@ -62,7 +64,7 @@ pub struct Prepared {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum PreparationError {
-    #[error("cannot crop the map: {0}")]
+    #[error("cannot crop the map")]
     Crop(#[from] CropError),
     #[error(transparent)]
     Missing(#[from] MissingPoints),
@@ -70,11 +72,13 @@ pub enum PreparationError {
     Flat,
 }
 
-/// Ratio of the height range after to the range before, at which only rounding errors remain.
+/// Maximum height range after the preparation, relative to the range before, that is only rounding
+/// error. Such a map is flat.
 const FLAT: f64 = 1e-12;
 
 impl Preparation {
-    /// Crops the map and removes its form; points may still be missing.
+    /// Applies the first two steps, the crop and the removal of the form. Points may still be
+    /// missing.
     ///
     /// # Errors
     /// Fails if the crop is not inside the map.
@@ -86,11 +90,11 @@ impl Preparation {
         Ok(self.level.unwrap_or(Level::None).level(part))
     }
 
-    /// Applies all steps to a measured map.
+    /// Applies all steps to a measured map, and then makes it periodic as `edges` specifies.
     ///
     /// # Errors
-    /// Fails if the crop is not inside the map, if points are missing and no fill is chosen, or if
-    /// the result is flat.
+    /// Fails if the crop is not inside the map, if points are missing and `fill` is `None` or
+    /// [`Fill::Error`], or if the result is flat.
     pub fn prepare(&self, scan: Scan, edges: Edges) -> Result<Prepared, PreparationError> {
         let before = spread(scan.heights());
         let levelled = self.levelled(scan)?;
@@ -122,7 +126,7 @@ pub fn spread(heights: &[f64]) -> f64 {
     heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
 }
 
-/// Rectangle of a map, given by lengths along x and y in the unit of the sides.
+/// Rectangle of a map, given by its position and its sides in the unit of the map's sides.
 ///
 /// ```
 /// use asperity_contact::grid::{Cell, Grid};
@@ -137,9 +141,9 @@ pub fn spread(heights: &[f64]) -> f64 {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Crop {
-    /// Position of the first node, relative to the first node of the map.
+    /// Position (x, y) of the first node, relative to the first node of the map.
     pub from: [f64; 2],
-    /// Sides of the rectangle, equal to number of nodes × step.
+    /// Sides of the rectangle along x and y, each equal to number of nodes × grid spacing.
     pub size: [f64; 2],
 }
 
@@ -154,10 +158,12 @@ pub enum CropError {
 }
 
 impl Crop {
-    /// Returns the nodes of the rectangle, with first node and number of nodes rounded.
+    /// Returns the nodes of the rectangle, with the index of the first node and the number of nodes
+    /// rounded along each axis.
     ///
     /// # Errors
-    /// Fails if the rectangle reaches beyond the map by half a step or more, or has no node.
+    /// Fails if the rectangle extends outside the map by half a grid spacing or more, or has no
+    /// node.
     pub fn window(&self, grid: Grid) -> Result<Window, CropError> {
         let mut window = Window { first: [0; 2], nodes: [0; 2] };
         for (axis, name) in ['x', 'y'].into_iter().enumerate() {

@@ -14,7 +14,8 @@ use crate::threads::Threads;
 pub enum Amplitude {
     /// Complex Gaussian coefficients, as in filtered white noise (Hu & Tonder 1992).
     ///
-    /// The mean power follows the spectral density; moments scatter between realizations.
+    /// The mean power of each mode follows the spectral density. Spectral moments scatter between
+    /// realizations.
     #[serde(rename = "filter")]
     Gaussian,
     /// Moduli that follow the spectral density exactly, with random phases.
@@ -50,7 +51,7 @@ pub struct RandomSurface {
     /// Distribution of the modulus of each mode.
     #[serde(rename = "method")]
     pub amplitude: Amplitude,
-    /// Rms slope √⟨|∇h|²⟩ of each realization (not of the ensemble).
+    /// Rms slope √⟨|∇h|²⟩ of each realization. The heights of each realization are scaled to it.
     pub rms_slope: f64,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -58,25 +59,26 @@ pub struct RandomSurface {
     pub realization: u32,
 }
 
-/// Mean power of the modes whose wavenumbers round to the same integer.
+/// Mean power |ĥ|² of the modes in a ring: modes with wavenumbers |k| that round to the same
+/// integer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
     /// Rounded wavenumber |k|, in units of 2π/L.
     pub wavenumber: u32,
     /// Number of pairs of modes ±k in the ring.
     pub pairs: u32,
-    /// Mean of |ĥ|² over the modes of the realization, in length².
+    /// Mean of |ĥ|² over the modes of the ring in this realization, in length².
     pub power: f64,
-    /// Mean of the expected |ĥ|² over the same modes, in length².
+    /// Mean of the expected |ĥ|² over the modes of the ring, in length².
     pub mean_power: f64,
 }
 
 impl RandomSurface {
-    /// Samples the surface on a grid, with heights in the unit of the grid's sides.
+    /// Returns the heights of the surface on a grid, in the unit of the grid's sides.
     ///
     /// Different grids have the same heights at shared nodes. [`RandomSurface::rms_slope`] is the
     /// rms slope of the modes. If the shortest waves have exactly two nodes, the Fourier transform
-    /// of the heights gives a slightly different slope, because it cannot resolve the phases at the
+    /// of the heights gives a slightly different slope, because it does not resolve phases at the
     /// Nyquist wavenumber.
     ///
     /// # Panics
@@ -85,7 +87,7 @@ impl RandomSurface {
         self.draw_on(&Threads::one(), grid)
     }
 
-    /// Samples the surface on a grid like [`RandomSurface::draw`], with several threads.
+    /// Returns the same as [`RandomSurface::draw`], computed by several threads.
     pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
         let [nodes_x, nodes_y] = grid.nodes();
         let [max_x, max_y] = self.spectrum.max_waves(grid.cell());
@@ -110,8 +112,8 @@ impl RandomSurface {
 
     /// Returns the spectral moments of the realization, and the expected moments.
     ///
-    /// Both have the same rms slope. The expected moments are sums over all modes with their mean
-    /// power; the moments of realizations scatter around them.
+    /// The expected moments are sums over all modes with their expected power, scaled to the same
+    /// rms slope. The moments of realizations scatter around them.
     pub fn realized_and_expected_moments(&self, cell: Cell) -> (Moments, Moments) {
         let [mut drawn, mut mean] = [MomentSum::new(cell); 2];
         self.for_each_pair(cell, |k_x, k_y, density, draw| {
@@ -123,9 +125,10 @@ impl RandomSurface {
         (moments(drawn), moments(mean))
     }
 
-    /// Returns the mean power |ĥ|² of each ring of wavenumbers that round to the same integer.
+    /// Returns the mean power |ĥ|² of each [`Ring`] that contains modes, in ascending order of
+    /// wavenumber.
     ///
-    /// Rings without modes are omitted. [`Ring::mean_power`] is normalised to the same rms slope.
+    /// [`Ring::mean_power`] is scaled to the same rms slope as [`Ring::power`].
     pub fn rings(&self, cell: Cell) -> Vec<Ring> {
         let [mut drawn, mut mean] = [MomentSum::new(cell); 2];
         let rings = 1 + self.spectrum.k_upper as usize;
@@ -154,7 +157,8 @@ impl RandomSurface {
 
     /// Calls `visit(k_x, k_y, density, draw)` for one mode of each pair ±k.
     ///
-    /// The densities are not yet scaled to the rms slope.
+    /// `density` is the expected |ĥ|² of the mode, and `draw` its random numbers. The density is
+    /// not yet scaled to the rms slope.
     fn for_each_pair(&self, cell: Cell, mut visit: impl FnMut(i32, u32, f64, ModeDraw)) {
         let mut densities = self.spectrum.densities();
         let square_length = self.spectrum.square_length();
@@ -169,7 +173,7 @@ impl RandomSurface {
         }
     }
 
-    /// Returns |c|² of a mode, not yet scaled to the rms slope.
+    /// Returns |ĥ|² of a mode with this spectral density, not yet scaled to the rms slope.
     fn power(&self, density: f64, draw: &ModeDraw) -> f64 {
         match self.amplitude {
             Amplitude::Gaussian => density * draw.power(),
@@ -177,7 +181,8 @@ impl RandomSurface {
         }
     }
 
-    /// Returns the factor that scales the heights to the rms slope.
+    /// Returns the factor of the heights that scales the modes in `sum` to the rms slope, or zero
+    /// if there are none.
     fn scale(&self, sum: &MomentSum) -> f64 {
         let square_slope = sum.square_slope();
         if square_slope > 0.0 { self.rms_slope / square_slope.sqrt() } else { 0.0 }
@@ -188,7 +193,6 @@ impl RandomSurface {
 pub(crate) mod samples {
     use super::*;
 
-    /// Returns a random surface of Hurst exponent 0.8 and unit rms slope.
     pub fn random(k_lower: u32, k_upper: u32, seed: u64) -> RandomSurface {
         RandomSurface {
             spectrum: Spectrum {

@@ -40,8 +40,8 @@ pub enum Shape {
     WaveProduct { amplitude: f64, waves: u32 },
     /// Sum of two waves, h = Δ [cos(2π n x/L_x) + cos(2π n y/L_y)].
     ///
-    /// On a square, this is a `WaveProduct` of twice the amplitude, rotated by 45°, with
-    /// wavelengths longer by √2.
+    /// On a square, this is a [`Shape::WaveProduct`] of twice the amplitude, rotated by
+    /// 45°, with wavelengths longer by a factor of √2.
     WaveSum { amplitude: f64, waves: u32 },
     /// Flat punch, h = 0 within `radius` of the centre of the cell and h = −`depth` outside.
     #[serde(rename = "flat-punch")]
@@ -49,7 +49,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Samples the heights on a grid.
+    /// Returns the heights of the shape on a grid.
     ///
     /// # Panics
     /// Panics if a height is not finite, for example with an infinite length or a radius R = 0.

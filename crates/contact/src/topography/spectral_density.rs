@@ -15,9 +15,9 @@ use super::surface::Surface;
 use crate::grid::Grid;
 use crate::threads::Threads;
 
-/// Relative difference up to which two wavenumbers count as equal.
+/// Maximum relative difference of two wavenumbers that count as equal.
 ///
-/// It allows for values that were rounded when they were written as text.
+/// Wavenumbers may have been rounded when they were written as text.
 const ROUNDING: f64 = 1e-9;
 
 /// Isotropic power spectral density C(q) that is given by a table.
@@ -29,11 +29,11 @@ pub struct SpectralDensity(Shape);
 
 #[derive(Debug, Clone, PartialEq)]
 enum Shape {
-    /// Points (q, C), between which ln C is interpolated linearly in ln q.
+    /// Points (q, C), with ln C linear in ln q between them.
     ///
-    /// Between two points of which one has zero density, the density is zero.
+    /// If one of two neighbouring densities is zero, the density between them is zero.
     Points(Vec<[f64; 2]>),
-    /// Densities of rings; ring n contains the wavenumbers that round to n × `step`.
+    /// Density C of each ring. Ring n contains the wavenumbers that round to n × `step`.
     Rings { step: f64, densities: Vec<f64> },
 }
 
@@ -83,9 +83,9 @@ impl SpectralDensity {
     /// Ring n contains the wavenumbers that round to n × `step`. Omitted rings have a density of
     /// zero.
     ///
-    /// On a cell of side L = 2π/`step`, the expected density of the surfaces in every ring is then
-    /// C. Interpolation between rings would change it, because the density falls by more than half
-    /// within each of the first rings.
+    /// On a cell of side L = 2π/`step`, the expected density of each ring of a drawn surface is
+    /// then C. Interpolation between the rings would change it, because the density falls by more
+    /// than half within each of the first rings.
     ///
     /// # Errors
     /// Fails if a density is negative or not finite, or if all densities are zero.
@@ -103,7 +103,7 @@ impl SpectralDensity {
         Ok(Self(Shape::Rings { step, densities }))
     }
 
-    /// Converts the density to another unit of length; one old unit is `factor` new units.
+    /// Converts the density to another unit of length, where one old unit is `factor` new units.
     #[must_use]
     pub fn in_unit(mut self, factor: f64) -> Self {
         let square = factor * factor;
@@ -123,7 +123,7 @@ impl SpectralDensity {
         self
     }
 
-    /// Returns C(q), or zero outside the table.
+    /// Returns C at the angular wavenumber q = `wavenumber`, or zero outside the table.
     pub fn at(&self, wavenumber: f64) -> f64 {
         match &self.0 {
             Shape::Rings { step, densities } => {
@@ -143,7 +143,7 @@ impl SpectralDensity {
         }
     }
 
-    /// Returns the smallest and the largest wavenumber that the table covers.
+    /// Returns the smallest and the largest angular wavenumber of the table.
     pub fn range(&self) -> [f64; 2] {
         match &self.0 {
             Shape::Points(points) => [points[0][0], points[points.len() - 1][0]],
@@ -152,7 +152,7 @@ impl SpectralDensity {
     }
 }
 
-/// Interpolates the density between two points (q, C) by a power law.
+/// Returns C(`wavenumber`) by a power law between two points (q, C).
 fn between([left, low]: [f64; 2], [right, high]: [f64; 2], wavenumber: f64) -> f64 {
     if low == 0.0 || high == 0.0 {
         return 0.0;
@@ -215,7 +215,7 @@ pub struct TabulatedSurface<'a> {
 }
 
 impl TabulatedSurface<'_> {
-    /// Draws the heights on a grid; they are zero if no mode has a positive density.
+    /// Draws the heights on a grid. They are zero if no mode of the grid has a positive density.
     pub fn draw(&self, grid: Grid) -> Surface {
         self.draw_on(&Threads::one(), grid)
     }
@@ -252,9 +252,10 @@ pub fn occupies(density: &SpectralDensity, grid: Grid) -> bool {
     modes.any(|(k_x, mut columns)| columns.any(|k_y| density.at(wavenumber(grid, k_x, k_y)) > 0.0))
 }
 
-/// Complex coefficient of a wave, and the mean square height of the wave on the grid.
+/// Wave c e^(i q·x) + c* e^(−i q·x) with the coefficient c.
 struct Wave {
     coefficient: Complex<f64>,
+    /// Mean square height of the wave on the grid.
     power: f64,
 }
 
@@ -272,14 +273,15 @@ impl Wave {
     }
 }
 
-/// Returns `true` if k and −k coincide on a grid.
+/// Returns whether k and −k coincide on a grid, for k = `waves` along an axis with `nodes` nodes.
 fn is_own_opposite(waves: i32, nodes: usize) -> bool {
     waves == 0 || 2 * waves.unsigned_abs() as usize == nodes
 }
 
-/// Iterates over one mode of each pair ±k of a grid, as k_x with a range of k_y.
+/// Iterates over one mode of each pair ±k of a grid, without the mean. Each item is k_x and a range
+/// of k_y.
 ///
-/// The mean is omitted. The wavenumber along either axis is at most `max_wavenumber`.
+/// The angular wavenumber along either axis is at most `max_wavenumber`.
 fn modes(grid: Grid, max_wavenumber: f64) -> impl Iterator<Item = (i32, RangeInclusive<i32>)> {
     let size = grid.cell().size();
     let max_waves = |axis: usize| {

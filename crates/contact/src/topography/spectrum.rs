@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use super::moments::{Continuum, MomentSum, Moments};
 use crate::grid::Cell;
 
-/// Power spectral density of a self-affine surface, eq. (PSD) of Yastrebov, Anciaux & Molinari
-/// 2015.
+/// Power spectral density of a self-affine surface, the equation "PSD" of Yastrebov, Anciaux &
+/// Molinari 2015.
 ///
 /// The density is constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))`
-/// for `k_rolloff ≤ |k| ≤ k_upper`, and zero elsewhere. The modes at both cutoffs belong to the
-/// spectrum, as in the paper, whose tabulated Nayak parameters it reproduces. Wavenumbers are in
+/// for `k_rolloff ≤ |k| ≤ k_upper`, and zero elsewhere. Modes at both cutoffs belong to the
+/// spectrum, as in that paper; its tabulated Nayak parameters are reproduced. Wavenumbers are in
 /// units of 2π/L, where L is the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
@@ -21,32 +21,35 @@ pub struct Spectrum {
     pub hurst: f64,
     /// Lower cutoff, in units of 2π/L.
     pub k_lower: u32,
-    /// Roll-off wavenumber at the end of the plateau; equal to `k_lower` without a plateau.
+    /// Roll-off wavenumber at the end of the plateau, in units of 2π/L. It is equal to `k_lower`
+    /// without a plateau.
     pub k_rolloff: u32,
     /// Upper cutoff, in units of 2π/L.
     pub k_upper: u32,
     /// Anisotropy of the surface, or `None` for an isotropic surface.
     ///
-    /// For an anisotropic surface, the cutoffs apply to wavevectors across the grain.
+    /// For an anisotropic surface, `k_lower`, `k_rolloff` and `k_upper` are wavenumbers across the
+    /// grain.
     #[serde(flatten, default, skip_serializing_if = "Option::is_none")]
     pub anisotropy: Option<Anisotropy>,
 }
 
-/// Cache of the densities of a spectrum by |k|².
+/// Cache of [`Spectrum::density`] for integer values of |k|².
 ///
 /// A mesh has many more modes than values of |k|², and `pow` takes longer than drawing a mode.
 #[derive(Debug, Clone)]
 pub struct Densities {
     spectrum: Spectrum,
-    /// Densities indexed by |k|², which is an integer on a square cell; NaN if not computed yet.
+    /// Densities, indexed by |k|². NaN stands for a density that is not computed yet.
     cached: Vec<f64>,
 }
 
-/// Largest |k|² in the cache, whose memory is therefore at most 8 MiB.
+/// Largest |k|² in the cache. It limits the cache to 8 MiB.
 const MAX_CACHED: u32 = 1 << 20;
 
 impl Densities {
-    /// Returns the density at |k|² with the same bits as [`Spectrum::density`].
+    /// Returns [`Spectrum::density`] at |k|² = `k_squared`, and stores it in the cache if |k|² is
+    /// an integer.
     pub fn at(&mut self, k_squared: f64) -> f64 {
         let whole = (k_squared.fract() == 0.0).then_some(k_squared as usize);
         let Some(cached) = whole.and_then(|whole| self.cached.get_mut(whole)) else {
@@ -59,7 +62,7 @@ impl Densities {
     }
 }
 
-/// Consecutive modes of a spectrum with the same `k_x`.
+/// Modes with one `k_x` and consecutive `k_y`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeRow {
     /// Signed number of waves along x.
@@ -71,7 +74,7 @@ pub struct ModeRow {
 impl Spectrum {
     /// Returns the density at `|k|² = k_squared`, in units of the density of the plateau.
     ///
-    /// `k_squared` must lie between the squared cutoffs.
+    /// `k_squared` must be from `k_lower²` to `k_upper²`.
     pub fn density(&self, k_squared: f64) -> f64 {
         let rolloff_squared = square(self.k_rolloff);
         if k_squared < rolloff_squared {
@@ -87,7 +90,8 @@ impl Spectrum {
         Densities { spectrum: *self, cached: vec![f64::NAN; lengths] }
     }
 
-    /// Returns the quadratic form |k′|² of the wavevector, on which the density depends.
+    /// Returns the quadratic form |k′|² of wavevectors k. The spectral density at k is
+    /// [`density`](Self::density)(|k′|²).
     pub(super) fn square_length(&self) -> SquareLength {
         let stretched = self.anisotropy.map(|grain| grain.square_length());
         stretched.unwrap_or(SquareLength::ISOTROPIC)
@@ -120,7 +124,7 @@ impl Spectrum {
         })
     }
 
-    /// Returns the largest numbers of waves of a mode along x and y.
+    /// Returns the maximum numbers of waves along x and y over all modes of a cell.
     pub fn max_waves(&self, cell: Cell) -> [u32; 2] {
         // The numbers are at most `k_upper`, because `aspect` is at least one.
         let aspect = cell.aspect();
@@ -135,7 +139,7 @@ impl Spectrum {
 
     /// Returns the spectral moments over the modes of a cell, up to a common factor.
     ///
-    /// Each mode has its mean power. Nayak's parameter differs from that of
+    /// Each mode has its expected power. Nayak's parameter differs from that of
     /// [`Spectrum::continuum`], because a cell has few modes near `k_lower`. With `k_lower = 1` it
     /// is larger by about a half.
     ///
@@ -164,13 +168,15 @@ impl Spectrum {
         sum.finish(1.0)
     }
 
-    /// Returns Nayak's parameter of the modes of a square cell, or `None` if there are no modes.
+    /// Returns Nayak's parameter α of [`moments`](Self::moments) for a square cell, or `None` if
+    /// there are no modes.
     pub fn nayak_on_a_square(&self) -> Option<f64> {
         let cell = Cell::square(1.0).expect("1 is the side of a cell");
         self.moments(cell).nayak()
     }
 
-    /// Returns the isotropic spectrum over continuous wavenumbers, whose moments have closed forms.
+    /// Returns the spectrum over continuous wavenumbers, without anisotropy. Its moments have
+    /// closed forms.
     pub fn continuum(&self) -> Continuum {
         let rolloff = f64::from(self.k_rolloff);
         Continuum {
@@ -185,7 +191,7 @@ fn square(k: u32) -> f64 {
     f64::from(k).powi(2)
 }
 
-/// Returns the runs of consecutive numbers that satisfy `belongs`.
+/// Returns the maximal ranges of consecutive `numbers` that satisfy `belongs`.
 fn runs(numbers: Range<u32>, belongs: impl Fn(u32) -> bool) -> Vec<RangeInclusive<u32>> {
     let mut runs: Vec<RangeInclusive<u32>> = Vec::new();
     for number in numbers.filter(|&number| belongs(number)) {
@@ -197,7 +203,8 @@ fn runs(numbers: Range<u32>, belongs: impl Fn(u32) -> bool) -> Vec<RangeInclusiv
     runs
 }
 
-/// Returns the first number that does not satisfy `before`, by bisection.
+/// Returns the first of ascending `numbers` that does not satisfy `before`, by bisection. All
+/// numbers that satisfy `before` must precede those that do not.
 fn partition_point(numbers: Range<u32>, before: impl Fn(u32) -> bool) -> u32 {
     let Range { mut start, mut end } = numbers;
     while start < end {
@@ -211,7 +218,8 @@ fn partition_point(numbers: Range<u32>, before: impl Fn(u32) -> bool) -> u32 {
     end
 }
 
-/// Anisotropy that arises if an isotropic surface is stretched along one direction, the grain.
+/// Anisotropy of a surface that results from stretching an isotropic surface along one direction,
+/// the grain.
 ///
 /// The power spectral density at the wavevector k equals the isotropic density at
 /// k′ = (ratio × k∥, k⊥). The component k∥ = k_x cos θ + k_y sin θ is along the grain, and
@@ -228,7 +236,7 @@ pub struct Anisotropy {
     angle: f64,
 }
 
-/// Quadratic form |k′|² = xx k_x² + 2 xy k_x k_y + yy k_y².
+/// Quadratic form |k′|² = xx k_x² + 2 xy k_x k_y + yy k_y², with k′ of [`Anisotropy`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SquareLength {
     xx: f64,
@@ -237,7 +245,8 @@ pub(super) struct SquareLength {
 }
 
 impl Anisotropy {
-    /// Creates an anisotropy from its ratio and the angle of the grain to the x axis, in degrees.
+    /// Creates the anisotropy with a given ratio and a given angle of the grain to the x axis, in
+    /// degrees.
     ///
     /// Returns `None` if the ratio is one, because the surface is then isotropic. A ratio below one
     /// is equivalent to its inverse with the grain rotated by 90°.
@@ -283,16 +292,16 @@ impl Anisotropy {
 }
 
 impl SquareLength {
-    /// Quadratic form of an isotropic surface, |k|².
+    /// Quadratic form |k|² of an isotropic surface.
     pub const ISOTROPIC: Self = Self { xx: 1.0, xy: 0.0, yy: 1.0 };
 
-    /// Returns |k′|² of a wavevector.
+    /// Returns |k′|² of the wavevector k = (x, y).
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
         // This order gives the same bits if x and y are exchanged.
         self.xx * (x * x) + self.yy * (y * y) + 2.0 * self.xy * (x * y)
     }
 
-    /// Returns the largest components along x and y of all wavevectors with |k′| ≤ 1.
+    /// Returns max |k_x| and max |k_y| over all wavevectors with |k′| ≤ 1.
     pub fn unit_extents(&self) -> [f64; 2] {
         let determinant = self.xx * self.yy - self.xy * self.xy;
         [self.yy, self.xx].map(|other| (other / determinant).sqrt())

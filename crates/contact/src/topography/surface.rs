@@ -43,13 +43,13 @@ pub enum SurfaceError {
     TooHigh { row: usize, column: usize, height: f64 },
 }
 
-/// Maximum magnitude of an input height, up to which all computed results remain finite.
+/// Maximum |h| of input heights. Up to this magnitude, all computed results are finite.
 pub const HIGHEST: f64 = 1e100;
 
-/// Checks the magnitude of input heights, ignoring heights that are not finite.
+/// Checks that no |h| exceeds [`HIGHEST`], ignoring heights that are not finite.
 ///
 /// # Errors
-/// Fails if the magnitude of a height exceeds [`HIGHEST`].
+/// Fails if a height exceeds it, with the indices of its node on `grid`.
 pub fn check_range(grid: Grid, heights: &[f64]) -> Result<(), SurfaceError> {
     let beyond = |height: &f64| height.is_finite() && height.abs() > HIGHEST;
     let Some(index) = heights.iter().position(beyond) else {
@@ -100,12 +100,12 @@ impl Surface {
     }
 }
 
-/// Axis along which the lines of a map run.
+/// Axis of a map, along which its lines run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// The x axis, with constant y on a line.
+    /// The x axis: y is constant on a line.
     X,
-    /// The y axis, with constant x on a line.
+    /// The y axis: x is constant on a line.
     Y,
 }
 
@@ -121,7 +121,7 @@ impl Axis {
         }
     }
 
-    /// Selects the value for this axis from a pair of values along x and y.
+    /// Returns the first value of a pair for the x axis, the second for the y axis.
     pub fn select<T: Copy>(self, [x, y]: [T; 2]) -> T {
         match self {
             Axis::X => x,
@@ -130,7 +130,8 @@ impl Axis {
     }
 }
 
-/// Calls `visit` with the heights of each line along an axis, in the order of the other axis.
+/// Calls `visit` with the heights of each line along `axis`, in ascending order of the position
+/// across the lines.
 pub(super) fn for_each_line(surface: &Surface, axis: Axis, mut visit: impl FnMut(&[f64])) {
     let [nodes_x, nodes_y] = surface.grid().nodes();
     match axis {
@@ -229,7 +230,7 @@ impl Scan {
         nodes.filter(|(_, height)| !height.is_nan())
     }
 
-    /// Replaces the heights of the measured nodes by `change(node, height)`.
+    /// Returns the map with each measured height replaced by `change(node, height)`.
     pub(super) fn map_measured(&self, change: impl Fn(usize, f64) -> f64) -> Scan {
         let heights = self.heights.iter().enumerate();
         let heights = heights
@@ -237,7 +238,7 @@ impl Scan {
         Scan { grid: self.grid, heights: heights.collect() }
     }
 
-    /// Sets the heights of the given nodes.
+    /// Returns the map with the heights of the given (node, height) pairs replaced.
     pub(super) fn with(mut self, heights: impl IntoIterator<Item = (usize, f64)>) -> Scan {
         for (node, height) in heights {
             self.heights[node] = height;
@@ -245,10 +246,10 @@ impl Scan {
         self
     }
 
-    /// Returns the part of the map inside a window; the step does not change.
+    /// Returns the part of the map inside a window, with the same grid spacing.
     ///
     /// # Panics
-    /// Panics if the window reaches beyond the map.
+    /// Panics if the window extends outside the map.
     pub fn cropped(&self, window: Window) -> Scan {
         let [first_x, first_y] = window.first;
         let [nodes_x, nodes_y] = window.nodes;
@@ -258,7 +259,7 @@ impl Scan {
         let spacing = self.grid.spacing();
         let size = [0, 1].map(|axis| {
             if window.nodes[axis] == self.grid.nodes()[axis] {
-                // The side keeps all its bits; step × nodes may round differently.
+                // An uncropped side keeps all its bits; step × nodes may round differently.
                 self.grid.cell().size()[axis]
             } else {
                 spacing[axis] * window.nodes[axis] as f64
@@ -294,7 +295,7 @@ pub(super) mod samples {
 
     use crate::grid::samples::rectangle;
 
-    /// Samples `height(x, y)` on a grid; `is_missing(i, j)` selects the missing points.
+    /// Creates a map of the heights `height(x, y)`. The points with `is_missing(i, j)` are missing.
     pub fn scan(
         nodes: [usize; 2],
         size: [f64; 2],

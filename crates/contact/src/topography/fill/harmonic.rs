@@ -11,15 +11,16 @@
 
 use crate::topography::surface::Scan;
 
-/// Tolerance of the residual relative to the right-hand side, both as Euclidean norms.
+/// Tolerance ε of the residual of the linear system: ‖r‖ ≤ ε ‖b‖, with the right-hand side b.
 ///
-/// Heights are relative to the mean of the measured neighbours of the hole.
+/// Heights in b are relative to the mean of the measured neighbours of the hole.
 const TOLERANCE: f64 = 1e-15;
 
-/// Number of restarts from the recomputed residual, which corrects accumulated rounding errors.
+/// Maximum number of solutions by conjugate gradients, each of the residual that the previous ones
+/// left. They correct accumulated rounding errors.
 const ROUNDS: usize = 3;
 
-/// Fills the holes of a map.
+/// Gives heights to the missing points of a map by solving Laplace's equation in each hole.
 pub fn filled(scan: Scan, is_periodic: bool) -> Scan {
     let lattice = Lattice::new(&scan, is_periodic);
     let mut index_in_hole = vec![NONE; scan.heights().len()];
@@ -34,14 +35,13 @@ pub fn filled(scan: Scan, is_periodic: bool) -> Scan {
     scan.with(solved)
 }
 
-/// Marker in `index_in_hole` of a node that was measured or has not been visited.
+/// Entry of `index_in_hole` for a node that was measured or has not been visited yet.
 const NONE: u32 = u32::MAX;
 
-/// Neighbours of the nodes of a grid, and their weights.
 struct Lattice {
     nodes: [usize; 2],
     is_periodic: bool,
-    /// Weights along x and y, relative to the larger of both.
+    /// Weights 1/Δx² and 1/Δy², divided by the larger of both.
     weights: [f64; 2],
 }
 
@@ -58,7 +58,8 @@ impl Lattice {
 
     /// Returns the neighbours of a node along −x, x, −y and y, with their weights.
     ///
-    /// A missing neighbour beyond the edge has a weight of zero.
+    /// A neighbour outside a map that is not periodic is replaced by the node itself, with a weight
+    /// of zero.
     fn neighbours(&self, node: usize) -> [(usize, f64); 4] {
         let [nodes_x, nodes_y] = self.nodes;
         let (i, j) = (node / nodes_y, node % nodes_y);
@@ -77,7 +78,7 @@ impl Lattice {
 
     /// Returns the nodes of the hole that contains `node`, in ascending order.
     ///
-    /// Sets the entries of these nodes in `index_in_hole`.
+    /// Sets `index_in_hole` of each of these nodes to its index in the result.
     fn hole(&self, node: usize, scan: &Scan, index_in_hole: &mut [u32]) -> Vec<usize> {
         let mut nodes = vec![node];
         index_in_hole[node] = 0;
@@ -99,17 +100,19 @@ impl Lattice {
     }
 }
 
-/// Linear system of one hole.
+/// Linear system A h = b for the heights h of one hole.
 struct Hole {
-    /// Indices and weights of the neighbours of each unknown that are also unknown.
+    /// Indices and weights of the four neighbours of each unknown.
     ///
-    /// A measured neighbour is replaced by the unknown itself, with a weight of zero.
+    /// A measured neighbour, or one outside the map, is replaced by the unknown itself with a
+    /// weight of zero.
     neighbours: Vec<[(u32, f64); 4]>,
     diagonal: Vec<f64>,
-    /// Diagonal of the incomplete factor.
+    /// Diagonal D of the incomplete Cholesky factor, from [`pivots`].
     pivots: Vec<f64>,
     right_side: Vec<f64>,
-    /// Mean height of the measured neighbours; the unknown heights are relative to it.
+    /// Mean height of the measured neighbours. The unknown heights and the right-hand side are
+    /// relative to it.
     reference: f64,
 }
 
@@ -162,7 +165,8 @@ impl Hole {
         solution.iter().map(|height| self.reference + height).collect()
     }
 
-    /// Solves the system by conjugate gradients from zero, to a residual norm of `tolerance`.
+    /// Solves A x = `residual` by conjugate gradients from x = 0, until the norm of the residual is
+    /// at most `tolerance`.
     fn conjugate_gradients(&self, mut residual: Vec<f64>, tolerance: f64) -> Vec<f64> {
         let mut solution = vec![0.0; residual.len()];
         let mut direction = self.preconditioned(&residual);
@@ -192,7 +196,8 @@ impl Hole {
         solution
     }
 
-    /// Applies the preconditioner by solving with both triangles of the incomplete factor.
+    /// Returns the preconditioned residual z: the solution of (D + L) D⁻¹ (D + Lᵀ) z = r with the
+    /// incomplete factor of [`pivots`].
     fn preconditioned(&self, residual: &[f64]) -> Vec<f64> {
         let mut values = residual.to_vec();
         for (at, neighbours) in self.neighbours.iter().enumerate() {
@@ -227,9 +232,9 @@ impl Hole {
 
 /// Returns the diagonal D of the modified incomplete Cholesky factor (D + L) D⁻¹ (D + Lᵀ).
 ///
-/// L is the strict lower triangle of the matrix. The fraction `FILL_IN` of the neglected fill-in is
-/// subtracted from the diagonal, which makes the factor accurate for smooth heights (Gustafsson
-/// 1978).
+/// L is the strict lower triangle of the matrix A with the given `neighbours` and `diagonal`. The
+/// fraction `FILL_IN` of the neglected fill-in is subtracted from the diagonal, which makes the
+/// factor accurate for smooth heights (Gustafsson 1978).
 fn pivots(neighbours: &[[(u32, f64); 4]], diagonal: &[f64]) -> Vec<f64> {
     const FILL_IN: f64 = 0.97;
     const LEAST: f64 = 0.25;
