@@ -16,6 +16,7 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::preparation::PreparationError;
 use asperity_contact::topography::spectral_density::SpectralDensityError;
 use asperity_contact::topography::surface::SurfaceError;
+use asperity_manifest::diagnostics::listed;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
@@ -301,7 +302,14 @@ impl Work {
         };
         let mut tables = Vec::new();
         for recipe in recipes {
-            tables.push(recipe.empty_table(inputs)?);
+            let table = recipe.empty_table(inputs).map_err(|error| match error {
+                StageError::Table(source) => {
+                    let names = inputs.iter().map(|(name, _)| name.as_str());
+                    StageError::Inputs { stages: listed(names, "and"), source }
+                }
+                other => other,
+            });
+            tables.push(table?);
             if !recipe.columns_depend_on_params() {
                 break;
             }
@@ -348,7 +356,7 @@ pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<Str
 }
 
 /// Formats a number with four decimals, or in scientific notation if it is smaller than 10⁻³.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if value != 0.0 && value.abs() < 1e-3 { format!("{value:.4e}") } else { format!("{value:.4}") }
 }
 
@@ -377,6 +385,9 @@ pub enum StageError {
     Interrupted,
     #[error("cannot use an input table")]
     Table(#[from] TableError),
+    /// The columns of a stage cannot be derived from the columns of the stages that it reads.
+    #[error("cannot use the table of input {stages}")]
+    Inputs { stages: String, source: TableError },
     #[error("cannot use the file of a measured surface")]
     Source(#[from] SurfaceFileError),
     /// Stored or scaled heights, or the grid, are invalid.
