@@ -226,8 +226,8 @@ struct GroupNames {
     keys: Vec<String>,
     /// Shown columns that are derived from a shown key. Their values may differ within a group.
     derived: Vec<String>,
-    /// Shown columns that stand in for a key that is not shown, each with this key. They are derived
-    /// from the key and must not differ within a group.
+    /// Shown columns that replace a key that is not shown, paired with the key. They are derived
+    /// from it and must not differ within a group.
     stand_ins: Vec<(String, String)>,
     /// Key that is a load, if there is one.
     load: Option<String>,
