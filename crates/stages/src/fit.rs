@@ -19,12 +19,12 @@ use serde::Serialize;
 
 use contact_evolution::{EvolutionChoices, Kappa};
 use laws::{FitOfCurves, Fits, Law};
-use rows::{Row, STATUS};
+use rows::{Parameter, Row, STATUS};
 
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::solve::PAIR_LIMIT;
-use crate::stage::range;
+use crate::stage::{number, range};
 use crate::{
     Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage,
     StageError, stacked,
@@ -152,10 +152,25 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     }));
     for parameter in laws::parameters() {
         if let Some(label) = parameter.label {
-            parts.push(range(source, parameter.value.name, label)?);
+            let values = range(source, parameter.value.name, label)?;
+            let interval = interval_of_only_fit(&table, parameter);
+            parts.push(values.map(|values| values + &interval));
         }
     }
     Ok(parts)
+}
+
+/// Returns the interval of a parameter as ` [0.078, 0.770]`, or an empty text if the table has
+/// several fits or no interval.
+fn interval_of_only_fit(table: &Table, parameter: Parameter) -> String {
+    let [_, lower, upper, _] = parameter.columns();
+    let end = |column: Column| table.reals(column.name).ok()?.iter().next()?;
+    match (end(lower), end(upper)) {
+        (Some(lower), Some(upper)) if table.rows() == 1 => {
+            format!(" [{}, {}]", number(lower), number(upper))
+        }
+        _ => String::new(),
+    }
 }
 
 /// Fits every parameter point in a table.
