@@ -30,17 +30,18 @@ use summits::Summit;
 
 /// Elastic interaction of asperities through the half-space.
 ///
-/// In the mean field, the mean pressure displaces all asperities by u = w p₀ L/E* (Ciavarella,
-/// Delfine & Demelio, J. Mech. Phys. Solids 54, 2569 (2006), to first order). Here w L/E* is the
-/// mean displacement of a square of side L under unit pressure. The explicit interaction includes
-/// the periodic images of all forces.
+/// In the mean-field interaction, the mean pressure displaces all asperities by u = w p₀ L/E*
+/// (Ciavarella, Delfine & Demelio, J. Mech. Phys. Solids 54, 2569 (2006), to first order). Here w
+/// L/E* is the mean displacement of a square of side L under unit pressure. The explicit
+/// interaction includes the periodic images of all forces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Interaction {
     /// No interaction between asperities.
     None,
-    /// Uniform displacement by the mean pressure; areas and forces under a load do not change.
+    /// Uniform displacement by the mean pressure. It does not change areas and forces under a given
+    /// load.
     MeanField,
     /// Displacement of each asperity by the forces of all others.
     Explicit,
@@ -72,15 +73,16 @@ pub struct AsperityOutcome {
     ///
     /// Contact nodes are the nodes inside the ellipses. The mean gap is the distance of the mean
     /// planes. The residual is the largest change of a displacement in one more iteration, in units
-    /// of h′ × grid step.
+    /// of h′ min(Δx, Δy).
     pub outcome: Outcome,
     /// Number of summits in contact.
     pub contacts: usize,
-    /// Number of contacts whose ellipse overlaps another ellipse.
+    /// Number of contact ellipses that overlap another ellipse.
     pub overlapping: usize,
     /// Sum of the areas of the ellipses divided by the nominal area.
     pub area_fraction: f64,
-    /// Fraction of the contact area in ellipses that overlap another ellipse.
+    /// Area of the ellipses that overlap another ellipse, as a fraction of the area of all
+    /// ellipses.
     pub overlapping_fraction: f64,
     /// Displacement of the body by the mean pressure, in units of h′ L; zero without interaction.
     ///
@@ -95,7 +97,7 @@ pub struct Asperities {
     mean_height: f64,
     summits: Vec<Summit>,
     body: Option<Body>,
-    /// Last two loads and the displacements under them, most recent first.
+    /// Last two loads with the displacements of the summits under them, most recent first.
     known: Vec<(f64, Vec<f64>)>,
     pressure: Vec<f64>,
 }
@@ -135,7 +137,8 @@ impl Asperities {
         self.summits.len()
     }
 
-    /// Solves for the forces under a load y = p₀/(E* h′), and updates [`Asperities::pressure()`].
+    /// Solves for the forces of the summits under a load y = p₀/(E* h′), and updates
+    /// [`Asperities::pressure()`].
     pub fn press(&mut self, load: f64, settings: &Settings) -> AsperityOutcome {
         let found = self.equilibrium(load, settings);
         let area = nominal_area(self.grid);
@@ -178,13 +181,13 @@ impl Asperities {
     }
 }
 
-/// Returns the area of the cell in units of L².
+/// Returns the area of the cell, L_x L_y/L².
 fn nominal_area(grid: Grid) -> f64 {
     let [aspect_x, aspect_y] = grid.cell().aspect();
     1.0 / (aspect_x * aspect_y)
 }
 
-/// Returns Δx and Δy in units of L.
+/// Returns Δx/L and Δy/L.
 fn steps(grid: Grid) -> [f64; 2] {
     let (nodes, aspect) = (grid.nodes(), grid.cell().aspect());
     [0, 1].map(|axis| 1.0 / (aspect[axis] * nodes[axis] as f64))

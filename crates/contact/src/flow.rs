@@ -43,18 +43,20 @@ use channels::{Channels, Links};
 use graph::{ConjugateDirection, Pair, add};
 use multigrid::Multigrid;
 
-/// Relative distance between the two bounds of the flow at which the iteration stops.
+/// Relative distance (upper − lower)/upper between the bounds of the flow at which the iteration
+/// stops.
 pub const TOLERANCE: f64 = 1e-8;
 
-/// Relative distance between the two bounds above which a flow counts as not converged.
+/// Relative distance (upper − lower)/upper between the bounds above which a flow counts as not
+/// converged.
 ///
 /// Near percolation, rounding errors keep the bounds farther apart than [`TOLERANCE`].
 pub const UNCONVERGED_ABOVE: f64 = 1e-6;
 
-/// Maximum number of iterations of a flow; about sixteen are usual.
+/// Maximum number of conjugate-gradient iterations for a flow; about sixteen are usual.
 pub const ITERATION_LIMIT: u32 = 60;
 
-/// Memory of [`flow_through`] per node, in bytes, without the map of gaps.
+/// Memory that [`flow_through`] uses per node, in bytes, without the map of gaps.
 pub const BYTES_PER_NODE: f64 = 270.0;
 
 /// Effective conductivity of a fluid film along one axis.
@@ -65,23 +67,24 @@ pub struct Flow {
     /// K is 12 μ × flow per unit width, divided by the pressure gradient. It is exactly zero if no
     /// channel percolates along the axis.
     pub conductivity: f64,
-    /// Upper bound of the relative error: K is never too small, and too large by at most this
-    /// fraction.
+    /// Upper bound of the relative error of K. K is at least the exact value, and exceeds it by at
+    /// most this fraction.
     pub residual: f64,
 }
 
-/// Error for a flow whose lower and upper bound remain too far apart.
+/// Error for a flow with lower and upper bounds that remain too far apart.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "the flow did not converge in {ITERATION_LIMIT} iterations: its bounds differ by {residual:.1e}, \
      more than {UNCONVERGED_ABOVE:.0e}"
 )]
 pub struct Unconverged {
-    /// Distance between the bounds divided by the upper bound.
+    /// Relative distance (upper − lower)/upper between the bounds of the flow.
     pub residual: f64,
 }
 
-/// Computes the conductivities along x and y of a periodic map of gaps, one gap per node.
+/// Computes the effective conductivities K along x and y of a periodic map of gaps, one gap per
+/// node.
 ///
 /// A gap that is not positive blocks the flow.
 ///
@@ -108,7 +111,7 @@ pub fn flow_through(grid: Grid, gap: &[f64]) -> [Result<Flow, Unconverged>; 2] {
     flow_through_interruptible(grid, gap, &|| false).expect("the computation is not interrupted")
 }
 
-/// Computes the conductivities like [`flow_through`], or returns `None` if it is interrupted.
+/// Computes the same as [`flow_through`], or returns `None` if `is_interrupted` returns `true`.
 ///
 /// Near percolation, a flow on 1024² nodes takes half a minute.
 pub fn flow_through_interruptible(
@@ -142,7 +145,8 @@ pub fn flow_through_interruptible(
 /// Number of iterations after which the residual is recomputed to remove rounding errors.
 const REFRESH_INTERVAL: u32 = 8;
 
-/// Bounds of the conductance of the map along an axis, for a pressure drop of one per period.
+/// Bounds of the conductance J of the map along an axis: its flow under a pressure drop of one per
+/// period.
 #[derive(Debug, Clone, Copy)]
 struct Conductance {
     /// Upper bound by Dirichlet's principle.
@@ -152,13 +156,14 @@ struct Conductance {
 }
 
 impl Conductance {
-    /// Returns the distance between the bounds divided by the upper bound.
+    /// Returns the relative distance (upper − lower)/upper, which is zero if both are zero.
     pub fn residual(&self) -> f64 {
         if self.upper > 0.0 { ((self.upper - self.lower) / self.upper).max(0.0) } else { 0.0 }
     }
 }
 
-/// Computes the conductances along x and y, or returns `None` if it is interrupted.
+/// Computes bounds of the conductances along x and y, or returns `None` if `is_interrupted` returns
+/// `true`.
 fn conductances(
     links: &Links,
     channels: &Channels,
@@ -196,20 +201,21 @@ fn conductances(
     Some(bounds)
 }
 
-/// Fluid film in all channels that percolate.
+/// Fluid film in the percolating channels.
 struct Film<'a> {
     links: &'a Links,
     channels: &'a Channels,
 }
 
-/// Link between two nodes, and the pressure drop along it.
+/// Link between two nodes of the channels, and the pressure drop along it.
 struct LinkState {
     conductance: f64,
     from: usize,
     to: usize,
-    /// Pressure drops from `from` to `to` for the flows along x and y.
+    /// Pressure drop from `from` to `to` in the flow along x and in the flow along y, including the
+    /// step at a seam.
     drop: Pair,
-    /// Axis of the seam that the link crosses, if there is one with a pressure step.
+    /// Axis of the seam that the link crosses, if the pressure has a step there.
     seam: Option<usize>,
 }
 
@@ -226,7 +232,8 @@ impl Film<'_> {
         })
     }
 
-    /// Returns the dissipation Σ k (Δp)², and writes the net inflow of each node to `net_inflow`.
+    /// Returns the dissipation Σ k (Δp)² of the flows along x and y, and writes the net inflow Σ k
+    /// Δp of each node to `net_inflow`.
     fn dissipation(&self, pressures: &[Pair], net_inflow: &mut [Pair]) -> Pair {
         net_inflow.fill([0.0; 2]);
         let mut dissipation = [0.0; 2];
@@ -241,7 +248,8 @@ impl Film<'_> {
         dissipation
     }
 
-    /// Returns the bounds of both conductances by the principles of Dirichlet and Thomson.
+    /// Returns the bounds of the conductances along x and y for the given pressures. `upper` and
+    /// `net_inflow` are the results of [`Film::dissipation`].
     fn bounds(&self, pressures: &[Pair], net_inflow: &[Pair], upper: Pair) -> [Conductance; 2] {
         let mut flow = [0.0; 2];
         for link in self.link_states(pressures) {

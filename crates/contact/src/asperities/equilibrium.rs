@@ -45,15 +45,15 @@ const MAX_STEPS: usize = 100;
 /// Tolerance of the sum of the forces, relative to the load.
 const BALANCE: f64 = 1e-14;
 
-/// Equilibrium of the asperities under a load.
+/// Forces of the asperities in equilibrium with a load.
 pub struct Equilibrium {
     /// Height z_ref of the reference plane.
     pub reference: f64,
-    /// Approach d of every summit; not positive outside contact.
+    /// Approach dᵢ of each summit, which is zero or negative outside contact.
     pub overlaps: Vec<f64>,
-    /// Elastic energy Σ (2/5) F d + ½ Σ F u.
+    /// Elastic energy Σ (2/5) Fᵢ dᵢ + ½ Σ Fᵢ uᵢ.
     pub energy: f64,
-    /// Largest change of a displacement in one more iteration, in units of h′ × grid step.
+    /// Largest change of a displacement uᵢ in one more iteration, in units of h′ min(Δx, Δy).
     pub residual: f64,
     /// Number of pairs of a forward and an inverse Fourier transform.
     pub pairs: u32,
@@ -61,7 +61,7 @@ pub struct Equilibrium {
     pub stop: Stop,
 }
 
-/// Reference plane, approaches and forces for given displacements.
+/// Height of the reference plane, approaches and forces under a load, for given displacements.
 struct Balance {
     reference: f64,
     overlaps: Vec<f64>,
@@ -69,7 +69,7 @@ struct Balance {
 }
 
 impl Asperities {
-    /// Solves for the forces under a load.
+    /// Solves for the equilibrium under a load y = p₀/(E* h′).
     pub(super) fn equilibrium(&mut self, load: f64, settings: &Settings) -> Equilibrium {
         let total = load * nominal_area(self.grid);
         let Some(body) = &mut self.body else {
@@ -129,7 +129,8 @@ fn equilibrium(
     }
 }
 
-/// Extrapolates the displacements linearly in the load, from those under the last two loads.
+/// Returns the displacements of `count` summits extrapolated linearly in the load from the last two
+/// loads in `known`.
 fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
     match known {
         [] => vec![0.0; count],
@@ -142,7 +143,8 @@ fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
     }
 }
 
-/// Finds the reference plane at which the forces sum to `total`, which is positive.
+/// Finds the height of the reference plane at which Σ Fᵢ = `total` (positive), for given
+/// displacements uᵢ.
 fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
     let levels = summits.iter().zip(displacements).map(|(summit, u)| summit.height - u);
     let levels: Vec<f64> = levels.collect();
@@ -179,14 +181,16 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
     Balance { reference, forces: forces.collect(), overlaps }
 }
 
-/// State of the Anderson mixing of iterates u, with the changes G F(u) − u.
+/// State of the Anderson mixing for the fixed point u = G F(u), with iterates u and changes r = G
+/// F(u) − u.
 struct Mixing {
-    /// Factor by which each change is multiplied.
+    /// Factor of the changes r.
     damping: f64,
     /// Smallest residual, and the number of iterations since it was reached.
     least: (f64, u32),
+    /// Last iterate u and its change r.
     last: Option<(Vec<f64>, Vec<f64>)>,
-    /// Differences between successive iterates, and between their changes, most recent first.
+    /// Differences Δu of successive iterates and Δr of their changes, most recent first.
     differences: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -212,7 +216,7 @@ impl Mixing {
         }
     }
 
-    /// Returns the next iterate; `change` is the step of the plain iteration from `iterate`.
+    /// Returns the next iterate after `iterate` = u with `change` = r, and stores both.
     fn next(&mut self, iterate: Vec<f64>, change: Vec<f64>) -> Vec<f64> {
         if let Some((iterate_before, change_before)) = &self.last {
             let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
@@ -235,7 +239,8 @@ impl Mixing {
         next
     }
 
-    /// Returns the weights of the stored differences whose weighted sum is closest to `change`.
+    /// Returns the weights γ that minimise ‖r − Σ γₖ Δrₖ‖ for `change` = r and the stored
+    /// differences Δrₖ.
     fn weights(&self, change: &[f64]) -> Vec<f64> {
         let count = self.differences.len();
         let dot = |one: &[f64], other: &[f64]| -> f64 {
@@ -255,7 +260,7 @@ impl Mixing {
     }
 }
 
-/// Argument beyond which erfc is neglected; there it is below 2e-14.
+/// Argument above which erfc is neglected, because it is below 2e-14.
 const NEGLIGIBLE: f64 = 5.4;
 
 /// Periodic elastic half-space under point forces at nodes.
@@ -299,7 +304,8 @@ impl Body {
         }
     }
 
-    /// Returns the displacement of each node by the forces at other nodes and by periodic images.
+    /// Returns the displacement of each of `nodes` by the forces at the other nodes and by the
+    /// periodic images of all forces.
     pub fn displace(
         &mut self,
         nodes: impl Iterator<Item = usize> + Clone,
@@ -315,7 +321,8 @@ impl Body {
     }
 }
 
-/// Returns erfc(α r)/(π r) around a force at node 0, without the term 1/(π r) at r = 0.
+/// Returns the map of Σ erfc(α r)/(π r) over the periodic images of a force at node 0, at the
+/// distance r from each image. At r = 0, it returns the limit without the term 1/(π r).
 fn near(grid: Grid, alpha: f64) -> Vec<f64> {
     let [nodes_x, nodes_y] = grid.nodes();
     let steps = super::steps(grid);
@@ -342,7 +349,7 @@ mod tests {
     use super::*;
     use crate::grid::samples::{rectangle, square};
 
-    /// Returns G at a position by direct summation of the Ewald sum, with another α.
+    /// Returns G(r) at r = `position` by direct summation of the Ewald sum, with another α.
     fn ewald(size: [f64; 2], position: [f64; 2]) -> f64 {
         let alpha = 1.7 / size[0].min(size[1]);
         let area = size[0] * size[1];

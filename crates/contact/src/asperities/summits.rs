@@ -23,13 +23,13 @@ pub struct Summit {
     /// Position along x and y, in units of L.
     pub position: [f64; 2],
     pub height: f64,
-    /// Factor C in F = C d^(3/2).
+    /// Factor C of the force F = C d^(3/2) at the approach d.
     pub stiffness: f64,
-    /// Factor B in area = B d.
+    /// Factor B of the contact area B d at the approach d.
     pub area_factor: f64,
     /// Ratio of the minor to the major axis of the ellipse.
     pub axis_ratio: f64,
-    /// Angle of the major axis (the direction of the smaller curvature) to the x axis.
+    /// Angle of the major axis (the direction of the smaller curvature) to the x axis, in radians.
     pub angle: f64,
 }
 
@@ -52,7 +52,8 @@ const FIRST: [(isize, f64); 4] = [(-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0)];
 const SECOND: [(isize, f64); 5] = [(-2, -1.0), (-1, 16.0), (0, -30.0), (1, 16.0), (2, -1.0)];
 
 impl Map<'_> {
-    /// Returns the height at a periodic offset from a node.
+    /// Returns the height at the node that is `right` nodes from `node` along x and `up` nodes
+    /// along y, continued periodically.
     fn at(&self, node: usize, [right, up]: [isize; 2]) -> f64 {
         let [nodes_x, nodes_y] = self.grid.nodes();
         let [i, j] = self.grid.indices(node);
@@ -101,9 +102,9 @@ impl Map<'_> {
     }
 }
 
-/// Returns the offset of the top of the paraboloid from its node.
+/// Returns the offset of the top of the osculating paraboloid from its node.
 ///
-/// The offset is zero if the paraboloid has no maximum within one step of the grid.
+/// The offset is zero if the paraboloid has no maximum within one grid spacing of the node.
 fn paraboloid_top(slopes: [f64; 2], bends: [f64; 2], twist: f64, steps: [f64; 2]) -> [f64; 2] {
     let determinant = bends[0] * bends[1] - twist * twist;
     let top = [
@@ -119,7 +120,7 @@ struct Curvatures {
     mean: f64,
     /// Ratio of the smaller to the larger curvature.
     ratio: f64,
-    /// Angle of the direction of the smaller curvature to the x axis.
+    /// Angle of the direction of the smaller curvature to the x axis, in radians.
     angle: f64,
 }
 
@@ -176,7 +177,8 @@ pub fn contacts(summits: &[Summit], overlaps: &[f64]) -> Vec<Contact> {
 }
 
 impl Contact {
-    /// Returns the elements xx, xy and yy of the matrix with the squared semi-axes as eigenvalues.
+    /// Returns the elements xx, xy and yy of the symmetric matrix that has the squared semi-axes as
+    /// eigenvalues and the axes as eigenvectors.
     fn squares(&self) -> [f64; 3] {
         let [cosine, sine] = self.direction;
         let [major, minor] = self.axes.map(|axis| axis * axis);
@@ -187,9 +189,10 @@ impl Contact {
         ]
     }
 
-    /// Returns `true` if two ellipses overlap; `offset` is the centre of `other` minus this centre.
+    /// Returns whether this ellipse overlaps `other`. `offset` is the centre of `other` minus the
+    /// centre of this ellipse.
     ///
-    /// Ellipses overlap if the contact function of Perram & Wertheim (1985) is at most one.
+    /// Two ellipses overlap if the contact function of Perram & Wertheim (1985) is at most one.
     fn overlaps(&self, other: &Contact, offset: [f64; 2]) -> bool {
         let distance = offset[0].hypot(offset[1]);
         if distance > self.axes[0] + other.axes[0] {
@@ -234,7 +237,8 @@ fn maximum(function: impl Fn(f64) -> f64) -> f64 {
     at_left.max(at_right)
 }
 
-/// Returns for each contact whether its ellipse overlaps another in the periodic cell.
+/// Returns, for each contact, whether its ellipse overlaps the ellipse of another contact in the
+/// periodic cell.
 pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     let size = grid.cell().aspect().map(|aspect| 1.0 / aspect);
     let largest = contacts.iter().map(|contact| contact.axes[0]).fold(0.0, f64::max);
@@ -259,7 +263,8 @@ pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     overlaps
 }
 
-/// Grid of boxes with the contacts in each; only contacts in neighbouring boxes can overlap.
+/// Grid of boxes, with a list of the contacts in each box. A box is so large that only contacts in
+/// the same or in neighbouring boxes can overlap.
 struct Boxes {
     size: [f64; 2],
     counts: [usize; 2],
@@ -287,7 +292,8 @@ impl Boxes {
         })
     }
 
-    /// Iterates over the contacts in the box of a position and in its neighbours, each once.
+    /// Iterates over the indices of the contacts in the box of a position and in the boxes around
+    /// it. Each contact occurs once.
     fn around(&self, position: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
         let [i, j] = self.indices(position);
         let near = |index: usize, count: usize| {
@@ -303,10 +309,11 @@ impl Boxes {
     }
 }
 
-/// Writes the Hertz pressures of all contacts to the nodes, added up where ellipses overlap.
+/// Writes the Hertz pressure at each node to `pressure`. Where ellipses overlap, it is the sum of
+/// their pressures.
 ///
-/// The pressure is p √(1 − s²), with the peak p and s from 0 at the centre to 1 on the edge of the
-/// ellipse. A contact smaller than a step of the grid may contain no node.
+/// The pressure of a contact is p √(1 − s²), with the peak pressure p, and s from 0 at the centre
+/// to 1 at the edge of the ellipse. A contact smaller than a grid spacing may contain no node.
 pub fn draw(grid: Grid, contacts: &[Contact], pressure: &mut [f64]) {
     pressure.fill(0.0);
     let [nodes_x, nodes_y] = grid.nodes();
@@ -342,7 +349,8 @@ mod tests {
     use super::*;
     use crate::grid::samples::square;
 
-    /// Samples the paraboloid −(a x² + b y²)/2, rotated by `angle` about its top.
+    /// Returns the heights −(a x² + b y²)/2 of a paraboloid with its top at `top`, rotated by
+    /// `angle` about the top.
     fn paraboloid(grid: Grid, [a, b]: [f64; 2], angle: f64, top: [f64; 2]) -> Vec<f64> {
         let (sine, cosine) = angle.sin_cos();
         let height = |node: usize| {

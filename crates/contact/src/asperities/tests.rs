@@ -9,7 +9,7 @@ use crate::topography::random::samples;
 
 const SETTINGS: Settings = Settings { tolerance: 1e-12, pair_limit: 500 };
 
-/// Samples the upper envelope of paraboloids of curvature `bend` with the given tops.
+/// Returns the maximum over paraboloids of curvature `bend` with the given tops, at each node.
 fn spheres(grid: Grid, bend: f64, tops: &[[f64; 2]]) -> Vec<f64> {
     let around = |by: f64| by - by.round();
     let height = |node: usize| {
@@ -32,7 +32,7 @@ fn press(grid: Grid, heights: &[f64], interaction: Interaction, load: f64) -> As
     outcome
 }
 
-/// Returns the height of the reference plane; the tops of the asperities are at zero.
+/// Returns the height of the reference plane above the tops of the asperities, which are at zero.
 fn plane(outcome: &AsperityOutcome, heights: &[f64]) -> f64 {
     outcome.outcome.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64
 }

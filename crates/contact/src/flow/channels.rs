@@ -7,20 +7,21 @@
 use super::graph::Graph;
 use crate::grid::Grid;
 
-/// Value that stands for a missing index or number of a node.
+/// Placeholder for a node without index, number or tree.
 pub const NONE: u32 = u32::MAX;
 
-/// Nodes of all channels that percolate along an axis, numbered in the order of the grid.
+/// Nodes of all channels that percolate along x or y. They are numbered in the order of the grid.
 pub struct Channels {
-    /// `true` if a channel percolates; one entry for x and one for y.
+    /// Whether a channel percolates along x, and whether one percolates along y.
     pub percolates: [bool; 2],
     /// Number of nodes in these channels.
     pub count: usize,
-    /// For each node of the grid, its number in these channels, or [`NONE`].
+    /// Number of each node of the grid in these channels, or [`NONE`].
     numbers: Vec<u32>,
-    /// Link from each node except the roots to its parent, leaves first.
+    /// Link of each node to its parent in the spanning forest, from the leaves to the roots. Roots
+    /// have none.
     pub parent_links: Vec<ParentLink>,
-    /// Root of each channel, with the largest conductance of its links.
+    /// Number of the root of each channel, and the largest conductance of its links.
     roots: Vec<(u32, f64)>,
 }
 
@@ -30,7 +31,8 @@ pub struct ParentLink {
     pub node: u32,
     pub parent: u32,
     pub conductance: f64,
-    /// Signed number of times that the link from node to parent crosses the seam of each axis.
+    /// Signed number of crossings of the seams along x and along y, on the way from the node to its
+    /// parent.
     pub crossings: [i8; 2],
 }
 
@@ -75,7 +77,7 @@ impl Channels {
         }
     }
 
-    /// Iterates over the links of the channels, with the numbers of their end nodes.
+    /// Iterates over the links of the channels, with the numbers of their ends in the channels.
     pub fn links<'a>(&'a self, links: &'a Links) -> impl Iterator<Item = (Link, [usize; 2])> {
         let numbered = links.iter().map(|link| {
             let ends = [link.from, link.to].map(|node| self.numbers[node] as usize);
@@ -99,22 +101,24 @@ impl Channels {
 /// Number of directions of the links of a node: +x, +y, −x, −y.
 const DIRECTIONS: usize = 4;
 
-/// Position of the two bits of a mark that hold the direction of the parent.
+/// Index of the first of the two bits of a mark that contain the direction of the parent.
 const PARENT: u32 = 4;
 
 const HAS_PARENT: u8 = 1 << 6;
 
 /// Maximum spanning forest of the links.
 struct Forest {
-    /// For each node, bits of the directions of its forest links, and the direction of its parent.
+    /// Mark of each node: a bit for each direction with a link of the forest, and the direction of
+    /// its parent.
     marks: Vec<u8>,
-    /// Nodes in breadth-first order, roots first.
+    /// Nodes of one tree after another, each in breadth-first order from its root.
     order: Vec<u32>,
-    /// Index of the tree of each node.
+    /// Index of the tree of each node, or [`NONE`] for a node without links.
     components: Vec<u32>,
     /// Periodic image of each node relative to its root, in cells along x and y.
     periods: Vec<[i32; 2]>,
-    /// Root of each tree, which is an end of its best link, and the conductance of that link.
+    /// Root of each tree, and the conductance of its best link. The root is an end of the best link
+    /// of the tree.
     roots: Vec<(u32, f64)>,
 }
 
@@ -138,7 +142,8 @@ impl Forest {
         forest
     }
 
-    /// Visits all nodes of the tree of a root, breadth first.
+    /// Visits all nodes of the tree of `root`, breadth first. Sets their order, component, period
+    /// and parent.
     fn grow(&mut self, links: &Links, root: usize) {
         let component = self.roots.len() as u32;
         self.components[root] = component;
@@ -166,7 +171,7 @@ impl Forest {
         }
     }
 
-    /// Returns the link of a node to its parent; nodes are indices of the grid.
+    /// Returns the link of a node to its parent, both as indices of the grid, or `None` for a root.
     fn parent_link(&self, links: &Links, node: usize) -> Option<ParentLink> {
         let marks = self.marks[node];
         (marks & HAS_PARENT != 0).then(|| {
@@ -181,7 +186,8 @@ impl Forest {
         })
     }
 
-    /// Returns, for each tree, whether its nodes percolate along x and y through all their links.
+    /// Returns, for each tree, whether its nodes percolate along x and along y by all their links,
+    /// including those outside the forest.
     fn percolation(&self, links: &Links) -> Vec<[bool; 2]> {
         let mut percolation = vec![[false; 2]; self.roots.len()];
         for link in links.iter() {
@@ -196,10 +202,10 @@ impl Forest {
     }
 }
 
-/// Returns all links in descending order of conductance, each packed into 64 bits.
+/// Returns all links in descending order of conductance. The lower 32 bits of each number are
+/// 2 × node + axis.
 fn ranked(links: &Links) -> Vec<u64> {
-    // The upper half holds the inverted bits of the conductance in single precision. The lower half
-    // holds the node and the axis.
+    // The upper 32 bits are the inverted bits of the conductance in single precision.
     let ranked = links.iter().map(|link| {
         let rank = u64::from(!(link.conductance as f32).to_bits());
         rank << 32 | (2 * link.from + link.axis) as u64
@@ -214,7 +220,8 @@ fn by_rank(links: &Links, rank: u64) -> Link {
     links.leaving(index / 2, index % 2)
 }
 
-/// Returns the links of the maximum spanning forest, as bits of their directions at both ends.
+/// Returns, for each node, the bits of the directions in which it has a link of the maximum
+/// spanning forest.
 fn best_links(links: &Links, ranked: &[u64]) -> Vec<u8> {
     let nodes = links.count();
     let mut parents: Vec<u32> = (0..nodes as u32).collect();
@@ -246,7 +253,8 @@ fn link(links: &Links, node: usize, direction: usize) -> Link {
     }
 }
 
-/// Returns the neighbour of a node in a direction, and the signed crossings of the two seams.
+/// Returns the neighbour of a node in a direction, and the signed number of crossings of the seams
+/// along x and y on the way to it.
 fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
     let link = link(links, node, direction);
     let mut crossings = [0; 2];
@@ -258,30 +266,29 @@ fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
     (neighbour, crossings)
 }
 
-/// Conductances of the links from each node to the next along x and along y.
+/// Conductances of the links between neighbouring nodes of a periodic map.
 pub struct Links {
     nodes: [usize; 2],
     /// Conductances of the links along x and along y, indexed by the first node of the link.
     conductances: [Vec<f64>; 2],
-    /// For each axis, the index of the nodes whose links to the next node cross the seam.
-    ///
-    /// The pressure has its step at the seam.
+    /// Index, along each axis, of the nodes of which the link to the next node crosses the seam.
     seams: [usize; 2],
 }
 
-/// A link between two neighbouring nodes.
+/// Link from a node to the next node along an axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Link {
     pub axis: usize,
     pub from: usize,
     pub to: usize,
     pub conductance: f64,
-    /// `true` if the link crosses the seam, where the pressure has its step.
+    /// Whether the link crosses the seam, where the pressure has its step.
     pub crosses_seam: bool,
 }
 
 impl Links {
-    /// Computes the conductances of a map of gaps; `unit` is the unit of the gap.
+    /// Computes the conductances of the links of a map of gaps: the harmonic mean of (g/`unit`)³ at
+    /// both nodes, times Δy/Δx along x and Δx/Δy along y.
     ///
     /// The conductance is zero if one of the gaps is not positive.
     pub fn between(grid: Grid, gap: &[f64], unit: f64) -> Links {
@@ -320,7 +327,7 @@ impl Links {
         links.filter(|link| link.conductance > 0.0)
     }
 
-    /// Returns the link from a node to the next along an axis; its conductance may be zero.
+    /// Returns the link from a node to the next node along an axis. Its conductance may be zero.
     pub fn leaving(&self, from: usize, axis: usize) -> Link {
         let indices = self.indices(from);
         Link {
@@ -332,7 +339,8 @@ impl Links {
         }
     }
 
-    /// Returns the link from the previous node along an axis to a node.
+    /// Returns the link from the previous node along an axis to node `to`. Its conductance may be
+    /// zero.
     pub fn reaching(&self, to: usize, axis: usize) -> Link {
         let [rows, row_nodes] = self.nodes;
         let indices = self.indices(to);
@@ -364,9 +372,10 @@ impl Links {
         [node / self.nodes[1], node % self.nodes[1]]
     }
 
-    /// Returns the index of the section across an axis with the smallest sum of conductances.
+    /// Returns the index i along `axis` for which the conductances of the links from nodes i to
+    /// nodes i + 1 have the smallest sum.
     ///
-    /// The seam could be at any section. At this one, rounding errors are smallest if the pressure
+    /// The seam could be at any index. At this one, rounding errors are smallest if the pressure
     /// drops over a single constriction.
     fn least_conducting_section(&self, axis: usize) -> usize {
         let mut sums = vec![0.0; self.nodes[axis]];
@@ -379,7 +388,7 @@ impl Links {
     }
 }
 
-/// Returns the harmonic mean, which is twice the conductance of both in series.
+/// Returns the harmonic mean, or zero if a number is not positive.
 fn harmonic_mean(one: f64, other: f64) -> f64 {
     if one > 0.0 && other > 0.0 { 2.0 / (1.0 / one + 1.0 / other) } else { 0.0 }
 }

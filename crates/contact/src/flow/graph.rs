@@ -7,14 +7,15 @@
 //! [`Factors`] solves a small graph directly. [`ConjugateDirection`] computes the steps of the
 //! conjugate-gradient method on a large graph.
 
-/// Values for the flow along x and for the flow along y.
+/// Values in the flow along x and in the flow along y.
 pub type Pair = [f64; 2];
 
-/// Nodes and the links between them, each stored with its end of lower index.
+/// Graph of resistors: nodes, links between them, and links to the ground. Each link is stored at
+/// its end of lower index.
 pub struct Graph {
     /// Index of the first link of each node, followed by the number of links.
     starts: Vec<u32>,
-    /// For each link, the index of its other end, which is the higher one.
+    /// For each link, its end of higher index.
     others: Vec<u32>,
     conductances: Vec<f64>,
     /// Nodes that are linked to the ground, each with its conductance to the ground.
@@ -24,10 +25,12 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Creates a graph of `count` nodes from its links to the ground and between nodes.
+    /// Creates a graph of `count` nodes.
     ///
-    /// `links` is called twice and must give the same links. Links of a node to itself are omitted,
-    /// because they do not affect potentials.
+    /// `grounds` contains nodes that are linked to the ground, with the conductance of this link.
+    /// `links` contains the two ends and the conductance of each link between nodes. It is called
+    /// twice and must return the same links. Links of a node to itself are omitted, because they do
+    /// not affect potentials.
     pub fn new<I>(count: usize, grounds: Vec<(u32, f64)>, links: impl Fn() -> I) -> Graph
     where
         I: Iterator<Item = (u32, u32, f64)>,
@@ -69,7 +72,8 @@ impl Graph {
         self.inverse_diagonal.len()
     }
 
-    /// Iterates over the links of a node to nodes of higher index.
+    /// Iterates over the links of `node` to nodes of higher index, as pairs of node and
+    /// conductance.
     pub fn above(&self, node: usize) -> impl Iterator<Item = (usize, f64)> {
         let [start, end] = [node, node + 1].map(|node| self.starts[node] as usize);
         let others = self.others[start..end].iter().map(|other| *other as usize);
@@ -95,7 +99,7 @@ impl Graph {
         })
     }
 
-    /// Computes the currents that leave the nodes under the given potentials.
+    /// Writes the current that leaves each node under the given potentials to `currents`.
     pub fn currents(&self, potentials: &[Pair], currents: &mut [Pair]) {
         currents.fill([0.0; 2]);
         self.subtract_currents(potentials, currents);
@@ -104,7 +108,7 @@ impl Graph {
         }
     }
 
-    /// Subtracts the currents under the given potentials from `residual`.
+    /// Subtracts the current that leaves each node under the given potentials from `residual`.
     pub fn subtract_currents(&self, potentials: &[Pair], residual: &mut [Pair]) {
         for node in 0..self.count() {
             let [x, y] = potentials[node];
@@ -127,7 +131,8 @@ impl Graph {
         }
     }
 
-    /// Computes the potentials after one forward Gauss–Seidel sweep from zero; overwrites `work`.
+    /// Writes the result of one forward Gauss–Seidel sweep from zero potentials to `potentials`.
+    /// The content of `work` is lost.
     pub fn forward_sweep(&self, currents: &[Pair], work: &mut [Pair], potentials: &mut [Pair]) {
         work.copy_from_slice(currents);
         for node in 0..self.count() {
@@ -140,14 +145,16 @@ impl Graph {
         }
     }
 
-    /// Returns the residual of a node after [`Graph::forward_sweep`].
+    /// Returns the residual current of a node, where `potentials` is the result of
+    /// [`Graph::forward_sweep`].
     pub fn residual_after_sweep(&self, node: usize, potentials: &[Pair]) -> Pair {
         self.with_inflow(node, [0.0; 2], potentials)
     }
 
-    /// Adds the correction of one backward Gauss–Seidel sweep to the potentials.
+    /// Performs one backward Gauss–Seidel sweep: adds its changes to `potentials`.
     ///
-    /// Overwrites `residual`.
+    /// `residual` contains the residual currents under `potentials` before the sweep. Its content
+    /// is lost.
     pub fn backward_sweep(&self, residual: &mut [Pair], potentials: &mut [Pair]) {
         for node in (0..self.count()).rev() {
             let inflow = self.with_inflow(node, residual[node], residual);
@@ -158,8 +165,8 @@ impl Graph {
         }
     }
 
-    /// Returns `current` plus the current that flows into `node` from its neighbours of higher
-    /// index.
+    /// Returns `current` + Σ k φ over the neighbours of `node` with higher indices, with their
+    /// potentials φ and the conductances k of the links.
     fn with_inflow(&self, node: usize, current: Pair, potentials: &[Pair]) -> Pair {
         self.above(node).fold(current, |sum, (other, conductance)| {
             [0, 1].map(|axis| sum[axis] + conductance * potentials[other][axis])
@@ -167,9 +174,9 @@ impl Graph {
     }
 }
 
-/// Factorisation L D Lᵀ of a small matrix.
+/// Factorisation L D Lᵀ of the matrix of a small graph.
 ///
-/// Rows hold L below the diagonal and 1/D on the diagonal.
+/// Rows contain L below the diagonal and 1/D on the diagonal.
 pub struct Factors {
     count: usize,
     rows: Vec<f64>,
@@ -187,7 +194,7 @@ impl Factors {
             rows[high * count + low] -= conductance;
         }
         for row in 0..count {
-            // The rows above are factorised; this row still holds the matrix.
+            // The rows above are factorised; this row still contains the matrix.
             for column in 0..row {
                 let (above, own) = rows.split_at_mut(row * count);
                 let other = &above[column * count..column * count + column];
@@ -207,7 +214,7 @@ impl Factors {
         Factors { count, rows }
     }
 
-    /// Solves for the potentials under which the given currents leave the nodes.
+    /// Writes the potentials under which the given currents leave the nodes to `potentials`.
     pub fn solve(&self, currents: &[Pair], potentials: &mut [Pair]) {
         potentials.copy_from_slice(currents);
         let row = |node: usize| &self.rows[node * self.count..];
@@ -231,15 +238,17 @@ impl Factors {
     }
 }
 
-/// Direction of the last conjugate-gradient step, and its image under the matrix.
+/// Direction t of the last conjugate-gradient step, and its image A t under the matrix A of the
+/// graph.
 pub struct ConjugateDirection {
     pub direction: Vec<Pair>,
     pub image: Vec<Pair>,
-    /// Scalar product of direction and image; zero before the first step.
+    /// Scalar product tᵀ A t; zero before the first step and after a restart.
     curvature: Pair,
 }
 
-/// Length of a step, and its gain: the reduction of the squared error in the norm of the matrix.
+/// Length τ of a step along the direction t, and its gain τ² tᵀ A t: the decrease of the squared
+/// error in the norm of the matrix A.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
     pub length: Pair,
@@ -260,9 +269,11 @@ impl ConjugateDirection {
         self.curvature = [0.0; 2];
     }
 
-    /// Makes a correction conjugate to the last direction, and returns the optimal step along it.
+    /// Makes the preconditioned residual (`correction`) conjugate to the last direction, and
+    /// returns the optimal step along the new direction.
     ///
-    /// The preconditioner may change from step to step (flexible conjugate gradients).
+    /// Sets `direction` and `image`. The preconditioner may change from step to step (flexible
+    /// conjugate gradients).
     pub fn step(&mut self, graph: &Graph, correction: &[Pair], residual: &[Pair]) -> Step {
         let common = dot(correction, &self.image);
         let projection = [0, 1].map(|axis| ratio(common[axis], self.curvature[axis]));
@@ -284,12 +295,12 @@ pub fn add(values: &mut [Pair], factor: Pair, others: &[Pair]) {
     }
 }
 
-/// Returns a quotient, or zero if the denominator is not positive.
+/// Returns the quotient, or zero if the denominator is not positive.
 fn ratio(numerator: f64, denominator: f64) -> f64 {
     if denominator > 0.0 { numerator / denominator } else { 0.0 }
 }
 
-/// Returns the scalar products for the flows along x and y, summed in order.
+/// Returns the scalar product for the flow along x and the one for the flow along y.
 fn dot(one: &[Pair], other: &[Pair]) -> Pair {
     let pairs = one.iter().zip(other);
     pairs.fold([0.0; 2], |sum, (one, other)| [0, 1].map(|axis| sum[axis] + one[axis] * other[axis]))

@@ -16,7 +16,8 @@
 use super::channels::NONE;
 use super::graph::{ConjugateDirection, Factors, Graph, Pair, add};
 
-/// Minimum gain of a step, as a fraction of the total gain, for another step to follow.
+/// Minimum gain of a conjugate-gradient step, as a fraction of the gain of all steps so far. After
+/// a step with less gain, the iteration ends.
 const LEAST_GAIN: f64 = 0.1;
 
 /// Maximum number of conjugate-gradient steps on a graph of more than [`SMALL`] nodes.
@@ -41,12 +42,13 @@ pub struct Multigrid {
 
 struct Level {
     graph: Graph,
-    /// Index of the aggregate of each node in the coarser graph, or [`NONE`].
+    /// For each node, the index of its aggregate, which is a node of the coarser graph, or
+    /// [`NONE`].
     aggregates: Vec<u32>,
-    /// Factorisation of the coarsest graph.
+    /// Factorisation of the graph on the coarsest level; `None` on other levels.
     factors: Option<Factors>,
     currents: Vec<Pair>,
-    /// Potentials after the last cycle.
+    /// Result of the last cycle.
     potentials: Vec<Pair>,
     work: Vec<Pair>,
     conjugate: ConjugateDirection,
@@ -71,7 +73,8 @@ impl Multigrid {
         &self.levels[0].graph
     }
 
-    /// Computes approximate potentials for the given currents, or returns `None` if interrupted.
+    /// Computes potentials under which approximately the given currents leave the nodes;
+    /// [`Multigrid::potentials`] returns them. Returns `None` if `is_interrupted` returns `true`.
     pub fn precondition(
         &mut self,
         currents: &[Pair],
@@ -107,7 +110,7 @@ impl Level {
     }
 }
 
-/// Computes the potentials of the first level from its currents by one cycle.
+/// Sets the `potentials` of the first of `levels` by one cycle for its `currents`.
 fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> {
     let (level, coarser) = levels.split_first_mut().expect("there is a level");
     let Level { graph, currents, potentials, work, .. } = level;
@@ -139,7 +142,8 @@ fn cycle(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
     Some(())
 }
 
-/// Solves the first level by conjugate gradients, with a cycle as preconditioner.
+/// Sets the `solution` of the first of `levels` for its `currents`, by conjugate gradients with a
+/// cycle as preconditioner. Overwrites `currents`.
 fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> {
     let level = &mut levels[0];
     if let Some(factors) = &level.factors {
@@ -167,10 +171,12 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
     Some(())
 }
 
-/// Minimum conductance of a strong link, as a fraction of the best link of its node.
+/// Minimum conductance of a link between two nodes that form an aggregate, as a fraction of the
+/// best link of one of them.
 const STRONG: f64 = 0.1;
 
-/// Graph of aggregates, and the aggregate of each node; [`NONE`] for nodes without links.
+/// Graph of aggregates, and the aggregate of each node of the finer graph, or [`NONE`] for nodes
+/// without links.
 pub struct Coarser {
     pub graph: Graph,
     pub aggregates: Vec<u32>,
@@ -197,7 +203,7 @@ impl Coarser {
     }
 }
 
-/// Links of the nodes to nodes of lower index.
+/// Links of each node to nodes of lower index.
 struct LowerLinks {
     starts: Vec<u32>,
     others: Vec<(u32, f64)>,
@@ -228,7 +234,8 @@ impl LowerLinks {
     }
 }
 
-/// Returns the aggregate of each node, and the number of aggregates.
+/// Returns the index of the aggregate of each node, and the number of aggregates, after one pass of
+/// pairwise aggregation.
 fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
     let lower_links = LowerLinks::new(graph);
     let mut aggregates = vec![NONE; graph.count()];
@@ -263,7 +270,7 @@ fn aggregates(graph: &Graph) -> (Vec<u32>, usize) {
     (aggregates, count as usize)
 }
 
-/// Returns the graph of the aggregates.
+/// Returns the graph of the `count` aggregates.
 ///
 /// The conductance between two aggregates is the sum of the conductances between their nodes.
 fn merged(graph: &Graph, aggregates: &[u32], count: usize) -> Graph {

@@ -21,7 +21,7 @@ fn assert_close(found: f64, expected: f64, within: f64) {
     assert!(error <= within * expected.abs(), "{found} {expected}");
 }
 
-/// Returns a gap that varies over four decades along an axis, with a period of eight nodes.
+/// Returns a gap that varies along an axis over four decades, with a period of eight nodes.
 fn depth(index: usize) -> f64 {
     [1.0, 0.3, 1e-4, 2.0, 0.05, 0.7, 1.1, 0.9][index % 8]
 }

@@ -8,8 +8,8 @@ use crate::grid::{Boundary, Grid};
 /// Numbers of contact nodes, switches and edge nodes of a contact map.
 ///
 /// A *switch* is a cell edge between two neighbouring nodes of which only one is in contact. On a
-/// periodic map, all nodes have neighbours on all sides. On an isolated map, nodes at the boundary
-/// have no neighbour beyond it, and this does not make them edge nodes of the contact.
+/// periodic map, all nodes have neighbours on all sides. On an isolated map, neighbours outside the
+/// map are missing, and they do not make a contact node an edge node.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -32,15 +32,15 @@ pub struct ContactArea {
     pub nodes: [usize; 2],
     /// Number of nodes in contact.
     pub contact_nodes: usize,
-    /// Number of switches between nodes (i, j) and (i, j + 1).
+    /// Number of switches between nodes (i, j) and (i, j + 1), which have the length Δx.
     pub switches_along_rows: usize,
-    /// Number of switches between nodes (i, j) and (i + 1, j).
+    /// Number of switches between nodes (i, j) and (i + 1, j), which have the length Δy.
     pub switches_along_columns: usize,
-    /// Number of contact nodes with a neighbour among the 4 nearest that is not in contact.
+    /// Number of contact nodes of which at least one of the 4 nearest neighbours is not in contact.
     pub edge_nodes_4: usize,
-    /// Number of contact nodes with a neighbour among the 8 nearest that is not in contact.
+    /// Number of contact nodes of which at least one of the 8 nearest neighbours is not in contact.
     pub edge_nodes_8: usize,
-    /// Number of contact nodes whose 8 nearest neighbours are all in contact.
+    /// Number of contact nodes of which all 8 nearest neighbours are in contact.
     pub interior_nodes: usize,
 }
 
@@ -73,7 +73,7 @@ impl ContactArea {
         area
     }
 
-    /// Returns the numbers of nodes and switches from which the area is corrected for the mesh.
+    /// Returns the numbers that [`CountedArea::corrected`] needs.
     pub fn counted(&self) -> CountedArea {
         CountedArea {
             nodes: self.nodes[0] * self.nodes[1],
@@ -103,7 +103,8 @@ impl ContactArea {
         steps_x * grid.cell().size()[0] / self.nodes[0] as f64
     }
 
-    /// Returns the perimeter π/4 S_d, which is valid if the directions of edges are isotropic.
+    /// Returns the perimeter π/4 S_d, with [`S_d`](Self::manhattan_perimeter). It is unbiased if
+    /// all directions of edges are equally frequent.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
     }
@@ -169,16 +170,16 @@ impl Row {
 
 /// Coefficient π/8 of eq. (corrected_area) of Yastrebov, Anciaux & Molinari 2015.
 ///
-/// The corrected area is the mean of the areas with and without edge nodes. For solved contacts,
-/// the correction is three to four times as large as the error.
+/// With it, the corrected area is the mean of the areas with and without edge nodes. For solved
+/// contacts, the correction is three to four times as large as the error.
 pub const PI_OVER_EIGHT: f64 = PI / 8.0;
 
 /// Coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161.
 pub const YASTREBOV_2017: f64 = (PI - 1.0 + LN_2) / 24.0;
 
-/// Returns S_d Δx/(L_x L_y) for square cells, which is the number of switches per node.
+/// Returns S_d Δx/(L_x L_y) for square cells: the number of contact-gap cell edges per node.
 ///
-/// The correction of the area is this fraction multiplied by a coefficient.
+/// The correction of the area fraction is this number multiplied by a coefficient.
 pub fn edge_fraction(switches: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     switches as f64 / (nodes_x as f64 * nodes_y as f64)
 }
@@ -186,8 +187,9 @@ pub fn edge_fraction(switches: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
 /// Numbers of nodes and switches from which the contact area is corrected for the mesh.
 ///
 /// A contact node counts with its whole cell, although the edge of the contact crosses the cell.
-/// The corrected fraction is a − c S_d Δx/(L_x L_y) with the Manhattan perimeter S_d and a
-/// coefficient c. The coefficients are valid for square cells.
+/// The corrected fraction is a − c S_d Δx/(L_x L_y), with the uncorrected fraction a, the Manhattan
+/// perimeter S_d and a coefficient c, for example [`YASTREBOV_2017`]. The coefficients are valid
+/// for square cells.
 ///
 /// The error of the area is mechanical: the mesh changes the solved contact. Counting nodes inside
 /// a given curve has no bias, on cells of any aspect ratio. The error depends on the direction of
@@ -200,8 +202,8 @@ pub fn edge_fraction(switches: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
 /// | Δy = 2 Δx | 0.084 ± 0.002 | 0.090 |
 /// | Δy = 4 Δx | 0.075 ± 0.003 | 0.095 |
 ///
-/// These values do not hold for edges along one axis, and none are known for rough contacts. The
-/// stage `correct` therefore rejects cells that are not square.
+/// These values do not hold for edges along one axis, and values for rough contacts are unknown.
+/// The stage `correct` therefore rejects cells that are not square.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CountedArea {
     /// Number of nodes of the map.
@@ -218,27 +220,30 @@ impl CountedArea {
         self.contact_nodes as f64 / self.nodes as f64
     }
 
-    /// Returns the corrected contact fraction, which can be negative for contacts of few nodes.
+    /// Returns the corrected contact fraction a − c S_d Δx/(L_x L_y) with c = `coefficient`. It can
+    /// be negative for contacts of few nodes.
     pub fn corrected(&self, coefficient: f64) -> f64 {
         self.fraction() - self.absolute_error(coefficient)
     }
 
     /// Returns a lower and an upper bound of the contact fraction.
     ///
-    /// The upper bound counts all contact nodes. The lower bound omits the edge nodes, whose area
-    /// is π/4 S_d Δx; it is at least zero. If it is positive, the mean of both bounds is the
-    /// fraction corrected with π/8.
+    /// The upper bound a counts all contact nodes. The lower bound, max(a − π/4 S_d Δx/(L_x L_y),
+    /// 0), omits the edge nodes. If it is positive, the mean of both bounds is the fraction
+    /// corrected with [`PI_OVER_EIGHT`].
     pub fn bounds(&self) -> [f64; 2] {
         let edge = self.absolute_error(PI / 4.0);
         [(self.fraction() - edge).max(0.0), self.fraction()]
     }
 
-    /// Returns the correction c S_d Δx/(L_x L_y) as a fraction of the nominal area.
+    /// Returns the correction c S_d Δx/(L_x L_y) with c = `coefficient`, as a fraction of the
+    /// nominal area.
     pub fn absolute_error(&self, coefficient: f64) -> f64 {
         coefficient * self.switches as f64 / self.nodes as f64
     }
 
-    /// Returns the correction as a fraction of the contact area, or `None` without contact.
+    /// Returns the correction of [`absolute_error`](Self::absolute_error) divided by the
+    /// uncorrected contact fraction, or `None` without contact.
     pub fn relative_error(&self, coefficient: f64) -> Option<f64> {
         (self.contact_nodes > 0).then(|| self.absolute_error(coefficient) / self.fraction())
     }
@@ -255,7 +260,7 @@ mod tests {
         ContactArea::from_map(&square(nodes, contact))
     }
 
-    /// Counts node by node, by the definitions of the fields.
+    /// Counts node by node, as the documentation of the fields defines them.
     fn count_slowly(map: &ContactMap) -> ContactArea {
         let [rows, row_nodes] = map.nodes();
         // Indices are shifted by one so that they are not negative.
@@ -397,7 +402,8 @@ mod tests {
 
     /// Returns means over ellipses in all directions, on a grid of 240 × `nodes_y` nodes.
     ///
-    /// The entries are π/4 S_d, the counted area, and the number of switches × area of a cell.
+    /// The entries are π/4 S_d, the counted area, and the number of switches multiplied by the area
+    /// of a cell.
     fn mean_over_ellipses(nodes_y: usize) -> [f64; 3] {
         const DIRECTIONS: u32 = 48;
         let nodes = [240, nodes_y];

@@ -40,13 +40,13 @@ pub struct Clusters {
     pub count: usize,
     /// Number of nodes of the largest cluster.
     pub largest: usize,
-    /// `true` if a cluster percolates along x, across the rows.
+    /// Whether a cluster percolates along x, across the rows.
     ///
     /// On an isolated map, such a cluster connects the first and the last row.
     pub around_x: bool,
-    /// `true` if a cluster percolates along y, along the rows.
+    /// Whether a cluster percolates along y, along the rows.
     ///
-    /// On an isolated map, such a cluster connects the first and the last nodes of rows.
+    /// On an isolated map, such a cluster connects the first and the last column.
     pub around_y: bool,
 }
 
@@ -71,10 +71,10 @@ impl Clusters {
     }
 }
 
-/// Runs of a map, row by row, joined into clusters.
+/// Runs of adjacent nodes in each row of a map, joined into clusters.
 struct JoinedRuns {
     runs: Vec<Run>,
-    /// For each row, one past the index of its last run.
+    /// For each row, end of its range in `runs`.
     row_ends: Vec<usize>,
     forest: Forest,
 }
@@ -116,14 +116,15 @@ impl JoinedRuns {
         JoinedRuns { runs, row_ends, forest }
     }
 
-    /// Returns the range of the runs of a row.
+    /// Returns the range of the runs of row `row` in `runs`.
     fn row(&self, row: usize) -> Range<usize> {
         let start = if row == 0 { 0 } else { self.row_ends[row - 1] };
         start..self.row_ends[row]
     }
 }
 
-/// Longest range `start..end` of adjacent nodes of one row that belong to the same cluster.
+/// Maximal range `start..end` of adjacent nodes of one row that are all in contact, or all in the
+/// gap.
 struct Run {
     start: u32,
     end: u32,
@@ -135,7 +136,8 @@ impl Run {
     }
 }
 
-/// Cuts a row into its runs.
+/// Appends the runs of a row of `nodes` nodes to `runs`. Bit j of `row` is set if node j belongs to
+/// a run.
 fn push_runs(row: &[u64], nodes: usize, runs: &mut Vec<Run>) {
     let (mut previous, mut open) = (0, None);
     for (index, &word) in row.iter().enumerate() {
@@ -156,7 +158,8 @@ fn push_runs(row: &[u64], nodes: usize, runs: &mut Vec<Run>) {
     }
 }
 
-/// Joins the last and the first run of a row if both touch the boundary of the periodic cell.
+/// Joins the last and the first run of a periodic row if they are neighbours across the boundary of
+/// the cell.
 fn close_row(forest: &mut Forest, runs: &[Run], row: Range<usize>, nodes: usize) {
     if let (Some(first), Some(last)) = (row.clone().next(), row.last())
         && runs[first].start == 0
@@ -166,7 +169,8 @@ fn close_row(forest: &mut Forest, runs: &[Run], row: Range<usize>, nodes: usize)
     }
 }
 
-/// Joins the runs of two adjacent rows that share a column.
+/// Joins the runs of two adjacent rows that share a column. Each such link crosses the boundary of
+/// the cell `crossing` times along x.
 fn join_rows(
     forest: &mut Forest,
     runs: &[Run],
@@ -187,15 +191,16 @@ fn join_rows(
     }
 }
 
-/// Union-find over runs that stores the periodic image of the cell in which each run lies.
+/// Union-find over runs. It stores the periodic image of the cell in which each run lies.
 struct Forest {
     parent: Vec<u32>,
     /// Periodic image of each run relative to the image of its parent, in cells along x and y.
     ///
     /// The offset of a root is zero.
     shift: Vec<[i32; 2]>,
-    /// Number of nodes of the cluster of each root; other entries are not valid.
+    /// Number of nodes of a cluster, at the index of its root; other entries are not valid.
     size: Vec<usize>,
+    /// Whether a cluster percolates along x and along y.
     around: [bool; 2],
 }
 
@@ -209,7 +214,8 @@ impl Forest {
         }
     }
 
-    /// Returns the root run of a cluster, and the offset of `run` from the root in periodic cells.
+    /// Returns the root of the cluster of `run`, and the periodic image of `run` relative to that
+    /// of the root, in cells along x and y.
     fn root(&mut self, mut run: usize) -> (usize, [i32; 2]) {
         let mut total = [0; 2];
         while self.parent[run] as usize != run {
@@ -223,7 +229,7 @@ impl Forest {
         (run, total)
     }
 
-    /// Returns `true` if one cluster has a run in both sets.
+    /// Returns whether a run of `first` and a run of `second` belong to the same cluster.
     fn connects(
         &mut self,
         first: impl Iterator<Item = usize>,
@@ -233,8 +239,10 @@ impl Forest {
         second.any(|run| roots.contains(&self.root(run).0))
     }
 
-    /// Joins two runs by a link from `a` to `b` that crosses the boundary of the cell `crossing`
-    /// times.
+    /// Joins runs `a` and `b` by a link from `a` to `b` that crosses the boundary of the cell
+    /// `crossing[0]` times along x and `crossing[1]` times along y.
+    ///
+    /// If both already belong to one cluster, this may show that the cluster percolates.
     fn join(&mut self, a: usize, b: usize, crossing: [i32; 2]) {
         let (root_a, shift_a) = self.root(a);
         let (root_b, shift_b) = self.root(b);

@@ -1,4 +1,4 @@
-//! Contact map of the nodes in contact, with one bit per node.
+//! Map of the nodes in contact, with one bit per node.
 
 use thiserror::Error;
 
@@ -9,9 +9,10 @@ const WORD: usize = u64::BITS as usize;
 
 /// Map of the nodes in contact, N_x × N_y bits.
 ///
-/// A new map is periodic; [`ContactMap::with_boundary`] changes this.
+/// A new map is periodic. [`ContactMap::with_boundary`] makes it an isolated map.
 ///
-/// Node (i, j) is bit `i * N_y + j`, least significant first; bits past the last node are zero.
+/// Node (i, j) is bit `i * N_y + j`. Bits are counted from the least significant bit of each byte,
+/// and bits after the last node are zero.
 ///
 /// ```
 /// use asperity_contact::morphology::map::{ContactMap, MapError};
@@ -97,10 +98,10 @@ impl ContactMap {
         Ok(Self { nodes, boundary: Boundary::Periodic, words })
     }
 
-    /// Sets the boundary condition of the map.
+    /// Returns the map with the given boundary condition.
     ///
-    /// With [`Boundary::Free`], nodes at the boundary of the map have no neighbour beyond it, and
-    /// the boundary is not an edge of the contact.
+    /// With [`Boundary::Free`], neighbours outside the map are missing, and the boundary of the map
+    /// is not an edge of the contact.
     pub fn with_boundary(self, boundary: Boundary) -> Self {
         Self { boundary, ..self }
     }
@@ -110,7 +111,7 @@ impl ContactMap {
         self.boundary
     }
 
-    /// Encodes the map with eight nodes per byte, least significant bit first.
+    /// Returns the bits of the map, with eight nodes per byte and the least significant bit first.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_le_bytes()).collect();
         bytes.truncate(byte_count(self.nodes));
@@ -138,12 +139,13 @@ impl ContactMap {
         self.words.iter().map(|w| w.count_ones() as usize).sum()
     }
 
-    /// Returns the number of words that hold one row.
+    /// Returns the number of 64-bit words for one row, ⌈N_y/64⌉.
     pub(super) fn row_words(&self) -> usize {
         self.nodes[1].div_ceil(WORD)
     }
 
-    /// Copies row `i` into `row`, with node j at bit j; bits past the last node are zero.
+    /// Copies row `i` of the map to `row`, with node j at bit j. Bits after the last node become
+    /// zero.
     pub(super) fn copy_row(&self, i: usize, row: &mut [u64]) {
         let first = i * self.nodes[1];
         let shift = first % WORD;
@@ -159,7 +161,7 @@ impl ContactMap {
     }
 }
 
-/// Clears the bits past the last node of a row.
+/// Clears the bits of `row` after the first `nodes` bits.
 pub(super) fn mask_tail(row: &mut [u64], nodes: usize) {
     if let (Some(last), tail @ 1..) = (row.last_mut(), nodes % WORD) {
         *last &= (1 << tail) - 1;
@@ -170,7 +172,7 @@ fn byte_count(nodes: [usize; 2]) -> usize {
     (nodes[0] * nodes[1]).div_ceil(8)
 }
 
-/// Packs up to 64 pressures into a word; a bit is set if the pressure is positive.
+/// Returns a word in which bit k is set if pressure k (of at most 64) is positive.
 fn bits(pressures: &[f64]) -> u64 {
     let bit = |(bit, pressure): (usize, &f64)| u64::from(*pressure > 0.0) << bit;
     pressures.iter().enumerate().map(bit).sum()
@@ -181,7 +183,8 @@ pub(crate) mod samples {
 
     use super::*;
 
-    /// Sizes of maps whose rows end inside, at the end of, or just after a word of 64 bits.
+    /// Numbers of nodes of maps. Their rows end inside, at the end of, or just after a word of 64
+    /// bits.
     pub const MESHES: [[usize; 2]; 13] = [
         [1, 1],
         [2, 2],
@@ -198,7 +201,7 @@ pub(crate) mod samples {
         [70, 13],
     ];
 
-    /// Returns the map of the nodes (i, j) with `contact(i, j)`.
+    /// Returns the map in which node (i, j) is in contact if `contact(i, j)`.
     pub fn map(nodes: [usize; 2], contact: impl Fn(usize, usize) -> bool) -> ContactMap {
         let [rows, row_nodes] = nodes;
         let pressure = |node| f64::from(u8::from(contact(node / row_nodes, node % row_nodes)));

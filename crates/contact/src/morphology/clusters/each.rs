@@ -7,14 +7,16 @@ use super::{JoinedRuns, Run};
 use crate::grid::{Boundary, Grid};
 use crate::morphology::map::ContactMap;
 
-/// A cluster of nodes in contact, connected through their 4 nearest neighbours.
+/// Cluster of nodes in contact, connected through their 4 nearest neighbours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Cluster {
     /// Number of nodes in the cluster.
     pub nodes: usize,
-    /// Number of switches (changes between contact and gap) along x, between adjacent rows.
+    /// Number of cell edges between contact and gap nodes of adjacent rows, at the boundary of the
+    /// cluster.
     pub switches_x: usize,
-    /// Number of switches (changes between contact and gap) along y, within rows.
+    /// Number of cell edges between contact and gap nodes within rows, at the boundary of the
+    /// cluster.
     pub switches_y: usize,
 }
 
@@ -41,7 +43,8 @@ impl Cluster {
         clusters
     }
 
-    /// Returns the Manhattan perimeter Δy × `switches_x` + Δx × `switches_y`.
+    /// Returns the Manhattan perimeter Δy × `switches_x` + Δx × `switches_y`, in the unit of the
+    /// grid's sides.
     ///
     /// The boundary of an isolated map does not count.
     pub fn manhattan_perimeter(&self, grid: Grid) -> f64 {
@@ -49,13 +52,15 @@ impl Cluster {
         step_y * self.switches_x as f64 + step_x * self.switches_y as f64
     }
 
-    /// Returns π/4 of the Manhattan perimeter, which is valid for edges of isotropic directions.
+    /// Returns π/4 of [`manhattan_perimeter`](Self::manhattan_perimeter). It is unbiased if all
+    /// directions of edges are equally frequent.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
     }
 }
 
-/// Counts the switches along x of each run.
+/// Adds the number of switches of each run towards adjacent rows to element 0 of its entry in
+/// `edges`.
 ///
 /// A node has one switch for each adjacent row in which its neighbour is not in contact.
 fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
@@ -78,7 +83,8 @@ fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) 
     }
 }
 
-/// Counts the switches along y, which are at the ends of each run.
+/// Adds the number of switches of each run within its row, at most two, to element 1 of its entry
+/// in `edges`.
 fn along_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let [rows, row_nodes] = map.nodes();
     for row in 0..rows {
@@ -101,7 +107,8 @@ fn along_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     }
 }
 
-/// Calls `visit` for each pair of overlapping runs of two rows, with the number of shared columns.
+/// Calls `visit` with each pair of indices of overlapping runs of two rows, and the number of
+/// columns that they share.
 fn for_overlaps(
     runs: &[Run],
     [mut upper, mut lower]: [Range<usize>; 2],
