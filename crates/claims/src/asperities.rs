@@ -1,8 +1,9 @@
 //! Claims on asperity models with and without interaction, compared with the boundary-element
 //! solution.
 //!
-//! The area of a model is that of its Hertzian contact ellipses. It is compared with the solved
-//! area of the same surfaces, corrected as in 2017.
+//! The area of a model is the sum of its Hertzian contact ellipses. It is compared with the area in
+//! the boundary-element solution of the same surfaces, corrected for the mesh with the estimator
+//! `2017`.
 
 use crate::evidence::{AreaCurves, Evidence, PerLoad};
 use crate::quantities::{Quantities, needs};
@@ -190,7 +191,8 @@ fn needs_beside(evidence: &Evidence, loads: &[f64]) -> String {
     }
 }
 
-/// Pairs each model with the solution of the same surfaces.
+/// Pairs each model with the boundary-element solution of the same surfaces. Omits models without
+/// such a solution.
 fn with_solutions<'a>(
     models: &'a [PerLoad],
     solved: &[&'a AreaCurves],
@@ -204,7 +206,8 @@ fn with_solutions<'a>(
     models.iter().filter_map(own).collect()
 }
 
-/// Returns mean area of the model / mean solved area, at the load with this index in the model.
+/// Returns the mean area of a model divided by the mean area of the boundary-element solution, at
+/// the load with this index in the model. Returns `None` if the solution does not have this load.
 fn ratio(model: &PerLoad, solved: &AreaCurves, index: usize, weights: &Weights) -> Option<f64> {
     let load = model.loads[index];
     let other = solved.at(load).filter(|&other| is_near(solved.loads[other], load))?;
@@ -217,7 +220,8 @@ fn is_near(one: f64, other: f64) -> bool {
     (one / other - 1.0).abs() < 1e-3
 }
 
-/// Collects a function of the ratio of mean areas for each spectrum and load.
+/// Computes `quantity`(ā_model/ā_solved) for each spectrum and each of `loads`, with area fractions
+/// averaged over the surfaces.
 fn of_area(
     evidence: &Evidence,
     models: &[PerLoad],
@@ -240,7 +244,8 @@ fn of_area(
     quantities
 }
 
-/// Collects ln(area with interaction / area without) for each spectrum and load.
+/// Computes ln(ā_explicit/ā_none) for each spectrum and each of [`MODEL_LOADS`]: the ratio of the
+/// mean areas of the models with and without interaction of the asperities.
 fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantities {
     let mut quantities = Quantities::default();
     for without in none {
@@ -291,9 +296,9 @@ fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Qua
     quantities
 }
 
-/// Returns the load at which the deviation exceeds `limit`, interpolated over the logarithm of the
-/// load. Returns the first load if the deviation exceeds `limit` there, and the last load if it
-/// never does.
+/// Returns the smallest load at which the deviation exceeds `limit`, interpolated linearly in the
+/// logarithm of the load. `points` are pairs (load, deviation). Returns the first load if the
+/// deviation exceeds `limit` there, and the last load if the deviation never exceeds `limit`.
 fn first_beyond(points: &[(f64, f64)], limit: f64) -> f64 {
     match points.iter().position(|(_, deviation)| *deviation > limit) {
         Some(0) => points[0].0,

@@ -62,7 +62,7 @@ fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisi
     decisions
 }
 
-/// Adds a claim to the decided, undecided or unjudged claims.
+/// Adds a claim to the decided, undecided or unjudged claims in `decisions`.
 fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
     let (name, expected) = (claim.statement.name, claim.statement.expected);
     debug_assert_ne!(claim.statement.origin, Origin::Misprint);
@@ -118,7 +118,7 @@ impl Judgement {
         counts.min()
     }
 
-    /// Returns the numbers of contradicting and of undecided quantities.
+    /// Returns [number of quantities that contradict the claim, number of undecided quantities].
     fn counts(&self, expected: Expectation, looks: usize) -> [usize; 2] {
         let all = self.bounds.len();
         let verdict = |bound: &Bound| expected.verdict_at_look(bound, all, looks);
@@ -155,8 +155,8 @@ impl Judgement {
     }
 }
 
-/// Returns the smallest number of surfaces, at least `from`, for which `does` is true, or `None`
-/// above [`MAX_SURFACES`]. `does` must stay true for larger numbers.
+/// Returns the smallest number n ≥ `from` for which `does`(n) is true, or `None` if n would exceed
+/// [`MAX_SURFACES`]. If `does` is true for n, it must be true for all larger numbers.
 fn fewest(from: usize, does: impl Fn(usize) -> bool) -> Option<usize> {
     let mut above = from;
     while !does(above) {
@@ -196,8 +196,8 @@ mod tests {
         Growth { at_least: 10, at_most: 80, until: Until::Claims(Vec::new()) }
     }
 
-    /// Returns the fraction of studies that find at some look a mean above zero although it is
-    /// zero.
+    /// Returns the fraction of simulated studies in which one look finds a mean above zero,
+    /// although the true mean is zero.
     fn misled(looks_shared: usize) -> f64 {
         const STUDIES: u64 = 2000;
         let growth = growth();

@@ -150,8 +150,9 @@ fn label(evidence: &Evidence, one: &Pressures) -> String {
     evidence.name_under(&one.spectrum, one.load)
 }
 
-/// Adds a function of the ratio of the fraction of the area with a pressure between two bounds,
-/// averaged over the surfaces, to the fraction in Persson's theory.
+/// Adds `quantity`(f/f_Persson) to `quantities`. f is the fraction of the nominal area with a
+/// pressure from `low` to `high`, averaged over the surfaces, and f_Persson is the same fraction in
+/// Persson's theory.
 fn ratio(
     evidence: &Evidence,
     one: &Pressures,
@@ -170,7 +171,8 @@ fn ratio(
     });
 }
 
-/// Collects the exponents n of Δxⁿ for the fraction of the area with the lowest pressures.
+/// Computes the exponent n of f ∝ Δxⁿ from pairs of meshes with the steps Δx and Δx/2, where f is
+/// the fraction of the nominal area with pressures from 0 to 0.025.
 fn linear(evidence: &Evidence, all: &[Pressures]) -> Quantities {
     let mut quantities = Quantities::default();
     for one in under_loads(all, &MODERATE[..2]) {

@@ -1,5 +1,4 @@
-//! The tables of a study in the form that claims use: curves of surfaces by spectrum and
-//! correction.
+//! The tables of a study in the form that claims use: area–load curves by spectrum and correction.
 
 mod per_load;
 
@@ -89,7 +88,7 @@ pub struct Evidence {
     asperities: Table,
     /// Table of all distributions of contact pressures.
     pressures: Table,
-    /// Values of κ = A/(A₀ y) to which its limits are fitted.
+    /// Values of κ = A/(A₀ y) for the fits of κ to its limits, one item for each load.
     pub kappa: Vec<KappaPoints>,
     varied: Varied,
     /// Setting that all rows share, and the rows left out.
@@ -97,8 +96,9 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Sorts the finished tables of a study, given in the order of the plan. Fits of κ to its
-    /// limits are repeated, with values of single surfaces.
+    /// Creates the evidence from the tables of a study, one for each stage of the plan, or `None`
+    /// for a stage without finished tasks. Adds the values of single surfaces for each fit of κ to
+    /// its limits.
     pub fn from_study(
         study: &Study,
         plan: &Plan,
@@ -112,7 +112,7 @@ impl Evidence {
         Evidence::from_tables(&finished)?.with_limits(&limits(study, plan, tables)?)
     }
 
-    /// Sorts tables by their kind of stage.
+    /// Creates the evidence from the tables of stages, which are sorted by kind of stage.
     ///
     /// # Errors
     /// If a table lacks a column that its kind of stage writes.
@@ -160,7 +160,7 @@ impl Evidence {
         })
     }
 
-    /// Adds the fits of κ to its limits.
+    /// Adds the values of κ that fits of κ to its limits read.
     ///
     /// # Errors
     /// If a table lacks a column that a fit reads.
@@ -230,7 +230,8 @@ impl Evidence {
         found.collect()
     }
 
-    /// Returns the moments of each spectrum whose surfaces were pressed on several meshes.
+    /// Returns the moments of each spectrum for which the contact of the same surfaces was solved
+    /// on several meshes.
     pub fn of_several_meshes(&self) -> Vec<OverMeshes> {
         let points = refinements(&self.contacts, Window::ALL).unwrap_or_default();
         let found = points.into_iter().filter_map(|point| {
@@ -243,8 +244,8 @@ impl Evidence {
     }
 }
 
-/// Finds the parameters that vary between the spectra of the areas, or between those of the
-/// pressures if there are no areas.
+/// Finds the parameters that differ between the spectra of the ensembles or, if there are no
+/// ensembles, between the spectra of the table of pressures.
 fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableError> {
     let mut spectra: Vec<Spectrum> = ensembles.iter().map(|one| one.spectrum.clone()).collect();
     if spectra.is_empty() {
@@ -272,8 +273,8 @@ impl AreaCurves {
         nearest(&self.loads, load)
     }
 
-    /// Returns the curves of the weighted surfaces, up to the first load at which all are in full
-    /// contact.
+    /// Returns the area–load curves of the surfaces that `weights` selects, up to the first load at
+    /// which all surfaces are in full contact. Returns `None` if no load remains.
     pub fn curves(&self, weights: &Weights) -> Option<Curves> {
         let open = (0..self.loads.len()).take_while(|&index| self.mean(index) < 1.0);
         let by_load: Vec<Vec<f64>> =
@@ -378,7 +379,7 @@ fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
     integers.is_valid(row).then(|| integers.value(row) as f64)
 }
 
-/// Returns the fits of quantities to their limits, each with the rows that it reads.
+/// Returns the fits of the law `limits` in a study, each with the rows that it reads.
 fn limits(
     study: &Study,
     plan: &Plan,

@@ -105,17 +105,18 @@ const FASTER_FOR_SMALLER_K_LOWER: Statement = Statement {
     figure: Some("near-full-contact"),
 };
 
-/// Areas near full contact to which the exponent η is fitted.
+/// Range of the area fractions near full contact to which the exponent η is fitted.
 const NEAR_FULL: std::ops::Range<f64> = 0.9..0.998;
-/// Smallest area for the claim that curves group by k_upper.
+/// Smallest area fraction at which the claim that curves group by k_upper is tested.
 const VERY_NEAR_FULL: f64 = 0.95;
 /// Smallest mean number of open nodes at a load that enters the fit of η.
 const ENOUGH_OPEN_NODES: f64 = 50.0;
-/// Interval in which the fit searches η.
+/// Smallest and largest value of η in the fit.
 const EXPONENTS: [f64; 2] = [0.5, 4.0];
 /// Largest relative standard error of the open area at the loads of most claims.
 const MAX_OPEN_ERROR: f64 = 0.1;
-/// Largest relative standard error of the open area at the load that is compared with cracks.
+/// Largest relative standard error of the open area at the load for the comparison with crack
+/// theory.
 const MAX_CRACK_ERROR: f64 = 0.05;
 const HEAVY_LOADS: &str = "loads with areas from 0.9 to 0.998";
 
@@ -184,7 +185,8 @@ fn exponent(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Fits η of F(y) = c + (√2 y)^η by least squares, after subtracting F − 2y² of Persson's theory.
+/// Fits c and η of F(y) − [F_P(y) − 2y²] = c + (√2 y)^η by least squares, and returns η. F is the
+/// approach to full contact −ln[(1 − a) y √(2π)], and F_P is F in Persson's theory.
 fn fitted_exponent(ensemble: &AreaCurves, indices: &[usize], weights: &Weights) -> Option<f64> {
     let point = |&index: &usize| {
         let load = ensemble.loads[index];
@@ -232,8 +234,9 @@ fn scaled_erf(evidence: &Evidence) -> Claim {
     )
 }
 
-/// Collects a function of mean open area and load for each spectrum and each heavy load at which
-/// the open area has a small error.
+/// Computes `quantity`(1 − ā, y), with the counted area fraction averaged over the surfaces and the
+/// load y. It does so for each spectrum and each load with ā ≥ 0.9 at which the relative standard
+/// error of 1 − ā is below [`MAX_OPEN_ERROR`].
 fn under_known_loads(evidence: &Evidence, quantity: fn(f64, f64) -> Option<f64>) -> Quantities {
     let mut quantities = Quantities::default();
     for ensemble in evidence.of_the_paper(AS_COUNTED) {

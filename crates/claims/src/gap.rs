@@ -47,11 +47,11 @@ const FINITE_SIZE: Statement = Statement {
     figure: None,
 };
 
-/// Loads between which the exponent is taken, in units of E* × rms slope.
+/// Loads between which the exponent d ln K/d ln y is computed, in units of E* × rms slope.
 const ENDS: [f64; 2] = [0.01, 0.05];
 /// Smallest k_lower, in waves per side, for which the cell counts as large.
 const GREAT_CELL: i64 = 8;
-/// Largest k_lower for which the exponent is expected to grow with the cell.
+/// Largest k_lower for which the exponent of K(y) is expected to grow with the size of the cell.
 const SMALL_CELL: i64 = 4;
 const GAP_DATA: &str = "mean gap of measured contacts";
 const NEIGHBOURING_LOADS: &str =
@@ -115,8 +115,9 @@ fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
     Some(sum / count)
 }
 
-/// Returns pairs of spectra that differ only in the size of the cell, by the k_lower of both. The
-/// smaller cell has at most [`SMALL_CELL`] longest wavelengths per side.
+/// Returns pairs of spectra that differ only in the size of the cell, grouped by [k_lower of the
+/// smaller cell, k_lower of the larger cell]. The smaller cell has at most [`SMALL_CELL`] longest
+/// wavelengths per side.
 fn steps(gaps: &[PerLoad]) -> BTreeMap<[i64; 2], Vec<[&PerLoad; 2]>> {
     let mut steps: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for one in gaps.iter().filter(|one| one.spectrum.k_lower <= SMALL_CELL) {
@@ -137,7 +138,7 @@ fn steps(gaps: &[PerLoad]) -> BTreeMap<[i64; 2], Vec<[&PerLoad; 2]>> {
     steps
 }
 
-/// Returns d ln K/d ln y between [`ENDS`].
+/// Returns the exponent d ln K/d ln y of the stiffness K between the loads [`ENDS`].
 fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
     let [light, heavy] = ENDS.map(|load| stiffness(gaps, load, weights));
     let ((load, stiffness), (other_load, other)) = (light?, heavy?);
@@ -145,7 +146,8 @@ fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
     is_rising.then(|| (other / stiffness).ln() / (other_load / load).ln())
 }
 
-/// Returns the logarithmic mean of the two loads next to `load`, and the stiffness there.
+/// Returns the logarithmic mean of the two loads next to `load`, and the stiffness K between these
+/// loads.
 fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)> {
     let index = gaps.at(load)?;
     let (before, after) = (index.checked_sub(1)?, index + 1);

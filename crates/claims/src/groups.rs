@@ -183,8 +183,8 @@ fn no_trend_within_groups(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns the smallest step and the range of ln k_lower and of ln k_upper, as [[step; 2], [range;
-/// 2]].
+/// Returns [[smallest step of ln k_lower, smallest step of ln k_upper], [range of ln k_lower, range
+/// of ln k_upper]].
 pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
     let cutoffs: [fn(&Spectrum) -> i64; 2] = [|one| one.k_lower, |one| one.k_upper];
     let steps_and_span = cutoffs.map(|cutoff| {
@@ -198,8 +198,9 @@ pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
     [steps_and_span.map(|both| both.0), steps_and_span.map(|both| both.1)]
 }
 
-/// Collects a function of the slopes of ln A over ln k_lower and ln k_upper, and of the [`spread`]
-/// of the cutoffs, at each load with at most 80 % of the area in contact.
+/// Computes `quantity`([s, t], [`spread`] of the cutoffs) for each mesh and each of `loads` with at
+/// most 80 % of the area in contact. The slopes s and t are those of the least-squares plane ln A =
+/// c + s ln k_lower + t ln k_upper.
 fn sensitivities(
     evidence: &Evidence,
     correction: &str,
@@ -295,8 +296,8 @@ const ALPHA_ALONE_OF_BOTH: Statement = Statement {
     ..ALPHA_ALONE
 };
 
-/// Largest rms residual of ln A that counts as a collapse. A load is only tested if ln A deviates
-/// by more from its mean, because otherwise any line fits.
+/// Largest rms residual of ln A that counts as a collapse. A load is only tested if the rms
+/// deviation of ln A from its mean is larger, because otherwise any line fits.
 const MOST_LEFT: f64 = 0.01;
 
 pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
@@ -356,7 +357,7 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Function that returns two coordinates of a spectrum for a fit.
+/// Function that returns the abscissae x₁ and x₂ of a spectrum for a fit of ln A.
 type Axes = fn(&Spectrum) -> Option<[f64; 2]>;
 
 fn ln_bandwidth(spectrum: &Spectrum) -> f64 {
@@ -367,7 +368,7 @@ fn along(points: &[[f64; 3]], axis: usize) -> Vec<f64> {
     points.iter().map(|point| point[axis]).collect()
 }
 
-/// Returns true if ln A scatters about its mean by more than the largest residual of a collapse.
+/// Returns true if the rms deviation of ln A from its mean exceeds [`MOST_LEFT`].
 fn areas_differ(points: &[[f64; 3]]) -> bool {
     let areas = along(points, 2);
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
@@ -379,8 +380,8 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }
 
-/// Returns the root mean square of the residuals of a straight line, or `None` for two spectra,
-/// which any line fits.
+/// Returns the rms residual of the least-squares line y = a + b x, or `None` for fewer than three
+/// points.
 fn rms_residual(x: &[f64], y: &[f64]) -> Option<f64> {
     if x.len() < 3 {
         return None;
@@ -390,8 +391,8 @@ fn rms_residual(x: &[f64], y: &[f64]) -> Option<f64> {
     Some(root_mean_square(rest))
 }
 
-/// Collects a quantity at each load from the points (two coordinates of the spectrum, ln A) of all
-/// spectra. Loads whose points do not satisfy `is_tested` are skipped.
+/// Computes a quantity for each mesh and load from the points [x₁, x₂, ln A] of all spectra, with
+/// the abscissae that `axes` returns. Omits loads whose points do not satisfy `is_tested`.
 fn over_loads(
     ensembles: &[&AreaCurves],
     axes: Axes,
@@ -425,7 +426,8 @@ fn over_loads(
     quantities
 }
 
-/// Groups ensembles by mesh, with all Hurst exponents together.
+/// Groups ensembles with the same mesh. Unlike [`families`], a group can contain several Hurst
+/// exponents.
 fn of_one_mesh<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     let mut meshes: Vec<Vec<&AreaCurves>> = Vec::new();
     for family in families(ensembles) {

@@ -101,8 +101,8 @@ pub enum ClaimOutcome {
 pub struct Judgement {
     pub verdict: Verdict,
     pub bounds: Vec<Bound>,
-    /// Index of the quantity with the smallest margin. The margin is the distance from the nearest
-    /// end of the expected range in standard errors, negative outside.
+    /// Index in `bounds` of the quantity with the smallest margin. The margin is the distance from
+    /// the nearest end of the expected range in standard errors, negative outside the range.
     pub deciding: usize,
     /// Number of quantities that contradict the claim.
     pub contradicting: usize,
@@ -165,13 +165,15 @@ impl fmt::Display for Expectation {
 }
 
 impl Expectation {
-    /// Returns the verdict on one of `quantities` quantities.
+    /// Returns the verdict on a quantity with the estimate `bound`, for a claim with `quantities`
+    /// quantities.
     pub fn verdict(self, bound: &Bound, quantities: usize) -> Verdict {
         self.verdict_at_look(bound, quantities, 1)
     }
 
-    /// Returns the verdict on one of `quantities` quantities at one of `looks` looks (interim tests
-    /// of a growing study). The error level holds for all looks together.
+    /// Returns the verdict on a quantity with the estimate `bound`, for a claim with `quantities`
+    /// quantities, at one of `looks` looks (interim tests of a growing study). The error level
+    /// holds for all looks together.
     pub fn verdict_at_look(self, bound: &Bound, quantities: usize, looks: usize) -> Verdict {
         let (low, high) = self.range();
         let [least, most] = bound.one_sided_of(looks);
@@ -191,8 +193,8 @@ impl Expectation {
         value >= low && value <= high
     }
 
-    /// Returns the distance of a quantity from the nearest end of the expected range, in standard
-    /// errors. It is negative outside the range.
+    /// Returns the distance of the estimate from the nearest end of the expected range, in standard
+    /// errors. The distance is negative outside the range.
     fn margin(self, bound: &Bound) -> f64 {
         let (low, high) = self.range();
         let inside = (bound.value - low).min(high - bound.value);

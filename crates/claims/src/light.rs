@@ -165,8 +165,8 @@ fn falls_with_alpha(evidence: &Evidence, correction: &str, statement: Statement)
     quantities.judge(statement, data(correction), || needs(evidence, correction, &LIGHT, spectra))
 }
 
-/// Collects a function of ln(ratio of mean areas) for each pair of neighbouring cutoffs and each
-/// load.
+/// Computes `quantity`(ln(ā₂/ā₁)) for each pair of spectra with neighbouring values of `cutoff` and
+/// each of `loads`. ā₁ and ā₂ are the mean areas with the smaller and the larger cutoff.
 fn over_steps(
     evidence: &Evidence,
     correction: &str,
@@ -211,7 +211,8 @@ fn between_the_asymptotes(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Collects a function of mean area and load for each ensemble and each light load.
+/// Computes `quantity`(ā, y) for each ensemble and each load y of [`LIGHT`], with the area fraction
+/// ā averaged over the surfaces.
 fn at_light_loads(
     evidence: &Evidence,
     ensembles: &[&AreaCurves],
@@ -351,8 +352,8 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns the area in an asperity model with the α of a spectrum, computed over the modes of the
-/// cell.
+/// Returns the area fraction at a load in an asperity model with Nayak's parameter α of the
+/// spectrum, computed over the modes of the cell.
 fn modelled_area(model: AsperityModel, spectrum: &Spectrum, load: f64) -> Option<f64> {
     let model = Asperities::new(model, spectrum.nayak()?).ok()?;
     model.at_load(load).map(|contact| contact.area)

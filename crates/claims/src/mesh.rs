@@ -109,7 +109,8 @@ pub fn of_the_mesh(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Judges c / `coefficient` of each spectrum whose surfaces were pressed on several meshes.
+/// Judges c/`coefficient` for each spectrum that was solved on several meshes, with c from a fit of
+/// A_N = A* + c S_d Δx.
 fn over_meshes(evidence: &Evidence, statement: Statement, coefficient: f64) -> Claim {
     let mut quantities = Quantities::default();
     for meshes in evidence.of_several_meshes() {
@@ -197,6 +198,7 @@ fn error_halves(evidence: &Evidence) -> Claim {
 }
 
 /// Returns the area at which the error falls to half of its first value, by linear interpolation.
+/// `curve` has points (area, error).
 fn halved(curve: &[(f64, f64)]) -> Option<f64> {
     let half = 0.5 * curve.first()?.1;
     let crossing = curve.windows(2).find(|pair| pair[1].1 <= half)?;
@@ -327,7 +329,7 @@ fn between_theories(laws: &[KappaLaw]) -> Quantities {
 /// Law of κ as a function of 1/k_lower, k_lower/k_upper and k_upper/nodes.
 struct KappaLaw<'a> {
     points: &'a KappaPoints,
-    /// Form of each term; that of the bandwidth is a logarithm.
+    /// Form of each term. The term of k_lower/k_upper is a logarithm.
     forms: Vec<TermForm>,
     /// Middle of the range of ln(k_lower/k_upper).
     middle: f64,
@@ -356,8 +358,8 @@ impl<'a> KappaLaw<'a> {
         best.map(|(law, _)| law)
     }
 
-    /// Fits the law to the weighted surfaces. If `more` is given, the law has a further term: the
-    /// logarithm of `more(ε)`.
+    /// Fits the law to the surfaces that `weights` selects. If `more` is given, the law has a
+    /// further logarithmic term, c ln(`more`(ε)).
     fn fit(&self, weights: &Weights, more: Option<fn(f64) -> f64>) -> Option<LimitFit> {
         let mut points = self.points.points(weights);
         let mut forms = self.forms.clone();
@@ -370,7 +372,8 @@ impl<'a> KappaLaw<'a> {
         LimitProblem::new(points).ok()?.fit(&forms).ok()
     }
 
-    /// Returns κ″/κ′ with respect to ln ε, in the middle of its range.
+    /// Returns κ″/κ′, the ratio of the derivatives with respect to ln ε, at the middle of the range
+    /// of ln ε.
     fn exponent(&self, weights: &Weights) -> Option<f64> {
         // The term is a logarithm, and the logarithm of exp((ln ε)²) is (ln ε)².
         let parabola = self.fit(weights, Some(|ratio| libm::exp(libm::log(ratio).powi(2))))?;
@@ -379,13 +382,13 @@ impl<'a> KappaLaw<'a> {
         Some(2.0 * square / (linear + 2.0 * square * self.middle))
     }
 
-    /// Returns κ of an infinite cell on an infinitely fine mesh at this ln ε.
+    /// Returns κ = Q₀ + s ln ε of an infinite cell on an infinitely fine mesh.
     fn kappa(&self, fit: &LimitFit, ln_ratio: f64) -> f64 {
         fit.limit + fit.coefficients[self.points.bandwidth] * ln_ratio
     }
 
-    /// Returns the contribution of a term at the number `small`, relative to κ in the middle of the
-    /// bandwidths. Returns `None` for a logarithm, which has no limit.
+    /// Returns the contribution c xᵉ of a term at x = `small`, divided by κ at the middle of the
+    /// range of ln ε. Returns `None` for a logarithmic term, which does not vanish with x.
     fn added(&self, weights: &Weights, term: usize, small: f64) -> Option<f64> {
         let fit = self.fit(weights, None)?;
         let added = fit.coefficients[term] * libm::pow(small, fit.exponents[term]?);

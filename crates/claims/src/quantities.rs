@@ -12,13 +12,15 @@ pub struct Quantities {
     bounds: Vec<Bound>,
     /// True if a quantity had too few surfaces for an interval.
     lacks_surfaces: bool,
-    /// Labels of quantities that have no value, either for all surfaces or without one of them.
+    /// Labels of quantities that cannot be computed from all surfaces, or from all surfaces but
+    /// one.
     without_value: Vec<String>,
 }
 
 impl Quantities {
-    /// Adds a quantity that `value` computes from weighted surfaces. `surfaces` is the number of
-    /// surfaces of each ensemble on which it depends.
+    /// Adds a quantity, with its standard error from a jackknife over the surfaces. `value`
+    /// computes the quantity from the surfaces that the weights select. `surfaces` holds the number
+    /// of surfaces of each ensemble on which the quantity depends.
     pub fn add(
         &mut self,
         label: String,
@@ -34,7 +36,8 @@ impl Quantities {
         }
     }
 
-    /// Adds a quantity with a systematic standard error.
+    /// Adds a quantity as [`Quantities::add`] does, with the additional systematic standard error
+    /// `error`.
     pub fn add_rounded(
         &mut self,
         label: String,
@@ -78,7 +81,7 @@ impl Quantities {
     }
 }
 
-/// Returns the name of the data with a correction of the area.
+/// Returns the text of [`Claim::data`](crate::Claim::data) for areas with a correction.
 pub fn data(correction: &str) -> &'static str {
     match correction {
         AS_COUNTED => "counted area",
@@ -88,8 +91,9 @@ pub fn data(correction: &str) -> &'static str {
     }
 }
 
-/// Returns the first requirement that a study does not meet: areas with the correction, spectra
-/// like the paper's, then one of the loads. If it meets these, the result is `spectra`.
+/// Returns the first requirement that a study does not meet. The requirements are areas with the
+/// correction, then spectra like the paper's, then one of `loads`. If the study meets them, returns
+/// `spectra`, the description of the spectra that the claim needs.
 pub fn needs(evidence: &Evidence, correction: &str, loads: &[f64], spectra: &str) -> String {
     let all = evidence.under(correction);
     if all.is_empty() {
@@ -134,8 +138,8 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
     families
 }
 
-/// Returns the index of a load in each ensemble, or `None` if more than 80 % of the area is in
-/// contact there.
+/// Returns the index of a load in each ensemble. Returns `None` if an ensemble does not have the
+/// load, or if more than 80 % of its area is in contact at this load.
 pub fn below_four_fifths(family: &[&AreaCurves], load: f64) -> Option<Vec<usize>> {
     let indices: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
     let mut members = family.iter().zip(indices.as_ref()?);
@@ -240,7 +244,7 @@ impl Cutoff {
     }
 }
 
-/// Two ensembles with neighbouring values of one cutoff, and otherwise equal spectra.
+/// Two ensembles whose spectra differ only in one cutoff, with neighbouring values of this cutoff.
 pub struct Step<'a> {
     pub lesser: &'a AreaCurves,
     pub greater: &'a AreaCurves,
@@ -256,8 +260,8 @@ impl<'a> Step<'a> {
         ensembles.iter().filter_map(step).collect()
     }
 
-    /// Returns the index of a load in both ensembles, or `None` if more than 80 % of the area is in
-    /// contact there.
+    /// Returns the indices of a load in `lesser` and `greater`. Returns `None` if an ensemble does
+    /// not have the load, or if more than 80 % of its area is in contact at this load.
     pub fn at(&self, load: f64) -> Option<[usize; 2]> {
         let indices = [self.lesser.at(load)?, self.greater.at(load)?];
         let most = self.lesser.mean(indices[0]).max(self.greater.mean(indices[1]));

@@ -33,7 +33,7 @@ const COMPARED: [&str; 9] = [
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe the rows left out because no claim uses their surfaces or models.
+/// Parameters that describe rows whose surfaces or asperity models no claim uses.
 const NOT_COMPARED: [&str; 4] =
     [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
 
@@ -161,7 +161,7 @@ impl fmt::Display for LeftOut {
 pub struct Spectrum {
     pub hurst: f64,
     pub k_lower: i64,
-    /// Wavenumber at the end of the plateau.
+    /// Roll-off wavenumber, at the upper end of the plateau.
     pub k_rolloff: i64,
     pub k_upper: i64,
     pub nodes: i64,

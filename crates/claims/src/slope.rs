@@ -11,7 +11,8 @@ use asperity_statistics::Window;
 use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Kappa, Quantity};
 use asperity_statistics::intervals::Weights;
 
-/// Upper ends of three equal intervals of light load.
+/// Upper ends of the intervals 0–0.02, 0.02–0.04 and 0.04–0.06 of the load, in units of E* × rms
+/// slope.
 const STRETCHES: [f64; 3] = [0.02, 0.04, 0.06];
 /// Loads of a third divided difference, closer together where the curvature is larger.
 const SPREAD: [f64; 3] = [0.005, 0.02, 0.06];
@@ -109,7 +110,7 @@ fn is_convex(evidence: &Evidence, correction: &str, statement: Statement) -> Cla
     quantities.judge(statement, data(correction), || all_of(evidence, correction, &SPREAD))
 }
 
-/// Returns the requirement that a study without all of these loads does not meet.
+/// Returns the unmet requirement for a study that lacks one of these loads.
 fn all_of(evidence: &Evidence, correction: &str, loads: &[f64]) -> String {
     let missing = loads.iter().find(|&&load| {
         let own = evidence.of_the_paper(correction);
@@ -142,7 +143,7 @@ fn curve(ensemble: &AreaCurves, indices: [usize; 3], weights: &Weights) -> [(f64
     [(0.0, 0.0), a, b, c]
 }
 
-/// Returns the first divided differences of neighbouring points.
+/// Returns the first divided differences (a₂ − a₁)/(y₂ − y₁) of neighbouring points (y, a).
 fn divided(points: &[(f64, f64); 4]) -> [f64; 3] {
     [0, 1, 2].map(|i| (points[i + 1].1 - points[i].1) / (points[i + 1].0 - points[i].0))
 }
@@ -167,8 +168,9 @@ fn crosses_persson(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns the mean area at which the slope falls below Persson's. The slopes are differences
-/// between neighbouring loads; their excess is interpolated linearly over the area.
+/// Returns the mean area at which the slope falls below Persson's. Slopes are difference quotients
+/// between neighbouring loads. The slope minus Persson's slope is interpolated linearly over the
+/// area.
 fn crossing(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let mut before: Option<(f64, f64)> = None;
     for index in 1..ensemble.loads.len() {

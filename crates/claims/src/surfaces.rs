@@ -131,7 +131,8 @@ fn modes(evidence: &Evidence) -> Claim {
 
 /// Number of surfaces over which the paper averages each cell of its tables.
 const TABULATED: f64 = 200.0;
-/// Number of standard errors by which a mean may differ from the printed one.
+/// Number of standard errors by which the mean of a study may differ from the value that the paper
+/// prints.
 const ERRORS: f64 = 3.5;
 
 fn table(evidence: &Evidence, statement: Statement, column: &str, printed: &str) -> Claim {
@@ -155,8 +156,8 @@ fn table(evidence: &Evidence, statement: Statement, column: &str, printed: &str)
     })
 }
 
-/// Returns the printed number for a spectrum. `printed` is CSV with the columns hurst, k_lower,
-/// k_upper, numerical.
+/// Returns the value that the paper prints for a spectrum. `printed` is CSV with the columns hurst,
+/// k_lower, k_upper, numerical.
 fn cell(printed: &str, ensemble: &PerSurface) -> Option<f64> {
     let spectrum = &ensemble.spectrum;
     if !spectrum.is_plain() {

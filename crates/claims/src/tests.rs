@@ -348,7 +348,7 @@ fn what_a_study_lacks_is_named_and_not_judged() {
     }
 }
 
-/// Returns the unmet requirement of a claim on some rows of a campaign.
+/// Returns the unmet requirement of a claim, tested on the rows of a campaign that `keep` selects.
 fn needs(campaign: &Campaign, keep: impl Fn(&Table, usize) -> bool, name: &str) -> String {
     let table = campaign.table();
     let rows: Vec<usize> = (0..table.rows()).filter(|&row| keep(&table, row)).collect();

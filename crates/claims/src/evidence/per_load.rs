@@ -108,8 +108,8 @@ impl Evidence {
     }
 
     /// Returns the areas, corrected as in 2017, at which the gap of each surface stops percolating,
-    /// by spectrum. A spectrum is omitted if one of its surfaces is not sealed, or not open, at any
-    /// load. The mean of the others would be biased.
+    /// by spectrum. Omits a spectrum if one of its surfaces is open at all loads or sealed at all
+    /// loads, because the mean over the other surfaces would be biased.
     pub fn percolation_areas(&self) -> Vec<SealingAreas> {
         let table = &self.contacts;
         let has_columns = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES]
@@ -140,7 +140,8 @@ fn by_spectrum(table: &Table) -> Result<Vec<(Spectrum, Vec<Ensemble>)>, TableErr
     Ok(known.into_values().collect())
 }
 
-/// Collects the values of rows, by spectrum and by loads at which all surfaces have one.
+/// Groups the values of the rows by spectrum and load. Keeps the loads at which all surfaces of the
+/// spectrum have a value. `value` returns the value of a row.
 fn per_load(table: &Table, value: impl Fn(usize) -> Option<f64>) -> Vec<PerLoad> {
     let spectra = by_spectrum(table).unwrap_or_default().into_iter();
     let found = spectra.filter_map(|(spectrum, all)| {
@@ -213,7 +214,7 @@ fn distributions(table: &Table) -> Result<Vec<Pressures>, TableError> {
     Ok(distributions)
 }
 
-/// A fit of a quantity to its limits, and the rows that it reads.
+/// A fit of the limits of a quantity for vanishing parameters, and the rows that it reads.
 #[derive(Debug, Clone)]
 pub struct LimitsFit {
     /// Fitted quantity, its terms and their possible forms.
@@ -231,18 +232,18 @@ pub struct KappaPoints {
     /// κ of each surface, with 1/k_lower, k_lower/k_upper and k_upper/nodes in the order of the
     /// terms.
     points: Vec<LimitPoint>,
-    /// Forms that each term may have.
+    /// Forms that each term may have, `[term][form]`.
     pub forms: Vec<Vec<TermForm>>,
-    /// Index of the term of `k_lower / k_upper`.
+    /// Index of the term of `k_lower / k_upper` in `forms`.
     pub bandwidth: usize,
-    /// Index of the term of `1 / k_lower`.
+    /// Index of the term of `1 / k_lower` in `forms`.
     pub cell: usize,
-    /// Index of the term of `k_upper / nodes`.
+    /// Index of the term of `k_upper / nodes` in `forms`.
     pub mesh: usize,
 }
 
 impl KappaPoints {
-    /// Returns the points with the values of the weighted surfaces.
+    /// Returns the points with the values of the surfaces that `weights` selects.
     pub fn points(&self, weights: &Weights) -> Vec<LimitPoint> {
         let points = self.points.iter().map(|point| LimitPoint {
             small: point.small.clone(),

@@ -130,8 +130,8 @@ fn what_cells_and_meshes_add_is_told_at_sixteen_waves_and_at_eight_nodes() {
     assert!((found.bounds[0].value - 0.1 / middle).abs() < 0.005, "{found:?}");
 }
 
-/// Tests claims on contacts that are sealed at an area with this mean and scatter, both functions
-/// of k_lower.
+/// Tests claims on contacts that seal at area fractions with the given mean and standard deviation,
+/// both functions of k_lower.
 fn sealing(mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> Vec<Claim> {
     sealing_under(1, mean, scatter)
 }
