@@ -25,7 +25,7 @@ use crate::charts::svg::{finished, shift, width_of};
 /// Font family of all texts; the font that is part of the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
-/// Space around everything, in pixels.
+/// Margin around the panels and the legend of a figure, in pixels.
 const MARGIN: f64 = 8.0;
 /// Space between panels, in pixels.
 const GAP: f64 = 10.0;
@@ -126,7 +126,7 @@ pub fn in_rows<T>(columns: usize, mut all: Vec<T>) -> Vec<Vec<T>> {
     rows
 }
 
-/// Returns width and height of panels that hold each of these maps, in pixels.
+/// Returns the width and height of a panel that can hold each of these maps, in pixels.
 pub fn panel_of_map<'a>(panels: impl Iterator<Item = &'a Panel>, width: f64) -> [f64; 2] {
     let frame = Frame::new(panels.filter_map(Panel::map), width);
     [width, frame.height(width)]
@@ -139,7 +139,8 @@ fn add_shifted(scene: &mut Scene, drawn: Scene, [x, y]: [f64; 2]) {
     scene.defs.extend(drawn.defs);
 }
 
-/// Distance between the left ends of the line and of the label of an entry, in pixels.
+/// Distance from the left end of the line of a legend entry to the left end of its label, in
+/// pixels.
 const SAMPLE: f64 = 32.0;
 /// Distance between two columns of the legend, in pixels.
 const GUTTER: f64 = 16.0;
@@ -163,7 +164,8 @@ pub fn entries<'a>(series: impl Iterator<Item = &'a Series>) -> Vec<Entry> {
     entries
 }
 
-/// Legend of two blocks in columns: series with markers, and below them series without.
+/// Legend with two blocks of columns: the entries with markers and, below them, the entries
+/// without.
 pub struct Legend {
     blocks: Vec<Block>,
     words: u32,
@@ -263,7 +265,7 @@ impl Legend {
     }
 }
 
-/// Draws a single marker at a point of the figure: the content of a chart without its axes.
+/// Draws a single marker at the point (x, y) of the figure.
 fn marker_at(sample: ScatterPlot, (x, y): (f64, f64)) -> Vec<Primitive> {
     let layout = Layout::new((0.0, 1.0), (0.0, 1.0)).with_width(100.0).with_height(100.0);
     let computed = ComputedLayout::from_layout(&layout);

@@ -57,7 +57,8 @@ impl Basis {
         serde_json::from_str(json).ok()
     }
 
-    /// Describes the contents of the page in a file that this page lacks.
+    /// Lists the figures and rows that the existing page in the file `page` has and this page
+    /// lacks. The list is empty if the file does not exist.
     pub fn lacks_of(&self, page: &Path) -> Vec<String> {
         let page = fs::read_to_string(page);
         match page.as_deref().map(Basis::from_page) {

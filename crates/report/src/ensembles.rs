@@ -57,7 +57,7 @@ impl Mean {
         ends(self.mean, self.half_bar)
     }
 
-    /// Multiplies the quantity by a factor that converts its unit.
+    /// Multiplies the mean and its error bar by a factor that converts the unit of the quantity.
     pub fn times(&self, factor: f64) -> Mean {
         Mean {
             load: self.load,
@@ -126,10 +126,10 @@ impl EnsembleCurves<'_> {
         Ok(means.collect())
     }
 
-    /// Returns the slope of the mean of a quantity half way between neighbouring loads, by
-    /// differences. The first difference starts at zero load, where the quantity vanishes. Error
-    /// bars are computed from the slopes of single surfaces, which scatter much less than their
-    /// areas.
+    /// Returns difference quotients of the mean of a quantity between neighbouring loads, at the
+    /// middle of these loads. The first difference starts at zero load, where the quantity
+    /// vanishes. Error bars are computed from the slopes of single surfaces, which scatter much
+    /// less than their areas.
     pub fn slope(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let mut before = (0.0, vec![0.0; self.surfaces]);
@@ -146,9 +146,10 @@ impl EnsembleCurves<'_> {
         Ok(slopes)
     }
 
-    /// Returns the growth of the mean contact pressure y/a with the load y, by differences, against
-    /// the mean area of two neighbouring loads. `column` contains the area a. The error is computed
-    /// by the delete-one jackknife, because y/a is not a mean over surfaces.
+    /// Returns points (ā, Δ(y/a)/Δy): difference quotients of the mean contact pressure y/a between
+    /// neighbouring loads y, against the mean ā of the areas at the two loads. `column` contains
+    /// the area a. The error is computed by the delete-one jackknife, because y/a is not a mean
+    /// over surfaces.
     pub fn pressure_growth(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
         let values = self.table.reals(column)?;
         let complete = self.complete().map(|(load, rows)| {
@@ -223,7 +224,7 @@ pub enum Bars {
 }
 
 impl Bars {
-    /// Returns half the length of a bar, from the standard deviation of `count` values.
+    /// Returns half the length of an error bar, from the standard deviation of `count` values.
     pub fn half(self, deviation: f64, count: usize) -> f64 {
         match self {
             Bars::Sem => deviation / (count as f64).sqrt(),
@@ -248,7 +249,7 @@ pub fn mean_and_half_bar(values: &[f64], bars: Bars) -> (f64, Option<f64>) {
     (mean(values), half)
 }
 
-/// Returns the ends of a bar about a value.
+/// Returns the ends of an error bar, `value` ± `half`, or `None` if `half` is `None`.
 pub fn ends(value: f64, half: Option<f64>) -> Option<[f64; 2]> {
     half.map(|half| [value - half, value + half])
 }

@@ -1,5 +1,5 @@
-//! Tests that code that groups rows into ensembles uses each row once. One coordinate after the
-//! other has two values.
+//! Tests that code that groups rows into ensembles uses each row exactly once. Each test table has
+//! two values of one coordinate, and each coordinate is tested.
 
 use crate::ensembles as report;
 use crate::ensembles::Bars;
@@ -72,8 +72,8 @@ fn swept(column: &Column) -> Table {
     Table::stack(&tables.collect::<Vec<_>>()).unwrap()
 }
 
-/// Returns the number of different states among the eight rows. If the realization or the load is
-/// swept, rows repeat.
+/// Returns the number of distinct combinations of surface, load and swept value among the eight
+/// rows. If the realization or the load is swept, some rows are equal.
 fn states(column: &Column) -> usize {
     match column.name {
         "realization" | "load" => 4,

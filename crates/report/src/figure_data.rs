@@ -197,8 +197,8 @@ impl<'a> FigureData<'a> {
         LengthUnit::common(points.map(|point| self.units.at(point)))
     }
 
-    /// Returns a sentence on the error of the counted areas, which the correction of 2017 estimates
-    /// from the perimeter. The text is empty without counted areas.
+    /// Returns a sentence with the mesh error of the counted areas as the correction of 2017
+    /// estimates it from the perimeter. Returns an empty text if there are no counted areas.
     pub fn share_of_mesh(&self) -> Result<String, TableError> {
         let mut shares = Vec::new();
         for ensemble in &self.measured {
@@ -225,8 +225,9 @@ impl<'a> FigureData<'a> {
         ))
     }
 
-    /// Returns a missing figure of surfaces. It needs the lost file of a measured surface, or
-    /// otherwise `needs`, which `lines` of a manifest add.
+    /// Creates a missing figure of surfaces. If the file of a measured surface is lost, the figure
+    /// needs this file. Otherwise it needs the data `needs`, which the `lines` of a manifest would
+    /// add.
     pub fn missing_surfaces(&self, needs: &'static str, lines: String) -> Drawn {
         match self.maps {
             MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
@@ -234,8 +235,8 @@ impl<'a> FigureData<'a> {
         }
     }
 
-    /// Returns lines of a manifest that define a stage. `lines` follow its header; the name is
-    /// changed if the study has a stage of this name.
+    /// Returns the lines of a manifest that define a stage: its header and `lines`. If the study
+    /// has a stage with this name, the name is changed.
     fn stage(&self, name: &str, lines: &str) -> String {
         let stages = &self.finished.plan.stages;
         let is_taken = |name: &str| stages.iter().any(|stage| stage.name == name);
@@ -430,7 +431,7 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
     points
 }
 
-/// Largest number of parameter points in the sentence on surfaces.
+/// Largest number of parameter points that [`caveat`] names in a sentence.
 const MOST_CAVEATS: usize = 4;
 
 /// Returns sentences on assumptions of the theories that surfaces or materials do not satisfy, each

@@ -199,7 +199,7 @@ impl MeasuredMaps {
         Ok(MeasuredMaps::There(maps))
     }
 
-    /// Returns the maps, or none if a file is missing.
+    /// Returns the maps. The slice is empty if a file is missing.
     pub fn there(&self) -> &[MeasuredMap] {
         match self {
             MeasuredMaps::There(maps) => maps,
@@ -281,7 +281,7 @@ fn is_other(scan: &Scan, surface: &Surface) -> bool {
     scan.heights() != surface.heights()
 }
 
-/// Removes the measured map of all but the first of the surfaces that share one.
+/// Sets `as_measured` to `None` for all but the first of the maps with the same measured map.
 fn drop_repeated(maps: &mut [MeasuredMap]) {
     let mut shown: Vec<String> = Vec::new();
     for map in maps {

@@ -97,8 +97,8 @@ impl Styles {
         self.files.get(point.get(CONTENT.name)?).map(String::as_str)
     }
 
-    /// Returns true if a coordinate varies among the points with the same file as this point, or
-    /// among those without a file.
+    /// Returns true if a coordinate differs between this point and another point with the same
+    /// file. Points without a file are compared with each other.
     fn tells_apart(&self, name: &str, point: &Point) -> bool {
         let alike = |other: &&Point| self.file(other) == self.file(point);
         let mut others = self.points.iter().filter(alike);

@@ -31,7 +31,8 @@ pub struct CurvePoint {
     pub weight: f64,
 }
 
-/// Sum of the values of surfaces, number of surfaces, and weight from the first surface.
+/// Point of a curve before averaging: sum of the values over the surfaces, number of surfaces, and
+/// weight of the point on the first surface.
 type Sum = (f64, usize, f64);
 
 /// Returns the curves of a table, in order of appearance. `weight` is the column of weights, if

@@ -8,7 +8,7 @@ use kuva::TickFormat;
 pub struct Axis {
     pub label: String,
     pub spacing: Spacing,
-    /// Given ends of the axis, or `None` to use those of the data with some room.
+    /// Ends of the axis, or `None` to extend the axis a little beyond the data.
     pub range: Option<[f64; 2]>,
 }
 
@@ -43,13 +43,14 @@ impl Axis {
         Axis { range: Some([from, to]), ..self }
     }
 
-    /// Returns true if the axis can show a number, even if it is out of range.
+    /// Returns true if the axis can show a number: any finite number on a linear axis, any finite
+    /// positive number on other axes. The range of the axis is not considered.
     pub fn can_show(&self, value: f64) -> bool {
         value.is_finite() && (self.spacing == Spacing::Linear || value > 0.0)
     }
 
-    /// Returns the ends of the axis: those given, or those of the data with some room. They are
-    /// clamped to a range in which the drawing crate finds tick marks.
+    /// Returns the ends of the axis: its `range` or, without it, the ends of the data with some
+    /// room. They are clamped to a range in which the drawing crate finds tick marks.
     pub fn ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
         /// Largest end of an axis. Sums of larger numbers overflow in the drawing crate.
         const FARTHEST: f64 = 1e60;
@@ -110,8 +111,9 @@ impl Axis {
 }
 
 impl Spacing {
-    /// Returns a power of ten by which numbers of a logarithmic axis are multiplied, because the
-    /// drawing crate treats tiny numbers as zero. Distances on the axis stay the same.
+    /// Returns the power of ten by which the numbers of a logarithmic axis are multiplied, because
+    /// the drawing crate treats tiny numbers as zero. Distances on the axis stay the same. Returns
+    /// 1 if no number is tiny.
     pub(super) fn lift(self, [from, _]: [f64; 2]) -> f64 {
         /// Smallest end that needs no lift. The drawing crate draws all numbers below a tenth of it
         /// at the same position.
@@ -122,7 +124,8 @@ impl Spacing {
         }
     }
 
-    /// Returns the number that the drawing crate gets, because it has no axes of octaves.
+    /// Returns the number that is passed to the drawing crate: log₂ `value` on an axis of octaves,
+    /// which the crate does not have, otherwise `value` × `lift`.
     pub(super) fn drawn_number(self, value: f64, lift: f64) -> f64 {
         match self {
             Spacing::Octaves => value.log2(),

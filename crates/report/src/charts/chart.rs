@@ -213,7 +213,7 @@ impl Chart {
     }
 }
 
-/// Ends of the axes, and the conversion of numbers for the drawing crate.
+/// Ends of the two axes, and the conversion of points to the numbers that the drawing crate draws.
 struct Frame {
     x: [f64; 2],
     y: [f64; 2],

@@ -47,7 +47,7 @@ pub struct ColourBar {
     pub highest: String,
 }
 
-/// Layout shared by all maps of a figure, so that maps of a row have the same size.
+/// Layout that all maps of a figure share, so that the maps in a row have the same size.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     /// Largest ratio of the height of a map to its longer side.

@@ -144,8 +144,8 @@ impl Raster {
         [self.width, self.height]
     }
 
-    /// Returns a picture with square pixels for a map with these sides. If the mesh is coarser
-    /// along one axis, each node becomes several pixels along it.
+    /// Returns the picture with square pixels for a map with these sides. If the mesh step is
+    /// larger along one axis, each node becomes several pixels along this axis.
     pub fn in_proportion(self, [size_x, size_y]: [f64; 2]) -> Raster {
         let [step_x, step_y] = [size_x / self.width as f64, size_y / self.height as f64];
         let pixels = |size: f64| (size / step_x.min(step_y)).round() as usize;
@@ -161,7 +161,8 @@ impl Raster {
         Raster { width, height, pixels: cells.map(nearest).collect() }
     }
 
-    /// Reduces the picture to at most `most` pixels per side, by means over squares of pixels.
+    /// Reduces the picture to at most `most` pixels per side. Each new pixel is the mean over a
+    /// square of old pixels.
     pub fn at_most(&self, most: usize) -> Raster {
         let factor = self.width.max(self.height).div_ceil(most.max(1));
         if factor <= 1 {
@@ -247,8 +248,8 @@ impl HeightMap {
     }
 }
 
-/// Returns means over rectangles of nodes, and the numbers of rectangles along x and y: at most
-/// `most` along each.
+/// Averages the heights over rectangles of nodes. Returns the numbers of rectangles along x and y,
+/// each at most `most`, and the means.
 fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<f64>) {
     let [step_x, step_y] = nodes.map(|side| side.div_ceil(most.max(1)));
     let pixels = [nodes[0].div_ceil(step_x), nodes[1].div_ceil(step_y)];

@@ -221,7 +221,8 @@ fn interaction<'a>(model: &'a EnsembleCurves) -> Option<&'a str> {
     model.point.get(INTERACTION.name).map(String::as_str)
 }
 
-/// Returns true if a solution has the surfaces of a model.
+/// Returns true if the boundary-element solution `solved` has the same surfaces as the asperity
+/// model.
 fn is_of(solved: &EnsembleCurves, model: &EnsembleCurves) -> bool {
     let own = model.point.iter();
     own.filter(|(name, _)| *name != INTERACTION.name)
@@ -262,8 +263,8 @@ pub type Quantity = fn(f64, f64) -> f64;
 pub const AREA: Quantity = |area, _| area;
 pub const SECANT: Quantity = |area, load| area / load;
 
-/// Returns the spacing of the points of a curve. A curve that does not start at zero may be on a
-/// logarithmic axis, where it needs closer points at light loads.
+/// Returns the spacing of the points of a curve: logarithmic if the curve does not start at zero.
+/// Such a curve may be drawn on a logarithmic axis, where it needs closer points at light loads.
 fn steps([from, _]: [f64; 2]) -> Spacing {
     if from > 0.0 { Spacing::Logarithmic } else { Spacing::Linear }
 }

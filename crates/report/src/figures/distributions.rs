@@ -62,8 +62,8 @@ fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(figure, caption))
 }
 
-/// Returns Persson's density, averaged over each bin. At a given reduced load it is the same for
-/// all spectra.
+/// Returns Persson's density at a load, averaged over each bin of `theory`. At a given reduced load
+/// this density is the same for all spectra.
 fn persson(theory: &Distribution, load: f64) -> Option<Series> {
     let style = Style::line(Colour::Text, Dash::Dashed, 1.6);
     let points = theory.under(load)?;
@@ -226,8 +226,8 @@ fn surfaces(distributions: &[Distribution]) -> Vec<usize> {
     distributions.iter().map(|one| one.surfaces).collect()
 }
 
-/// Returns the chart of one load: for each distribution a line through all bins, and markers with
-/// bars at some.
+/// Adds the distributions at one load to a copy of the chart `empty`: for each distribution a line
+/// through all bins, and markers with error bars at some of them.
 fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &Chart) -> Chart {
     let mut chart = empty.clone().titled(format!("load {}", digits(load, 4)));
     for distribution in distributions {
@@ -251,7 +251,8 @@ fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &C
     chart
 }
 
-/// Selects points evenly along the axis, or all if there are few.
+/// Selects about [`MARKERS`] points, evenly spaced along the x axis of the chart. Selects all
+/// points if there are at most twice as many.
 fn select_markers(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     if points.len() <= 2 * MARKERS {
         return points.to_vec();
@@ -274,8 +275,8 @@ fn select_markers(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     apart.copied().collect()
 }
 
-/// Returns the last bin in which a density exceeds `share` times the largest density at the load,
-/// and this largest density.
+/// Returns [middle of the last bin in which a density exceeds `share` × ρ, ρ], with the largest
+/// density ρ of all distributions at the load.
 fn extent(distributions: &[Distribution], load: f64, share: f64) -> Option<[f64; 2]> {
     let [_, highest] = range(distributions, load)?;
     let under = distributions.iter().filter_map(|one| one.under(load));

@@ -138,8 +138,8 @@ fn chart(data: &FigureData, title: &str, column: Column) -> Result<Chart, TableE
     Ok(chart)
 }
 
-/// Returns the positive means, without bars that reach below a tenth of the mean. If only one
-/// surface has flow, the bar would end at zero, except for rounding.
+/// Returns the positive means of a flow. Error bars that reach below a tenth of the mean are
+/// removed: if only one surface has flow, the bar would end at zero except for rounding.
 fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, TableError> {
     let means = ensemble.mean(column.name)?.into_iter();
     let flowing = means.filter(|flow| flow.mean > 0.0).map(|flow| Mean {
@@ -162,7 +162,7 @@ fn thresholds(data: &FigureData, column: &str) -> Result<Vec<(f64, Style)>, Tabl
     Ok(thresholds)
 }
 
-/// Returns the smallest and the largest flow of both charts.
+/// Returns the smallest and the largest y of all points of both charts.
 fn range(charts: [&Chart; 2]) -> [f64; 2] {
     let series = charts.into_iter().flat_map(|chart| &chart.series);
     let flows = series.flat_map(|series| &series.points).map(|point| point.y);

@@ -173,7 +173,7 @@ fn columns(samples: &[Sample]) -> usize {
 pub const HEIGHTS: Definition =
     Definition { name: "heights", title: "Distribution of heights", draw: draw_densities };
 
-/// Number of single surfaces shown with the mean.
+/// Number of single surfaces that are drawn in addition to the mean.
 const SINGLE: usize = 3;
 /// Largest number of points of a curve. Finer bins are averaged.
 const POINTS: usize = 200;
@@ -240,7 +240,7 @@ fn density_charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
 }
 
 impl Densities {
-    /// Computes mean and standard deviation from the single surfaces.
+    /// Computes the mean and the standard deviation of the densities of the single surfaces.
     fn averaged(self) -> Densities {
         let bins = self.single.iter().map(Vec::len).min().unwrap_or(0);
         let surfaces = self.single.len() as f64;
@@ -305,7 +305,7 @@ fn thinned(points: &[(f64, f64)], style: Style) -> Series {
     Series::new(joined.collect::<Vec<_>>(), style)
 }
 
-/// Returns the densities of the parameter point of a row, created if new.
+/// Returns the item of `all` for the parameter point of a row. Adds an empty item if there is none.
 fn entry<'a>(table: &Table, row: usize, all: &'a mut Vec<Densities>) -> &'a mut Densities {
     let mut point = ensembles::point(table, row);
     point.remove(BIN.name);
@@ -338,7 +338,8 @@ fn pooled(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Adds single surfaces, and their mean for points without pooled densities.
+/// Adds the densities of single surfaces to `all`. For parameter points without pooled densities,
+/// also adds their mean.
 fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
     let (bins, density) = (table.reals(BIN.name)?, table.reals(DENSITY.name)?);
     let mut unpooled: Vec<Densities> = Vec::new();

@@ -136,7 +136,8 @@ fn at_light_load(coefficients: &[Coefficient]) -> impl Iterator<Item = &Coeffici
     coefficients.iter().filter(move |one| Some(one.load) == nearest)
 }
 
-/// Returns true if an ensemble on one mesh has the spectrum of a point that comprises all meshes.
+/// Returns true if the parameter point `ensemble`, on one mesh, has the spectrum of `point`, which
+/// comprises all meshes.
 fn is_at(ensemble: &Point, point: &Point) -> bool {
     let spectrum = [
         "method",
@@ -250,7 +251,8 @@ fn fitted(table: &Table) -> Result<Vec<Limit>, TableError> {
     Ok(limits.collect())
 }
 
-/// Returns for each row the forms in which rows differ, such as `1 / k_lower: power 2`.
+/// Returns, for each row, the forms of the terms whose forms differ between rows, such as `1 /
+/// k_lower: power 2`.
 fn forms(table: &Table) -> Result<Vec<String>, TableError> {
     let mut texts = vec![Vec::new(); table.rows()];
     for term in (1..).take_while(|term| table.has(&format!("term_{term}"))) {

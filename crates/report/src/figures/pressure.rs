@@ -104,7 +104,7 @@ fn modulus(ensemble: &EnsembleCurves) -> Option<f64> {
     modulus.filter(|&modulus| modulus != 1.0)
 }
 
-/// Returns the means against the mean pressures at the same loads.
+/// Returns points (mean pressure, mean of the quantity). Both lists must have the same loads.
 fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
     let pairs = pressures.iter().zip(means);
     pairs
@@ -271,7 +271,7 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::from_chart(chart), caption))
 }
 
-/// Ranges of the points of a chart.
+/// Ranges of the points (area, growth of the mean contact pressure) of a chart.
 struct Extent {
     areas: [f64; 2],
     growths: [f64; 2],
@@ -298,7 +298,8 @@ impl Extent {
         })
     }
 
-    /// Returns a power of the area that equals `growth` in the middle of the areas.
+    /// Returns the curve `growth` (a/a_m)^`exponent` about the geometric mean a_m of the smallest
+    /// and the largest area a.
     fn guide(&self, growth: f64, exponent: f64, colour: Colour, dash: Dash) -> Series {
         let middle = (self.areas[0] * self.areas[1]).sqrt();
         let guide = Series::curve(

@@ -23,8 +23,7 @@ use asperity_tables::table::{Table, TableError};
 pub const SPECTRUM: Definition =
     Definition { name: "spectrum", title: "Power spectral density", draw: draw_spectra };
 
-/// Number of points of a spectrum per six e-folds of the wavenumber, evenly spaced in its
-/// logarithm.
+/// Number of points of a spectrum per factor e⁶ of the wavenumber, evenly spaced in its logarithm.
 const POINTS: f64 = 40.0;
 
 fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
@@ -270,7 +269,7 @@ impl FittedLaw {
     }
 }
 
-/// Returns q^(2(1 + H)), by which a self-affine density is divided.
+/// Returns q^(2(1 + H)). A self-affine density is C₀ divided by this power.
 fn falls(wavenumber: f64, hurst: f64) -> f64 {
     wavenumber.powf(2.0 * (1.0 + hurst))
 }
