@@ -148,7 +148,7 @@ impl Session<'_> {
     /// Reads the manifest and returns its validated study.
     ///
     /// # Errors
-    /// If the manifest is invalid; the error lists all its problems.
+    /// Returns an error if the manifest is invalid; the error lists all its problems.
     pub fn study(&self) -> Result<Study, SessionError> {
         Ok(Study::read(&self.manifest, claim_names)?)
     }
@@ -156,29 +156,31 @@ impl Session<'_> {
     /// Returns the study and its plan, with the number of surfaces that adaptive sampling requires.
     ///
     /// # Errors
-    /// If the manifest is invalid, or a table that decides the number of surfaces cannot be read.
+    /// Returns an error if the manifest is invalid, or a table that decides the number of surfaces
+    /// cannot be read.
     pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
         let store = self.data.open_read_only()?;
         Ok(SampledStudy::from_tables(self.study()?, &store, &PaperClaims)?)
     }
 
-    /// Returns finished and missing tasks, with reasons and costs, without writing anything.
+    /// Returns the finished and the missing tasks of each stage, with the reasons why tasks will
+    /// run and their expected costs. Writes nothing.
     ///
     /// # Errors
-    /// As [`Session::sampled`].
+    /// Returns the same errors as [`Session::sampled`].
     pub fn status(&self) -> Result<Status, SessionError> {
         let sampled = self.sampled()?;
         let record = Record::read(&self.data.records(), &sampled.study.name);
         Ok(Status::new(sampled, &self.data.open_read_only()?, record.as_ref()))
     }
 
-    /// Computes missing tasks and writes the tables of the stages, until all is done or `stop` is
-    /// set.
+    /// Computes missing tasks and writes the tables of the stages, until all tasks are finished or
+    /// `stop` is set.
     ///
     /// # Errors
-    /// If the manifest is invalid, a task needs more memory than available, the tables belong to
-    /// another manifest, or the data cannot be read or written. A task that fails is not an error
-    /// but a row of the table of failures.
+    /// Returns an error if the manifest is invalid, if a task needs more memory than available, if
+    /// the tables belong to another manifest, or if data cannot be read or written. The failure of
+    /// a task is not an error but a row of the table of failures.
     pub fn run(&self, options: &RunOptions, stop: &AtomicBool) -> Result<RunReport, SessionError> {
         self.prepare(options)?.execute(stop)
     }
@@ -186,18 +188,18 @@ impl Session<'_> {
     /// Opens or creates the store, and performs all checks that precede the computation of a run.
     ///
     /// # Errors
-    /// As [`Session::run`].
+    /// Returns the same errors as [`Session::run`].
     pub fn prepare(&self, options: &RunOptions) -> Result<PreparedRun<'_>, SessionError> {
         PreparedRun::new(self, options)
     }
 
     /// Returns the results of the study without writing anything.
     ///
-    /// If the file of a measured surface is missing, the results of its last version are used, and
-    /// the observer receives a notice.
+    /// If the file of a measured surface is missing, the results for its last known version are
+    /// used, and the observer receives a notice.
     ///
     /// # Errors
-    /// As [`Session::sampled`].
+    /// Returns the same errors as [`Session::sampled`].
     pub fn reading(&self) -> Result<StudyResults, SessionError> {
         let (store, results) = (self.data.open_read_only()?, self.data.results());
         let study = read_study(&self.manifest, claim_names, &store, &results)?;
@@ -210,7 +212,7 @@ impl Session<'_> {
     /// Opens the tables of the study, for reading and for SQL queries.
     ///
     /// # Errors
-    /// As [`Session::reading`].
+    /// Returns the same errors as [`Session::reading`].
     pub fn tables(&self) -> Result<Tables<'_>, SessionError> {
         Tables::read_all(self)
     }
@@ -218,7 +220,7 @@ impl Session<'_> {
     /// Reads the table of a stage, or the table of failures (see [`Tables::table`]).
     ///
     /// # Errors
-    /// If the stage does not exist, has no results, or a table is damaged.
+    /// Returns an error if the stage does not exist or has no results, or if a table is damaged.
     pub fn table(&self, name: &str) -> Result<Table, SessionError> {
         self.tables()?.table(name)
     }
@@ -227,7 +229,7 @@ impl Session<'_> {
     /// that computes the task again.
     ///
     /// # Errors
-    /// If the table is damaged.
+    /// Returns an error if the table is damaged.
     pub fn failures(&self) -> Result<Table, SessionError> {
         self.table(asperity_manifest::names::FAILURES)
     }
@@ -235,7 +237,8 @@ impl Session<'_> {
     /// Runs an SQL query (polars dialect) in which every stage is a table.
     ///
     /// # Errors
-    /// If the query is invalid, contains unknown names, or a table cannot be read.
+    /// Returns an error if the query is invalid or contains unknown names, or if a table cannot be
+    /// read.
     pub fn sql(&self, query: &str) -> Result<Table, SessionError> {
         self.tables()?.sql(query)
     }
@@ -243,7 +246,7 @@ impl Session<'_> {
     /// Describes the columns of one stage or of all stages; the study need not have run.
     ///
     /// # Errors
-    /// If the manifest is invalid or the stage does not exist.
+    /// Returns an error if the manifest is invalid or the stage does not exist.
     pub fn columns(&self, stage: Option<&str>) -> Result<Vec<DescribedColumns>, SessionError> {
         DescribedColumns::for_study(&self.reading()?.study, stage)
     }
@@ -251,7 +254,7 @@ impl Session<'_> {
     /// Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.
     ///
     /// # Errors
-    /// If the tables cannot be read.
+    /// Returns an error if the tables cannot be read.
     pub fn claims(&self) -> Result<StudyClaims, SessionError> {
         StudyClaims::read(self)
     }
@@ -259,8 +262,8 @@ impl Session<'_> {
     /// Writes an HTML page of figures and tables, and each figure as a file.
     ///
     /// # Errors
-    /// If the tables cannot be read, a file cannot be written, or an existing page shows more or
-    /// belongs to another manifest.
+    /// Returns an error if the tables cannot be read, a file cannot be written, or an existing page
+    /// shows more or belongs to another manifest.
     pub fn report(&self, options: &ReportOptions) -> Result<Report, SessionError> {
         results::write_report(self, options)
     }

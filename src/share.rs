@@ -64,8 +64,8 @@ impl Session<'_> {
     /// Writes an archive of the study, which can run in the unpacked folder.
     ///
     /// # Errors
-    /// If the manifest or one of its input files cannot be read, a table is damaged or out of date,
-    /// or the archive cannot be written.
+    /// Returns an error if the manifest or one of its input files cannot be read, if a table is
+    /// damaged or out of date, or if the archive cannot be written.
     pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
         // Not `self.reading()`: the archive needs the files of measured surfaces.
         let data = self.data();

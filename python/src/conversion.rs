@@ -75,7 +75,7 @@ pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2])
     Scan::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
-/// Maximum of `jobs`, as on the command line.
+/// Maximum value of the argument `jobs`, as on the command line.
 const MAX_JOBS: usize = 1024;
 
 /// Checks a number of cores; `None` stands for all cores.

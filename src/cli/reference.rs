@@ -166,16 +166,17 @@ fn kind_section(kind: &str, forms: &[Value]) -> String {
     text
 }
 
-/// Key of a kind of stage, with the variants that have it.
+/// Key of a kind of stage, with the methods or laws that have it.
 struct Entry<'a> {
     name: &'a str,
     key: &'a Value,
-    /// Methods or laws of the variants that have the key.
+    /// Names of the methods or laws that have the key.
     words: Vec<String>,
     required: bool,
 }
 
-/// Returns the keys of all variants of a kind in alphabetical order; equal keys are merged.
+/// Returns the keys of all variants of a kind of stage in alphabetical order. `selector` is the key
+/// that selects the variant. Equal keys of several variants are merged.
 fn entries<'a>(forms: &[&'a Value], selector: Option<&str>) -> Vec<Entry<'a>> {
     let mut entries: Vec<Entry> = Vec::new();
     for form in forms {

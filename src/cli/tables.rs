@@ -329,7 +329,7 @@ enum ColumnLayout {
 /// A single row that is too wide is printed with one column per line.
 ///
 /// # Errors
-/// If the table is damaged or the output is closed.
+/// Returns an error if the table is damaged or the output is closed.
 fn write_grid(
     out: &mut impl Write,
     table: &TableSource,
@@ -385,7 +385,8 @@ impl Printed {
     }
 }
 
-/// Returns the formatted columns and the texts of the constant columns.
+/// Formats the first `shown` rows of the columns `indices`. For [`ColumnLayout::Summary`], columns
+/// that are constant are returned separately, as texts.
 fn printed(
     table: &TableSource,
     indices: &[usize],

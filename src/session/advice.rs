@@ -52,7 +52,7 @@ pub struct AdvisedFit {
 pub struct AdvisedStep {
     /// Small parameter that is halved; `None` for doubling the number of surfaces.
     pub term: Option<String>,
-    /// Names of the manifest's parameters that are doubled for this.
+    /// Names of the parameters in the manifest that are doubled in order to halve `term`.
     pub doubled: Vec<String>,
     /// Number of additional points to compute.
     pub points: usize,
@@ -64,7 +64,8 @@ pub struct AdvisedStep {
 }
 
 impl AdvisedStep {
-    /// Returns the decrease of ln(standard error) per core-hour.
+    /// Returns the decrease of ln(standard error) per core-hour, −ln(`factor`)/cost. Returns `None`
+    /// if the step has no cost, or if it does not reduce the standard error.
     pub fn gain(&self) -> Option<f64> {
         let factor = self.factor.filter(|factor| *factor < 1.0)?;
         (self.seconds > 0.0).then(|| -factor.ln() / (self.seconds / 3600.0))
@@ -72,11 +73,11 @@ impl AdvisedStep {
 }
 
 impl Session<'_> {
-    /// Estimates the cost and the gain of halving each small parameter of a limit once more,
-    /// without writing anything.
+    /// Estimates, for each fit of limits, the cost and the gain of halving each of its small
+    /// parameters once more. Writes nothing.
     ///
     /// # Errors
-    /// As [`Session::reading`], or if a table is damaged.
+    /// Returns the same errors as [`Session::reading`], and an error if a table is damaged.
     pub fn advice(&self) -> Result<StudyAdvice, SessionError> {
         let reading = self.reading()?;
         let mut advice = StudyAdvice { fits: Vec::new(), without: 0 };
@@ -139,7 +140,8 @@ fn add_stage(
     Ok(())
 }
 
-/// Names the quantity of a fit and the parameters that distinguish it from others of its table.
+/// Returns the description of a fit: its quantity, its load if it has one, and the parameters that
+/// distinguish it from the other fits of its table.
 fn description(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices) -> String {
     let parameters = table.in_role(Role::Parameter);
     let own = ParameterPoint::from_row(&parameters, group.row);
@@ -170,7 +172,7 @@ fn steps(advised: &FitWithOctaves, costs: &Costs) -> Vec<AdvisedStep> {
     advised.octaves.iter().map(step).chain([again]).collect()
 }
 
-/// Cost of the tasks of each parameter point that a fit depends on.
+/// Costs of the tasks that a fit depends on, grouped by parameter point.
 struct Costs<'a> {
     plan: &'a Plan,
     model: CostModel,
@@ -204,7 +206,8 @@ impl<'a> Costs<'a> {
         Costs { plan, model: CostModel::default(), tasks }
     }
 
-    /// Returns the expected core-seconds of a point with some parameters doubled.
+    /// Returns the expected core-seconds of all tasks of a parameter point after doubling the
+    /// parameters `doubled`.
     fn seconds_of(&self, point: &ParameterPoint, doubled: &[String]) -> f64 {
         let factor = |name: &str| match doubled.iter().any(|one| one == name) {
             true => 2,

@@ -1,4 +1,5 @@
-//! Statements of the paper, tested against the tables of a study.
+//! Claims of Yastrebov, Anciaux & Molinari (2015), and claims on their open questions, with their
+//! verdicts for a study.
 
 use std::path::PathBuf;
 
@@ -27,7 +28,7 @@ pub struct StudyClaims {
     pub missing: usize,
     /// Folder of the figures of the report.
     pub figures: PathBuf,
-    /// Expected core-seconds of one more surface per spectrum.
+    /// Expected core-seconds of one more surface of each spectrum.
     seconds_of_one_surface: f64,
 }
 
@@ -49,11 +50,11 @@ pub struct ClaimsSummary<'a> {
 #[derive(Debug, Serialize)]
 pub struct OtherRows<'a> {
     pub rows: usize,
-    /// Parameters that differ from those of the claims.
+    /// Parameters in which these rows differ from the rows that the claims use, with their values.
     pub with: &'a ParameterPoint,
 }
 
-/// JSON output for one claim; values that its outcome does not have are null or empty lists.
+/// JSON output for one claim. Values that do not exist for its outcome are null or empty lists.
 #[derive(Debug, Default, Serialize)]
 pub struct ClaimSummary<'a> {
     pub name: &'a str,
@@ -90,7 +91,7 @@ pub struct QuantitySummary<'a> {
     pub value: f64,
     /// Lower end of the simultaneous interval for all quantities of the claim.
     pub lower: f64,
-    /// Upper end of the simultaneous interval.
+    /// Upper end of the simultaneous interval for all quantities of the claim.
     pub upper: f64,
     /// Lower end of the interval for this quantity alone.
     pub least: f64,
@@ -123,7 +124,7 @@ impl StudyClaims {
     /// Returns the claim with this name.
     ///
     /// # Errors
-    /// If there is no such claim.
+    /// Returns an error if there is no such claim.
     pub fn named(&self, name: &str) -> Result<&Claim, SessionError> {
         let mut claims = self.claims.iter();
         let named = claims.find(|claim| claim.statement.name == name);
@@ -190,8 +191,8 @@ impl StudyClaims {
         summary
     }
 
-    /// Returns how many more surfaces per spectrum would decide a claim, and their expected
-    /// core-seconds; `None` if no number of surfaces would decide it.
+    /// Returns the number of additional surfaces per spectrum that would decide a claim, and their
+    /// expected core-seconds. Returns `None` if no number of surfaces would decide it.
     pub fn more_surfaces(&self, claim: &Claim, judgement: &Judgement) -> Option<(usize, f64)> {
         let more = judgement.more_surfaces(claim.statement.expected)?;
         Some((more, more as f64 * self.seconds_of_one_surface))
@@ -215,8 +216,9 @@ pub fn verdict(claim: &Claim) -> &'static str {
     }
 }
 
-/// Returns the expected core-seconds of one more surface per spectrum: the cost of all tasks that
-/// depend on one surface, divided by the number of surfaces per spectrum.
+/// Returns the expected core-seconds of one more surface of each spectrum: the cost of all
+/// `generate`, `solve`, `measure` and `correct` tasks, divided by the number of surfaces per
+/// spectrum.
 fn seconds_of_one_surface(plan: &Plan) -> f64 {
     let mut points: Vec<ParameterPoint> = Vec::new();
     let mut surfaces = 0;

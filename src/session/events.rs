@@ -22,7 +22,7 @@ pub use asperity_pipeline::runner::Damage;
 ///
 /// Worker threads call it, too. Every `Fn(Event)` that is `Sync` implements it.
 pub trait Observer: Sync {
-    /// Receives an event, while the calling task waits.
+    /// Receives an event. The task that causes the event waits until this method returns.
     fn on_event(&self, event: Event<'_>);
 }
 
@@ -43,7 +43,7 @@ pub enum Event<'a> {
     Begun(Batch<'a>),
     /// Start of a single task.
     Started(usize),
-    /// Progress of a task, from 0 to 1.
+    /// Task, and the fraction of it that is finished, from 0 to 1.
     Advanced(usize, f64),
     /// End of a task, with or without success.
     Finished(usize),
@@ -60,7 +60,7 @@ pub struct Batch<'a> {
     pub plan: &'a Plan,
     /// Indices of the tasks to compute.
     pub tasks: &'a [usize],
-    /// Number of other tasks that are in the store.
+    /// Number of tasks of the plan that are in the store and not in `tasks`.
     pub cached: usize,
 }
 
@@ -73,7 +73,7 @@ pub enum Notice<'a> {
     ScarceMemory {
         /// Memory of the largest task.
         largest: ByteSize,
-        /// Number of such tasks that fit into memory.
+        /// Number of such tasks that fit into memory at the same time.
         at_once: u64,
         /// Number of cores or of missing tasks, whichever is smaller.
         jobs: usize,
@@ -93,7 +93,8 @@ pub enum Notice<'a> {
     Orphan(&'a Path),
     /// The record of the run could not be written.
     RecordNotSaved(&'a StoreError),
-    /// A missing file of a measured surface; results of its last version are used.
+    /// Path of a missing file of a measured surface. The results for its last known version are
+    /// used.
     Recalled(&'a Path),
     /// The table of a stage is read although some of its tasks are missing.
     Incomplete {
@@ -229,7 +230,7 @@ impl RunProgress {
         }
     }
 
-    /// Records the progress of a task, from 0 to 1.
+    /// Records that the fraction `share` of a task is finished.
     pub fn advanced(&mut self, task: usize, share: f64) {
         self.under_way.insert(task, share * self.seconds(task));
     }

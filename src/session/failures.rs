@@ -72,7 +72,7 @@ fn command(session: &Session, key: TaskKey) -> String {
 /// Describes up to `limit` failed tasks, one line each, and counts the remaining ones.
 ///
 /// # Errors
-/// If the table is not a table of failures.
+/// Returns an error if the table is not a table of failures.
 pub fn text_lines(failures: &Table, limit: usize) -> Result<Vec<String>, TableError> {
     let outcomes = failures.texts(OUTCOME.name)?;
     let with = |outcome: &'static str| {

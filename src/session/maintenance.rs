@@ -51,7 +51,7 @@ pub struct Pruned {
     pub deleted: bool,
     pub files: usize,
     pub bytes: u64,
-    /// Numbers and sizes by kind of file.
+    /// Number and size of the files of each kind.
     pub kinds: Vec<PrunedKind>,
 }
 
@@ -78,7 +78,7 @@ pub struct PruneOptions {
 /// `checked` is called after each table with the total number of tables.
 ///
 /// # Errors
-/// If the manifest is invalid or a folder cannot be listed.
+/// Returns an error if the manifest is invalid or a folder cannot be listed.
 pub fn verify(
     data: &DataFolder,
     study: Option<&Session<'_>>,
@@ -102,8 +102,8 @@ pub fn verify(
 /// Without any study, only damaged and unfinished files are deleted.
 ///
 /// # Errors
-/// If a manifest is invalid, the data are in use, a folder cannot be listed, or a file cannot be
-/// deleted.
+/// Returns an error if a manifest is invalid, the data are in use, a folder cannot be listed, or a
+/// file cannot be deleted.
 pub fn prune(
     data: &DataFolder,
     studies: &[Session<'_>],
@@ -157,7 +157,8 @@ fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, 
     Ok(findings.collect())
 }
 
-/// Verifies a table and returns `None` if it is valid or another process has replaced it.
+/// Verifies a table, and quarantines it if it is damaged. Returns `None` if the table is valid or
+/// another process has replaced it.
 fn check(table: &StoredFile, store: &Store) -> Option<Finding> {
     let cause = read(table, store).err()?;
     if !cause.is_recomputable() {
@@ -200,7 +201,8 @@ fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
     }
 }
 
-/// Locks the store exclusively and checks the receipts for processes on other machines.
+/// Takes the exclusive lock of the store. Returns an error if the store is in use or, unless
+/// `force` is set, if receipts report processes that may be running on other machines.
 fn lock_exclusively(data: &DataFolder, force: bool) -> Result<Lock, SessionError> {
     let store = data.store();
     let lock = Lock::exclusive(&store)?.ok_or(SessionError::InUse { store })?;
@@ -234,7 +236,8 @@ impl Pruned {
     }
 }
 
-/// Names the kind of a file; for the table of a task, the kind of stage from its metadata.
+/// Returns the name of the kind of a file. For the table of a task, it is the kind of its stage,
+/// which the metadata of the file contain.
 fn kind(file: &StoredFile) -> String {
     let stage = || {
         let metadata = parquet::verify(File::open(&file.path).ok()?).ok()?;

@@ -60,7 +60,7 @@ pub enum TaskNameError {
 /// Returns the key of the finished task whose key begins with `word`.
 ///
 /// # Errors
-/// If the word is not hexadecimal, or if no finished task or several tasks match.
+/// Returns an error if the word is not hexadecimal, or if not exactly one finished task matches.
 pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> {
     let digits = digits(word)?;
     let key = only(&digits, data.open_read_only()?.finished(&digits)?)?;
@@ -71,7 +71,8 @@ pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> 
 /// Returns the index of the planned task whose key begins with `word`, finished or not.
 ///
 /// # Errors
-/// If the word is not hexadecimal, or if no task of the study or several tasks match.
+/// Returns an error if the word is not hexadecimal, or if not exactly one task of the study
+/// matches.
 pub fn planned(word: &str, plan: &Plan) -> Result<usize, TaskNameError> {
     let key = only(&digits(word)?, plan.keys())?;
     let task = key.and_then(|key| plan.task_of(key));

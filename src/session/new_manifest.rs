@@ -22,7 +22,8 @@ pub struct NewManifest {
 /// Writes `NAME.toml` and, if it does not exist, the schema into the current folder.
 ///
 /// # Errors
-/// If the name is invalid, the manifest exists already, or a file cannot be written.
+/// Returns an error if the name is invalid, the manifest exists already, or a file cannot be
+/// written.
 pub fn write(name: &str) -> Result<NewManifest, SessionError> {
     if !names::is_plain(name) || name.len() > names::MAX_LENGTH {
         return Err(SessionError::Refused(format!(

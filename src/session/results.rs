@@ -46,7 +46,7 @@ impl<'a> Tables<'a> {
     /// If the stage is incomplete, the observer receives a notice.
     ///
     /// # Errors
-    /// If the stage does not exist, has no results, or a table is damaged.
+    /// Returns an error if the stage does not exist or has no results, or if a table is damaged.
     pub fn table(&self, name: &str) -> Result<Table, SessionError> {
         Ok(self.open(name)?.table()?)
     }
@@ -54,7 +54,8 @@ impl<'a> Tables<'a> {
     /// Opens the table of a stage, or the table of failures, for reading in parts.
     ///
     /// # Errors
-    /// If the stage does not exist, has no results, or a table is known to be damaged.
+    /// Returns an error if the stage does not exist or has no results, or if a table is known to be
+    /// damaged.
     pub fn open(&self, name: &str) -> Result<TableSource, SessionError> {
         let plan = &self.reading.plan;
         if name == FAILURES {
@@ -74,7 +75,8 @@ impl<'a> Tables<'a> {
     /// Only the tables and columns of the query are read.
     ///
     /// # Errors
-    /// If the query is invalid, contains unknown names, or a table cannot be read.
+    /// Returns an error if the query is invalid or contains unknown names, or if a table cannot be
+    /// read.
     pub fn sql(&self, query: &str) -> Result<Table, SessionError> {
         let named = sql::tables_of(query).map_err(refused)?;
         let mut tables = Vec::new();
@@ -227,7 +229,8 @@ impl TableFile {
     /// Reads a file by its path, or the table of a finished task by the first digits of its key.
     ///
     /// # Errors
-    /// If no file or task matches, several tasks match, or the file is damaged.
+    /// Returns an error if no file and no task matches, if several tasks match, or if the file is
+    /// damaged.
     pub fn read(what: &Path, data: &DataFolder) -> Result<TableFile, SessionError> {
         let path = match what.is_file() {
             true => what.to_owned(),

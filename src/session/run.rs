@@ -55,7 +55,8 @@ pub struct RunOptions {
     pub checkpoint_every: Option<Duration>,
 }
 
-/// Default interval between checkpoints, and so the computing time that may be lost.
+/// Default interval between checkpoints. A run that is killed loses at most the work of this
+/// interval.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(600);
 
 /// Tasks of a study that a run computes.
@@ -239,13 +240,13 @@ impl<'a> PreparedRun<'a> {
         &self.sampled
     }
 
-    /// Computes tasks and writes tables until all is done or `stop` is set.
+    /// Computes tasks and writes tables until all tasks are finished or `stop` is set.
     ///
     /// Finished tasks are kept, so that another run can continue.
     ///
     /// # Errors
-    /// If the data cannot be read or written. A task that fails is not an error but a row of the
-    /// table of failures.
+    /// Returns an error if data cannot be read or written. The failure of a task is not an error
+    /// but a row of the table of failures.
     pub fn execute(mut self, stop: &AtomicBool) -> Result<RunReport, SessionError> {
         if let Selection::Shard(shard) = self.selection {
             return self.execute_shard(shard, stop);
@@ -378,8 +379,8 @@ impl<'a> PreparedRun<'a> {
         Ok(outcome)
     }
 
-    /// Decides how many surfaces are computed in parallel, and with how many cores each: fewer if
-    /// memory is scarce, several cores per surface if there are fewer surfaces than cores.
+    /// Returns the cores and the memory that a run of the tasks `wanted` may use. Sends a notice if
+    /// memory limits the number of parallel tasks.
     fn resources(&self, wanted: &[usize]) -> Resources {
         let (plan, room) = (self.plan(), self.memory.room());
         let jobs = self.jobs.get().min(wanted.len());
@@ -395,8 +396,8 @@ impl<'a> PreparedRun<'a> {
         }
     }
 
-    /// Writes the tables of the stages. If this finds damaged tables of tasks that no other task
-    /// has read, it computes them again.
+    /// Writes the tables of the stages. If this finds damaged tables of tasks, quarantines them,
+    /// computes these tasks again, adds the outcome to `outcome`, and writes the tables once more.
     fn publish(
         &self,
         outcome: &mut RunOutcome,
@@ -421,7 +422,7 @@ impl<'a> PreparedRun<'a> {
         Ok(publish()?)
     }
 
-    /// Returns warnings about the results and sends them to the observer.
+    /// Returns the warnings about the results, and sends them to the observer.
     fn warnings(&self, tables: &[PublishedTable]) -> Result<Vec<Warning>, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled;
         let warnings = exceeded_hardness::warnings(study, plan, |stage| {

@@ -64,7 +64,7 @@ pub struct Reason<'a> {
     /// Expected core-seconds of these tasks.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
-    /// Causes in this stage and in the stages that it depends on.
+    /// Changes in this stage and in the stages that it depends on, which make these tasks run.
     pub causes: Vec<NamedCause<'a>>,
     #[serde(skip)]
     stage: &'a str,
@@ -104,7 +104,8 @@ pub struct GrowingStage<'a> {
     pub until: String,
     /// True if the condition holds, or `None` if it cannot be evaluated yet.
     pub holds: Option<bool>,
-    /// Names of the undecided claims, or `None` if they cannot be evaluated yet.
+    /// Names of the undecided claims. `None` if the condition is about a mean or cannot be
+    /// evaluated yet.
     pub undecided: Option<Vec<&'static str>>,
 }
 
@@ -132,7 +133,7 @@ impl<'a> StageCount<'a> {
 }
 
 impl<'a> GrowingStage<'a> {
-    /// Converts the adaptive stages of a study.
+    /// Converts the adaptive stages of a study to JSON output.
     pub fn all(stages: &'a [AdaptiveStage]) -> Vec<GrowingStage<'a>> {
         let growing = |stage: &'a AdaptiveStage| GrowingStage {
             name: &stage.name,
@@ -252,7 +253,8 @@ pub struct Progress {
     pub hours_left: Option<f64>,
     /// Number of cores that compute shards now.
     pub cores: usize,
-    /// Jobs of the study in the queue, or `None` without Slurm.
+    /// Jobs of the study in the queue. `None` if the study was not submitted or Slurm is not
+    /// installed.
     pub queue: Option<Queue>,
     /// Failed tasks of array elements, newest first.
     pub failures: Vec<FailedTask>,
@@ -299,7 +301,8 @@ impl Session<'_> {
     /// anything.
     ///
     /// # Errors
-    /// As [`Session::status`], or if Slurm is installed but does not answer.
+    /// Returns the same errors as [`Session::status`], and an error if Slurm is installed but does
+    /// not answer.
     pub fn progress(&self) -> Result<Progress, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
         let missing = runner::missing(plan, &self.data.open_read_only()?);
@@ -347,7 +350,8 @@ impl Session<'_> {
         })
     }
 
-    /// Returns the jobs of the study in the queue; `None` without Slurm.
+    /// Returns the submitted jobs of the study that are in the queue. Returns `None` if no job was
+    /// submitted or Slurm is not installed.
     fn own_queue(&self, study: &str) -> Result<Option<Vec<Queued>>, SessionError> {
         let own = self.submitted_jobs()?;
         if own.is_empty() {
@@ -383,8 +387,8 @@ impl Queue {
     }
 }
 
-/// Returns the receipts of running processes. An array element counts only if the queue lists it as
-/// running.
+/// Returns the receipts of processes that may be running. Of an array element, only the latest
+/// receipt counts, and only if `queue` (where it is known) lists the element as running.
 fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Receipt> {
     let runs = |name: &String| {
         queue.is_none_or(|queue| {

@@ -63,7 +63,7 @@ impl Session<'_> {
     /// Creates the scripts and estimates the cost, without writing or submitting anything.
     ///
     /// # Errors
-    /// As [`Session::prepare`].
+    /// Returns the same errors as [`Session::prepare`].
     pub fn plan_submission(
         &self,
         options: &SubmitOptions,
@@ -105,8 +105,8 @@ impl Session<'_> {
     /// Writes the scripts and submits a job array and a last job that runs after it.
     ///
     /// # Errors
-    /// If jobs of the study are already in the queue, Slurm is not installed or rejects the jobs,
-    /// or the folder cannot be written.
+    /// Returns an error if jobs of the study are already in the queue, Slurm is not installed or
+    /// rejects the jobs, or the folder cannot be written.
     pub fn submit(&self, planned: &PlannedSubmission) -> Result<Submission, SessionError> {
         let PlannedSubmission { study, sizing, scripts, folder, settings, .. } = planned;
         if let Some(queued) = queued(study)?.first() {
@@ -140,7 +140,8 @@ impl Session<'_> {
     /// Cancels waiting and running jobs of the study and returns their numbers.
     ///
     /// # Errors
-    /// If the manifest is invalid, the study has not been submitted, or Slurm is not installed.
+    /// Returns an error if the manifest is invalid, the study has not been submitted, or Slurm is
+    /// not installed.
     pub fn cancel(&self) -> Result<Vec<String>, SessionError> {
         let study = self.study()?.name;
         let own = self.submitted_jobs()?;
@@ -210,8 +211,8 @@ impl Session<'_> {
     /// requested, the HTML report. Surfaces of adaptive stages are added in rounds, too.
     ///
     /// # Errors
-    /// If the study has not been submitted or Slurm rejects a resubmission, and as
-    /// [`Session::run`].
+    /// Returns an error if the study has not been submitted or Slurm rejects a resubmission. Also
+    /// returns the errors of [`Session::run`].
     pub fn finish(
         &self,
         options: &FinishOptions,
@@ -256,8 +257,8 @@ impl Session<'_> {
         Ok(Finished { silent, outcome })
     }
 
-    /// Returns the array elements with missing tasks that have not failed, and the expected
-    /// core-seconds of these tasks.
+    /// Returns the array elements with missing tasks that have not failed, if the surfaces are
+    /// split into `elements` parts. Also returns the expected core-seconds of these tasks.
     fn remainder(&self, elements: u32) -> Result<(Vec<u32>, f64), SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
         let missing = runner::missing(plan, &self.data.open_read_only()?);
@@ -286,8 +287,8 @@ pub(super) fn queued(study: &str) -> Result<Vec<Queued>, SessionError> {
     Ok(slurm::queue(&[study, &format!("{study}-finish")])?)
 }
 
-/// Submits the array elements, if there are any, and the last job, with the number of the round as
-/// argument.
+/// Submits a job array of the given elements, unless there are none, and then the last job, whose
+/// argument is the number of the round.
 fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, SessionError> {
     let array = match elements.is_empty() {
         true => None,
@@ -314,9 +315,10 @@ pub(super) fn measured(receipts: &[Receipt]) -> CostModel {
     CostModel::measured(receipts::paces(receipts).seconds_per_pair())
 }
 
-/// Returns the missing tasks without failed tasks and tasks that depend on them.
+/// Returns the tasks in `missing` that neither failed, according to the receipts, nor depend on a
+/// failed task.
 ///
-/// Failures of a run that could not store tables do not count.
+/// Failures in runs that could not store tables do not count.
 fn without_failed(plan: &Plan, missing: &[usize], receipts: &[Receipt]) -> Vec<usize> {
     let tried = receipts.iter().filter(|receipt| !receipt.halted);
     let failed = tried.flat_map(|receipt| receipt.failed.iter().map(|failed| failed.task.as_str()));

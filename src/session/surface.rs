@@ -74,7 +74,7 @@ pub struct ChosenChannel {
 /// the chosen channel.
 ///
 /// # Errors
-/// If the file cannot be read or has no such channel.
+/// Returns an error if the file cannot be read or has no such channel.
 pub fn describe(
     path: &Path,
     channel: Option<&str>,
@@ -137,7 +137,8 @@ impl DescribedChannel {
     }
 }
 
-/// Returns the index of the requested channel, or of the first one with heights.
+/// Returns the index of the channel `wanted`. If it is `None`, returns the index of the first
+/// channel with heights, or 0 if there is none.
 fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, SessionError> {
     let Some(wanted) = wanted else {
         return Ok(file.first_heights().unwrap_or_default());

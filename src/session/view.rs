@@ -78,7 +78,7 @@ pub struct Picture {
     pub unit: Option<String>,
 }
 
-/// Column with a required value.
+/// Column and the value that a row must have in it.
 #[derive(Debug, Clone)]
 pub struct Coordinate {
     column: String,
@@ -89,7 +89,7 @@ impl Session<'_> {
     /// Draws the only task of a stage whose rows have these coordinates.
     ///
     /// # Errors
-    /// If no task or several tasks match, or if the task has no such map.
+    /// Returns an error if not exactly one task matches, or if the task has no such map.
     pub fn view(
         &self,
         stage: &str,
@@ -124,7 +124,7 @@ impl Session<'_> {
 /// Draws the finished task whose key begins with `word`.
 ///
 /// # Errors
-/// If no task or several tasks match, or if the task has no such map.
+/// Returns an error if not exactly one task matches, or if the task has no such map.
 pub fn finished_task(
     word: &str,
     data: &DataFolder,
@@ -166,7 +166,7 @@ impl Picture {
     /// Writes the picture with [`write_png`].
     ///
     /// # Errors
-    /// As [`write_png`].
+    /// Returns the same errors as [`write_png`].
     pub fn write(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
         write_png(path, &self.raster.to_png(), replace)
     }
@@ -201,7 +201,7 @@ impl Map {
     }
 }
 
-/// Draws a task, or its input if the task has no map.
+/// Draws a map of a task. If the task has no map but a single input, draws a map of this input.
 fn draw(
     key: TaskKey,
     options: ViewOptions,
@@ -238,7 +238,7 @@ struct FinishedTask {
 }
 
 impl FinishedTask {
-    /// Draws the heights, and generates the surface again if its heights are not stored.
+    /// Draws the heights. Generates the surface again if its heights are not stored.
     fn heights(&self, sources: &SurfaceFiles) -> Result<Picture, SessionError> {
         let params: generate::Params =
             serde_json::from_str(&self.provenance.recipe).map_err(SessionError::Recipe)?;
@@ -318,10 +318,10 @@ impl FinishedTask {
     }
 }
 
-/// Returns the rows with this load, at least one.
+/// Returns those of `rows` whose load is `load`; there is at least one.
 ///
 /// # Errors
-/// If no row has this load; the message names the nearest load.
+/// Returns an error if no row has this load; the message names the nearest load.
 fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, SessionError> {
     let column = load_column(table);
     let loads = table.reals(column)?;
@@ -400,7 +400,7 @@ fn chosen_task(
 }
 
 impl Coordinate {
-    /// Returns the given rows that have the value, at least one.
+    /// Returns those of `rows` that have the required value in the column; there is at least one.
     fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
         let Coordinate { column, value } = self;
         let coordinates = table.coordinates();
@@ -453,7 +453,8 @@ fn distinct(values: &dyn Array) -> Vec<String> {
 /// set; a file of another kind is never overwritten.
 ///
 /// # Errors
-/// If the name has another extension, or if the file must not be overwritten or cannot be written.
+/// Returns an error if the name has another extension, or if the file must not be overwritten or
+/// cannot be written.
 pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionError> {
     let shown = path.display();
     let refused = |message: String| Err(SessionError::Refused(message));

@@ -37,7 +37,7 @@ impl Source {
     /// Returns the number of bytes.
     ///
     /// # Errors
-    /// If the file cannot be read.
+    /// Returns an error if the file cannot be read.
     pub fn size(&self) -> io::Result<u64> {
         match self {
             Source::File(path) => Ok(path.metadata().map_err(about(path))?.len()),
@@ -82,7 +82,7 @@ impl<W: Write + Seek> Archive<W> {
     /// Adds a file under `path`, with `/` between folders.
     ///
     /// # Errors
-    /// If the file cannot be read or the archive cannot be written.
+    /// Returns an error if the file cannot be read or the archive cannot be written.
     pub fn add(&mut self, path: &str, source: &Source) -> io::Result<()> {
         let is_table = path.ends_with(".parquet");
         let method = match is_table {
@@ -117,7 +117,7 @@ impl<W: Write + Seek> Archive<W> {
     /// Adds the list of checksums for `sha256sum --check` and completes the archive.
     ///
     /// # Errors
-    /// If the archive cannot be written.
+    /// Returns an error if the archive cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         let checksums = std::mem::take(&mut self.checksums);
         self.add(CHECKSUMS, &Source::Bytes(checksums.into_bytes()))?;
@@ -152,7 +152,8 @@ impl ArchivePaths {
     /// Assigns paths to a manifest and the files that it names.
     ///
     /// # Errors
-    /// If a path is absolute, leaves the root of the file system, or contains `..` after a folder.
+    /// Returns an error if a path is absolute, leaves the root of the file system, or contains `..`
+    /// after a folder.
     pub fn new<'a>(
         manifest: &Path,
         files: impl IntoIterator<Item = &'a PathBuf>,
@@ -186,7 +187,7 @@ impl ArchivePaths {
     }
 }
 
-/// Relative path with all `..` at its start.
+/// Relative path that goes `up` folders up and then down through the names `down`.
 struct RelativePath {
     up: usize,
     down: Vec<String>,

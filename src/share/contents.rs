@@ -52,7 +52,8 @@ impl Contents {
     /// Collects the files and verifies all tables.
     ///
     /// # Errors
-    /// If a table is damaged or out of date, or if a file cannot be added to the archive.
+    /// Returns an error if a table is damaged or out of date, or if a file cannot be added to the
+    /// archive.
     pub fn collect(
         reading: &StudyResults,
         manifest: &Path,
@@ -79,10 +80,11 @@ impl Contents {
         Ok(contents)
     }
 
-    /// Checks that `path` is neither a file of the archive nor a file of another kind.
+    /// Checks that the archive can be written to `path`: an existing file there must be an archive,
+    /// and must not be one of the files to be added.
     ///
     /// # Errors
-    /// If the archive would overwrite such a file.
+    /// Returns an error if the archive would overwrite another file.
     pub fn check_output(&self, path: &Path) -> Result<(), ShareError> {
         let Ok(output) = fs::canonicalize(path) else {
             return Ok(());
@@ -104,7 +106,7 @@ impl Contents {
     /// Writes the archive, which appears only when it is complete.
     ///
     /// # Errors
-    /// If the archive cannot be written or a file cannot be read.
+    /// Returns an error if the archive cannot be written or a file cannot be read.
     pub fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let staging = folder.unwrap_or(Path::new("."));

@@ -21,7 +21,7 @@ use asperity_pipeline::plan::Plan;
 use asperity_pipeline::runner::TaskObserver;
 
 impl PreparedRun<'_> {
-    /// Computes the missing tasks of a shard.
+    /// Computes the missing tasks of a shard, and writes their tables and a receipt.
     ///
     /// The final run, after all shards, writes the results, the record of the plan and the table of
     /// failures.
@@ -100,7 +100,8 @@ impl<'a> Ledger<'a> {
         })
     }
 
-    /// Writes the result into the receipt and marks it as ended.
+    /// Writes the outcome of the run into the receipt and marks the receipt as ended. Returns the
+    /// outcome.
     fn close(
         &self,
         outcome: Result<RunOutcome, SessionError>,
