@@ -75,8 +75,8 @@ pub struct Resources {
     pub checkpoint_every: Duration,
 }
 
-/// Computes the missing tasks. If the system refuses to start a thread for each core, fewer threads
-/// are used.
+/// Computes the tasks `missing`. Stops early if `interrupted` is set. If the system refuses to
+/// start a thread for each core, uses fewer threads.
 pub fn run(
     plan: &Plan,
     missing: &[usize],

@@ -127,7 +127,7 @@ impl Table {
         Table::from_arrays(self.rows(), Schema::new(fields), self.0.columns().to_vec())
     }
 
-    /// Returns the memory that the table holds in bytes, including memory shared with other tables.
+    /// Returns the memory in bytes that the table holds, including memory shared with other tables.
     pub fn bytes_held(&self) -> usize {
         let columns = self.0.columns().iter();
         let sizes = columns.map(|array| array.to_data().get_slice_memory_size().unwrap_or(0));

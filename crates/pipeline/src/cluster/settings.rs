@@ -25,13 +25,13 @@ pub const FILE: &str = "asperity.toml";
 
 /// Maximum size of the file in bytes.
 const MAX_BYTES: u64 = 1 << 20;
-/// Maximum of `time_limit` and `per_element` in hours: eleven years.
+/// Maximum value of the settings `time_limit` and `per_element` in hours, about eleven years.
 const MAX_HOURS: f64 = 1e5;
-/// Maximum of `cores`.
+/// Maximum value of the setting `cores`.
 const MAX_CORES: u32 = 1024;
-/// Maximum of `at_most`.
+/// Maximum value of the setting `at_most`.
 const MAX_ELEMENTS: u32 = 1_000_000;
-/// Maximum of `rounds`.
+/// Maximum value of the setting `rounds`.
 const MAX_ROUNDS: u32 = 100;
 
 /// Declares each setting once: documentation, type and schema as a key of the file, type and

@@ -96,8 +96,8 @@ struct Validator<'a> {
     sources: SurfaceFiles,
     /// For each stage of the manifest, true if another stage or a condition reads it.
     is_read: Vec<bool>,
-    /// Total of the validated stages: for each, the number of its tasks or of the inputs of these
-    /// tasks, whichever is larger.
+    /// Sum over the validated stages of the number of their tasks, or of the tasks of their inputs
+    /// if these are more.
     tasks: usize,
     /// Validated stages by their index in the manifest. Inputs are validated before the stages that
     /// read them.

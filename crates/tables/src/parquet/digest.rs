@@ -162,8 +162,8 @@ impl ChunkDigests {
     /// Reads the digests of the chunks from the end of a file and verifies the footer. Returns
     /// `None` if the end is damaged.
     ///
-    /// `end` has all bytes of the file from byte `start` on, which must not be after the end of the
-    /// last chunk.
+    /// `end` contains the bytes of the file from offset `start` to its end. `start` must not be
+    /// after the end of the last chunk.
     pub(crate) fn verified(
         end: &Bytes,
         start: usize,
