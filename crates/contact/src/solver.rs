@@ -31,13 +31,14 @@
 //!
 //! Terms that all modules use:
 //!
-//! - A node is *free* if its pressure may change in the present iteration: it has pressure or
+//! - A *free* node is one whose pressure may change in the present iteration: it has pressure or
 //!   penetrates.
-//! - A *step* is the change of the pressures in one iteration, and its *step length* is the factor
-//!   of the search direction.
-//! - The *offset* is the mean gap in contact, from which gaps are measured; it adjusts δ.
-//! - The *reference* is a number that is subtracted from all gaps before they are rounded to single
-//!   precision.
+//! - A *step* is the change of the pressures in one iteration. Its *step length* is the factor of
+//!   the search direction in it.
+//! - The *reference* is a number close to δ. It is subtracted from gaps before they are rounded to
+//!   single precision: a stored gap is u − h − reference.
+//! - The *offset* is the mean of the stored gaps in contact, so that δ = reference + offset.
+//! - The *residual* of a node is its stored gap minus the offset.
 
 use super::elasticity;
 use super::elasticity::ElasticOperator;
@@ -82,11 +83,11 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 
 /// One rough surface and its contact under the last load.
 ///
-/// A solver needs about 59 bytes per node. It holds heights and pressure in double precision. In
-/// single precision it holds heights, pressure increments, last steps, the present gap, and the
-/// pressure and gap under the previous load. Both precisions share one half spectrum; three kernels
-/// have a quarter of the mesh each. The coarser meshes have a third of the nodes in total and hold
-/// heights, results and two kernels in single precision. Tolerances below 1e-5 take 4 more bytes.
+/// A solver needs about 59 bytes per node, and 4 more for tolerances below 1e-5. It holds heights
+/// and pressure in double precision. In single precision it holds heights, pressure increments,
+/// last steps, the present gap, and the pressure and gap under the previous load. Both precisions
+/// share one half spectrum; three kernels have a quarter of the mesh each. The coarser meshes have
+/// a third of the nodes in total and hold heights, results and two kernels in single precision.
 ///
 /// ```
 /// use asperity_contact::elasticity::PeriodicHalfSpace;
@@ -120,7 +121,7 @@ pub struct Solver {
     highest: f64,
     full_contact: Option<FullContact>,
     hardness: Option<Hardness>,
-    /// Smallest load so far under which the material yielded.
+    /// Smallest load so far under which the material yielded; infinite if it has not yielded.
     yields_from: f64,
 
     /// Pressure under the last load. Before the first load it is the pressure of full contact with
@@ -135,7 +136,7 @@ pub struct Solver {
 
     earlier_gap: Vec<f32>,
     earlier_reference: f64,
-    /// Mean gap in contact, minus the reference.
+    /// Mean of u − h in contact, minus the reference.
     offset: f64,
     earlier_offset: f64,
     /// Nodes that may be free in the first iteration of the next load.
@@ -151,10 +152,10 @@ pub struct Solver {
     coarser: Option<Box<Coarser>>,
 }
 
-/// Extremes of the pressure of zero mean that flattens the surface.
+/// Extremes of the pressure p of zero mean that flattens the surface.
 #[derive(Debug, Clone, Copy)]
 struct FullContact {
-    /// Smallest load that brings every node into contact, equal to minus the lowest pressure.
+    /// Smallest load that brings every node into contact: −min p.
     load: f64,
     peak: f64,
 }
@@ -168,12 +169,13 @@ impl Solver {
         Self::with_hardness(body, None, heights)
     }
 
-    /// Creates the solver of a surface on a material that yields at `hardness`, if given.
+    /// Creates the solver of a surface on a material that yields at `hardness`, or on an elastic
+    /// material if it is `None`.
     ///
-    /// Loads whose elastic pressures stay below the hardness give the same bytes as
-    /// [`Solver::new`]. A first load that was wrongly expected to exceed the hardness takes more
-    /// transform pairs. In ascending order, the first load that exceeds the hardness and all later
-    /// ones are solved with both bounds.
+    /// A load whose elastic pressures stay below the hardness gives the same bytes as with
+    /// [`Solver::new`]. It takes more transform pairs if it is the first load and was wrongly
+    /// expected to make the material yield. If loads ascend, the first load whose elastic pressures
+    /// exceed the hardness and all later loads are solved with both bounds, 0 ≤ p ≤ hardness.
     pub fn with_hardness(
         body: impl ElasticOperator + 'static,
         hardness: Option<Hardness>,
@@ -182,7 +184,9 @@ impl Solver {
         Self::with_threads(Threads::one(), Box::new(body), hardness, heights)
     }
 
-    /// Creates the solver with several threads, which later [share the work](Solver::set_threads).
+    /// Creates the solver as [`Solver::with_hardness`] does, with several threads.
+    ///
+    /// The threads also share the work of all loads, until [`Solver::set_threads`] replaces them.
     pub fn with_threads(
         threads: Threads,
         body: Box<dyn ElasticOperator>,
@@ -230,8 +234,9 @@ impl Solver {
         }
     }
 
-    /// Sets the threads that share the work. The pressures do not depend on their number, not even
-    /// in the last bit.
+    /// Sets the threads that share the work.
+    ///
+    /// The pressures do not depend on the number of threads, not even in the last bit.
     pub fn set_threads(&mut self, threads: Threads) {
         self.double_scratch.set_threads(threads.clone());
         if let Some(coarser) = &mut self.coarser {
@@ -247,18 +252,19 @@ impl Solver {
 
     /// Returns the smallest load that brings every node into contact, in units of E* × rms slope.
     ///
-    /// Returns `None` if no formula gives this load, or if the material yields under a smaller one.
+    /// Returns `None` if no formula gives this load, or if the peak pressure under this load
+    /// exceeds the hardness.
     pub fn full_contact_load(&self) -> Option<f64> {
         let full = self.full_contact?;
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         (full.load + full.peak <= ceiling).then_some(full.load)
     }
 
-    /// Returns the displacement of each node under unit pressure on all nodes, in units of the
+    /// Returns the displacement w of each node under unit pressure on all nodes, in units of the
     /// longer side over E*.
     ///
-    /// Returns `None` if a uniform pressure does not displace the body. By reciprocity, the mean of
-    /// p times this displacement is the mean displacement under any pressure p.
+    /// Returns `None` if a uniform pressure does not displace the body. By reciprocity, ⟨p w⟩ is
+    /// the mean displacement under any pressure p.
     pub fn displacement_under_unit_pressure(&mut self) -> Option<Vec<f64>> {
         if self.body.has_zero_mean_displacement() {
             return None;
@@ -293,12 +299,13 @@ pub const DEFAULT_PAIR_LIMIT: u32 = 2000;
 pub struct Settings {
     /// Largest accepted [`Outcome::residual`], with or without a hardness.
     ///
-    /// The residual must also be at most a tenth of the displacement of one node under the mean
-    /// pressure in contact. This second criterion is stricter than the default tolerance only if
-    /// that pressure is below 5e-4 E* × rms slope.
+    /// The residual must also be at most a tenth of the displacement that the mean contact pressure
+    /// on a single node causes at this node. This second criterion is stricter than the default
+    /// tolerance only if the mean contact pressure is below 5e-4 E* × rms slope.
     pub tolerance: f64,
-    /// Maximum number of transform pairs (one forward and one inverse transform) for one load. It
-    /// is checked once per iteration, so a few more may be used.
+    /// Maximum number of transform pairs (one forward and one inverse transform) for one load.
+    ///
+    /// The limit is checked once per iteration, so a few more pairs may be used.
     pub pair_limit: u32,
 }
 
@@ -358,9 +365,8 @@ pub struct Outcome {
     pub peak_pressure: f64,
 }
 
-/// Observer of a load, which receives the progress once per iteration and can stop the solver.
-///
-/// A closure `Fn() -> bool` implements `Watch`: it returns whether to stop.
+/// Observer of the solution of one load, which receives the progress once per iteration and can
+/// stop the solver.
 pub trait Watch {
     /// Returns whether to stop; the outcome then contains the best pressure so far.
     fn is_interrupted(&self) -> bool;

@@ -2,12 +2,11 @@
 //!
 //! If the material yields, pressures cannot be scaled back to their mean after a step, because
 //! saturated pressures would leave their bound. Instead, a constant is added to the direction
-//! before the step. It compensates the clipping that is to be expected, estimated from the free
+//! before the step. It compensates for the expected clipping, which is estimated from the free
 //! nodes in a sample of rows. Similarly, the offset of the residual is chosen such that a step
 //! along the negative residual would change the pressures within their bounds but not their sum.
 //! This matters if few or no nodes are elastic: their mean gap then says nothing, and nodes jump
-//! between both bounds. [`Candidates`] computes the constant shift of bounded pressures that
-//! changes their sum by a given amount.
+//! between both bounds. [`Candidates::shift`] computes both constants.
 
 use super::evaluation::Convergence;
 use super::inner_solver::InnerSolver;
@@ -15,11 +14,12 @@ use super::lanes::Wide;
 use super::passes::{GapSums, MIN_SAMPLE_NODES, PeekGap};
 use super::{Hardness, Solver};
 
-/// All free nodes are used to balance steps if the residual to reach exceeds this fraction of the
-/// present residual.
+/// Ratio of the residual to reach to the present residual above which steps are balanced with all
+/// free nodes instead of a sample.
 const BALANCED_REDUCTION: f64 = 1e-3;
 
-/// Sum of pressures and mean gap of free nodes while the hardness bounds the pressures.
+/// Sum of all pressures and mean gap of the free nodes, which are tracked while the hardness bounds
+/// the pressures.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {
     pub sum: f64,
@@ -33,19 +33,22 @@ impl Balance {
 }
 
 impl InnerSolver {
-    /// Returns whether all rows must be used to balance a step, given the ratio of the residual to
-    /// reach to the present one.
+    /// Returns whether all rows, instead of a sample, must be used to balance a step. `reduction`
+    /// is the ratio of the residual to reach to the present residual.
     ///
-    /// In the last iterations, elastic pressures are scaled to restore the missing load. If only a
-    /// few strips of nodes are elastic, scaling opens their gaps by more than the tolerance.
+    /// With a sample, a part of the load is missing after the step and is restored by scaling
+    /// elastic pressures. If only a few strips of nodes are elastic, this opens their gaps by more
+    /// than the tolerance, which matters in the last iterations.
     pub(super) fn must_balance(&self, reduction: f64) -> bool {
         self.bound.is_some() && reduction > BALANCED_REDUCTION
     }
 
-    /// Returns the mean to subtract from a direction, so that the pressures gain the missing load
-    /// in spite of clipping.
+    /// Returns the number m for which a clipped step τ (−z + β s − m) adds `missing_load` to the
+    /// sum of pressures, with the correction z and the last step s of each node, τ = `step_length`
+    /// and β = `beta`.
     ///
-    /// The estimate uses the free nodes collected from `rows` rows.
+    /// It is estimated from the free nodes collected from `rows` rows. Returns `None` if the
+    /// pressures have no upper bound or no m satisfies this.
     pub(super) fn balanced_mean(
         &mut self,
         [step_length, beta]: [f64; 2],
@@ -59,11 +62,13 @@ impl InnerSolver {
         Some(-shift / step_length)
     }
 
-    /// Returns the offset after `part` of a step for which the sum of bounded pressures would not
-    /// change if nodes did not interact.
+    /// Returns the offset after the fraction `part` of a step for which Σ clamp(p − k (g − offset),
+    /// 0, hardness) = Σ p, with the pressure p and gap g of each node that may change, and the
+    /// nodal stiffness k.
     ///
-    /// It is estimated from a sample of rows, or from all rows if the sample is too small. Close to
-    /// a solution it is the mean gap of elastic nodes.
+    /// `convergence` describes the gaps before the step. The sums are over a sample of rows, or
+    /// over all rows if `sees_all_rows` or if the sample is too small. Close to a solution, the
+    /// result is the mean gap of elastic nodes.
     pub(super) fn peek_offset(
         &mut self,
         part: f64,
@@ -94,11 +99,11 @@ impl InnerSolver {
 }
 
 impl Solver {
-    /// Returns the offset for which the sum of bounded pressures would not change if nodes did not
-    /// interact.
+    /// Returns the offset for which Σ clamp(p − k (g − offset), 0, `hardness`) = Σ p, with the
+    /// pressure p and gap g of each node that may change, and the nodal stiffness k.
     ///
-    /// The mean gap of elastic nodes, from which errors are measured, may be the gap of only one or
-    /// two nodes.
+    /// It replaces `convergence.offset`, the mean gap of elastic nodes, which may be the gap of
+    /// only one or two nodes.
     pub(super) fn balanced_offset(&mut self, hardness: Hardness, convergence: Convergence) -> f64 {
         self.inner.candidates.clear();
         self.gather(self.inner.sample.pairs(), hardness, convergence);
@@ -109,7 +114,8 @@ impl Solver {
         convergence.offset + shift.unwrap_or(0.0) / self.inner.nodal_stiffness
     }
 
-    /// Collects the nodes of these pairs of rows whose pressure may change.
+    /// Appends to `candidates` the nodes whose pressure may change, with the change −k (g −
+    /// offset), from rows 2i and 2i + 1 for each i in `pairs`.
     fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, convergence: Convergence) {
         let Convergence { offset, error } = convergence;
         for pair in pairs {
@@ -131,18 +137,19 @@ impl Solver {
     }
 }
 
-/// Relative accuracy of the shift of pressures, as a fraction of the largest change.
+/// Accuracy of the shift that [`Candidates::shift`] returns, as a fraction of the largest change.
 const PRECISION: f64 = 1e-6;
 
 const ROUNDING: f64 = 1e-7;
 
 const STEPS: usize = 40;
 
-/// Nodes whose pressures may change, with pressures and changes.
+/// Pressures and proposed changes of the nodes whose pressure may change.
 #[derive(Default)]
 pub struct Candidates {
     pressure: Vec<f32>,
-    /// Change of the pressure of each node, before the common shift.
+    /// Proposed change of the pressure of each node; [`Candidates::shift`] returns the number to
+    /// add to all of them.
     change: Vec<f32>,
 }
 
@@ -191,11 +198,11 @@ impl Candidates {
         self.change.push(change);
     }
 
-    /// Returns the number to add to all changes so that the sum of bounded pressures grows by
-    /// `missing_load`.
+    /// Returns the shift s for which Σ clamp(p + Δp + s, 0, `ceiling`) = Σ clamp(p, 0, `ceiling`) +
+    /// `missing_load`, with the pressure p and the change Δp of each node.
     ///
-    /// If several shifts satisfy this, returns any of them. Returns `None` if there are no nodes or
-    /// if the bounds do not allow the sum.
+    /// If several shifts satisfy this, returns one of them. Returns `None` if there are no nodes or
+    /// if no shift can reach this sum.
     pub fn shift(&self, missing_load: f64, ceiling: f32) -> Option<f64> {
         let count = self.len() as f64;
         let before: f64 = self.total(|pressure, _| pressure.clamp(0.0, ceiling));
@@ -241,8 +248,8 @@ impl Candidates {
         f64::from(self.change.iter().fold(0.0, larger))
     }
 
-    /// Returns the shifts that bring all nodes to the lower bound, and all nodes to the upper
-    /// bound.
+    /// Returns the highest shift s for which p + Δp + s ≤ 0 at all nodes, and the lowest for which
+    /// p + Δp + s ≥ `ceiling` at all nodes.
     fn range(&self, ceiling: f32) -> (f64, f64) {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         for (pressure, change) in self.pressure.iter().zip(&self.change) {
@@ -252,7 +259,8 @@ impl Candidates {
         (-f64::from(high), f64::from(ceiling) - f64::from(low))
     }
 
-    /// Returns Σ term(pressure, change), in chunks that single precision can add up.
+    /// Returns Σ term(p, Δp) over all nodes, in single precision within chunks of 256 nodes and in
+    /// double precision over the chunks.
     fn total(&self, term: impl Fn(f32, f32) -> f32) -> f64 {
         const CHUNK: usize = 256;
         let chunks = self.pressure.chunks(CHUNK).zip(self.change.chunks(CHUNK));

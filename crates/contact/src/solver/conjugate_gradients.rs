@@ -21,8 +21,8 @@
 //!
 //! - Sums that the passes at both ends of a transform add up yield the line search and the offset,
 //!   which here is the mean gap weighted by pressure (`line_search`).
-//! - The next pass scales the pressures and undoes a part of the step if necessary
-//!   (`PendingUpdate`).
+//! - Scaling the pressures, and undoing a part of the step if necessary, is left to the next pass
+//!   over them (`PendingUpdate`).
 //! - The mean correction is estimated from a sample of rows, before all corrections are computed.
 //!
 //! If the material yields, pressures are also clipped at the hardness. Free nodes are then elastic
@@ -50,25 +50,28 @@ use super::start::Start;
 use super::{Solver, two_level};
 use crate::fft::Band;
 
-/// Ratio of the smallest residual for which single precision is trusted to the largest residual;
-/// well above its rounding of 1e-7. An evaluation in double precision and a new start take as long
-/// as two iterations.
+/// Smallest residual that is trusted in single precision, as a fraction of the largest residual.
+///
+/// It is well above the rounding error of 1e-7. An evaluation in double precision and a new start
+/// take as long as two iterations.
 const SINGLE_REDUCTION: f64 = 1e-5;
 
-/// Expected factor by which one iteration reduces the residual once the contact is found. If it
-/// suffices to reach the goal, the step is evaluated in double precision directly.
+/// Expected factor by which one iteration reduces the residual once the contact is found.
+///
+/// If this reduction suffices to reach the goal, the pressures after the iteration are evaluated in
+/// double precision directly.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
-/// The same factor if the material yields, where only strips of nodes are elastic.
+/// [`EXPECTED_REDUCTION`] if the material yields, so that only strips of nodes are elastic.
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 /// Result of a series of iterations.
 pub enum End {
-    /// Iterations ended because the residual is low enough or because they must start again, with
-    /// this update pending. Gaps in contact are about `offset`.
+    /// The residual is low enough (`is_reached`), or the iterations must start again. The update
+    /// `pending` is still to be applied to the pressures. Gaps in contact are about `offset`.
     Residual { pending: PendingUpdate, offset: f64, is_reached: bool },
-    /// Iterations ended with a step that should reach the goal. The gap after the step is not
-    /// computed yet; gaps in contact were about `offset` before it.
+    /// The last step should reach the goal, but the gap after it is not yet computed. Gaps in
+    /// contact were about `offset` before this step.
     Step { line: LineSearch, balance: Option<Balance>, offset: f64 },
 }
 
@@ -77,14 +80,16 @@ pub enum End {
 pub struct Goal {
     /// Residual to reach, in mesh steps at unit rms slope.
     pub residual: f64,
-    /// True if the result is evaluated in double precision, so that the last step need not be
-    /// followed in single precision.
+    /// True if the caller evaluates the result in double precision, so that the gap after the last
+    /// step need not be computed in single precision.
     pub is_evaluated: bool,
 }
 
 impl Solver {
-    /// Iterates at least once until the tolerance is met or rounding in single precision prevents
-    /// progress, and evaluates the result.
+    /// Iterates from `start` at least once, until the residual is at most `tolerance`, rounding in
+    /// single precision prevents progress or `stop` returns true. Evaluates the result.
+    ///
+    /// `stop` is called with the number of transform pairs used for the load.
     pub(super) fn refine(
         &mut self,
         history: &mut History,
@@ -106,8 +111,10 @@ impl Solver {
 }
 
 impl InnerSolver {
-    /// Iterates at least once until the goal is met or rounding in single precision prevents
-    /// progress.
+    /// Iterates from `start` at least once, until the goal is met, rounding in single precision
+    /// prevents progress or `stop` returns true.
+    ///
+    /// `stop` is called with the number of transform pairs used for the load.
     pub(super) fn iterate(
         &mut self,
         history: &mut History,
@@ -192,15 +199,18 @@ impl InnerSolver {
         }
     }
 
-    /// Returns the residual that single precision can reach from `largest`, with gaps in contact
-    /// near `offset`.
+    /// Returns the smallest residual that single precision can reach if the largest residual was
+    /// `largest` and gaps in contact are near `offset`.
     fn within_single_precision(&self, largest: f64, offset: f64) -> f64 {
         let rounding = f64::from(f32::EPSILON) * offset.abs();
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
-    /// Computes the gap after a step. Returns the convergence, the mean gap of free nodes if the
-    /// material yields, and the step.
+    /// Computes the gap after the step of which `line` is the line search. `convergence` describes
+    /// the gaps before it.
+    ///
+    /// Returns the new convergence, the mean gap of free nodes (only if the material yields), and
+    /// the step.
     fn follow(
         &mut self,
         history: &mut History,
@@ -233,17 +243,19 @@ impl InnerSolver {
         (convergence, free_offset, made)
     }
 
-    /// Adapts the step lengths to a step whose energy is lowest at the fraction `best` of it.
-    /// Returns the fraction of the step to keep.
+    /// Adapts `history` and the step lengths to a step along which the energy is lowest at the
+    /// fraction `best`. Returns the fraction of the step to keep.
     pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
         let part = history.learn(self.step_lengths_mut(history.is_nested), best);
         self.extension.is_enabled = history.uses_extension();
         part
     }
 
-    /// Adds the displacement under a step to the gap, and computes the next residual.
+    /// Adds the displacement under a step to the gap, and computes the next residual, gap −
+    /// `offset`.
     ///
-    /// Returns the convergence and the mean gap of free nodes.
+    /// `pending` is the scaling and partial undo of the step. Returns the convergence and the mean
+    /// gap of free nodes.
     pub(super) fn update_gap<const YIELDS: bool>(
         &mut self,
         pending: PendingUpdate,
@@ -278,16 +290,19 @@ impl InnerSolver {
     }
 }
 
-/// Largest factor β of the last step in a direction. A larger β would let this contribution grow
-/// from iteration to iteration, which a predicted step length does not allow.
+/// Largest factor β of the last step in a direction.
+///
+/// With a larger β, the contribution of the last step could grow from iteration to iteration,
+/// because step lengths are only predicted.
 const MAX_BETA: f64 = 2.0;
 
 impl InnerSolver {
-    /// Estimates mean corrections from a sample of rows, or from all rows if the sample has too few
-    /// free nodes.
+    /// Returns means over the free nodes of a sample of rows, or of all rows if `sees_all_rows` or
+    /// if the sample has too few free nodes.
     ///
-    /// If the material yields, the pass also collects the free nodes. Returns the means and the
-    /// number of rows from which free nodes were collected.
+    /// If the material yields, also collects these free nodes in `candidates`, with `of_step` ×
+    /// last step added to their pressures. The second result is the number of rows from which they
+    /// were collected, or 0.
     fn peek(&mut self, of_step: f64, sees_all_rows: bool) -> (Means, usize) {
         // Reuse the allocations.
         let (mut nodes, mut candidate_steps) =
@@ -325,8 +340,11 @@ impl InnerSolver {
         (means, rows)
     }
 
-    /// Computes a direction conjugate to the last step. If the material yields, the direction also
-    /// restores the missing load.
+    /// Computes the direction −z + β s − m, conjugate to the step s = `last`, with the correction z
+    /// and a mean m that is subtracted. Without a last step, β is zero.
+    ///
+    /// A step of `step_length` along it keeps the sum of pressures, if none is clipped. If the
+    /// material yields, the step adds `missing_load` to the sum in spite of clipping.
     pub(super) fn direction(
         &mut self,
         last: Option<&LastStep>,
@@ -389,7 +407,11 @@ impl InnerSolver {
         pass.0.sums.total()
     }
 
-    /// Computes the corrections, by one pair of transforms or by blocks, and stores them.
+    /// Computes the corrections z from the present residual, and stores them for the next
+    /// direction.
+    ///
+    /// If `by_blocks`, they are computed with the two-level preconditioner, otherwise with Eᵀ K E
+    /// and one transform pair.
     pub(super) fn correct(&mut self, by_blocks: bool) {
         self.is_by_blocks = by_blocks;
         if by_blocks {

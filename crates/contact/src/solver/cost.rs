@@ -12,8 +12,8 @@ use crate::grid::{Boundary, Cell, Grid};
 /// Ratio of the time of an iteration to the time of its transforms: 2.4 at 512² and 2.3 at 1024².
 const OVERHEAD: f64 = 2.3;
 
-/// Transform pairs for a load that is solved on coarser meshes first: 12 to 15 for any load on 512²
-/// to 4096² nodes.
+/// Expected number of transform pairs for a load that is first solved on coarser meshes: 12 to 15
+/// were counted for any load on 512² to 4096² nodes.
 const NESTED: f64 = 13.0;
 
 const NESTED_PER_DECADE: f64 = 3.0;
@@ -21,7 +21,8 @@ const NESTED_PER_DECADE: f64 = 3.0;
 /// Time for repeated measurements of one pair.
 const MEASURING_TIME: Duration = Duration::from_millis(20);
 
-/// Relative increase of the number of pairs for each factor of ten in the tolerance, down to 1e-10.
+/// Relative increase of the number of pairs each time the tolerance is reduced tenfold, down to
+/// 1e-10.
 const PER_DECADE: f64 = 0.18;
 
 /// Ratio of the time of a pair with a free boundary to that with a periodic one. Every second pair
@@ -73,9 +74,10 @@ fn decades(tolerance: f64) -> f64 {
 /// Returns the expected number of pairs for an elastic, periodic body.
 ///
 /// The formula is a rough fit to counts on self-affine surfaces, with an error of a tenth for means
-/// over several surfaces. Loads near full contact take the fewest pairs. Larger steps between loads
-/// make worse initial guesses, and each doubling of the mesh adds a tenth. On small meshes the
-/// first load has no guess. Loads far apart take the same number of pairs at any load.
+/// over several surfaces. Loads near full contact take the fewest pairs. A larger ratio of
+/// consecutive loads makes a worse initial guess, and each doubling of the nodes per side adds a
+/// tenth. On small meshes the first load has no initial guess from coarser meshes. On large meshes,
+/// loads far apart take the same number of pairs at any load.
 fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let cell = Cell::square(1.0).expect("a side of one");
     let nested = Grid::new(nodes, cell).is_ok_and(is_nested);
@@ -98,7 +100,8 @@ fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
 
 /// Measures the time of a transform pair on this machine with a few transforms.
 ///
-/// The result is in core-seconds and includes the overhead of the iteration.
+/// The result is in core-seconds. It includes the other work of an iteration, as a fixed multiple
+/// of the time of the transforms.
 pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
     let longer = nodes.into_iter().max().filter(|longer| *longer > LARGEST_MEASURED);
     if let Some(longer) = longer {

@@ -26,7 +26,8 @@ pub struct Evaluation {
 }
 
 impl Solver {
-    /// Computes the gap under the present pressure; takes one pair.
+    /// Computes the gap under the present pressures and evaluates it; takes one transform pair.
+    /// Sets the last steps to zero.
     pub(super) fn evaluate(&mut self) -> Evaluation {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
@@ -39,11 +40,11 @@ impl Solver {
         self.finish_gap()
     }
 
-    /// Evaluates an initial guess, and evaluates it again with a corrected reference if rounding
-    /// hides its error.
+    /// Evaluates an initial guess. If rounding of the gaps hides their error, changes the reference
+    /// of the gaps and evaluates the guess again.
     ///
-    /// Rounding is large if the gaps differ much from their reference. The inner solver could not
-    /// improve such a guess.
+    /// This happens if gaps differ much from their reference. The inner solver could not improve
+    /// such a guess.
     pub(super) fn evaluate_guess(&mut self, settings: &Settings) -> Evaluation {
         let evaluation = self.evaluate();
         let Convergence { offset, error } = evaluation.convergence;
@@ -55,10 +56,11 @@ impl Solver {
         self.evaluate()
     }
 
-    /// Evaluates the pressures of the inner solver after the pending update.
+    /// Sets the pressures to those of the inner solver after the update `pending`, and evaluates
+    /// them.
     ///
-    /// From then on, gaps are relative to `offset`, which is close to the new offset, so that gaps
-    /// in contact keep all their digits.
+    /// Adds `offset`, about the mean gap in contact, to the reference of the gaps, so that gaps in
+    /// contact become small and keep all their digits.
     pub(super) fn evaluate_inner(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
         if let Some(hardness) = self.inner.bound {
             self.promote_yielding(hardness, pending);
@@ -91,7 +93,10 @@ impl Solver {
         over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
     }
 
-    /// Evaluates a step, and evaluates again if only a part of it is kept.
+    /// Evaluates the pressures after the step of which `line` is the line search. If only a part of
+    /// the step is to be kept, undoes the rest and evaluates again.
+    ///
+    /// `offset` is about the mean gap in contact before the step.
     pub(super) fn evaluate_step(
         &mut self,
         history: &mut History,
@@ -104,8 +109,8 @@ impl Solver {
         self.keep_step(history, line.best(curvature), curvature, evaluation, offset_change - offset)
     }
 
-    /// Evaluates a step in a material that yields; `balance` belongs to the pressures before the
-    /// step.
+    /// Evaluates the pressures after a step as [`Solver::evaluate_step`] does, in a material that
+    /// yields. `balance` describes the pressures before the step.
     pub(super) fn evaluate_yielding_step(
         &mut self,
         history: &mut History,
@@ -122,8 +127,11 @@ impl Solver {
         self.keep_step(history, best, curvature, evaluation, 0.0)
     }
 
-    /// Computes the gap after a step with scaled pressures, and the curvature of the energy along
-    /// the step.
+    /// Ends the convolution of the pressures after a step d, and computes the gap. Returns its
+    /// evaluation and the curvature ⟨d, A d⟩ of the energy along the step.
+    ///
+    /// The step includes a multiplication of the pressures by `scale`. `reference_change` was added
+    /// to the reference of the gaps.
     fn finish_step<const YIELDS: bool>(
         &mut self,
         scale: f64,
@@ -149,8 +157,11 @@ impl Solver {
         (self.evaluation(&statistics, work), curvature)
     }
 
-    /// Adapts the step lengths to an evaluated step with the best fraction `best`. Keeps the step
-    /// or this fraction of it.
+    /// Adapts the step lengths to an evaluated step along which the energy is lowest at the
+    /// fraction `best`.
+    ///
+    /// If the whole step is to be kept, stores it in `history` and returns `evaluation`. Otherwise
+    /// undoes a part of it and evaluates again.
     fn keep_step(
         &mut self,
         history: &mut History,
@@ -235,7 +246,7 @@ impl Solver {
     }
 }
 
-/// Offset and largest error of the gap.
+/// Offset of the gaps, and their largest violation of the contact conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     /// Mean gap in elastic contact, or an estimate of it if few or no nodes are elastic.
@@ -245,7 +256,7 @@ pub struct Convergence {
     pub error: f64,
 }
 
-/// Lowest gap of nodes that are not saturated, and highest gap in contact.
+/// Highest gap in contact, and lowest gap of nodes that are not saturated.
 #[derive(Debug, Clone, Copy)]
 pub struct Extremes {
     pub highest_in_contact: f32,
@@ -256,7 +267,7 @@ impl Extremes {
     pub const NONE: Self = Self { highest_in_contact: -f32::MAX, lowest: f32::MAX };
 
     /// Returns the offset that violates the contact conditions least if all contact nodes are
-    /// saturated.
+    /// saturated: the mean of both gaps, or the highest gap if all nodes are saturated.
     pub fn middle(self) -> f64 {
         let highest = f64::from(self.highest_in_contact);
         if self.lowest == Self::NONE.lowest {
@@ -328,7 +339,8 @@ impl GapStatistics {
         Self { gap_sum: sums_gaps.then_some(0.0), ..Self::ZERO }
     }
 
-    /// Adds a row of gaps to the sums; the flags are in `last_step`.
+    /// Adds a row of gaps to the sums over elastic nodes, saturated nodes and the map. `last_step`
+    /// holds the flags of the nodes.
     #[inline(always)]
     pub fn add_gaps<const YIELDS: bool>(&mut self, gap: &[f64], last_step: &[f32]) {
         self.elastic_sum += sum_by(gap, last_step, |gap, last_step| {
@@ -345,7 +357,8 @@ impl GapStatistics {
         }
     }
 
-    /// Adds a row of gaps to counts and extremes; the flags are in `last_step`.
+    /// Adds a row of gaps to the counts of nodes and to the extremes. `last_step` holds the flags
+    /// of the nodes.
     #[inline(always)]
     pub fn add<S: Simd, const R: usize, const YIELDS: bool>(
         &mut self,

@@ -15,7 +15,7 @@ use pulp::Simd;
 use super::lanes::{LANES, Lanes, Mask};
 use crate::fft::{Band, Row};
 
-/// Flag of free nodes, whose pressure may change in the direction of the residual.
+/// Flag of free nodes, whose pressure may change in the present iteration.
 pub const FREE: u32 = 1;
 
 /// Flag of nodes that have pressure.
@@ -38,7 +38,7 @@ pub fn mark<S: Simd, const R: usize>(
     last_step.with(MARKS, [(FREE, free), (PRESSED, pressed)])
 }
 
-/// Sets the three flags of a material that yields.
+/// Sets the flags [`FREE`], [`PRESSED`] and [`SATURATED`], and clears them where a mask is false.
 #[inline(always)]
 pub fn mark_yielding<S: Simd, const R: usize>(
     last_step: Lanes<S, R>,
@@ -55,7 +55,8 @@ pub fn has(last_step: f32, mark: u32) -> bool {
     last_step.to_bits() & mark != 0
 }
 
-/// Sets the flags [`PRESSED`] and [`SATURATED`] by the pressure, and keeps the flag [`FREE`].
+/// Returns `last_step` with the flags [`PRESSED`] and [`SATURATED`] that `pressure` requires, and
+/// with its flag [`FREE`].
 #[inline(always)]
 pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     let pressed = PRESSED * u32::from(pressure > 0.0);
@@ -63,11 +64,11 @@ pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     f32::from_bits((last_step.to_bits() & !(PRESSED | SATURATED)) | pressed | saturated)
 }
 
-/// Marks of single nodes at the end of a row, all true.
+/// Marks, all true, of the single nodes at the end of a row, in place of the marks of groups.
 pub const ALL: [bool; LANES] = [true; LANES];
 
-/// Marks which groups of [`LANES`] nodes are active (a node is free or has pressure) and which
-/// contain a free node.
+/// Two marks of each group of [`LANES`] nodes in a row: whether it is active (a node is free or has
+/// pressure), and whether it contains a free node.
 ///
 /// Inactive groups have zero pressures and zero last steps. In active groups without a free node,
 /// every pressure is zero or the hardness.
@@ -75,8 +76,8 @@ pub struct ActiveGroups {
     row_groups: usize,
     active: Vec<bool>,
     free: Vec<bool>,
-    /// True if all groups are active. This is so for small tolerances, where the reference pressure
-    /// is not zero outside contact.
+    /// True if all groups are always active. This is so for small tolerances, for which the
+    /// reference pressure is not zero outside contact.
     always: bool,
 }
 
@@ -91,8 +92,7 @@ impl ActiveGroups {
         }
     }
 
-    /// Prepares iterations in which all groups are active if `always`, and otherwise those found to
-    /// be.
+    /// Sets whether all groups are always active, or only groups with a free node or with pressure.
     pub fn prepare(&mut self, always: bool) {
         self.always = always;
     }
@@ -117,7 +117,7 @@ impl ActiveGroups {
     }
 }
 
-/// Mutable access to the groups of consecutive rows.
+/// Mutable access to the marks of groups in consecutive rows.
 pub struct ActiveBand<'a> {
     row_groups: usize,
     active: Band<'a, bool>,

@@ -52,12 +52,15 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Creates the solver of a surface, as [`Solver::with_hardness`] does.
+    /// Creates the solver of a surface on this body, with one height for each node of `grid`, as
+    /// [`Solver::with_hardness`] does.
     pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
         self.solver_with_threads(Threads::one(), grid, heights)
     }
 
-    /// Creates the solver with several threads, which later [share the work](Solver::set_threads).
+    /// Creates the solver as [`HalfSpace::solver`] does, with several threads.
+    ///
+    /// The threads also share the work of all loads, until [`Solver::set_threads`] replaces them.
     pub fn solver_with_threads(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
         let body: Box<dyn ElasticOperator> = match self.boundary {
             Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),
@@ -66,8 +69,8 @@ impl HalfSpace {
         Solver::with_threads(threads, body, self.hardness, heights)
     }
 
-    /// Returns the memory that the solver needs for this tolerance, in bytes per node, preparation
-    /// included.
+    /// Returns the memory that the solver of this body needs for `tolerance`, including its
+    /// creation, in bytes per node.
     pub fn bytes_per_node(&self, tolerance: f64) -> f64 {
         let around = match self.boundary {
             Boundary::Periodic => 0.0,
@@ -78,13 +81,15 @@ impl HalfSpace {
     }
 }
 
-/// Additional bytes per node of a free half-space: a mesh with twice the nodes along both axes for
-/// the factors of its kernels, and these kernels. There are no coarser meshes. Runs on 2048², 4096²
-/// and 8192² nodes had a peak of 100 bytes per node in total.
+/// Additional memory of the solver of a free half-space, in bytes per node.
+///
+/// It is needed for the kernels, and for a mesh with twice the nodes along both axes on which they
+/// are computed. Coarser meshes are not used. Runs on 2048², 4096² and 8192² nodes had a peak of
+/// 100 bytes per node in total.
 const FREE_BYTES: f64 = 44.0;
 
-/// Additional bytes per node for lists of nodes whose pressure may change, measured at the peak of
-/// a run on 2048² nodes in which many nodes change in the same iteration.
+/// Additional memory for lists of nodes whose pressure may change, in bytes per node. It was
+/// measured at the peak of a run on 2048² nodes in which many nodes change in the same iteration.
 const YIELDING_BYTES: f64 = 10.0;
 
 /// Upper bound of the pressure, in units of E* × rms slope: positive and finite.
@@ -140,7 +145,7 @@ impl Hardness {
         self.0
     }
 
-    /// Checks that the mean pressure `load`, in the same unit, is below the hardness.
+    /// Checks that the mean pressure `load`, in units of E* × rms slope, is below the hardness.
     pub fn check_load(self, load: f64) -> Result<(), HardnessError> {
         if load < self.0 {
             Ok(())
@@ -153,8 +158,8 @@ impl Hardness {
 
 /// Convolution of displacements with the stiffness, which gives pressures.
 ///
-/// It uses the transform `single` that convolves pressures if both convolutions are on the mesh of
-/// the map.
+/// On the mesh of the map, its methods use the transform `single` and the scratch with which
+/// pressures are convolved. On a larger mesh, they use a [`SeparateTransform`].
 pub struct Stiffness {
     /// Numbers of nodes of the map, which is a corner of the mesh or the whole mesh.
     map: [usize; 2],
@@ -166,7 +171,8 @@ pub struct Stiffness {
 struct SeparateTransform {
     transform: Transform<f32>,
     scratch: Scratch<f32>,
-    /// Steps of the pressures, copied from this mesh to the mesh of pressures.
+    /// Buffer for the steps of the pressures, which are copied from this mesh to the mesh on which
+    /// pressures are convolved.
     steps: Vec<f32>,
 }
 
@@ -191,7 +197,8 @@ impl Stiffness {
         }
     }
 
-    /// Begins the convolution of the displacements that `rows` writes into all rows of the mesh.
+    /// Begins the convolution of displacements. `rows` writes these displacements into all rows of
+    /// the mesh.
     pub fn begin(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -202,7 +209,8 @@ impl Stiffness {
         transform.begin(rows, scratch);
     }
 
-    /// Ends the convolution and stores all rows of pressures after `rows` has read them.
+    /// Ends the convolution, passes all rows of pressures to `rows`, and stores them as `rows`
+    /// leaves them.
     pub fn finish_and_store(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -214,7 +222,7 @@ impl Stiffness {
         transform.finish_and_store(rows, scratch);
     }
 
-    /// Passes the given pairs of stored rows of the map to `rows`.
+    /// Passes the stored rows 2i and 2i + 1 of the map to `rows`, for each i in `pairs`.
     pub fn peek_stored(
         &mut self,
         pairs: &[usize],
@@ -237,8 +245,8 @@ impl Stiffness {
         in_corner(self.map, rows, |rows| transform.read_stored(rows, scratch));
     }
 
-    /// Passes the stored rows of the map to `rows`, and begins the convolution of the pressures
-    /// that `rows` writes in their place.
+    /// Passes the stored rows of the map to `rows`, which replaces them by steps of the pressures,
+    /// and begins the convolution of these steps with the displacement kernel.
     pub fn begin_from_stored(
         &mut self,
         rows: &mut impl Rows<f32>,
@@ -260,7 +268,8 @@ impl Stiffness {
     }
 }
 
-/// Returns the separate transform if there is one, otherwise the shared one.
+/// Returns the separate transform and its scratch if there is one, otherwise `single` and
+/// `scratch`.
 fn transform_of_mesh<'a>(
     apart: &'a mut Option<SeparateTransform>,
     single: &'a Transform<f32>,
@@ -272,7 +281,7 @@ fn transform_of_mesh<'a>(
     }
 }
 
-/// Runs a pass and copies the rows that it writes.
+/// Pass that runs another pass and copies the rows that it writes.
 struct CopyRows<'a, P> {
     rows: P,
     steps: Band<'a, f32>,

@@ -76,7 +76,6 @@ impl Pass<f64> for Centre<'_> {
     }
 }
 
-/// Returns the lowest and the highest value of a map.
 pub fn range(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
     let mut seen = RangeSoFar::NONE;
     over_rows(threads, map, row_nodes, &mut seen);
@@ -138,8 +137,9 @@ impl Pass<f64> for RangeSoFar {
 
 const BINS: usize = 1024;
 
-/// Histogram of the heights between two levels. Its bins begin at the higher level. It runs as a
-/// pass over pressures.
+/// Histogram of the heights between `low` and `high`, with the highest bin first.
+///
+/// It counts nodes as a [`Pass`] over any map and does not change this map.
 pub struct CountHeights<'a> {
     heights: &'a [f64],
     low: f64,
@@ -147,7 +147,7 @@ pub struct CountHeights<'a> {
     counts: [u32; BINS],
 }
 
-/// Bin of a histogram that contains the level above which a given number of nodes lie.
+/// Bin of a histogram of heights that contains the n-th highest node.
 #[derive(Debug, Clone, Copy)]
 pub struct LevelBin {
     /// Number of nodes above the upper end of the bin.
@@ -161,8 +161,8 @@ impl<'a> CountHeights<'a> {
         Self { heights, low, high, counts: [0; BINS] }
     }
 
-    /// Returns the bin in which the number of higher nodes reaches `nodes`; `above` nodes lie above
-    /// the histogram.
+    /// Returns the bin in which the number of nodes, counted from the highest down, reaches
+    /// `nodes`. `above` is the number of nodes above the histogram.
     pub fn highest(&self, mut above: f64, nodes: f64) -> LevelBin {
         let bin = self.counts.iter().position(|count| {
             above += f64::from(*count);
@@ -198,16 +198,16 @@ impl Pass<f64> for CountHeights<'_> {
         Self { counts: [0; BINS], ..*self }
     }
 
-    /// Counts are whole numbers, so their sum does not depend on the order.
     fn append(&mut self, later: Self) {
+        // Counts are whole numbers, so their sum does not depend on the order.
         for (count, later) in self.counts.iter_mut().zip(later.counts) {
             *count += later;
         }
     }
 }
 
-/// Sets pressures as in Hertz' contacts, proportional to the square root of the height above a
-/// level.
+/// Pass over pressures that sets them to √(h − `level`) at heights h above the level and to zero
+/// below, as in Hertz' contacts.
 pub struct PressAbove<'a> {
     pub level: f64,
     pub heights: &'a [f64],
@@ -228,8 +228,8 @@ impl Pass<f64> for PressAbove<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Sets the previous gap and pressure to those of a surface that is touched only at its highest
-/// node. It runs as a pass over gaps.
+/// Pass over gaps that sets them to `highest` − height, and `earlier_pressure` to zero: the state
+/// in which the highest node is about to touch.
 pub struct Untouched<'a> {
     pub highest: f64,
     pub heights: &'a [f64],
@@ -252,7 +252,7 @@ impl Pass<f32> for Untouched<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Computes heights in single precision, relative to a level.
+/// Pass over heights in single precision that sets them to `heights` − `level`.
 pub struct CountedFrom<'a> {
     pub level: f64,
     pub heights: &'a [f64],

@@ -21,7 +21,7 @@ pub struct InnerSolver {
     /// Ratio of the longer side of the cell to the smaller mesh step.
     pub steps_per_side: f64,
     pub heights: Vec<f32>,
-    /// Reference that is subtracted from heights.
+    /// Height that is subtracted from heights before they are rounded to single precision.
     pub height_reference: f64,
     pub load: f64,
     /// Upper bound of the pressures; `None` while they are not bounded.
@@ -31,25 +31,26 @@ pub struct InnerSolver {
     pub nested_step_lengths: StepLengths,
 
     pub gap: Vec<f32>,
-    /// Reference that is subtracted from gaps.
+    /// Number that is subtracted from gaps before they are rounded to single precision.
     pub reference: f64,
-    /// Offset of the present residual, relative to `reference`.
+    /// Offset from which the present residual is measured: residual = `gap` − `level`.
     pub level: f64,
     /// Part of the pressure that does not change during the iterations.
     pub reference_pressure: ReferencePressure,
     /// Difference of pressure and reference pressure.
     pub pressure_increment: Vec<f32>,
-    /// Last step of free nodes, with flags in the lowest bits (`flags`).
+    /// Last step of the pressure of each node, zero at nodes that are not free. Its lowest bits
+    /// hold the flags of the node (`flags`).
     pub last_step: Vec<f32>,
     pub active: ActiveGroups,
     pub sample: Sample,
     pub free_nodes: f64,
     pub extension: Extension,
     pub two_level: TwoLevel,
-    /// True if the present corrections are those of the two-level preconditioner.
+    /// True if the present corrections were computed with the two-level preconditioner.
     pub is_by_blocks: bool,
-    /// Nodes whose pressure may change, if the material yields; `candidate_steps` are their last
-    /// steps.
+    /// Nodes whose pressure may change, collected if the material yields. `candidate_steps` holds
+    /// their last steps.
     pub candidates: Candidates,
     pub candidate_steps: Vec<f32>,
 
@@ -115,8 +116,8 @@ impl InnerSolver {
         self.threads = threads;
     }
 
-    /// Returns the step lengths of iterations that start from a coarser mesh, or those of all other
-    /// iterations.
+    /// Returns the step lengths of iterations that start from a coarser mesh if `is_nested`, and
+    /// otherwise those of all other iterations.
     pub fn step_lengths(&self, is_nested: bool) -> &StepLengths {
         if is_nested { &self.nested_step_lengths } else { &self.step_lengths }
     }
@@ -129,12 +130,13 @@ impl InnerSolver {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Returns the bound of the pressures, or infinity.
+    /// Returns the upper bound of the pressures, or infinity if there is none.
     pub fn ceiling(&self) -> f64 {
         self.bound.map_or(f64::INFINITY, Hardness::pressure)
     }
 
-    /// Converts an error of the gap to mesh steps at unit rms slope.
+    /// Converts an error of the gap to the unit of residuals, the smaller mesh step at unit rms
+    /// slope.
     pub fn residual(&self, error: f64) -> f64 {
         self.steps_per_side * error
     }

@@ -1,9 +1,10 @@
-//! Line search along a step before the gap after it is known, and prediction of step lengths.
+//! Line search along a step, and prediction of step lengths. The line search is complete once the
+//! displacement under the step is known, before the next gap is computed.
 //!
 //! Let m be the clipped step. All pressures are then scaled by s to restore their mean. Together
 //! this changes the pressure p by d = s m + (s − 1) p, and the displacement u under p by A d = s A
-//! m + (s − 1) u. With the gap g, the line search follows from sums over m, p, g and u, and from
-//! ⟨m, A m⟩.
+//! m + (s − 1) u, where A maps pressures to displacements. With the gap g, the line search follows
+//! from sums over m, p, g and u, and from ⟨m, A m⟩.
 //!
 //! If the material yields, saturated pressures must not be scaled, and the displacement due to
 //! scaling elastic pressures alone is unknown. Therefore d = m, and the next direction restores the
@@ -18,13 +19,17 @@ use super::passes::{PendingUpdate, Sums};
 /// needed, the step is undone.
 const MAX_SCALE: f64 = 2.0;
 
-/// Energy along the line from the pressures before a step to those after it.
+/// Elastic energy along the line from the pressures p before a step to the pressures p + d after
+/// it.
+///
+/// d = s m + (s − 1) p consists of the clipped step m and the scaling by s. A maps pressures to
+/// displacements, and g is the gap before the step.
 #[derive(Debug, Clone, Copy)]
 pub struct LineSearch {
     /// Factor s that restores the mean pressure, or 1 if the material yields.
     pub scale: f64,
-    /// Factor of all pressures that would restore their mean after the step, also if the material
-    /// yields.
+    /// Factor of all pressures that would restore their mean after the step. Unlike `scale`, it is
+    /// not set to 1 if the material yields.
     needed_scale: f64,
     /// Slope ⟨d, g⟩ of the energy. The offset of the gaps does not matter, because the mean of d is
     /// zero.
@@ -33,7 +38,7 @@ pub struct LineSearch {
     along: f64,
     /// Product ⟨p, g⟩ of pressure and gap.
     pressure_on_gap: f64,
-    /// Product ⟨m, u⟩ of step and displacement; `work` is ⟨p, u⟩.
+    /// Product ⟨m, u⟩ of the clipped step and the displacement u under p; `work` is ⟨p, u⟩.
     step_on_displacement: f64,
     work: f64,
     /// Sum of the pressures that the load requires.
@@ -41,10 +46,10 @@ pub struct LineSearch {
 }
 
 impl LineSearch {
-    /// Creates the line search of a step after which pressures add up to the sum of `reference_sum`
-    /// and `sums.pressure_increment`, and not to `total`.
+    /// Creates the line search of a step in an elastic material.
     ///
-    /// Gaps are displacements − heights − `reference`.
+    /// After the clipped step, pressures add up to `reference_sum` + `sums.pressure_increment`; the
+    /// load requires the sum `total`. Gaps are displacements − heights − `reference`.
     pub fn new(sums: &Sums, reference_sum: f64, total: f64, reference: f64) -> Self {
         let after = reference_sum + sums.pressure_increment;
         let scale = total / after;
@@ -67,7 +72,8 @@ impl LineSearch {
 
     /// Creates the line search of a step in a material that yields.
     ///
-    /// Pressures add up to `before` before the step, and gaps of free nodes have the mean `offset`.
+    /// Pressures add up to `before` before the step; the load requires the sum `total`. `offset` is
+    /// the mean gap of free nodes.
     pub fn yielding(
         sums: &Sums,
         reference_sum: f64,
@@ -87,7 +93,8 @@ impl LineSearch {
         }
     }
 
-    /// Returns the line search of the same step if elastic pressures are scaled after it.
+    /// Returns the line search of this step followed by a multiplication of elastic pressures by
+    /// `scale`. `offset` is the mean gap of free nodes.
     pub fn then_scaled(self, scale: f64, offset: f64) -> Self {
         let missing_load = self.total - self.total / self.needed_scale;
         Self {
@@ -96,14 +103,15 @@ impl LineSearch {
         }
     }
 
-    /// Returns ⟨d, A d⟩, twice the elastic energy of d alone, from ⟨m, A m⟩.
+    /// Returns ⟨d, A d⟩, twice the elastic energy of d alone. `own_work` is ⟨m, A m⟩.
     pub fn curvature(&self, own_work: f64) -> f64 {
         let rest = self.scale - 1.0;
         self.scale * self.scale * own_work
             + rest * (2.0 * self.scale * self.step_on_displacement + rest * self.work)
     }
 
-    /// Returns whether the step loses so much of the load that it must be undone.
+    /// Returns whether the step must be undone, because restoring the load would take a factor
+    /// above [`MAX_SCALE`] or because a sum is not finite.
     ///
     /// This happens if a sample of rows missed the relevant nodes, or if numbers overflow.
     pub fn loses_load(&self) -> bool {
@@ -111,20 +119,24 @@ impl LineSearch {
         !(scale > 0.0 && scale <= MAX_SCALE && self.slope.is_finite())
     }
 
-    /// Returns the fraction of the step at which the energy is lowest; it may exceed one.
+    /// Returns −⟨d, g⟩/⟨d, A d⟩, the fraction of the step at which the energy is lowest; it may
+    /// exceed one. `curvature` is ⟨d, A d⟩.
     ///
-    /// It is zero if the slope or the curvature has the wrong sign, so that only rounding remains.
+    /// The result is zero if the slope or the curvature has the wrong sign, so that only rounding
+    /// remains.
     pub fn best(&self, curvature: f64) -> f64 {
         if self.slope < 0.0 && curvature > 0.0 { -self.slope / curvature } else { 0.0 }
     }
 
     /// Returns the mean gap, weighted by pressure, after the fraction `part` of the step.
+    /// `curvature` is ⟨d, A d⟩.
     pub fn offset(&self, part: f64, curvature: f64) -> f64 {
         let linear = self.slope + self.along;
         (self.pressure_on_gap + part * (linear + part * curvature)) / self.total
     }
 
-    /// Predicts [`LineSearch::offset`] after the whole step, assuming that about all of it is best.
+    /// Predicts [`LineSearch::offset`] after the whole step, with the curvature for which the whole
+    /// step is best.
     pub fn expected_offset(&self) -> f64 {
         self.offset(1.0, self.slope.abs())
     }
@@ -133,13 +145,18 @@ impl LineSearch {
 /// Number of iterations with separate step lengths; later iterations share the last one.
 const STEPS: usize = 16;
 
-/// Step length before any has been learnt. Corrections are too large by up to a third; with a
-/// length of one half, first loads take half as many pairs again.
+/// Step length of all iterations before the first load.
+///
+/// Corrections are too large by up to a third. With a step length of 0.5, first loads take 1.5
+/// times as many pairs.
 const INITIAL_STEP: f64 = 0.9;
 
-/// Smallest and largest step length that surfaces of all kinds were seen to need, so that a load
-/// that ends in rounding does not spoil the next. Lengths above 1 would only help nodes that are
-/// about to be released; one load may have many of them, and the next none.
+/// Bounds of the learnt step lengths. They are the smallest and the largest length that surfaces of
+/// all kinds were seen to need.
+///
+/// The bounds prevent that a load whose last steps are only rounding errors spoils the next load.
+/// Lengths above 1 would only help nodes that are about to be released; one load may have many of
+/// them, and the next none.
 const STEP_RANGE: (f64, f64) = (0.1, 1.0);
 
 /// Step length of each iteration, learnt from earlier loads.
@@ -161,7 +178,7 @@ impl StepLengths {
         &self.0
     }
 
-    /// Restores the step lengths that [`StepLengths::all`] returned.
+    /// Reads the step lengths that [`StepLengths::all`] returned, one by one from `next`.
     pub fn restored<E>(mut next: impl FnMut() -> Result<f64, E>) -> Result<StepLengths, E> {
         let mut step_lengths = StepLengths::default();
         for step in &mut step_lengths.0 {
@@ -170,7 +187,8 @@ impl StepLengths {
         Ok(step_lengths)
     }
 
-    /// Adjusts the step length half-way towards `best` times its value.
+    /// Moves the step length τ of an iteration half-way towards `best` × τ, where `best` is the
+    /// fraction of the step at which the energy was lowest.
     pub fn learn(&mut self, iteration: usize, best: f64) {
         let (least, most) = STEP_RANGE;
         let step = &mut self.0[iteration.min(STEPS - 1)];
@@ -178,37 +196,43 @@ impl StepLengths {
     }
 }
 
-/// A step whose best fraction is below this is undone to that fraction. If it is below one half,
-/// the whole step would increase the energy.
+/// Best fraction of a step (the fraction at which the energy is lowest) below which the rest of the
+/// step is undone.
+///
+/// If the best fraction is below one half, the whole step would increase the energy.
 const MIN_DESCENT_PART: f64 = 0.5;
 
-/// A step whose best fraction is below this is undone completely, and the next steps are shortened.
+/// Best fraction of a step below which the whole step is undone and the next steps are shortened.
+///
 /// A small fraction would leave traces of pressure on many nodes that should have none and would
 /// disturb later directions.
 const MIN_PART: f64 = 0.25;
 
-/// A best fraction below this shortens the next step accordingly: while many nodes change between
-/// free and fixed, one step too long follows another.
+/// Best fraction of a step below which the next step is shortened by this fraction.
+///
+/// While many nodes change between free and fixed, one step too long follows another.
 const EXPECTED_PART: f64 = 0.8;
 
-/// With a damping below this, the residual is not extended to other nodes. If many nodes are
-/// clipped, a correction computed for all nodes may increase the energy when only the remaining
-/// ones apply it.
+/// Smallest [`History::damping`] with which the residual is extended to nodes that are not free.
+///
+/// If many nodes are clipped, a correction computed for all nodes may increase the energy when only
+/// the remaining ones apply it.
 const MIN_EXTENDING_DAMPING: f64 = 0.5;
 
-/// If the damping is below this, all rows are used instead of a sample. This occurs only if
-/// directions are wrong altogether, for example if they fit the sampled rows and contact follows
-/// the rows.
+/// [`History::damping`] below which means are computed over all rows instead of a sample.
+///
+/// Steps are shortened so often only if directions are wrong altogether, for example if contact is
+/// aligned with the sampled rows.
 const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
 /// State that is passed from one iteration of a load to the next, apart from the step lengths.
 pub struct History {
     pub is_nested: bool,
     pub iteration: usize,
-    /// Factor that shortens steps after a step that was far too long. Without it, such a step would
-    /// be undone and repeated without end.
+    /// Factor of all step lengths, halved after each step that was far too long. Without it, such a
+    /// step would be undone and repeated again and again.
     pub damping: f64,
-    /// Factor that shortens the next step after one that was somewhat too long.
+    /// Factor of the next step length, below one if the last step was somewhat too long.
     pub caution: f64,
     /// True if means are computed over all rows, not only over a sample.
     pub sees_all_rows: bool,
@@ -233,8 +257,8 @@ impl History {
         Self { is_nested: true, ..Self::default() }
     }
 
-    /// Adapts the step lengths to a step whose energy is lowest at the fraction `best` of it.
-    /// Returns the fraction of the step to keep.
+    /// Adapts `self` and the step lengths to a step along which the energy is lowest at the
+    /// fraction `best`. Returns the fraction of the step to keep.
     pub fn learn(&mut self, step_lengths: &mut StepLengths, best: f64) -> f64 {
         if self.damping == 1.0 {
             step_lengths.learn(self.iteration, best * self.caution);
@@ -271,14 +295,15 @@ impl History {
     }
 }
 
-/// Last conjugate-gradient step. It is applied to the pressures; its rescaling or partial undo is
-/// still in `pending`.
+/// Last conjugate-gradient step d. The clipped step is already added to the pressures; its scaling
+/// and partial undo (`pending`) are not.
 #[derive(Clone, Copy)]
 pub struct LastStep {
     pub pending: PendingUpdate,
-    /// ⟨d, A d⟩, twice the elastic energy of the step alone.
+    /// ⟨d, A d⟩, twice the elastic energy of the step alone; A maps pressures to displacements.
     pub curvature: f64,
-    /// Fraction of the step that is missing to the lowest energy.
+    /// Best fraction of the step minus one, at most one: positive if a longer step would have
+    /// lowered the energy further. Zero if a part of the step is undone.
     pub missed: f64,
     pub offset_change: f64,
 }

@@ -16,7 +16,8 @@ use super::{Hardness, Solver};
 use crate::fft::{Band, Row};
 
 impl Solver {
-    /// Brings the pressures to the mean of the load, within their bounds.
+    /// Changes the pressures so that their mean is the load: scales all of them, or only the
+    /// elastic ones if the hardness bounds them.
     pub(super) fn impose_load(&mut self) {
         match self.inner.bound {
             None => {
@@ -30,7 +31,7 @@ impl Solver {
         }
     }
 
-    /// Counts the nodes in contact and finds the largest pressure.
+    /// Counts the nodes in contact and the saturated nodes, and finds the largest pressure.
     pub(super) fn summarise(&mut self) -> PressureSummary {
         let mut pass = Count {
             hardness: self.inner.ceiling(),
@@ -47,7 +48,9 @@ impl Solver {
         }
     }
 
-    /// Returns the factor of all pressures that brings their mean to the load.
+    /// Returns load / mean pressure, the factor of all pressures that restores the load.
+    ///
+    /// If no pressure is positive, first replaces the pressures by a guess from the heights.
     fn scale_to_load(&mut self) -> f64 {
         let mut sum = self.sum_of_pressures();
         if sum <= 0.0 {
@@ -131,8 +134,8 @@ impl Pass<f64> for Count {
         Self { contact_nodes: 0.0, saturated_nodes: 0.0, peak: [0.0; LANES], ..*self }
     }
 
-    /// Counts are whole numbers, so their sum does not depend on the order.
     fn append(&mut self, later: Self) {
+        // Counts are whole numbers, so their sum does not depend on the order.
         self.contact_nodes += later.contact_nodes;
         self.saturated_nodes += later.saturated_nodes;
         for (peak, later) in self.peak.iter_mut().zip(later.peak) {
@@ -141,25 +144,28 @@ impl Pass<f64> for Count {
     }
 }
 
-/// Accepted factors of elastic pressures when the load is restored. If saturated nodes require a
-/// smaller factor, all pressures are scaled instead.
+/// Range of the factor of elastic pressures in which scaling them is a good way to restore the
+/// load.
+///
+/// Outside this range, [`Solver::promote_yielding`] first shifts the pressures of free nodes. Below
+/// it, [`Solver::share_out`] changes saturated pressures, too.
 const SCALES: RangeInclusive<f64> = 0.5..=2.0;
 
-/// Rounding error of the load on elastic nodes if saturated nodes bear all of it, relative to the
-/// load.
+/// Load on elastic nodes, as a fraction of the whole load, up to which it counts as a rounding
+/// error of zero.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Maximum number of times that elastic pressures are scaled. After that, no further node saturates
-/// or hardly any elastic pressure remains.
+/// Maximum number of times that [`Solver::share_out`] scales elastic pressures. Each time, more
+/// nodes may become saturated, so that the others must bear more.
 const ROUNDS: usize = 50;
 
 impl Solver {
-    /// Turns a solution without hardness into an initial guess with hardness for the same load, and
-    /// evaluates the guess.
+    /// Replaces the present solution without hardness by an initial guess with the hardness for the
+    /// same load, and evaluates the guess.
     ///
-    /// All pressures rise by the amount that corresponds to lowering the rough surface, until the
-    /// pressures within their bounds bear the load. In this way saturation spreads to the nodes
-    /// with the smallest gap.
+    /// The guess is clamp(p − g/c + s, 0, `hardness`), with the pressure p and gap g of the
+    /// solution, the nodal compliance c, and the shift s for which the mean is the load. Saturation
+    /// therefore spreads to the nodes with the smallest gap.
     pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
         self.inner.bound = Some(hardness);
         for (p, gap) in self.pressure.iter_mut().zip(&self.inner.gap) {
@@ -171,8 +177,8 @@ impl Solver {
         self.evaluate()
     }
 
-    /// Converts the pressures of the inner solver to double precision, within their bounds and with
-    /// the mean of the load, after the pending update of a step.
+    /// Sets the pressures in double precision to the pressures of the inner solver after the update
+    /// `pending`, within their bounds and with the load as mean.
     ///
     /// Returns the factor by which elastic pressures were scaled.
     pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
@@ -196,9 +202,11 @@ impl Solver {
         self.share_out(hardness)
     }
 
-    /// Adds a constant to the bounded pressures of free nodes so that the mean is the load.
+    /// Replaces the pressure p of each free node by clamp(p + s, 0, `hardness`), with the shift s
+    /// for which the mean over all nodes is the load. Without such a shift, the pressures stay as
+    /// they are.
     ///
-    /// Elastic nodes may be too few to make up for the difference.
+    /// Scaling elastic pressures alone may not suffice, because there may be too few of them.
     fn shift_free_nodes(&mut self, hardness: Hardness) {
         let hardness = hardness.pressure();
         let sum: f64 = self.pressure.iter().sum();
@@ -219,7 +227,9 @@ impl Solver {
         }
     }
 
-    /// Begins an evaluation of the present pressure, and keeps the last steps.
+    /// Begins the convolution of the present pressures in double precision.
+    ///
+    /// Updates the flags in the last steps, but keeps the steps, unlike [`Solver::evaluate`].
     pub(super) fn begin_keeping_steps(&mut self, hardness: Hardness) {
         let mut pass = Wide(PressureInput {
             pressure: &self.pressure,
@@ -231,10 +241,11 @@ impl Solver {
         self.double.begin(&mut pass, &mut self.double_scratch);
     }
 
-    /// Scales elastic pressures so that they bear the load that saturated nodes leave. Returns the
+    /// Scales elastic pressures so that the mean of all pressures is the load, and returns the
     /// factor.
     ///
-    /// Nodes whose pressure reaches the hardness become saturated.
+    /// Nodes whose pressure reaches the hardness become saturated. If the factor would be below the
+    /// range [`SCALES`], redistributes the load over all nodes and returns 1.
     pub(super) fn share_out(&mut self, hardness: Hardness) -> f64 {
         let tally = self.tally(hardness);
         self.share_out_after(tally)
@@ -265,14 +276,19 @@ impl Solver {
         1.0
     }
 
-    /// Collects elastic nodes, and reduces pressures above the hardness to it.
+    /// Reduces pressures above the hardness to the hardness, and returns the elastic nodes and the
+    /// number of saturated nodes.
     fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
         over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut tally);
         tally
     }
 
-    /// Returns the factor by which elastic pressures are to be scaled.
+    /// Returns the factor (P − H n)/Σ p of elastic pressures p that restores the load, with the sum
+    /// P of all pressures that the load requires, the hardness H and the number n of saturated
+    /// nodes.
+    ///
+    /// If P − H n is only a rounding error, returns 0, or 1 if elastic pressures are already zero.
     fn scale_after(&self, tally: &Tally) -> f64 {
         let total = self.inner.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
@@ -283,8 +299,8 @@ impl Solver {
         rest / elastic
     }
 
-    /// Restores the load if there are too many saturated nodes or almost no others, by scaling all
-    /// pressures or from a guess by heights.
+    /// Scales all pressures, including saturated ones, down to the mean of the load. If their mean
+    /// is below the load, guesses the pressures from the heights instead.
     fn share_out_anew(&mut self) {
         let total = self.inner.load * self.pressure.len() as f64;
         let sum: f64 = self.pressure.iter().sum();
@@ -296,8 +312,10 @@ impl Solver {
     }
 }
 
-/// Pass that converts the pressures of the inner solver to double precision, and collects elastic
-/// nodes. Saturated pressures are set to the hardness, which single precision may not represent.
+/// Pass over pressures that sets them to the pressures of the inner solver, in double precision,
+/// and collects elastic nodes.
+///
+/// Saturated pressures are set to the hardness, which single precision may not represent.
 pub struct PromoteYielding<'a> {
     pub hardness: f64,
     pub reference_pressure: &'a ReferencePressure,
@@ -326,8 +344,10 @@ impl Pass<f64> for PromoteYielding<'_> {
     }
 }
 
-/// List of nodes in elastic contact, and number of saturated nodes. As a pass it also reduces
-/// pressures above the hardness to it.
+/// Indices of the nodes in elastic contact, and number of saturated nodes.
+///
+/// As a [`Pass`] over pressures, it finds these nodes and reduces pressures above the hardness to
+/// the hardness.
 pub struct Tally {
     pub hardness: f64,
     pub saturated_nodes: f64,
@@ -354,8 +374,8 @@ impl Tally {
         self.gather(first, rest);
     }
 
-    /// Appends the indices of elastic nodes (0 < p < hardness) among up to [`LANES`] adjacent
-    /// nodes; `first` is the index of the first of them.
+    /// Appends the indices of the elastic nodes (0 < p < hardness) among at most [`LANES`] adjacent
+    /// nodes, of which the first has the index `first`.
     #[inline(always)]
     fn gather(&mut self, first: u32, pressures: &[f64]) {
         let mut elastic = [0; LANES];
@@ -379,7 +399,8 @@ impl Tally {
         self.elastic.append(&mut later.elastic);
     }
 
-    /// Returns the sum of elastic pressures, with sixteen partial sums in each row.
+    /// Returns the sum of `pressure` over elastic nodes, with sixteen partial sums in each row of
+    /// `row_nodes` nodes.
     pub fn elastic_sum(&self, pressure: &[f64], row_nodes: usize) -> f64 {
         let mut sum = 0.0;
         for nodes in self
@@ -395,7 +416,10 @@ impl Tally {
         sum
     }
 
-    /// Scales elastic pressures, and returns the number of nodes that become saturated.
+    /// Multiplies `pressure` at elastic nodes by `scale`, clips it at the hardness, and returns the
+    /// number of nodes that become saturated.
+    ///
+    /// These nodes are removed from the list of elastic nodes and counted as saturated.
     pub fn scale(&mut self, pressure: &mut [f64], scale: f64) -> usize {
         let before = self.elastic.len();
         let hardness = self.hardness;

@@ -15,15 +15,16 @@ use super::Solver;
 use super::lanes::{InOrder, LANES, Lanes, Mask, Pass, REST, over_rows, split, split_mut, sum_by};
 use crate::fft::Row;
 
-/// Ratio of the nodes that become free at the start to the expected growth of contact.
+/// Ratio of the number of nodes predicted to come into contact to the expected increase of the
+/// number in contact.
 const EXCESS: f64 = 1.1;
 
 impl Solver {
-    /// Predicts the nodes in contact under the next load. `reach` is the ratio of the next
-    /// increment of the load to the last one.
+    /// Returns the criterion that selects the nodes expected to come into contact under the next
+    /// load.
     ///
-    /// Returns `None` if the contact does not grow, or if no fewer nodes are predicted than seem to
-    /// penetrate.
+    /// `reach` is the ratio of the next increment of the load to the last one. Returns `None` if
+    /// the contact does not grow, or if fewer nodes than expected penetrate after extrapolation.
     pub(super) fn nearing(&mut self, reach: f64) -> Option<Nearing> {
         let grown = self.contact_nodes - self.earlier_contact_nodes;
         if !(reach > 0.0 && grown > 0.0) {
@@ -42,8 +43,8 @@ impl Solver {
 
 const BINS: usize = 256;
 
-/// Criterion for nodes close to contact: the gap is less than a fraction of the gap under the
-/// previous load.
+/// Criterion g₁ < `part` × g₂ for nodes close to contact, with the gaps g₁ and g₂, minus their
+/// offsets, under the last load and the load before it.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearing {
     pub part: f32,
@@ -64,10 +65,12 @@ impl Nearing {
     }
 }
 
-/// Histogram of nodes without pressure, by the ratio of their gaps under the last two loads. It
-/// runs as a pass over pressures.
+/// Histogram of the ratio g₁/g₂ of the gaps under the last load and the load before it, over nodes
+/// without pressure.
+///
+/// It counts nodes as a [`Pass`] over pressures.
 pub struct CountNearing<'a> {
-    /// Criterion with the largest ratio in the histogram.
+    /// Criterion that all counted nodes satisfy; its `part` is the upper end of the histogram.
     nearing: Nearing,
     gap: &'a [f32],
     earlier_gap: &'a [f32],
@@ -79,8 +82,8 @@ impl<'a> CountNearing<'a> {
         Self { nearing, gap, earlier_gap, counts: [0; BINS] }
     }
 
-    /// Returns the criterion that selects `nodes` nodes, rounded up to a bin, or `None` if there
-    /// are fewer.
+    /// Returns the criterion that selects the `nodes` nodes with the smallest ratios, rounded up to
+    /// a whole bin, or `None` if the histogram has fewer nodes.
     pub fn first(&self, nodes: f64) -> Option<Nearing> {
         let mut counted = 0.0;
         let bin = self.counts.iter().position(|count| {
@@ -127,15 +130,15 @@ impl Pass<f64> for CountNearing<'_> {
         Self { counts: [0; BINS], ..*self }
     }
 
-    /// Counts are whole numbers, so their sum does not depend on the order.
     fn append(&mut self, later: Self) {
+        // Counts are whole numbers, so their sum does not depend on the order.
         for (count, later) in self.counts.iter_mut().zip(later.counts) {
             *count += later;
         }
     }
 }
 
-/// Adds up the gaps of nodes with pressure. It runs as a pass over pressures.
+/// Pass over pressures that adds up the gaps of nodes with pressure.
 pub struct SumInContact<'a> {
     pub gap: &'a [f32],
     pub sum: InOrder<f64>,
@@ -158,17 +161,20 @@ impl Pass<f64> for SumInContact<'_> {
     }
 }
 
-/// Nodes that may be free in the first iteration. Other nodes are treated as open.
+/// Nodes without pressure that may be free in the first iteration. Other nodes without pressure are
+/// treated as open.
 #[derive(Clone, Copy, Default)]
 pub enum Expected {
     #[default]
     All,
-    /// Nodes that are close to contact after the last load.
+    /// Nodes close to contact by this criterion.
     Near(Nearing),
+    /// Nodes whose height, as stored in single precision, is at least this.
     AsHighAs(f32),
 }
 
-/// Row of gaps, each at least the lower limit of its node. The limits keep nodes from being free.
+/// Lower limits of the gaps in a row. A limit at the offset keeps a node from penetrating, and
+/// therefore from being free.
 #[derive(Clone)]
 pub struct LimitedGap(Vec<f32>);
 
@@ -177,8 +183,10 @@ impl LimitedGap {
         Self(vec![0.0; row_nodes])
     }
 
-    /// Sets the lower limit of nodes that are not close to contact to `level`, given their gaps
-    /// under the last two loads.
+    /// Sets the lower limit to `level` at nodes that are not close to contact by the criterion
+    /// `nearing`, and removes it at others.
+    ///
+    /// `gap` and `earlier` are the gaps under the last load and the load before it.
     #[inline(always)]
     pub fn hold_far<S: Simd, const R: usize>(
         &mut self,
@@ -195,7 +203,8 @@ impl LimitedGap {
         hold_far(REST, level, nearing, last_held, last_gap, last_earlier);
     }
 
-    /// Sets the lower limit of nodes with heights below `lowest` to `level`.
+    /// Sets the lower limit to `level` at nodes with heights below `lowest`, and removes it at
+    /// others.
     #[inline(always)]
     pub fn hold_low<S: Simd, const R: usize>(
         &mut self,
@@ -210,7 +219,7 @@ impl LimitedGap {
         hold_low(REST, level, lowest, last_held, last_heights);
     }
 
-    /// Returns the gaps, each at least the lower limit of its node.
+    /// Returns max(gap, lower limit) of each node, stored in place of the limits.
     #[inline(always)]
     pub fn of<S: Simd, const R: usize>(&mut self, simd: S, gap: &[f32]) -> &[f32] {
         let (held, last_held) = split_mut::<S, R>(&mut self.0);
@@ -279,7 +288,8 @@ mod tests {
         solver.pressure().iter().map(|p| *p > 0.0).collect()
     }
 
-    /// Marks nodes without pressure whose gap is below a fraction of the previous gap.
+    /// Returns, for each node, whether it has no pressure and is close to contact by the criterion
+    /// `nearing`.
     fn near(solver: &Solver, nearing: Nearing) -> Vec<bool> {
         let nodes = solver.inner.gap.iter().zip(&solver.earlier_gap);
         let nodes = nodes.zip(solver.pressure());

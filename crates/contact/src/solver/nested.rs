@@ -31,8 +31,8 @@ const MIN_NODES: usize = 128;
 /// Minimum number of meshes, including the finest: on 256² nodes nested iteration takes longer.
 const MIN_MESHES: usize = 3;
 
-/// Residual to reach on coarser meshes, in steps of that mesh. Half or twice this value takes as
-/// many pairs.
+/// Residual to reach on a coarser mesh, in steps of this mesh at unit rms slope. Half or twice this
+/// value takes as many pairs.
 const TOLERANCE: f64 = 1e-2;
 
 /// Maximum number of transform pairs on a coarser mesh: three times the usual number.
@@ -49,10 +49,10 @@ struct Level {
     found: CoarseContact,
 }
 
-/// Smallest mesh, on which each load is solved as a first load.
+/// Smallest mesh. Each load is solved on it as if it were the first load.
 struct Coarsest {
     elastic: Solver,
-    /// Solver with pressures below the hardness.
+    /// Solver with pressures bounded by the hardness.
     yielding: Option<Solver>,
     found: CoarseContact,
 }
@@ -66,7 +66,8 @@ struct LoadCase<'a> {
 }
 
 impl Coarser {
-    /// Prepares the coarser meshes of a surface.
+    /// Creates the coarser meshes of a surface, for pressures with and without the bound
+    /// `hardness`.
     ///
     /// Returns `None` if the mesh is too small or cannot be halved often enough, or if the body has
     /// no coarser version.
@@ -118,11 +119,11 @@ impl Coarser {
         }
     }
 
-    /// Solves a load on all coarser meshes from the smallest up, with pressures below the bound if
-    /// there is one.
+    /// Solves the contact under `load` on all coarser meshes, from the smallest up, and returns the
+    /// result on the finest of them.
     ///
-    /// A bound requires that [`Coarser::new`] was given a hardness. The maps of the finer mesh are
-    /// overwritten.
+    /// `bound` is the upper bound of the pressures; it requires that [`Coarser::new`] was given a
+    /// hardness. The gaps, pressures and last steps of `finer` are overwritten.
     pub fn find(
         &mut self,
         finer: &mut InnerSolver,
@@ -143,7 +144,8 @@ fn coarser_grids(grid: Grid) -> Vec<Grid> {
     grids
 }
 
-/// Returns whether loads far from earlier ones are solved on coarser meshes first.
+/// Returns whether `grid` has enough nodes that loads far from earlier ones are first solved on
+/// coarser meshes.
 pub fn is_nested(grid: Grid) -> bool {
     !coarser_grids(grid).is_empty()
 }
@@ -161,7 +163,8 @@ fn every_so_many(stride: usize, heights: &[f64], row_nodes: usize) -> impl Itera
     rows.flat_map(move |row| row.iter().step_by(stride).copied())
 }
 
-/// Solves the contact on the first of these levels, after all coarser ones.
+/// Solves the contact on the smallest mesh and then on all `levels`, from the last to the first.
+/// Returns the result on the finest of them. `finer` is the next finer mesh, which lends its maps.
 fn find<'a>(
     levels: &'a mut [Level],
     coarsest: &'a mut Coarsest,
@@ -191,7 +194,8 @@ impl Level {
         Self { inner, found: CoarseContact::empty(body) }
     }
 
-    /// Solves the contact, starting from the solution on the next coarser mesh.
+    /// Solves the contact from the result on the next coarser mesh, and sets `found` to the result,
+    /// a map s p − g with s = `compliance`.
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, case: LoadCase) {
         let Self { inner, found } = self;
         inner.prepare(case);
@@ -231,8 +235,8 @@ impl InnerSolver {
         self.pairs = 0;
     }
 
-    /// Iterates until the residual suffices for a finer mesh. Returns the pending update and the
-    /// offset of gaps in contact.
+    /// Iterates from `start` until the residual is at most [`TOLERANCE`]. Returns the update that
+    /// is still to be applied to the pressures, and the mean gap in contact.
     fn find_coarse(&mut self, mut start: Start, watch: &dyn Watch) -> (PendingUpdate, f64) {
         let goal = Goal { residual: TOLERANCE, is_evaluated: false };
         let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
@@ -257,7 +261,8 @@ impl InnerSolver {
         }
     }
 
-    /// Borrows the maps and the scratch of a finer mesh, which are large enough.
+    /// Swaps the maps with those of a finer mesh, which are large enough, and takes over its
+    /// scratch.
     fn borrow_from(&mut self, finer: &mut Self) {
         for (own, map) in self.lent_maps().into_iter().zip(finer.lent_maps()) {
             std::mem::swap(own, map);
@@ -270,24 +275,31 @@ impl InnerSolver {
     }
 }
 
-/// Ratio of consecutive loads from which coarser meshes are used first. On 1024² and 2048² nodes
-/// this saves time from ratios of 1.2 to 1.4 on, on 512² from 1.4 to 1.6.
+/// Ratio of consecutive loads above which a load is first solved on coarser meshes.
+///
+/// This saves time above a ratio of 1.2 to 1.4 on 1024² and 2048² nodes, and above 1.4 to 1.6 on
+/// 512².
 const FAR: f64 = 1.3;
 
-/// Smallest ratio of the tolerance to the rounding error of the highest displacement for which the
-/// first iterations are in single precision. With ratios up to 3.1, rounding kept the residual
-/// above the tolerance on 4096² and 8192² nodes, and the iterations had to start again. Starting in
-/// double precision takes a tenth more time.
+/// Smallest ratio of the tolerance to the rounding error of the largest displacement in contact for
+/// which the first iterations are in single precision.
+///
+/// With ratios up to 3.1, rounding kept the residual above the tolerance on 4096² and 8192² nodes,
+/// and the iterations had to start again. A start in double precision takes a tenth more time.
 const DIGITS: f64 = 3.5;
 
-/// Returns whether a load is far from the last one or is the first.
+/// Returns whether the ratio of `load` and the last load, in either direction, exceeds [`FAR`] or
+/// there is no last load.
 pub fn is_far(last: Option<f64>, load: f64) -> bool {
     last.is_none_or(|last| load > FAR * last || last > FAR * load)
 }
 
 impl Solver {
-    /// Solves a load with coarser meshes if it is far from the last one and the mesh is large
-    /// enough. Otherwise returns `None`.
+    /// Solves `load`, first on coarser meshes and then on this mesh, if it is far from the last
+    /// load and not light, and if the mesh is large enough. Otherwise returns `None`.
+    ///
+    /// If the coarser meshes give no positive pressure, resets the solver to the state before the
+    /// first load and returns `None`.
     pub(super) fn press_far(
         &mut self,
         load: f64,
@@ -315,8 +327,11 @@ impl Solver {
         outcome
     }
 
-    /// Solves a load with coarser meshes. The hardness is used only if the elastic pressures exceed
-    /// it, because other loads must not depend on it.
+    /// Solves the present load, first on coarser meshes and then on this mesh. Returns `None` if
+    /// the coarser meshes give no positive pressure.
+    ///
+    /// The hardness bounds the pressures only if elastic pressures exceed it, so that all other
+    /// loads have the same solution as without a hardness.
     fn press_from(
         &mut self,
         coarser: &mut Coarser,
@@ -346,7 +361,8 @@ impl Solver {
         Some(self.yield_if_passed(outcome, settings, watch))
     }
 
-    /// Solves from the solution on coarser meshes, with pressures below a bound if there is one.
+    /// Solves the present load from `found`, the result on the next coarser mesh, with `bound` as
+    /// upper bound of the pressures. Returns `None` if no interpolated pressure is positive.
     fn solve_from(
         &mut self,
         found: &CoarseContact,

@@ -2,9 +2,10 @@
 //!
 //! A solution within the tolerance leaves two kinds of nodes undecided. Some bear a small pressure
 //! although their gap is positive: they were in contact before, and their pressure has not yet
-//! fallen to zero. Others bear no pressure although they penetrate by less than the tolerance. Each
-//! is put into contact or out of it, as a solution with a smaller residual would have it. The
-//! result is evaluated again, so that the residual is that of the returned pressures.
+//! fallen to zero. Others bear no pressure although they penetrate by less than the tolerance. For
+//! each of these nodes, [`Solver::decide`] estimates whether a solution with a smaller residual
+//! would have it in contact, and sets its pressure accordingly. The pressures are evaluated again,
+//! so that the residual is that of the returned pressures.
 
 use pulp::Simd;
 
@@ -18,15 +19,17 @@ use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 use crate::fft::Row;
 
-/// Largest residual, as a fraction of the displacement of one node under the mean pressure in
-/// contact. With a larger residual, the contact would depend on the guess.
+/// Maximum residual, as a fraction of the displacement that the mean contact pressure on a single
+/// node causes at this node.
+///
+/// A larger residual would let the contact depend on the initial guess.
 const MAX_FRACTION_OF_DISPLACEMENT: f64 = 0.1;
 
-/// Largest rounding error of the residual, as a fraction of the tolerance.
+/// Largest accepted rounding error of the residual, as a fraction of the tolerance.
 const MAX_ROUNDING: f64 = 0.01;
 
-/// Maximum number of times that undecided nodes are decided. After that, a solution within the
-/// tolerance is accepted as it is.
+/// Maximum number of times per load that [`Solver::decide`] changes the contact. After that, a
+/// solution within the tolerance is accepted as it is.
 const DECISIONS: u32 = 2;
 
 impl Solver {
@@ -67,7 +70,8 @@ impl Solver {
         self.yield_if_passed(outcome, settings, watch)
     }
 
-    /// Solves again with the hardness if the pressures of `outcome` exceed it.
+    /// Solves the same load again with the hardness as bound if the peak pressure of `outcome`, a
+    /// solution without this bound, exceeds it. Otherwise returns `outcome`.
     pub(super) fn yield_if_passed(
         &mut self,
         outcome: Outcome,
@@ -85,9 +89,11 @@ impl Solver {
         }
     }
 
-    /// Solves the first load with the hardness as bound if the material is expected to yield.
+    /// Solves `load` with the hardness as bound if it is the first load and the material is
+    /// expected to yield.
     ///
-    /// Returns `None` if no yielding was expected or none occurred.
+    /// Otherwise returns `None`. If the solution converges without a saturated node, resets the
+    /// solver to the state before the first load and also returns `None`.
     fn press_if_yielding(
         &mut self,
         load: f64,
@@ -109,8 +115,8 @@ impl Solver {
         Some(outcome)
     }
 
-    /// Solves for the pressures under `load`, starting from the initial guess. If there is a bound,
-    /// the pressures stay below it.
+    /// Solves the contact under `load` from an initial guess, with pressures at most the present
+    /// bound (`inner.bound`), if there is one.
     fn solve_within_bound(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
         let mut history = History::default();
         let evaluation = match self.guess(load) {
@@ -120,15 +126,18 @@ impl Solver {
         self.solve(history, evaluation, settings, watch)
     }
 
-    /// Returns whether the load brings all nodes into contact without yielding.
+    /// Returns whether all nodes are in contact under `load` without yielding; false if no formula
+    /// gives the load of full contact.
     pub fn reaches_full_contact(&self, load: f64) -> bool {
         let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
         self.full_contact.is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
     }
 
-    /// Iterates until the residual is within the tolerance and undecided nodes are decided.
+    /// Iterates from the present pressures, whose evaluation is given, until the residual is within
+    /// the tolerance and [`Solver::decide`] makes no more changes.
     ///
-    /// The returned outcome belongs to the final pressures: none changes after the last evaluation.
+    /// Stops earlier at the pair limit or if `watch` interrupts. The outcome describes exactly the
+    /// final pressures, because none changes after the last evaluation.
     pub(super) fn solve(
         &mut self,
         mut history: History,
@@ -166,7 +175,11 @@ impl Solver {
         }
     }
 
-    /// Iterates in single precision until the tolerance is met or rounding prevents progress.
+    /// Iterates in single precision from `start` until the tolerance is met, rounding prevents
+    /// progress, or the pair limit or `watch` stops it. Returns the evaluation of the new pressures
+    /// in double precision.
+    ///
+    /// `history` holds what earlier iterations for the same load have learnt.
     pub(super) fn approach(
         &mut self,
         history: &mut History,
@@ -187,10 +200,9 @@ impl Solver {
         self.inner.residual(evaluation.convergence.error) <= tolerance
     }
 
-    /// Returns whether rounding makes the residual uncertain by more than a small part of the
-    /// tolerance.
-    ///
-    /// Gaps are stored in single precision and may differ much from the reference.
+    /// Returns whether ε |offset|, the rounding error of the stored gaps in contact, exceeds the
+    /// fraction [`MAX_ROUNDING`] of the tolerance. ε is [`f32::EPSILON`], and the offset is the
+    /// mean of these gaps.
     fn is_rounded(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
         let Evaluation { convergence, contact_nodes, .. } = evaluation;
         let rounding = f64::from(f32::EPSILON) * convergence.offset.abs();
@@ -198,10 +210,12 @@ impl Solver {
         self.inner.residual(rounding) > MAX_ROUNDING * tolerance
     }
 
-    /// Returns the residual to reach: the tolerance of the settings, or a smaller residual that
-    /// determines the contact.
+    /// Returns the residual to reach, in mesh steps at unit rms slope, if `contact_nodes` nodes are
+    /// in contact.
     ///
-    /// This smaller residual is at least the rounding error of the heights.
+    /// It is at most `settings.tolerance`, and at most the fraction
+    /// [`MAX_FRACTION_OF_DISPLACEMENT`] of the displacement of one node under the mean contact
+    /// pressure. The second limit is never below the rounding error of the heights.
     fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
         let mean_pressure = self.inner.load * self.pressure.len() as f64 / contact_nodes;
         let bound = MAX_FRACTION_OF_DISPLACEMENT * self.inner.nodal_compliance * mean_pressure;
@@ -226,26 +240,32 @@ impl Solver {
     }
 }
 
-/// Smallest ratio of the displacement of a node under its own pressure to its gap for which the
-/// node keeps this pressure. With 0.675, as many nodes are released too early as too late in series
-/// of loads on 256² to 1024² nodes.
+/// Smallest ratio c p/g for which a node with pressure p and gap g > 0 stays in contact, where c p
+/// is the displacement of the node under its own pressure.
+///
+/// With 0.675, as many nodes are released too early as too late in series of loads on 256² to 1024²
+/// nodes.
 const UNDECIDED: f64 = 0.675;
 
-/// Largest fraction of the load on elastic nodes that decisions may change. If saturated nodes bear
-/// nearly all of the load, pressures below the tolerance may add up to more than elastic nodes
-/// bear. The tolerance then says nothing about single nodes.
+/// Largest sum of the changes of pressure that [`Solver::decide`] makes, as a fraction of the load
+/// on elastic nodes.
+///
+/// If saturated nodes bear nearly all of the load, changes within the tolerance may exceed the
+/// pressures of all elastic nodes. Single nodes cannot be decided then.
 const LARGEST_CHANGE: f64 = 0.1;
 
 impl Solver {
-    /// Puts undecided nodes into contact or out of it, and restores the mean pressure.
+    /// Decides which nodes at the edge of contact belong to it, and restores the mean pressure.
     ///
-    /// `offset` is the mean gap in elastic contact. Returns whether any pressure changed, in which
-    /// case the solution must be evaluated again.
+    /// Let g be the gap of a node minus `offset`, the mean gap in elastic contact, and c the
+    /// displacement of a node under unit pressure on itself. A node with pressure p > 0 is released
+    /// if c p < [`UNDECIDED`] g. The node with the lowest gap stays in contact. A node that
+    /// penetrates without pressure gets the pressure −g/c, which closes its own gap. Of 31 such
+    /// nodes under twenty loads of two surfaces, 27 are in contact in a solution with a residual of
+    /// 1e-10.
     ///
-    /// A node is released if its pressure is too small to close its gap. The node with the lowest
-    /// gap stays in contact. A node that penetrates without pressure gets the pressure that closes
-    /// its own gap. Of 31 such nodes under twenty loads of two surfaces, 27 are in contact in a
-    /// solution with a residual of 1e-10.
+    /// Returns whether any pressure changed, in which case the pressures must be evaluated again.
+    /// `summary` describes the pressures before the decision.
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
         let decision = Decision { compliance: self.inner.nodal_compliance, offset };
         let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
@@ -267,16 +287,16 @@ impl Solver {
     }
 }
 
-/// Criterion for contact of a single node, from its pressure and gap.
+/// Criterion by which [`Solver::decide`] puts a single node into contact or out of it.
 #[derive(Clone, Copy)]
 struct Decision {
-    /// Displacement of a node under a unit pressure on itself.
+    /// Displacement of a node under unit pressure on itself.
     compliance: f64,
     offset: f64,
 }
 
 impl Decision {
-    /// Returns the pressure of the node after the decision.
+    /// Returns the new pressure of a node, given its present pressure and gap.
     #[inline(always)]
     fn pressure(self, pressure: f64, gap: f32) -> f64 {
         // The lowest gap in contact exceeds the mean by rounding only.
@@ -288,7 +308,8 @@ impl Decision {
     }
 }
 
-/// Counts the nodes whose pressure a decision changes, and adds up the changes.
+/// Pass over pressures that counts the nodes whose pressure `decision` changes, and adds up the
+/// absolute changes.
 struct Changes<'a> {
     decision: Decision,
     gap: &'a [f32],
@@ -341,7 +362,6 @@ mod tests {
     use crate::solver::tests::{rough, solver};
     use crate::solver::{Settings, Stop};
 
-    /// Returns which nodes are in contact.
     fn contact(solver: &super::Solver) -> Vec<bool> {
         solver.pressure().iter().map(|p| *p > 0.0).collect()
     }

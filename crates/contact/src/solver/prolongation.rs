@@ -15,12 +15,12 @@ use crate::fft::{Band, Row};
 /// Ratio of the nodes of a mesh to those of the next coarser one.
 pub const RATIO: f64 = 4.0;
 
-/// Ratio of the factor s to the displacement of one node of the finer mesh under unit pressure.
-/// Ratios of 1 and 2 take as many pairs.
+/// Ratio of the factor s in the map s p − g to the displacement of one node of the finer mesh under
+/// unit pressure on itself. Ratios of 1 and 2 take as many pairs.
 const COMPLIANCES: f64 = 1.5;
 
 pub struct CoarseContact {
-    /// The map s p − g.
+    /// Map s p − g of the pressure p and the gap g, with a compliance s.
     pressure_less_gap: Vec<f32>,
     nodes: [usize; 2],
     pub reference: f64,
@@ -45,7 +45,8 @@ impl CoarseContact {
         CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
     }
 
-    /// Returns the transform pairs used, as an equivalent number of pairs on the next finer mesh.
+    /// Returns the number of pairs on the next finer mesh that take as long as the transform pairs
+    /// used so far.
     pub fn finer_pairs(&self) -> u32 {
         (self.pairs / RATIO).round() as u32
     }
@@ -56,8 +57,8 @@ impl CoarseContact {
         self.peak_pressure = 0.0;
     }
 
-    /// Takes the pressures and gaps of an inner solver whose gaps in contact are about `offset`,
-    /// with the pending update.
+    /// Sets the map to s p − g of `inner` after the update `pending`, with s = `compliance`. Gaps
+    /// are measured from `offset`, about the mean gap in contact.
     pub fn take_iterate(
         &mut self,
         inner: &InnerSolver,
@@ -81,7 +82,8 @@ impl CoarseContact {
         self.reference = inner.reference + offset;
     }
 
-    /// Takes the last solution of a solver and its outcome.
+    /// Sets the map to s p − g of the last solution of `solver`, which has this outcome, with s =
+    /// `compliance`.
     pub fn take_solution(&mut self, solver: &Solver, outcome: &Outcome, compliance: f64) {
         let (gap, offset) = (&solver.inner.gap, solver.offset);
         let nodes = solver.pressure.iter().zip(gap);
@@ -95,19 +97,20 @@ impl CoarseContact {
 }
 
 impl InnerSolver {
-    /// Returns the factor s in the map from which this mesh starts.
+    /// Returns the factor s of the map s p − g from which iterations on this mesh start.
     pub fn compliance(&self) -> f64 {
         COMPLIANCES * self.nodal_compliance
     }
 }
 
-/// Largest distance of a gap from the gaps in contact for which the pressure of the node may
-/// change, in mesh steps.
+/// Assumed error of the gaps under interpolated pressures, in mesh steps at unit rms slope. If the
+/// material yields, open and saturated nodes within this error take part in the estimate of the
+/// first offset.
 const NEAR: f64 = 1.0;
 
 impl Solver {
-    /// Evaluates the pressures interpolated from a coarser mesh. Returns `None` if no pressure is
-    /// positive.
+    /// Sets the pressures to those interpolated from a coarser mesh, imposes the load and evaluates
+    /// them. Returns `None` if no interpolated pressure is positive.
     pub(super) fn evaluate_prolonged(
         &mut self,
         coarse: &CoarseContact,
@@ -126,8 +129,8 @@ impl Solver {
 }
 
 impl InnerSolver {
-    /// Begins in single precision with the pressures of a coarser mesh; takes one pair. Returns
-    /// `None` if no pressure is positive.
+    /// Begins iterations in single precision with pressures interpolated from a coarser mesh; takes
+    /// one transform pair. Returns `None` if no interpolated pressure is positive.
     pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<Start> {
         let prolonged = self.prolonged(coarse)?;
         self.reference_pressure.clear();
@@ -135,7 +138,8 @@ impl InnerSolver {
         Some(self.begin_pressed(StartPressure::FromCoarserMesh(prolonged)))
     }
 
-    /// Begins again with the present pressures and gaps in contact near `offset`; takes one pair.
+    /// Begins new iterations from the present pressures after the update `pending`; takes one
+    /// transform pair. Adds `offset`, about the mean gap in contact, to the reference of the gaps.
     pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> Start {
         self.reference += offset;
         let update = AppliedUpdate::new(pending, self.ceiling());
@@ -181,8 +185,10 @@ impl InnerSolver {
         Start { convergence, reference_sum: 0.0, balance }
     }
 
-    /// Returns interpolated pressures whose mean is the load, unless they are bounded. Returns
-    /// `None` if no pressure is positive.
+    /// Returns the pressures interpolated from a coarser mesh, or `None` if none of them is
+    /// positive.
+    ///
+    /// Without an upper bound, they are scaled so that their mean is the load.
     fn prolonged<'a>(&mut self, coarse: &'a CoarseContact) -> Option<Prolonged<'a>> {
         let ceiling = self.ceiling();
         let per_pressure = 1.0 / self.compliance();
@@ -205,15 +211,16 @@ impl InnerSolver {
     }
 }
 
-/// Weights of cubic interpolation half-way between nodes: the two nearest nodes, and the two
-/// beyond.
+/// Weight of the two nearest nodes in the cubic interpolation half-way between nodes.
 const INNER: f32 = 9.0 / 16.0;
 
+/// Weight of the two nodes beyond the nearest ones.
 const OUTER: f32 = -1.0 / 16.0;
 
-/// Numbers of additional nodes before and after a row, for the interpolation near its ends.
+/// Number of nodes that are repeated before a row, for the interpolation near its beginning.
 const BEFORE: usize = 1;
 
+/// Number of nodes that are repeated after a row.
 const AFTER: usize = 2;
 
 /// Periodic map on every second node along both axes.
@@ -224,13 +231,15 @@ pub struct CoarseMap<'a> {
     pub nodes: [usize; 2],
 }
 
-/// Rows of pressures on the finer mesh: the positive part of the interpolated map.
+/// Interpolation of a coarser map to rows of pressures on the finer mesh: clamp(`factor` × value,
+/// 0, `ceiling`).
 pub struct Prolonged<'a> {
     map: CoarseMap<'a>,
     /// Ratio of pressure to interpolated value.
     factor: f32,
     ceiling: f32,
-    /// Row of the coarser mesh, interpolated between rows, with additional nodes before and after.
+    /// Row of the coarser mesh, interpolated between its rows, with repeated nodes before and
+    /// after.
     coarse: Vec<f32>,
 }
 
@@ -294,7 +303,7 @@ fn half_way(a: f32, b: f32, c: f32, d: f32) -> f32 {
     INNER * (b + c) + OUTER * (a + d)
 }
 
-/// Adds up the interpolated pressures.
+/// Pass that adds up the interpolated pressures, without writing them.
 pub struct SumProlonged<'a> {
     pub prolonged: Prolonged<'a>,
     pub row: Vec<f32>,
@@ -317,7 +326,7 @@ impl Pass<f32> for SumProlonged<'_> {
     }
 }
 
-/// Writes the interpolated pressures in double precision.
+/// Pass over pressures in double precision that sets them to the interpolated pressures.
 pub struct SetProlonged<'a> {
     pub prolonged: Prolonged<'a>,
     pub hardness: f64,

@@ -1,21 +1,22 @@
 //! Initial guess of the pressures: by extrapolation from the last two solutions, from the heights,
 //! or from full contact.
 //!
-//! The earlier of the two solutions may be the surface without contact. If there is no earlier
-//! load, the guess depends on the load:
+//! After a single load, the surface without contact is the earlier of the two solutions. If the
+//! next load is too far away for extrapolation, the last solution is scaled. The first load, and a
+//! light load that is not extrapolated, have other guesses:
 //!
 //! - Under a light load the displacements are smaller than the differences in height of the nodes,
 //!   so the guess is made from the heights. Any other guess would put pressure on too many nodes.
 //!   Removing this pressure takes steps so much larger than the final pressure that single
 //!   precision would lose it.
-//! - For a small contact area, the guess puts pressure on the highest nodes, because the contact
-//!   area is known within a factor and the surface is highest in contact.
-//! - Otherwise the guess is the pressure of full contact.
+//! - If the contact is expected to be small, the guess puts pressure on the highest nodes. Their
+//!   number is known approximately from the load, and the surface is highest in contact.
+//! - Otherwise the guess is the pressure of full contact, shifted and clipped.
 //!
-//! The guesses were compared at k_lower = 4, k_upper = 64 on 1024² nodes: how many of the nodes in
-//! contact are among the same number of highest nodes, or of nodes with the largest pressure of
-//! full contact. Under 0.006 E* × rms slope these are 71 and 46 per cent, under 0.3 they are 85 and
-//! 90.
+//! Both guesses were compared with solutions at k_lower = 4, k_upper = 64 on 1024² nodes. If n
+//! nodes are in contact under 0.006 E* × rms slope, 71 per cent of them are among the n highest
+//! nodes, and 46 per cent among the n nodes with the largest pressure of full contact. Under 0.3 E*
+//! × rms slope these are 85 and 90 per cent.
 
 use std::mem::{swap, take};
 use std::ops::RangeInclusive;
@@ -31,14 +32,15 @@ use super::{Hardness, Solver};
 use crate::elasticity;
 use crate::fft::{Band, Transform};
 
-/// Ratios of the next increment of the load to the last one for which extrapolation is better than
-/// scaling the last solution.
+/// Range of (L − L₁)/(L₁ − L₂), for a load L after the loads L₂ and L₁, in which extrapolation is
+/// better than scaling the last solution.
 const REACH: RangeInclusive<f64> = -1.0..=4.0;
 
-/// Upper limit of a light load: the pressure of one node that bears it alone, in E* × rms slope.
+/// Upper limit of load × nodes for a light load, in E* × rms slope. This product is the pressure of
+/// a single node that bears the whole load.
 const LIGHT: f64 = 1.0;
 
-/// Start of the iterations, with the first residual in the single-precision transform.
+/// State from which iterations start, except for the maps, which the inner solver holds.
 pub struct Start {
     pub convergence: Convergence,
     pub reference_sum: f64,
@@ -46,11 +48,12 @@ pub struct Start {
 }
 
 impl Solver {
-    /// Replaces the pressure by an initial guess with mean `load`.
+    /// Replaces the pressures by an initial guess with the mean `load`.
     ///
-    /// Returns the start of the iterations if the gap is known without an evaluation. Extrapolation
-    /// needs no transform, because gaps are linear in pressures. It may leave negative pressures,
-    /// which the first step clips.
+    /// If the guess is extrapolated from the last two solutions, extrapolates the gaps as well,
+    /// because gaps are linear in pressures, and returns the start of the iterations. Extrapolated
+    /// pressures may be negative; the first step clips them. Otherwise returns `None`, because the
+    /// guess must be evaluated to find its gaps.
     pub(super) fn guess(&mut self, load: f64) -> Option<Start> {
         let is_light = self.is_light(load);
         self.count_heights_from(if is_light { self.highest } else { 0.0 });
@@ -74,11 +77,11 @@ impl Solver {
         load * (self.pressure.len() as f64) < LIGHT
     }
 
-    /// Returns the ratio of the increment to `load` to the last increment, or `None` if
-    /// extrapolation is not used.
+    /// Returns (L − L₁)/(L₁ − L₂) for the load L = `load`, the last load L₁ and the load L₂ before
+    /// it, or `None` if the guess should not be extrapolated.
     ///
-    /// A light load is extrapolated only from lighter loads, because heavier loads have too many
-    /// nodes with pressure.
+    /// A light load is extrapolated only if L₂ ≤ L₁ ≤ L, because under heavier loads too many nodes
+    /// have pressure.
     fn reach(&self, load: f64) -> Option<f64> {
         let reach = (load - self.inner.load) / (self.inner.load - self.earlier_load);
         let ascend = self.earlier_load <= self.inner.load && self.inner.load <= load;
@@ -86,8 +89,9 @@ impl Solver {
         (self.inner.load > 0.0 && leads_there).then_some(reach)
     }
 
-    /// Sets the pressure to that of full contact under `load`, which is the solution if no pressure
-    /// is negative.
+    /// Saves the last solution, and sets the pressures to those of full contact under `load`.
+    ///
+    /// These are the solution if none of them is negative.
     pub(super) fn set_full_contact(&mut self, load: f64) {
         self.save_previous();
         self.fill_with_full_contact();
@@ -98,8 +102,11 @@ impl Solver {
         self.inner.reference = 0.0;
     }
 
-    /// Extrapolates linearly from the last two solutions. While the contact does not change, this
-    /// is exact.
+    /// Extrapolates pressures and gaps linearly from the last two solutions, and saves the last
+    /// solution as the earlier one.
+    ///
+    /// `reach` is the ratio of the next increment of the load to the last one. The extrapolation is
+    /// exact if the contact does not change.
     fn extrapolate(&mut self, reach: f64) -> Start {
         let extrapolation = |last: f64, earlier: &mut f64| {
             let guess = last + reach * (last - *earlier);
@@ -117,7 +124,8 @@ impl Solver {
         self.begin(self.offset, Some(reach))
     }
 
-    /// Begins iterations from the present pressure and gap.
+    /// Prepares iterations from the present pressures and gaps, and computes their first residual.
+    /// `convergence` describes these gaps.
     pub(super) fn initial_residual(&mut self, convergence: Convergence) -> Start {
         let offset = match self.inner.bound {
             None => convergence.offset,
@@ -126,7 +134,8 @@ impl Solver {
         self.begin(offset, None)
     }
 
-    /// Begins iterations from the present pressure and gap, or from their extrapolation by `reach`.
+    /// Prepares iterations from the present pressures and gaps, or from their extrapolation by
+    /// `reach`, if given. The first residual is the gap minus `offset`.
     fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
         match self.inner.bound {
             None => self.begin_as::<false>(offset, reach),
@@ -173,8 +182,8 @@ impl Solver {
         }
     }
 
-    /// Saves the last solution, or the surface without contact, as the previous solution. The
-    /// present gap is lost.
+    /// Copies the last solution, or the surface without contact before the first load, to the
+    /// `earlier_*` fields. The present gap is lost.
     pub(super) fn save_previous(&mut self) {
         self.earlier_contact_nodes = self.contact_nodes;
         if self.inner.load == 0.0 {
@@ -190,9 +199,9 @@ impl Solver {
         self.earlier_load = self.inner.load;
     }
 
-    /// Returns the mean of the previous gap over the nodes in contact under the last load.
+    /// Returns the mean of `earlier_gap` over the nodes in contact under the last load.
     ///
-    /// It takes the place of the offset of the previous solution if that has no contact.
+    /// If the earlier solution has no contact, this mean replaces its offset.
     fn mean_earlier_gap(&mut self) -> f64 {
         let mut pass = SumInContact { gap: &self.earlier_gap, sum: InOrder::new() };
         over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
@@ -219,10 +228,11 @@ impl Solver {
         self.contact_nodes = 0.0;
     }
 
-    /// Sets the reference of the heights in single precision.
+    /// Sets the height that is subtracted from all heights before they are rounded to single
+    /// precision.
     ///
-    /// Rounding is smallest at heights near the reference. Under a light load these should be the
-    /// highest nodes.
+    /// Rounding errors are smallest at heights near this reference. Under a light load it should be
+    /// the highest height.
     pub(super) fn count_heights_from(&mut self, height: f64) {
         if self.inner.height_reference == height {
             return;
@@ -233,21 +243,25 @@ impl Solver {
     }
 }
 
-/// Ratio of contact area to load of rough surfaces under light loads, in units of 1 / (E* × rms
-/// slope): 2 to 2.5 by theories and computations.
+/// Ratio of area fraction to load from which the contact under the first load is predicted, in
+/// units of 1 / (E* × rms slope).
+///
+/// Theories and computations give 2 to 2.5 for rough surfaces under light loads.
 const CONTACT_OVER_LOAD: f64 = 2.4;
 
-/// Largest area fraction for which the guess is made from the highest nodes instead of full
-/// contact.
+/// Largest expected area fraction for which the first guess is made from the highest nodes instead
+/// of full contact.
 const SMALL_AREA_FRACTION: f64 = 0.2;
 
-/// Ratio of nodes with pressure in a guess from heights to those expected in contact.
+/// Ratio of the number of nodes with pressure, in a guess from the highest nodes, to the number
+/// expected in contact.
 const PRESSED: f64 = 1.5;
 
-/// Number of bisections that determine the shift of the pressures to the last bit.
+/// Number of bisections with which [`Solver::raise_to`] determines the shift to the last bit.
 const BISECTIONS: u32 = 60;
 
-/// Ratio of all nodes to nodes with positive pressure from which these are copied to a list.
+/// Ratio of all nodes to nodes with positive pressure above which [`Solver::raise_to`] copies the
+/// latter to a list and visits only this list.
 const COPY_RATIO: usize = 4;
 
 impl Solver {
@@ -260,8 +274,8 @@ impl Solver {
         }
     }
 
-    /// Guesses the pressure of full contact, shifted and clipped at zero so that its mean is
-    /// `load`.
+    /// Sets the pressures to clamp(p + s, 0, hardness), with the pressure p of full contact with
+    /// zero mean and the shift s for which their mean is `load`.
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
         let [lowest, highest] = range(&self.inner.threads, &mut self.pressure, self.inner.nodes[1]);
@@ -273,10 +287,11 @@ impl Solver {
         self.raise_to(load, (-highest, most));
     }
 
-    /// Guesses pressures on the highest nodes as in Hertz' contacts, proportional to the square
-    /// root of the height.
+    /// Sets the pressures to √(h − l) at heights h above a level l and to zero below, as in Hertz'
+    /// contacts.
     ///
-    /// They cover 1.5 times the area expected in contact.
+    /// The level is chosen such that 1.5 times as many nodes have pressure as are expected in
+    /// contact (`area_fraction`). The load is not yet imposed.
     fn guess_from_highest(&mut self, area_fraction: f64) {
         let nodes = area_fraction * self.heights.len() as f64;
         let [level, expected] = self.levels_above([PRESSED * nodes, nodes]);
@@ -287,8 +302,8 @@ impl Solver {
         self.expected = Expected::AsHighAs(expected as f32);
     }
 
-    /// Returns, for each of `nodes`, a level above which this number of nodes or slightly more lie.
-    /// Uses two histograms.
+    /// Returns, for each number in `nodes`, a height above which this many nodes or slightly more
+    /// lie. It is found with two histograms, the second within one bin of the first.
     fn levels_above<const N: usize>(&mut self, nodes: [f64; N]) -> [f64; N] {
         let all = nodes.map(|nodes| (nodes, 0.0));
         let coarse = self.highest_between(self.lowest, self.highest, all);
@@ -300,8 +315,8 @@ impl Solver {
         levels
     }
 
-    /// Returns the bins of a histogram between `low` and `high`. The members of each pair are the
-    /// number of nodes above the wanted level, and how many of them lie above the histogram.
+    /// Returns, for each pair (n, m) in `nodes`, the bin that contains the n-th highest node, in a
+    /// histogram of the heights between `low` and `high`. m is the number of nodes above `high`.
     fn highest_between<const N: usize>(
         &mut self,
         low: f64,
@@ -313,13 +328,12 @@ impl Solver {
         nodes.map(|(nodes, above)| counts.highest(above, nodes))
     }
 
-    /// Returns whether the first load is expected to exceed the hardness, by the pressure of full
-    /// contact.
+    /// Returns whether the material is expected to yield under the first load.
     ///
-    /// The load is expected to exceed the hardness if the pressure of full contact, shifted until
-    /// its peak equals the hardness and clipped at zero, bears less. This guess has a larger
-    /// contact than the solution and usually a lower peak. If the stiffness is not exact, nothing
-    /// is known and the result is false.
+    /// Let p be the pressure of full contact, shifted so that its peak equals the hardness. The
+    /// material is expected to yield if the mean of max(p, 0) is below `load`. This clipped
+    /// pressure has a larger contact than the solution under the same load, and usually a lower
+    /// peak. The result is false if the load is light or no formula gives p.
     pub(super) fn is_expected_to_pass(&self, hardness: Hardness, load: f64) -> bool {
         let Some(full) = self.full_contact.filter(|_| !self.is_light(load)) else {
             return false;
@@ -329,7 +343,9 @@ impl Solver {
         borne < load * self.pressure.len() as f64
     }
 
-    /// Guesses pressures as if nodes did not displace each other.
+    /// Sets the pressures to clamp((h − h_max)/c + s, 0, hardness), with the height h, the nodal
+    /// compliance c and the shift s for which their mean is `load`, as if nodes did not displace
+    /// each other.
     ///
     /// This is exact if one node bears all the load or if displacements are negligible.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
@@ -346,8 +362,8 @@ impl Solver {
         self.inner.reference = highest * self.inner.nodal_compliance - self.highest;
     }
 
-    /// Adds a constant from the given range to the pressures so that their mean within the bounds
-    /// is `load`. Returns the constant.
+    /// Replaces each pressure p by clamp(p + s, 0, ceiling), with the shift s between `low` and
+    /// `high` for which their mean is `load`, and returns s.
     pub(super) fn raise_to(&mut self, load: f64, (mut low, mut high): (f64, f64)) -> f64 {
         let (cells, most) = (self.pressure.len() as f64, self.inner.ceiling());
         // The pressures that may become positive, in order; the others add nothing to the sum.
@@ -377,8 +393,10 @@ impl Solver {
         high
     }
 
-    /// Sets the pressure to the pressure of zero mean that flattens the heights if the stiffness is
-    /// exact; takes one pair.
+    /// Sets the pressures to the convolution of the heights with the stiffness; takes one transform
+    /// pair.
+    ///
+    /// If the stiffness is exact, this is the pressure of zero mean that flattens the surface.
     pub(super) fn fill_with_full_contact(&mut self) {
         let stiffness = elasticity::stiffness_on(&self.inner.threads, &*self.body);
         let transform = Transform::padded(self.inner.nodes, self.body.stiffness_nodes());

@@ -10,14 +10,13 @@ use super::Solver;
 use super::line_search::StepLengths;
 
 impl Solver {
-    /// Returns the displacement u of the elastic body under a pressure on every node.
+    /// Returns the displacement u of the elastic body under `pressure`, with one pressure per node.
     ///
     /// The pressure is in units of E* × rms slope, the displacement in units of rms slope × longer
     /// side and positive into the body. The mean displacement is zero for a body that a uniform
     /// pressure does not displace.
     ///
-    /// # Panics
-    /// Panics if the number of pressures differs from that of nodes.
+    /// Panics if the number of pressures differs from the number of nodes.
     ///
     /// ```
     /// use std::f64::consts::PI;
@@ -53,8 +52,7 @@ impl Solver {
     /// the yielded depth. Elsewhere it is positive, except for the residual. If no node is in
     /// elastic contact, the mean is over all nodes with pressure.
     ///
-    /// # Panics
-    /// Panics as [`Solver::displacement_under`].
+    /// Panics if the number of pressures differs from the number of nodes.
     pub fn gap_under(&mut self, pressure: &[f64]) -> Vec<f64> {
         let hardness = self.hardness.map_or(f64::INFINITY, |bound| bound.pressure());
         let mut gap = self.displacement_under(pressure);
@@ -84,9 +82,10 @@ fn mean_where(values: &[f64], pressure: &[f64], is_so: impl Fn(f64) -> bool) -> 
 }
 
 impl Solver {
-    /// Writes the state on which the next load depends, 24 bytes per node.
+    /// Writes the state on which the solution of the next load depends, 24 bytes per node.
     ///
     /// # Errors
+    ///
     /// Fails if writing fails.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         let numbers = [
@@ -119,7 +118,8 @@ impl Solver {
         Ok(())
     }
 
-    /// Reads the state of another solver of the same surface, body and hardness.
+    /// Restores the state that [`Solver::save`] wrote for a solver of the same surface, body and
+    /// hardness.
     ///
     /// # Errors
     ///
@@ -237,7 +237,8 @@ mod tests {
         (format!("{outcome:?}"), bits)
     }
 
-    /// Loads from the lightest, whose guess comes from the heights, to full contact and back.
+    /// Loads from a light one, whose guess comes from the heights, to full contact, and then a
+    /// smaller one.
     const LOADS: [f64; 12] = [1e-9, 1e-5, 2e-5, 0.001, 0.01, 0.02, 0.03, 0.2, 0.5, 1.0, 4.0, 0.1];
 
     #[test]

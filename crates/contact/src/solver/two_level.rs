@@ -3,16 +3,16 @@
 //!
 //! If the material yields, most iterations of a load only find the strips of elastic nodes. Until
 //! these are found, corrections need not be as accurate as those of `conjugate_gradients`. Let r be
-//! the gap of free nodes and Π r its means over the free nodes of each block of `extension`. The
-//! means P r are over all nodes of each block, after r is extended to the nodes that are not free.
-//! The correction is
+//! the gap of free nodes. Π r are the means of r over the free nodes of each block of `extension`.
+//! P r are the means over all nodes of each block, after r is extended to the nodes that are not
+//! free. The correction is
 //!
 //! s (r − Π r) + Pᵀ K P r.
 //!
-//! It is symmetric and positive, as is the accurate one. s is a stiffness for waves shorter than a
-//! block. K is |q|/2, divided by the factor by which block means reduce a wave. It is convolved on
-//! a sixteenth of the nodes, which costs almost nothing compared with a pair of transforms. An
-//! iteration takes two thirds of the time and makes about the same progress
+//! It is symmetric and positive, like the accurate correction. s is a stiffness for waves shorter
+//! than a block. K is |q|/2, divided by the factor by which block means reduce a wave. The
+//! convolution with K is on a sixteenth of the nodes, which costs almost nothing compared with a
+//! pair of transforms. An iteration takes two thirds of the time and makes about the same progress
 //! (docs/notes/solver-pairs.md).
 
 use std::f64::consts::PI;
@@ -27,29 +27,31 @@ use crate::threads::Threads;
 /// Ratio of the stiffness s to the nodal stiffness; twice this ratio takes a tenth more pairs.
 const SHORT_WAVES: f64 = 0.45;
 
-/// Number of iterations per load with this preconditioner if the material yields. With four or
-/// eight, loads take as many pairs or slightly more.
+/// Number of iterations per load with this preconditioner if the material yields.
+///
+/// With four or eight, loads take as many pairs or slightly more.
 pub const YIELDING_ITERATIONS: usize = 6;
 
-/// Number of iterations with this preconditioner after a start from a coarser mesh, whose errors
-/// are short waves. With two or four, loads take as many pairs; without any, a tenth to a third
-/// more.
+/// Number of iterations with this preconditioner after a start from a coarser mesh. The errors of
+/// such a start are short waves.
+///
+/// With two or four, loads take as many pairs; without any, a tenth to a third more.
 pub const NESTED_ITERATIONS: usize = 3;
 
-/// Two-level preconditioner with one stiffness for block means and one for shorter waves.
+/// Two-level preconditioner, with a stiffness for block means and another for shorter waves.
 pub struct TwoLevel {
     transform: Transform<f32>,
     scratch: Scratch<f32>,
     kernel: Kernel<f32>,
-    /// Sums of the residual over the free nodes of each block; later the pressures computed from
-    /// them.
+    /// Sums of the residual over the free nodes of each block, which [`TwoLevel::correct`] replaces
+    /// by pressures on these nodes.
     sums: Vec<f32>,
     /// Stiffness s of waves shorter than a block.
     stiffness: f32,
 }
 
 impl TwoLevel {
-    /// Prepares the preconditioner of a body; `blocks` are the numbers of blocks along x and y.
+    /// Creates the preconditioner of a body; `blocks` are the numbers of blocks along x and y.
     pub fn new(
         threads: &Threads,
         body: &dyn ElasticOperator,
@@ -77,7 +79,8 @@ impl TwoLevel {
         self.scratch.set_threads(threads.clone());
     }
 
-    /// Turns the residual that was added to the extension into the block part of the corrections.
+    /// Computes Pᵀ K P r − s Π r, the block part of the corrections, from the residual r that was
+    /// added to `extension`. The result is the transpose output of `extension`.
     pub fn correct(&mut self, threads: &Threads, extension: &mut Extension) {
         let mut means = Wide(extension.extend_means(threads, &mut self.sums));
         self.transform.begin(&mut means, &mut self.scratch);
@@ -87,13 +90,14 @@ impl TwoLevel {
         extension.collect_means(threads, &self.sums);
     }
 
-    /// Returns the nodal part of the corrections, s r.
+    /// Returns s r, the nodal part of the corrections, with the residual r = `gap` − `level`.
     pub fn nodal<'a>(&self, gap: &'a [f32], level: f64) -> Nodal<'a> {
         Nodal { gap, level: level as f32, stiffness: self.stiffness }
     }
 }
 
-/// Returns the factor by which means over blocks reduce the amplitude of a wave.
+/// Returns sin(x)/x with x = π `waves`/`blocks`, the factor by which means over blocks reduce the
+/// amplitude of a wave.
 fn part_in_means(waves: usize, blocks: usize) -> f64 {
     let half = PI * waves as f64 / blocks as f64;
     if waves == 0 { 1.0 } else { half.sin() / half }
@@ -161,7 +165,7 @@ mod tests {
         }
     }
 
-    /// Keeps rows after adding the output of the transpose.
+    /// Pass that keeps a copy of each row after adding the output of the transpose.
     struct Keep<'a> {
         given: TransposeOutput<'a>,
         rows: Vec<f32>,
@@ -187,7 +191,7 @@ mod tests {
         products.sum()
     }
 
-    /// Selects strips, spots and single nodes.
+    /// Returns whether a node belongs to a pattern of strips, spots and single nodes.
     fn patches(node: usize) -> bool {
         node.is_multiple_of(7) || node % 40 < 11 || (node / 97).is_multiple_of(5)
     }

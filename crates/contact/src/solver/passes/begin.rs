@@ -17,33 +17,33 @@ use crate::solver::lanes::{
 use crate::solver::nearing::{Expected, LimitedGap};
 use crate::solver::prolongation::Prolonged;
 
-/// Computes the first residual from the last gap and pressure or from their extrapolation. It runs
-/// as a pass over pressures.
+/// Pass over pressures that computes the first residual, from the last gaps and pressures or from
+/// their extrapolation.
 pub struct InitialResidual<'a, const YIELDS: bool> {
     pub extrapolation: Option<Extrapolation<'a>>,
-    /// Nodes that may be free if they penetrate.
+    /// Nodes without pressure that may be free if they penetrate.
     pub expected: Expected,
     pub limited_gap: LimitedGap,
     pub heights: &'a [f32],
     pub response: GapUpdate,
     pub gap: Band<'a, f32>,
     pub hardness: f64,
-    /// Last step of free nodes, if the iterations continue; flags are set by pressure.
+    /// Last steps, which an extrapolation sets to zero. Their flags are updated.
     pub last_step: Band<'a, f32>,
-    /// Set to the groups with free nodes or pressures.
+    /// Marks of the groups, which are updated.
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
     pub row: Vec<f32>,
     pub reference_pressure: ReferenceBand<'a>,
-    /// Set to the difference of pressure and reference pressure.
+    /// Increments, which are set to pressure − reference pressure.
     pub pressure_increment: Band<'a, f32>,
     pub seen: InOrder<GapSums>,
     pub reference_sum: InOrder<f64>,
-    /// Σ pressure, clipped at its bounds, if the material yields.
+    /// Σ clamp(p, 0, `hardness`) over the pressures p, if the material yields.
     pub bounded_sum: InOrder<f64>,
 }
 
-/// Straight line through the last two solutions.
+/// Linear extrapolation from the last two solutions; the last replaces the earlier one.
 pub struct Extrapolation<'a> {
     /// Ratio of the next increment of the load to the last one.
     pub reach: f64,
@@ -51,7 +51,7 @@ pub struct Extrapolation<'a> {
     pub earlier_gap: Band<'a, f32>,
 }
 
-/// Saves pressures in single precision. It runs as a pass over pressures.
+/// Pass over pressures that copies them to a map in single precision.
 pub struct SavePressure<'a>(pub Band<'a, f32>);
 
 impl Pass<f64> for SavePressure<'_> {
@@ -186,10 +186,12 @@ fn extrapolate(reach: f64, pressure: &mut [f64], earlier: &mut [f32]) {
     }
 }
 
-/// Extrapolates pressures up to the hardness.
+/// Extrapolates pressures linearly in the load, in place, and saves the last pressures in
+/// `earlier`.
 ///
-/// Nodes at the hardness under both loads stay there. The previous pressure is in single precision,
-/// so its difference from the last pressure is rounding.
+/// Nodes at the hardness under both previous loads are set to exactly the hardness: `earlier` is in
+/// single precision, so that their difference is only a rounding error. Other extrapolated
+/// pressures are not clipped here and may exceed the hardness.
 #[inline(always)]
 fn extrapolate_bounded(reach: f64, hardness: f64, pressure: &mut [f64], earlier: &mut [f32]) {
     let nearest = hardness as f32;
@@ -218,7 +220,8 @@ fn extrapolate_single<S: Simd, const R: usize>(
     }
 }
 
-/// Converts increments to pressures after the pending update of the last step.
+/// Constants that turn increments into pressures after the pending update of the last step, for a
+/// reference pressure of zero.
 #[derive(Clone, Copy)]
 pub struct AppliedUpdate {
     scale: f32,
@@ -235,7 +238,8 @@ impl AppliedUpdate {
         }
     }
 
-    /// Returns the pressure of a node; the last step is undone in part if the node is free.
+    /// Returns the pressure of a node after the update, clipped at its bounds. The last step is
+    /// undone in part if its flag [`FREE`] is set.
     #[inline(always)]
     fn pressure(&self, increment: f32, last_step: f32) -> f32 {
         let step = weight::<f32>(has(last_step, FREE)) * last_step;
@@ -271,8 +275,8 @@ impl StartPressure<'_> {
     }
 }
 
-/// Begins the convolution of the initial pressures, and sets the gap without displacements, which
-/// are added later.
+/// Pass that writes the initial pressures as input of the convolution. It sets the gap to −(h +
+/// `reference`) with the height h; displacements are added after the convolution.
 pub struct BeginPressed<'a, const YIELDS: bool> {
     pub start: StartPressure<'a>,
     pub ceiling: f32,
@@ -280,7 +284,7 @@ pub struct BeginPressed<'a, const YIELDS: bool> {
     pub reference: f32,
     pub gap: Band<'a, f32>,
     pub pressure_increment: Band<'a, f32>,
-    /// Set to zero, with flags by pressure.
+    /// Last steps, which are set to zero, with flags that follow from the pressure.
     pub last_step: Band<'a, f32>,
     pub active: ActiveBand<'a>,
     pub sums: InOrder<PressedSums>,
@@ -357,8 +361,8 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
     }
 }
 
-/// Computes s × pressure − gap, for a reference pressure of zero. It runs as a pass over the
-/// resulting map.
+/// Pass that sets a map to s p − (g − `offset`), with the pressure p, the gap g and s =
+/// `compliance`, for a reference pressure of zero.
 pub struct PressureLessGap<'a> {
     pub compliance: f32,
     pub offset: f32,
@@ -392,9 +396,10 @@ impl Pass<f32> for PressureLessGap<'_> {
     }
 }
 
-/// Tolerance below which pressures are increments to a reference pressure. Single precision rounds
-/// a pressure to a fraction of 6e-8, and a gap to about as large a fraction of a mesh step at unit
-/// rms slope.
+/// Tolerance below which pressures are stored as increments to a reference pressure.
+///
+/// Single precision rounds a pressure to a fraction of 6e-8, and a gap to about 6e-8 mesh steps at
+/// unit rms slope.
 const FINE: f64 = 1e-5;
 
 /// Reference pressure of the iterations: zero, or a map if the tolerance is small.
@@ -409,7 +414,8 @@ impl ReferencePressure {
         Self { zeros: vec![0.0; row_nodes], rows, map: Vec::new() }
     }
 
-    /// Prepares iterations to a residual of `tolerance`.
+    /// Allocates the map if iterations to a residual of `tolerance` require one, and otherwise
+    /// empties it.
     pub fn prepare(&mut self, tolerance: f64) {
         let cells = self.rows * self.zeros.len();
         let is_map = Self::is_map(tolerance);
@@ -445,8 +451,8 @@ pub struct ReferenceBand<'a> {
 }
 
 impl ReferenceBand<'_> {
-    /// Sets a row to the pressures in single precision if there is a map. Returns the row, which is
-    /// zero otherwise.
+    /// Sets a row of the map to `pressure` in single precision, and returns it. Without a map,
+    /// returns a row of zeros.
     #[inline(always)]
     pub fn set_row(&mut self, row: Row, pressure: &[f64]) -> &[f32] {
         let Some(map) = &mut self.map else {

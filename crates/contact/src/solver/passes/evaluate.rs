@@ -11,14 +11,15 @@ use crate::solver::flags::{
 };
 use crate::solver::lanes::{InOrder, Lanes, Pass, REST, greater, split, split_mut, weight};
 
-/// Writes the pressures as input of the convolution.
+/// Pass that writes the pressures as input of the convolution, and updates the flags of nodes with
+/// pressure and of saturated nodes.
 pub struct PressureInput<'a> {
     pub pressure: &'a [f64],
     /// Pressure at which nodes are saturated.
     pub hardness: f64,
-    /// Last steps, whose flags are set by pressure.
+    /// Last steps, whose flags are updated.
     pub last_step: Band<'a, f32>,
-    /// False to clear the last steps.
+    /// False to set the last steps to zero.
     pub keeps_steps: bool,
 }
 
@@ -39,8 +40,8 @@ impl Pass<f64> for PressureInput<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Converts the pressures of the inner solver to double precision, and writes them as input of the
-/// convolution.
+/// Pass that converts the pressures of the inner solver to double precision. It stores them in
+/// `pressure` and writes them as input of the convolution.
 pub struct PromotedInput<'a> {
     /// Factor that restores the mean of the pressures.
     pub scale: f64,
@@ -78,7 +79,8 @@ pub fn promote(factor: f64, reference_pressure: &[f32], increment: &[f32], press
     }
 }
 
-/// Converts the pressures of the inner solver to double precision.
+/// Pass over pressures that sets them to `factor` × (reference pressure + increment), the pressures
+/// of the inner solver in double precision.
 pub struct Promote<'a> {
     pub factor: f64,
     pub reference_pressure: &'a ReferencePressure,
@@ -103,7 +105,8 @@ impl Pass<f64> for Promote<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Undoes a part of the last step.
+/// Pass over pressures that undoes the fraction `part` of the last step, within the bounds of the
+/// pressures.
 pub struct TakeBack<'a> {
     pub part: f64,
     pub hardness: f64,
@@ -128,10 +131,11 @@ impl Pass<f64> for TakeBack<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Turns displacements into gaps, and computes their statistics.
+/// Pass over displacements u that computes the gaps u − h − `reference`, with the heights h, and
+/// their statistics.
 pub struct GapOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
-    /// Subtracted from gaps before they are rounded to single precision.
+    /// Number that is subtracted from gaps before they are rounded to single precision.
     pub reference: f64,
     pub gap: Band<'a, f32>,
     pub last_step: &'a [f32],
@@ -171,8 +175,8 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
     }
 }
 
-/// Turns displacements after a step into gaps, and computes the displacement under the step and the
-/// curvature.
+/// Pass over the displacements after a step d that computes the gaps. The change of the gaps gives
+/// the displacements A d under the step, and the curvature ⟨d, A d⟩ of the energy.
 pub struct StepOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,
@@ -183,10 +187,10 @@ pub struct StepOutput<'a, const YIELDS: bool> {
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
     pub gap: Band<'a, f32>,
-    /// Steps of free nodes before pressures were scaled. The scaling is added to them, and other
+    /// Steps of free nodes, to which the pass adds the scaling of their pressures. Steps of other
     /// nodes are set to zero.
     pub last_step: Band<'a, f32>,
-    /// Set to the displacements under the step.
+    /// Sample of rows, which stores the displacements under the step.
     pub sample: SampleBand<'a>,
     pub found: Vec<f32>,
 }
@@ -259,7 +263,8 @@ impl<const YIELDS: bool> Pass<f64> for StepOutput<'_, YIELDS> {
 }
 
 impl StepScaling {
-    /// Stores the gaps `found` and turns them into displacements under the step.
+    /// Stores the gaps `found` after a step in `gap`, replaces `found` by the displacements under
+    /// the step, and adds the scaling of the pressures to `last_step`.
     ///
     /// Returns Σ step × displacement.
     #[inline(always)]

@@ -9,9 +9,10 @@ use crate::solver::flags::{ALL, ActiveGroups, FREE};
 use crate::solver::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
 use crate::threads::Threads;
 
-/// Writes the residual of free nodes, extended to the other nodes, as input of the convolution.
+/// Pass that writes the residual of free nodes, extended to all other nodes of the mesh, as input
+/// of the convolution with the stiffness.
 ///
-/// If the map is a corner of a larger mesh, the extension covers the other nodes.
+/// The map may be a corner of a larger mesh.
 pub struct Extend<'a> {
     pub map: [usize; 2],
     pub level: f32,
@@ -66,8 +67,8 @@ fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], o
     }
 }
 
-/// Choice between the residual at free nodes and the extension, interpolated between two rows, at
-/// others.
+/// Computation of rows for [`Extend`]: the residual gap − `level` at free nodes, and elsewhere the
+/// extension, interpolated between two rows with these weights.
 #[derive(Clone, Copy)]
 struct Choose {
     level: f32,
@@ -106,9 +107,11 @@ impl Choose {
     }
 }
 
-/// Reads rows of corrections, and collects the pressures on nodes that are not free.
+/// Pass over pressures on all nodes of the mesh that adds up, in blocks, the pressures on nodes
+/// that are not free, as input of the transpose Eᵀ.
 pub struct CollectFixed<'a> {
-    /// Numbers of nodes of the map; nodes beyond it are not free.
+    /// Numbers of nodes of the map along x and y. The mesh may be larger; its nodes outside the map
+    /// are never free.
     pub map: [usize; 2],
     pub last_step: &'a [f32],
     pub active: &'a ActiveGroups,
@@ -135,7 +138,7 @@ impl Pass<f32> for CollectFixed<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Nodal part of corrections, a stiffness times the gap above a level.
+/// Nodal part of corrections, `stiffness` × (gap − `level`) at each node.
 #[derive(Clone, Copy)]
 pub struct Nodal<'a> {
     pub gap: &'a [f32],
@@ -144,7 +147,8 @@ pub struct Nodal<'a> {
 }
 
 impl Nodal<'_> {
-    /// Passes these ascending pairs of rows of corrections to `pass`, for a map of `nodes`.
+    /// Passes rows 2i and 2i + 1 of the corrections to `pass`, for each i in `pairs`, in ascending
+    /// order. `nodes` are the numbers of nodes of the map.
     pub fn peek<P: Pass<f32>>(
         self,
         threads: &Threads,
@@ -157,8 +161,8 @@ impl Nodal<'_> {
         });
     }
 
-    /// Passes all corrections to `pass`, and begins the convolution of the rows that it writes in
-    /// their place.
+    /// Passes all rows of corrections to `pass`, and begins the convolution of the rows that `pass`
+    /// writes in their place.
     pub fn begin<P: Pass<f32>>(
         self,
         row_nodes: usize,
@@ -181,7 +185,7 @@ impl Nodal<'_> {
     }
 }
 
-/// Pass over the rows of nodal corrections.
+/// Pass that computes rows of nodal corrections and hands them to another pass.
 struct NodalRows<'a, P> {
     of: Nodal<'a>,
     pass: P,

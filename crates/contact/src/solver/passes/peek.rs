@@ -1,4 +1,4 @@
-//! Passes over a sample of the rows of corrections or gaps. Sums over all rows would take a
+//! Passes over a sample of the rows of corrections or gaps, because sums over all rows would take a
 //! separate pass over memory.
 
 use pulp::Simd;
@@ -13,27 +13,28 @@ use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, we
 /// Minimum number of free nodes in a sample; with fewer, the pass visits all rows.
 pub const MIN_SAMPLE_NODES: f64 = 64.0;
 
-/// Means over free nodes, or zero if there are none.
+/// Means over the free nodes of the visited rows, or zero if there are none.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Means {
     pub correction: f64,
-    /// Mean of the last step, before it was scaled.
+    /// Mean of the last step, without its scaling.
     pub last_step: f64,
-    /// Mean correction over the rows of the sample.
+    /// Mean correction over the free nodes of the sampled rows only.
     pub sampled_correction: f64,
-    /// Mean of correction × displacement under the last step over the rows of the sample.
+    /// Mean of correction × displacement under the last step, over the free nodes of the sampled
+    /// rows.
     pub correction_on_image: f64,
 }
 
-/// Adds up the sums for [`Means`].
+/// Pass over rows of corrections that adds up the sums for [`Means`].
 pub struct Peek<'a> {
     last_step: &'a [f32],
     groups: &'a ActiveGroups,
     sample: &'a Sample,
-    /// Output of the transpose of the extension, to be added to corrections.
+    /// Output of the transpose of the extension, which is added to the corrections.
     transposed: TransposeOutput<'a>,
     sums: InOrder<PeekSums>,
-    /// Free nodes that the pass collects if the material yields.
+    /// Collector of free nodes, if the material yields.
     candidates: Option<GatherCandidates<'a>>,
 }
 
@@ -68,13 +69,13 @@ impl Accumulate for PeekSums {
     }
 }
 
-/// Pass that collects free nodes, to balance a direction.
+/// Collector of free nodes, whose pressures and changes determine how a direction is balanced.
 pub struct GatherCandidates<'a> {
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
-    /// Factor of the last step that is still to be added to pressures.
+    /// Multiple of the last step that is still to be added to pressures.
     pub of_step: f32,
-    /// Pressures of free nodes, and their changes by corrections.
+    /// Pressures of the collected nodes, with minus the correction as change.
     pub nodes: Candidates,
     pub candidate_steps: Vec<f32>,
     pub rows: usize,
@@ -153,13 +154,14 @@ impl<'a> Peek<'a> {
         }
     }
 
-    /// Returns whether there were too few free nodes. A direction that does not keep the mean
-    /// pressure may lose all of it.
+    /// Returns whether the visited rows have too few free nodes to estimate means.
+    ///
+    /// With a wrong mean, a direction does not keep the mean pressure and may lose all of it.
     pub fn is_too_small(&self) -> bool {
         self.sums.total().free_nodes < MIN_SAMPLE_NODES
     }
 
-    /// Returns the collected nodes, if the material yields.
+    /// Takes the collector of free nodes, if the material yields.
     pub fn candidates(&mut self) -> Option<GatherCandidates<'a>> {
         self.candidates.take()
     }
@@ -230,20 +232,21 @@ impl Pass<f32> for Peek<'_> {
     }
 }
 
-/// Pass over displacements under a step that collects the nodes whose pressure may change.
+/// Pass over displacements under a step that collects the nodes whose pressure may change after the
+/// fraction `part` of the step.
 pub struct PeekGap<'a> {
     pub gap: &'a [f32],
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: &'a [f32],
-    /// Steps of free nodes, with flags by the pressure after the step.
+    /// Steps of free nodes. The flags follow from the pressures after the whole step.
     pub last_step: &'a [f32],
     pub part: f32,
-    /// Decrease of the pressure for a unit gap.
+    /// Decrease of the pressure of a node per increase of its gap.
     pub stiffness: f32,
-    /// Largest gap at which nodes without pressure count, and smallest gap at which saturated nodes
-    /// count.
+    /// Gap below which nodes without pressure are collected, and gap above which saturated nodes
+    /// are collected.
     pub range: [f32; 2],
-    /// Pressures of the collected nodes, and their changes by the gap above `level`.
+    /// Pressures of the collected nodes, with the change −`stiffness` × (gap − `level`).
     pub nodes: Candidates,
     pub level: f32,
 }
@@ -331,7 +334,7 @@ impl Sample {
         pairs.filter(|pair| pair % stride != stride / 2).collect()
     }
 
-    /// Returns the stored values of a row, if it is in the sample.
+    /// Returns the stored values of a row of the map, if the row belongs to the sample.
     #[inline(always)]
     pub fn row(&self, row: Row) -> Option<&[f32]> {
         let kept_row = self.geometry.kept_row(row)?;
@@ -344,15 +347,16 @@ impl Sample {
 }
 
 impl Geometry {
-    /// Returns the index of a row within the sample, if the row belongs to the sample.
+    /// Returns the row of stored values that belongs to a row of the map, if this row is in the
+    /// sample.
     fn kept_row(&self, row: Row) -> Option<Row> {
         let (pair, second) = (row.index() / 2, row.index() % 2);
         let sampled = pair % self.stride == self.stride / 2;
         sampled.then(|| Row::new(pair / self.stride * 2 + second, self.row_nodes))
     }
 
-    /// Returns the index within the sample of the first sampled row from `row` on. `row` is the
-    /// first of a pair or the end of the map.
+    /// Returns the row of stored values that belongs to the first sampled row of the map at or
+    /// after `row`, which is the first row of a pair or the end of the map.
     fn kept_before(&self, row: Row) -> Row {
         let pairs = row.index().div_ceil(2);
         let sampled = (pairs + self.stride - 1 - self.stride / 2) / self.stride;
@@ -374,7 +378,7 @@ impl SampleBand<'_> {
         }
     }
 
-    /// Keeps the rows before `row`, the first of a pair, and returns the others.
+    /// Splits the band before `row`, the first row of a pair, and returns the part from `row` on.
     pub fn split_off(&mut self, row: Row) -> Self {
         Self { geometry: self.geometry, kept: self.kept.split_off(self.geometry.kept_before(row)) }
     }

@@ -11,8 +11,8 @@ use crate::solver::flags::{
 };
 use crate::solver::lanes::{Accumulate, InOrder, Lanes, Pass, REST, split, split_mut};
 
-/// Adds the displacement under a step to the gap, updates the flags of free nodes, and computes the
-/// residual of free nodes.
+/// Pass over displacements under a step that adds them to the gap, updates the flags of the nodes,
+/// and computes the residual of free nodes.
 ///
 /// Free nodes have pressure or penetrate. If the material yields, saturated nodes are free only if
 /// their gap is open.
@@ -31,15 +31,16 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
 #[derive(Clone, Copy)]
 pub struct GapUpdate {
     pub offset: f32,
-    /// Factor of the displacement under the step before scaling.
+    /// Factor of the displacement under the clipped step, before pressures are scaled.
     pub on_step: f32,
     /// Factor of the displacement under the pressure before the step.
     pub on_pressure: f32,
     pub reference: f32,
+    /// Flag of nodes with pressure: [`PRESSED`], or [`FREE`] if a part of the step is undone.
     pub pressed: u32,
 }
 
-/// Counts, sums and extremes of the gap.
+/// Counts of nodes, and sums and extremes of their gaps.
 #[derive(Clone, Copy)]
 pub struct GapSums {
     pub free_nodes: f64,
@@ -117,7 +118,8 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
 }
 
 impl GapUpdate {
-    /// Returns the update that leaves the gap as it is.
+    /// Returns the update that leaves the gaps as they are, so that only the residual gap −
+    /// `offset` is computed.
     pub fn to_a_start(offset: f64) -> Self {
         Self {
             offset: offset as f32,
@@ -135,7 +137,8 @@ impl GapUpdate {
         self.pressed == FREE
     }
 
-    /// Updates gaps, and turns displacements into those under the whole step.
+    /// Turns the displacements `values` under the clipped step into displacements under the scaled
+    /// step, and adds these to the gaps.
     #[inline(always)]
     fn shift<S: Simd, const R: usize>(
         self,
@@ -156,8 +159,11 @@ impl GapUpdate {
         }
     }
 
-    /// Writes a row of the residual, in groups with a free node; it is zero at nodes that are not
-    /// free.
+    /// Writes a row of the residual, gap − `offset` at free nodes and zero at other nodes, in
+    /// groups with a free node.
+    ///
+    /// Also updates the flags in `last_step` and the marks in `groups`, and appends the sums over
+    /// the row to `seen`.
     #[inline(always)]
     pub fn residual_row<S: Simd, const R: usize, const YIELDS: bool>(
         self,

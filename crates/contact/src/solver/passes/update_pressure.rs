@@ -1,4 +1,4 @@
-//! Pass that turns the correction into a step of the pressures.
+//! Pass that turns corrections into a step of the pressures.
 
 use pulp::Simd;
 
@@ -14,7 +14,7 @@ use crate::solver::lanes::{
 /// the step.
 #[derive(Debug, Clone, Copy)]
 pub struct PendingUpdate {
-    /// Factor of all pressures after the step.
+    /// Factor of all pressures after the whole step.
     pub scale: f64,
     /// Fraction of the step, scaling included, that is kept.
     pub part: f64,
@@ -25,7 +25,8 @@ impl PendingUpdate {
 
     pub const ALL_BACK: Self = Self { scale: 1.0, part: 0.0 };
 
-    /// Returns the factor of the pressures, to be applied before the rest of the step is undone.
+    /// Returns 1 + `part` (`scale` − 1), the factor of the pressures, which is applied before the
+    /// rest of the step is undone.
     pub fn of_pressure(self) -> f64 {
         1.0 + self.part * (self.scale - 1.0)
     }
@@ -45,15 +46,15 @@ impl Ceiling {
     }
 }
 
-/// Turns a correction into a direction conjugate to the last step, and changes the pressures along
-/// it within their bounds.
+/// Pass over corrections that turns them into a direction conjugate to the last step, and changes
+/// the pressures along it within their bounds.
 pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub direction: Direction,
     pub ceiling: Ceiling,
     pub reference_pressure: &'a ReferencePressure,
     pub pressure_increment: Band<'a, f32>,
     pub active: &'a ActiveGroups,
-    /// Output of the transpose of the extension, to be added to corrections.
+    /// Output of the transpose of the extension, which is added to the corrections.
     pub transposed: TransposeOutput<'a>,
     pub last_step: Band<'a, f32>,
     pub gap: &'a [f32],
@@ -122,20 +123,23 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
 /// Coefficients of the direction, step length and pending update, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct Direction {
-    /// Factors of the pressure and of the last step in the pending update.
+    /// Factor of the pressure in the pending update, minus one.
     of_pressure: f32,
+    /// Factor of the last step in the pending update.
     of_step: f32,
-    /// Factors of the last step (β) and of the pressure in the direction.
+    /// Factor β of the last step in the direction.
     beta: f32,
+    /// Factor of the pressure in the direction, because scaling is a part of the last step.
     scaling: f32,
-    /// Number subtracted from the direction, so that it keeps the mean pressure if nothing is
-    /// clipped.
+    /// Number that is subtracted from the direction, so that a step keeps the mean pressure if
+    /// nothing is clipped.
     mean: f32,
     step_length: f32,
 }
 
 impl Direction {
-    /// Returns minus the correction as direction, for pressures without a pending update.
+    /// Creates the direction −z − `mean` of a first step, with the correction z of each node, for
+    /// pressures without a pending update.
     pub fn first(step_length: f64, mean: f64) -> Self {
         Self {
             of_pressure: 0.0,
@@ -147,7 +151,8 @@ impl Direction {
         }
     }
 
-    /// Returns the direction with the factor `beta` of the last step, whose update is `pending`.
+    /// Creates the direction −z + β s − `mean`, with the correction z and the last step s of each
+    /// node. The update `pending` of the last step is applied to pressures and steps.
     pub fn next(pending: PendingUpdate, beta: f64, step_length: f64, mean: f64) -> Self {
         let beta = beta * pending.part;
         Self {
@@ -244,13 +249,14 @@ impl Direction {
     }
 }
 
-/// Sums over the mesh, for the step before scaling. If the material yields, sums over heights are
-/// zero.
+/// Sums over the mesh for a step along a direction, clipped but not yet scaled. If the material
+/// yields, sums over heights are zero.
 #[derive(Default, Clone, Copy)]
 pub struct Sums {
     /// Σ (pressure after the step − reference pressure), in double precision.
     pub pressure_increment: f64,
-    /// Correction of this sum for saturated nodes, because the hardness is rounded.
+    /// Amount to add to `pressure_increment`, because the stored increments of saturated nodes are
+    /// rounded.
     pub rounded: f64,
     pub step_on_gap: f64,
     /// Σ pressure after the step × gap; over elastic nodes only, if the material yields.
