@@ -113,8 +113,8 @@ pub fn unneeded(
     Ok(found)
 }
 
-/// Returns the receipts of processes that may be running. File locks may not show processes on
-/// other machines.
+/// Returns the receipts of processes that may be running. The file locks of processes on other
+/// machines may be invisible here.
 pub fn running_receipts(data: &DataFolder) -> Result<Vec<Receipt>, StoreError> {
     let mut receipts = cluster::receipts(data.path())?;
     receipts.retain(Receipt::may_be_running);

@@ -96,8 +96,8 @@ fn of_table(error: TableError) -> DirectError {
 pub struct Map {
     /// Heights, with peaks pointing towards the elastic body.
     pub surface: Surface,
-    /// Rms slope h′ in the reduced load p₀/(E* h′), if it is known more exactly than the heights
-    /// give it. For a random surface, it is the slope of the Fourier modes.
+    /// Rms slope h′ that defines the reduced load p₀/(E* h′), if it is known more exactly than from
+    /// the heights. For a random surface, it is the slope of the Fourier modes.
     pub rms_slope: Option<f64>,
     /// True if the map is periodic. If `rms_slope` is `None`, the slope is computed from Fourier
     /// modes for a periodic map, and from differences between nodes for any other map.

@@ -118,10 +118,12 @@ impl Column {
     }
 }
 
-/// Name of the metadata entry of a field that the file of a task stores.
+/// Name of the metadata entry with the role of a column. It is the only entry of a field that the
+/// file of a task stores.
 pub(crate) const ROLE: &str = "role";
 pub(crate) const CODES: &str = "codes";
-/// Names of the metadata entries of a field that the file of a task does not store.
+/// Names of the metadata entries of a field that the file of a task does not store: unit, meaning
+/// and codes.
 pub(crate) const WORDING: [&str; 3] = ["unit", "meaning", CODES];
 
 /// Returns the metadata of the Arrow field of a column with this role, unit and meaning.
@@ -212,8 +214,8 @@ impl Role {
         matches!(self, Role::Parameter | Role::Surface | Role::Load | Role::Derived)
     }
 
-    /// Returns whether this role prevails over `other` when tables are stacked in which a column
-    /// has these two roles.
+    /// Returns whether a column of stacked tables gets this role, and not `other`, if it has this
+    /// role in one table and `other` in another.
     ///
     /// `Surface` prevails over `Parameter`, and all other coordinates prevail over `Derived`.
     pub(crate) fn prevails_over(self, other: Role) -> bool {

@@ -186,7 +186,7 @@ const OPD_SHORT: i16 = 6;
 const OPD_FLOAT: i16 = 7;
 const OPD_DOUBLE: i16 = 8;
 const OPD_LONG: i16 = 12;
-/// Names of blocks with heights; other arrays are intensities.
+/// Names of the blocks with heights. Arrays with other names are intensities.
 const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
 
 struct OpdBlock<'a> {

@@ -223,7 +223,7 @@ fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
     Some(settings)
 }
 
-/// Converts one word; the error says what the word must be.
+/// Function that converts a word to a value. Its error says what the word must be.
 type Convert<T> = fn(&str) -> Result<T, String>;
 
 fn hours(_: &mut Checks, _: &str, written: &Spanned<f64>) -> Option<f64> {
