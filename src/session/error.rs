@@ -75,8 +75,8 @@ pub enum SessionError {
     Topography { path: PathBuf, source: Box<TopographyFileError> },
     /// A measured surface cannot be drawn from its key, because only the manifest names its file.
     #[error(
-        "cannot draw the measured surface of this task from its key alone, because only the manifest names \
-         its file; give the manifest and the stage"
+        "cannot draw the measured surface of this task from its key alone, because only the manifest \
+         names its file; give the manifest and the stage"
     )]
     NotRedrawn,
     #[error(
