@@ -39,7 +39,7 @@ pub struct AreaCurves {
     /// The same loads in the unit of the manifest: reduced, or pressures in the unit of the
     /// modulus.
     pub given: Vec<f64>,
-    /// Area fractions `[load][surface]`, which are 1 beyond full contact.
+    /// Area fractions, `[load][surface]`. They are 1 at loads above full contact.
     pub areas: Vec<Vec<f64>>,
 }
 

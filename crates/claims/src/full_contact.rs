@@ -152,8 +152,8 @@ fn open(ensemble: &AreaCurves, index: usize, weights: &Weights) -> f64 {
     1.0 - weights.mean(&ensemble.areas[index])
 }
 
-/// Returns the indices of the loads with area ≥ `from` and a relative standard error of the open
-/// area below `error`.
+/// Returns the indices of the loads with a mean area fraction ā ≥ `from`, and with a relative
+/// standard error of 1 − ā below `error`.
 fn known(ensemble: &AreaCurves, from: f64, error: f64) -> Vec<usize> {
     let indices = (0..ensemble.loads.len()).filter(|&index| {
         let open = open(ensemble, index, &Weights::ALL);

@@ -231,10 +231,12 @@ fn at_light_loads(
     quantities
 }
 
-/// Requirement of claims on k_lower = 16, for any mesh with as many nodes per longest wavelength.
+/// Requirement of claims on the paper's k_lower = 16 at 1024 nodes per side. It is generalised to
+/// all meshes with 64 nodes per longest wavelength.
 const WIDEST: &str = "spectra with `k_lower` equal to `nodes` / 64, such as 16 on 1024 nodes";
 
-/// Keeps the ensembles with as many nodes per longest wavelength as the paper's largest k_lower.
+/// Keeps the ensembles with 64 nodes per longest wavelength, as the paper's surfaces with k_lower =
+/// 16 have.
 pub fn of_widest_k_lower(mut ensembles: Vec<&AreaCurves>) -> Vec<&AreaCurves> {
     ensembles.retain(|ensemble| ensemble.spectrum.nodes == 64 * ensemble.spectrum.k_lower);
     ensembles

@@ -14,7 +14,8 @@ use asperity_statistics::intervals::Weights;
 /// Upper ends of the intervals 0–0.02, 0.02–0.04 and 0.04–0.06 of the load, in units of E* × rms
 /// slope.
 const STRETCHES: [f64; 3] = [0.02, 0.04, 0.06];
-/// Loads of a third divided difference, closer together where the curvature is larger.
+/// Loads that, together with zero load, define the third divided difference of the area. They are
+/// closer together where the curvature is larger.
 const SPREAD: [f64; 3] = [0.005, 0.02, 0.06];
 
 const DECREASES: Statement = Statement {

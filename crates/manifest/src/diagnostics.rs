@@ -227,8 +227,8 @@ impl<'a> ProblemInText<'a> {
     }
 }
 
-/// Returns the part of `span` from its start to the end of that line, clamped to the length of
-/// `text`.
+/// Returns the part of `span` on the line of `text` on which the span starts, clamped to the length
+/// of `text`.
 fn first_line(span: &Span, text: &str) -> Span {
     let start = span.start.min(text.len());
     let end = span.end.clamp(start, text.len());

@@ -214,7 +214,7 @@ impl Legend {
         self.row() * rows as f64
     }
 
-    /// Draws the legend centred below `top`, filling columns first.
+    /// Draws the legend below `top`, centred in `width`. Entries fill one column after the other.
     pub fn draw(&self, scene: &mut Scene, top: f64, width: f64) {
         let widest = self.blocks.iter().map(Block::width).fold(0.0, f64::max);
         let left = (width - widest).max(0.0) / 2.0;

@@ -66,7 +66,7 @@ impl Mean {
         }
     }
 
-    /// Returns the secant of the curve: the quantity divided by the load.
+    /// Returns the secant at this load: the mean and its error bar divided by the load.
     pub fn secant(&self) -> Mean {
         Mean {
             load: self.load,

@@ -28,7 +28,7 @@ fn coordinates() -> Vec<Column> {
     all.filter(|column| column.role.is_coordinate() && !ELSEWHERE.contains(&column.name)).collect()
 }
 
-/// Returns one of two values of a coordinate.
+/// Returns one of two values of a coordinate: the first for `which` = 0, the second for 1.
 fn value(column: &Column, which: usize) -> Value {
     let number = which as f64 + 1.0;
     match column.kind {

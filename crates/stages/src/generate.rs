@@ -396,8 +396,9 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
     Ok(Some(parts.join(", ")))
 }
 
-/// Returns the number of parameter points whose surfaces are not isotropic Gaussian roughness, with
-/// the reason for the first point. The theories do not apply to them.
+/// Returns a phrase on the parameter points to which the theories do not apply, because their
+/// surfaces are not isotropic Gaussian roughness: their number, and the reason for the first of
+/// them. Returns `None` if there are no such points.
 fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
     let points = caveats::points(surfaces)?;
     let others: Vec<_> = points.iter().filter(|point| !point.departures.is_empty()).collect();

@@ -229,8 +229,8 @@ pub struct KappaPoints {
     /// Name that distinguishes the fit: `load 0.01`.
     pub label: String,
     pub load: f64,
-    /// κ of each surface, with 1/k_lower, k_lower/k_upper and k_upper/nodes in the order of the
-    /// terms.
+    /// One point for each spectrum and mesh: κ of each surface, and the values of 1/k_lower,
+    /// k_lower/k_upper and k_upper/nodes in the order of the terms.
     points: Vec<LimitPoint>,
     /// Forms that each term may have, `[term][form]`.
     pub forms: Vec<Vec<TermForm>>,

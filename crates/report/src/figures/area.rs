@@ -275,7 +275,7 @@ pub fn persson_curve(quantity: Quantity, range: [f64; 2]) -> Series {
     Series::curve(curve, range, steps(range), style).named("Persson 2001")
 }
 
-/// Returns the asymptote of asperity models at light load.
+/// Returns the curve of `quantity` for a = √(2π) y, the asymptote of asperity models at light load.
 pub fn asymptote(quantity: Quantity, range: [f64; 2]) -> Series {
     let style = Style::line(Colour::Muted, Dash::Dotted, 1.6);
     let curve = |load| quantity(KAPPA_BGT * load, load);

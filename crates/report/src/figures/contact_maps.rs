@@ -201,7 +201,8 @@ impl Pressed {
         chosen
     }
 
-    /// Returns a slider with maps at loads spread over all loads.
+    /// Returns a slider with maps at up to [`MOST`] loads, evenly spread over all loads of the
+    /// surface.
     fn slider(&self, label: String) -> LoadSlider {
         let states: Vec<(&u64, &State)> = self.states.iter().collect();
         let step = |index: usize| {

@@ -148,7 +148,8 @@ fn caption(laws: &[String]) -> String {
     )
 }
 
-/// Returns the spectra from tables, and those of measured surfaces that no table contains.
+/// Returns the spectra from the tables of the study, and computed spectra of the measured surfaces
+/// that no table contains.
 fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let columns = [WAVENUMBER, SPECTRAL_DENSITY];
     let names = [WAVENUMBER.name, SPECTRAL_DENSITY.name, MODES.name];
@@ -311,7 +312,8 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::from_chart(chart), caption))
 }
 
-/// Returns the slopes from tables, and those of measured surfaces that no table contains.
+/// Returns the slopes by scale from the tables of the study, and computed slopes of the measured
+/// surfaces that no table contains.
 fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let columns = [DISTANCE, SLOPE_AT_SCALE];
     let names = [ALONG.name, DISTANCE.name, SLOPE_AT_SCALE.name];

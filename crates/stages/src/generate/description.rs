@@ -46,7 +46,8 @@ struct Expected {
     /// closed form.
     continuum: Option<Continuum>,
     k_rolloff: f64,
-    /// Moments of the modes of the cell, each with its mean power.
+    /// Moments of the spectrum, summed over the modes of the cell with the expected power of each
+    /// mode.
     lattice: Moments,
 }
 
@@ -226,7 +227,8 @@ fn coordinates_of(
     coordinates
 }
 
-/// Returns the columns of the preparation of a map, for the keys in the manifest.
+/// Returns the columns, with their values, for the keys of the preparation that the manifest
+/// contains.
 fn preparation_coordinates(preparation: &Preparation) -> Vec<(Column, Value)> {
     let mut columns = Vec::new();
     if let Some(Crop { from, size }) = preparation.crop {

@@ -71,7 +71,7 @@ pub struct SolveTable {
     #[schemars(extend("default" = "absolute"))]
     pub hardness_unit: Key<PressureUnit>,
     /// Maximum number of pairs of Fourier transforms per load. If a load needs more, the solver
-    /// gives it up and its row records that.
+    /// stops before it converges, and the row of the load records this.
     #[schemars(range(min = 1, max = MAX_PAIRS), extend("default" = DEFAULT_PAIR_LIMIT))]
     pub max_pairs: Key<u32>,
     /// Pressure fields that are stored: `"none"`, `"all"`, or a list of loads, which must be among
@@ -277,7 +277,7 @@ fn compliance(body: &Body) -> f64 {
     (1.0 - ratio * ratio) / decimal::nearest(body.youngs_modulus)
 }
 
-/// Refuses `hardness_unit` if no point of the grid has a hardness, unless it is the default.
+/// Refuses a `hardness_unit` other than the default if no point of the grid has a hardness.
 fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
     let is_given = |table: &SolveTable| table.hardness.written().is_some();
     if section.points.iter().any(|point| is_given(&point.table)) {
