@@ -1,4 +1,5 @@
-//! Speed of a convolution, compared with bare transforms of rustfft and with the memory.
+//! Benchmark of a convolution, compared with bare transforms of rustfft and with the memory
+//! bandwidth.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -27,7 +28,8 @@ fn convolution<T: Real>(bencher: Bencher, nodes: usize) {
     bencher.bench_local(|| transform.convolve(&kernel, black_box(&field), &mut out, &mut scratch));
 }
 
-/// Measures the same number of rustfft transforms: all rows and columns forward and back.
+/// Measures as many transforms by rustfft as a convolution needs: all rows and columns forward and
+/// back.
 ///
 /// There is no kernel, and columns are contiguous already.
 #[divan::bench(types = [f32, f64], args = NODES)]
@@ -71,7 +73,7 @@ fn rustfft_transforms<T: Real>(bencher: Bencher, nodes: usize) {
     });
 }
 
-/// Measures a ← b + s c on maps of the same size.
+/// Measures the memory bandwidth with a ← b + s c on maps of the same size.
 #[divan::bench(types = [f32, f64], args = NODES)]
 fn triad<T: Real>(bencher: Bencher, nodes: usize) {
     let [mut a, b, c] = [0.0, 1.0, 2.0].map(|value| vec![T::nearest(value); nodes * nodes]);

@@ -1,5 +1,5 @@
-//! Cost of series of loads: transform pairs and seconds, compared with bare pairs; ten loads on
-//! other bodies; ten loads on several threads.
+//! Benchmark of series of loads: transform pairs and seconds, compared with bare transform pairs.
+//! It also solves ten loads on other bodies, and on several threads.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -74,7 +74,7 @@ fn bodies() -> [(&'static str, HalfSpace); 5] {
     ]
 }
 
-/// Returns the transform pairs and the seconds of ten loads.
+/// Returns the transform pairs and the seconds that ten loads took.
 fn ten_loads(nodes: usize, body: HalfSpace, threads: Threads) -> (u32, f64) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
     let heights = heights(grid, 4, nodes as u32 / 16);

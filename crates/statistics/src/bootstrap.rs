@@ -38,7 +38,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::FitError;
 use super::intervals::two_sided_quantile;
 
-/// Minimum fraction of replicates whose fit succeeds; intervals from fewer would be biased.
+/// Minimum fraction of replicates with successful fits. Intervals from fewer replicates would be
+/// biased.
 const LEAST_SUCCESS: f64 = 0.9;
 
 /// Settings of a bootstrap of whole surfaces.
@@ -52,20 +53,21 @@ pub struct Bootstrap {
     pub level: f64,
 }
 
-/// Numbers of surfaces to resample, in one or several ensembles.
+/// Numbers of surfaces that a bootstrap of one or several ensembles resamples.
 ///
 /// Parameter points of a sweep share random numbers. A surface with the same seed and realization
-/// in several ensembles therefore counts once.
+/// in several ensembles therefore counts as one surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resample {
     /// Number of distinct surfaces in all ensembles.
     pub units: usize,
-    /// Number of surfaces in the smallest ensemble, which determines the degrees of freedom.
+    /// Number of surfaces in the smallest ensemble, n. Intervals have n − 1 degrees of freedom.
     pub fewest: usize,
 }
 
 impl Resample {
-    /// Counts the surfaces of ensembles; each is a list of ascending surface numbers.
+    /// Counts the surfaces of ensembles. Each ensemble is an ascending list of surface numbers,
+    /// which are the same in all ensembles.
     pub fn from_ensembles<'a>(ensembles: impl Iterator<Item = &'a [usize]> + Clone) -> Resample {
         let last = ensembles.clone().filter_map(|units| units.last());
         Resample {
@@ -75,12 +77,12 @@ impl Resample {
     }
 }
 
-/// Estimate of a parameter from the whole sample.
+/// Estimate of a parameter from all surfaces, with the kind of the parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Estimate {
-    /// Estimate of a positive parameter, whose logarithm is distributed symmetrically.
+    /// Estimate of a positive parameter. Its interval is symmetric for the logarithm.
     Positive(f64),
-    /// Estimate of a parameter that can have either sign.
+    /// Estimate of a parameter of either sign. Its interval is symmetric.
     Real(f64),
 }
 
@@ -122,7 +124,7 @@ impl Estimate {
 }
 
 impl Interval {
-    /// Interval of a parameter without an estimate: all values are NaN.
+    /// Interval of a parameter that cannot be estimated: all values are NaN.
     pub const UNKNOWN: Interval =
         Interval { lower: f64::NAN, upper: f64::NAN, standard_error: f64::NAN };
 }
@@ -132,21 +134,21 @@ impl Interval {
 pub struct Intervals {
     /// Intervals in the order of the parameters.
     ///
-    /// `None` for a single surface, without replicates, or if more than 10 % of the replicates
-    /// failed.
+    /// `None` if there is a single surface, if there are no replicates, or if more than 10 % of the
+    /// replicates failed.
     pub intervals: Option<Vec<Interval>>,
     /// Number of replicates that were drawn.
     pub replicates: usize,
-    /// Number of replicates whose fit failed.
+    /// Number of replicates for which the fit failed.
     pub failed: usize,
 }
 
 impl Bootstrap {
-    /// Computes the intervals of parameters by refitting every replicate.
+    /// Computes the intervals of parameters by refitting each replicate.
     ///
     /// `refit` receives the multiplicity of each surface in a replicate, and returns the parameters
     /// in the order of `estimates`. Calls with the same number of surfaces draw the same
-    /// replicates. Differences between curves of the same realizations are therefore paired.
+    /// replicates, so that differences between curves of the same realizations are paired.
     pub fn intervals(
         &self,
         surfaces: usize,
@@ -157,10 +159,11 @@ impl Bootstrap {
         self.intervals_of_ensembles(resample, estimates, |_, times| refit(times))
     }
 
-    /// Computes intervals like [`Bootstrap::intervals`], for several ensembles that share surfaces.
+    /// Computes intervals as [`Bootstrap::intervals`] does, for several ensembles that share
+    /// surfaces.
     ///
-    /// `refit` receives the number of the replicate and the multiplicity of each surface, which is
-    /// the same in all ensembles.
+    /// `refit` receives the index of the replicate and the multiplicity of each surface. A surface
+    /// has the same multiplicity in all ensembles.
     pub fn intervals_of_ensembles(
         &self,
         resample: Resample,
@@ -184,10 +187,11 @@ impl Bootstrap {
         }
     }
 
-    /// Draws the multiplicity of each surface in a replicate.
+    /// Draws whole surfaces with replacement, and writes the multiplicity of each surface to
+    /// `multiplicities`.
     ///
-    /// The draw depends only on the seed, the replicate and the number of surfaces. Additional
-    /// replicates therefore do not change the earlier ones.
+    /// The draw depends only on the seed, the index of the replicate and the number of surfaces.
+    /// Additional replicates therefore do not change the earlier ones.
     pub fn draw(&self, replicate: usize, multiplicities: &mut [u32]) {
         let surfaces = multiplicities.len() as u64;
         let mut key = [0; 32];

@@ -16,7 +16,7 @@ use super::least_squares::{Residuals, minimize};
 
 /// Ratio of successive κ in the search for a sign change.
 const SCAN_RATIO: f64 = 0.9;
-/// Number of steps away from a given κ in the search for a sign change near it.
+/// Maximum number of steps away from a given κ in the search for a sign change near it.
 const NEAR_STEPS: i32 = 6;
 /// Maximum number of doublings of κ, starting from twice the largest slope of the data.
 const DOUBLINGS: usize = 6;
@@ -25,12 +25,12 @@ const KAPPA_TOLERANCE: f64 = 1e-10;
 /// Maximum number of iterations of the Illinois method; bisection would need about thirty.
 const ROOT_ITERATIONS: usize = 60;
 
-/// Fits of several curves with a common κ.
+/// Fits of contact evolution laws to several curves with a common κ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommonKappa {
-    /// Least κ for which all fitted slopes are convex.
+    /// Largest of the least convex κ of the curves.
     pub kappa: f64,
-    /// Least convex κ of each curve.
+    /// Least convex κ of each curve, or the reason why it has none.
     pub own: Vec<Result<f64, FitError>>,
     /// Fit of each curve with the common κ.
     pub fits: Vec<Result<EvolutionFit, FitError>>,
@@ -60,9 +60,9 @@ impl CommonKappa {
 
     /// Computes the confidence interval of the common κ by resampling whole surfaces.
     ///
-    /// `units` holds the surface numbers of each curve. Curves share realizations, so a surface has
-    /// the same number and the same multiplicity in all curves. Curves without a least convex κ are
-    /// omitted.
+    /// `units` contains, for each curve, the numbers of its surfaces. Curves share realizations: a
+    /// surface has the same number and the same multiplicity in all curves. Curves without a least
+    /// convex κ are omitted.
     pub fn bootstrap(
         &self,
         problems: &[EvolutionProblem],
@@ -90,7 +90,8 @@ impl CommonKappa {
 }
 
 impl EvolutionProblem {
-    /// Finds the least convex κ of a mean curve, at first close to `near` if it is given.
+    /// Finds the least convex κ of the mean curve `mean`. The search begins near `near`, if it is
+    /// given, and otherwise covers all κ.
     pub(super) fn least_convex_kappa(
         &self,
         mean: &[f64],
@@ -103,9 +104,10 @@ impl EvolutionProblem {
         Ok(root(&mut derivative, found))
     }
 
-    /// Finds an interval of κ in which the derivative changes sign, searching from large κ down.
+    /// Finds an interval of κ in which the [`MuDerivative`] changes sign, scanning from large κ to
+    /// smaller ones.
     ///
-    /// All larger κ are then convex.
+    /// Slopes fitted with all larger κ in the scan are convex.
     fn bracket(&self, mean: &[f64], derivative: &mut MuDerivative) -> Result<Bracket, FitError> {
         let mean_slope = self.proportionality(mean);
         let steepest = self
@@ -172,7 +174,7 @@ fn bracket_near(derivative: &mut MuDerivative, kappa: f64) -> Option<Bracket> {
     None
 }
 
-/// Finds the root of the derivative in a bracket by the Illinois method.
+/// Finds the κ in a bracket at which the derivative is zero, by the Illinois method.
 fn root(derivative: &mut MuDerivative, bracket: Bracket) -> f64 {
     let Bracket { mut lower, mut upper, mut at_lower, mut at_upper } = bracket;
     let mut kappa = upper;
@@ -197,9 +199,10 @@ fn root(derivative: &mut MuDerivative, bracket: Bracket) -> f64 {
     kappa
 }
 
-/// Half the derivative of the sum of squares with respect to ln μ at μ = 1, with the best β.
+/// Half the derivative of the sum of squared residuals with respect to ln μ at μ = 1, with the best
+/// β for a given κ.
 ///
-/// The derivative is positive if a smaller exponent fits better.
+/// It is positive if an exponent μ < 1 fits better than μ = 1.
 struct MuDerivative<'a> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],

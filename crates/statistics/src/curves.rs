@@ -4,10 +4,11 @@ use std::fmt;
 
 use super::FitError;
 
-/// Relative tolerance of the ends of a window, for loads that were computed as multiples of a step.
+/// Relative tolerance at the ends of a window. It allows for rounding of loads that are multiples
+/// of a step.
 const WINDOW_SLACK: f64 = 1e-9;
 
-/// Ratio of variance to squared mean below which the variance is rounding error.
+/// Ratio of variance to squared mean below which a variance is only rounding error.
 const LEAST_RELATIVE_VARIANCE: f64 = 1e-24;
 
 /// Closed range of loads, in units of E* h′.
@@ -38,8 +39,8 @@ impl fmt::Display for Window {
 /// Area fractions of all realizations of one parameter point on a common grid of loads.
 ///
 /// There is at least one surface and one load. Loads are positive and ascending, and all values are
-/// finite. Create curves with all loads, and select loads with a [`Window`]: differences at the
-/// ends of the window then use the neighbouring loads outside.
+/// finite. Create curves with all computed loads, and select loads with a [`Window`]: differences
+/// at the ends of the window then also use the neighbouring loads outside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
     loads: Vec<f64>,
@@ -47,7 +48,7 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// Creates curves from loads and `areas[surface][load]`.
+    /// Creates curves from loads and areas, indexed as `areas[surface][load]`.
     ///
     /// # Errors
     /// Fails if lengths differ or are zero, if loads are not positive and ascending, or if an area
@@ -83,17 +84,18 @@ impl Curves {
         self.areas.len()
     }
 
-    /// Returns the areas under the loads inside a window.
+    /// Returns the area fractions at the loads inside a window.
     pub fn area_data(&self, window: Window) -> Data {
         self.data(window, self.loads.iter().enumerate().map(|(i, &load)| (load, i)), |row, i| {
             row[i]
         })
     }
 
-    /// Returns the slopes da/dy between neighbouring loads whose midpoints are inside a window.
+    /// Returns the difference quotients Δa/Δy between neighbouring loads with midpoints inside a
+    /// window.
     ///
-    /// The slope of the mean curve is the mean of the slopes. The first interval of the curves
-    /// begins at the origin, with zero area.
+    /// The first interval of the curves begins at the origin, with zero area. The quotient of the
+    /// mean curve is the mean of the quotients of the surfaces.
     pub fn slope_data(&self, window: Window) -> Data {
         let loads = &self.loads;
         let below = |i: usize| if i == 0 { 0.0 } else { loads[i - 1] };
@@ -120,7 +122,7 @@ impl Curves {
 /// Values of one quantity for each surface at the loads inside a window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Data {
-    /// Window from which the loads were selected.
+    /// Window that selected the loads.
     pub window: Window,
     /// Load of each datum, in units of E* h′.
     pub loads: Vec<f64>,
@@ -139,7 +141,8 @@ impl Data {
         self.weighted_mean(|_| 1.0)
     }
 
-    /// Returns the mean of each datum over the surfaces, weighted by their multiplicities.
+    /// Returns the mean of each datum over the surfaces, where surface i counts `multiplicities[i]`
+    /// times.
     pub fn resampled_mean(&self, multiplicities: &[u32]) -> Vec<f64> {
         self.weighted_mean(|surface| f64::from(multiplicities[surface]))
     }
@@ -169,9 +172,11 @@ impl Data {
         Some(sum.into_iter().map(|sum| sum / freedom).collect())
     }
 
-    /// Returns the inverse variance of the mean of each datum.
+    /// Returns the inverse variance of the mean of each datum over the surfaces, for use as
+    /// weights.
     ///
-    /// Returns `None` for a single surface, or if a variance vanishes; weights are then equal.
+    /// Returns `None` for a single surface, or if a variance vanishes; a fit then uses equal
+    /// weights.
     pub fn weights(&self) -> Option<Vec<f64>> {
         let surfaces = self.surfaces() as f64;
         self.variance()?

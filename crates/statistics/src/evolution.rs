@@ -13,13 +13,16 @@ use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, Window};
 use asperity_contact::theory::law::ContactEvolution;
 
-/// Initial values (β, μ) of the fit, tried in order until one converges.
+/// Initial values (β, μ) of the fit. They are tried in order until the fit from one of them
+/// succeeds.
 const STARTS: [(f64, f64); 4] = [(1.0, 0.7), (0.2, 0.25), (3.0, 1.4), (1.0, 2.5)];
-/// Range of accepted μ; a law with another μ has a kink or is nearly a logarithm.
+/// Range of accepted fitted exponents μ. Outside, the law has a kink or is nearly a logarithm.
 const EXPONENTS: std::ops::RangeInclusive<f64> = 1e-3..=1e1;
-/// Minimum of 1 − d ln a/d ln y at the heaviest load, below which a law is a straight line.
+/// Minimum of 1 − d ln a/d ln y at the heaviest load. A law with a smaller value is a straight
+/// line.
 const LEAST_DEVIATION: f64 = 1e-6;
-/// Tolerance of the condition μ ≤ 1; at the least convex κ, μ is one up to the error of the root.
+/// Tolerance of the convexity condition μ ≤ 1. With [`Kappa::LeastConvex`], μ equals one only to
+/// the accuracy of the root search for κ.
 const CONVEX_TOLERANCE: f64 = 1e-6;
 
 /// Quantity to which the law is fitted.
@@ -38,9 +41,9 @@ pub enum Quantity {
 /// Treatment of κ in a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kappa {
-    /// Fixed value of κ.
+    /// Given value of κ, which is not fitted.
     Given(f64),
-    /// Free parameter that is fitted together with β and μ.
+    /// Free κ, fitted together with β and μ.
     Free,
     /// Least κ for which the fitted slope is convex (μ = 1), a lower bound of κ.
     LeastConvex,
@@ -59,7 +62,7 @@ pub struct EvolutionFit {
     pub r_squared: Option<f64>,
     /// Number of data in the fit.
     pub data: usize,
-    /// `true` if the slope of the law is convex at all loads, μ ≤ 1.
+    /// Whether the slope da/dy of the law is convex at all loads: μ ≤ 1.
     pub convex: bool,
 }
 
@@ -86,12 +89,12 @@ pub struct EvolutionProblem {
     pub(super) data: Data,
     pub(super) mean: Vec<f64>,
     weights: Option<Vec<f64>>,
-    /// Square roots of the weights, relative to the largest one.
+    /// Square root of the weight of each datum, relative to the largest one.
     scales: Vec<f64>,
 }
 
 impl EvolutionProblem {
-    /// Creates a problem from the data with loads inside a window.
+    /// Creates a problem from `quantity` at the loads inside a window.
     ///
     /// # Errors
     /// Fails if there are fewer than four data, one more than the parameters.
@@ -118,8 +121,8 @@ impl EvolutionProblem {
     /// Fits the law to the mean over the realizations.
     ///
     /// # Errors
-    /// Fails if κ is not positive, if the iteration does not converge, if the parameters diverge,
-    /// or if no κ makes the slope convex.
+    /// Fails if a given κ is not positive, if the iteration does not converge, if the parameters
+    /// diverge, or if no κ makes the slope convex.
     pub fn fit(&self, kappa: Kappa) -> Result<EvolutionFit, FitError> {
         let law = self.fit_mean(&self.mean, kappa, None)?;
         let predicted: Vec<f64> = self.data.loads.iter().map(|&y| self.predict(&law, y)).collect();
@@ -137,7 +140,8 @@ impl EvolutionProblem {
         })
     }
 
-    /// Computes confidence intervals of κ, β and μ, in this order; `fit` is from the whole sample.
+    /// Computes confidence intervals of κ, β and μ, in this order, by resampling surfaces. `fit` is
+    /// the fit to all surfaces.
     pub fn bootstrap(&self, kappa: Kappa, fit: &EvolutionFit, bootstrap: &Bootstrap) -> Intervals {
         let ContactEvolution { kappa: fitted, beta, mu } = fit.law;
         let estimates = [fitted, beta, mu].map(Estimate::Positive);
@@ -148,7 +152,7 @@ impl EvolutionProblem {
         })
     }
 
-    /// Fits the law to a mean curve, starting from `near` if it is given.
+    /// Fits the law to the mean curve `mean`. The iteration starts from `near`, if it is given.
     fn fit_mean(
         &self,
         mean: &[f64],
@@ -195,7 +199,11 @@ impl EvolutionProblem {
         })
     }
 
-    /// Minimises from one start after another until the result is a curved law.
+    /// Minimises the sum of squares from one start after another, until a minimum with a curved law
+    /// is found.
+    ///
+    /// The starts are `near`, if it is given, and then [`STARTS`] with κ = `kappa`. `search`
+    /// returns the law at the end of an iteration and whether it converged.
     fn first_minimum(
         &self,
         kappa: f64,
@@ -228,7 +236,7 @@ impl EvolutionProblem {
         law.kappa.is_finite() && EXPONENTS.contains(&law.mu) && deviation > LEAST_DEVIATION
     }
 
-    /// Returns the slope of the straight line a ∝ y that fits the data best.
+    /// Returns the slope of the straight line a ∝ y that fits the mean curve `mean` best.
     pub(super) fn proportionality(&self, mean: &[f64]) -> f64 {
         let (mut shared, mut spread) = (0.0, 0.0);
         for ((&load, value), scale) in self.data.loads.iter().zip(mean).zip(&self.scales) {
@@ -242,7 +250,8 @@ impl EvolutionProblem {
         shared / spread
     }
 
-    /// Returns the slope of the area at a datum, or its secant a/y if the data are areas.
+    /// Returns the slope of the area for the datum `value` at a load. If the data are areas, it is
+    /// the secant a/y.
     pub(super) fn slope_of(&self, load: f64, value: f64) -> f64 {
         match self.quantity {
             Quantity::Area => value / load,
@@ -250,9 +259,9 @@ impl EvolutionProblem {
         }
     }
 
-    /// Returns the model with `P` free parameters for a mean curve.
+    /// Returns the residuals of the mean curve `mean` from a law with `P` free parameters.
     ///
-    /// Parameters that are not free have the values `kappa`, β = 1 and μ = 1.
+    /// Parameters that are not free have the values κ = `kappa`, β = 1 and μ = 1.
     pub(super) fn model<'a, const P: usize>(&'a self, mean: &'a [f64], kappa: f64) -> Model<'a, P> {
         Model { problem: self, mean, fixed: ContactEvolution { kappa, beta: 1.0, mu: 1.0 } }
     }
@@ -265,9 +274,9 @@ impl EvolutionProblem {
     }
 }
 
-/// Model of a mean curve by a contact evolution law with `P` free parameters.
+/// Residuals of a mean curve from a contact evolution law with `P` free parameters.
 ///
-/// The free parameters are the logarithms of the first `P` of the list β, μ, κ.
+/// These are the first `P` of ln β, ln μ and ln κ.
 pub(super) struct Model<'a, const P: usize> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],
@@ -276,7 +285,7 @@ pub(super) struct Model<'a, const P: usize> {
 }
 
 impl<const P: usize> Model<'_, P> {
-    /// Returns the law for the logarithms of the free parameters.
+    /// Returns the law with the given logarithms of the free parameters.
     pub(super) fn law(&self, logarithms: [f64; P]) -> ContactEvolution {
         let parameter =
             |index: usize, fixed: f64| logarithms.get(index).map_or(fixed, |ln| ln.exp());
@@ -287,7 +296,8 @@ impl<const P: usize> Model<'_, P> {
         }
     }
 
-    /// Returns the derivatives of a residual with respect to ln β, ln μ and ln κ.
+    /// Returns the derivatives of the residual of datum `datum` with respect to ln β, ln μ and ln
+    /// κ.
     // Inlined so that derivatives with respect to fixed parameters are not computed.
     #[inline(always)]
     pub(super) fn gradient(&self, law: &ContactEvolution, datum: usize) -> [f64; 3] {

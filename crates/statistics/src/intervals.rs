@@ -26,7 +26,7 @@ pub const FEWEST_SURFACES: usize = 5;
 /// Number of bisections for a quantile of Student's t; sufficient for double precision.
 const BISECTIONS: u32 = 64;
 
-/// Estimate of a quantity with its standard errors, from which its confidence bounds follow.
+/// Estimate of a quantity with its standard errors, which determine its confidence bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
     /// Description of the quantity, such as `k_upper 8, k_lower 2 over 1, load 0.02`.
@@ -52,25 +52,30 @@ impl Bound {
         self.error == 0.0 && self.systematic == 0.0
     }
 
-    /// Returns one of `quantities` intervals that hold simultaneously at the level [`LEVEL`].
+    /// Returns the confidence interval of this quantity, so wide that the intervals of `quantities`
+    /// quantities hold simultaneously at the level [`LEVEL`].
     pub fn simultaneous(&self, quantities: usize) -> [f64; 2] {
         self.interval(1.0 - (1.0 - LEVEL) / quantities.max(1) as f64, self.surfaces)
     }
 
-    /// Returns the lower and the upper one-sided confidence bound, each at the level [`LEVEL`].
+    /// Returns the lower and the upper one-sided confidence bound, each separately at the level
+    /// [`LEVEL`].
     pub fn one_sided(&self) -> [f64; 2] {
         self.one_sided_of(1)
     }
 
-    /// Returns the one-sided bounds for one of several tests during the growth of a sample.
+    /// Returns the lower and the upper one-sided bound for a sample that is tested `looks` times
+    /// while it grows.
     ///
-    /// The bounds of all `looks` tests together hold at the level [`LEVEL`].
+    /// The lower bounds of all tests together hold at the level [`LEVEL`], and so do the upper
+    /// bounds.
     pub fn one_sided_of(&self, looks: usize) -> [f64; 2] {
         let beyond = 1.0 - (2.0 * LEVEL - 1.0);
         self.interval(1.0 - beyond / looks as f64, self.surfaces)
     }
 
-    /// Predicts the standard error for another number of surfaces with the same scatter.
+    /// Returns the same estimate with the standard error predicted for another number of surfaces
+    /// with the same scatter.
     pub fn with_surfaces(&self, surfaces: usize) -> Bound {
         let now = self.surfaces.unwrap_or(surfaces) as f64;
         Bound {
@@ -88,7 +93,7 @@ impl Bound {
     }
 }
 
-/// Surfaces that a jackknife replicate contains: all, or all but one.
+/// Selection of the surfaces in a jackknife replicate: all, or all but one.
 ///
 /// Ensembles with the same number of surfaces omit the same surface, because their realizations
 /// share random numbers.
@@ -127,10 +132,11 @@ impl Weights {
     }
 }
 
-/// Computes a quantity and its jackknife standard error.
+/// Computes a quantity and its jackknife standard error over surfaces.
 ///
-/// `surfaces` holds the number of surfaces of each ensemble. Returns `None` if one of these numbers
-/// is below [`FEWEST_SURFACES`], or if `quantity` has no value.
+/// `quantity` computes it from the selected surfaces. `surfaces` contains the number of surfaces of
+/// each ensemble. Returns `None` if one of these numbers is below [`FEWEST_SURFACES`], or if
+/// `quantity` returns `None`.
 pub fn jackknife(
     label: String,
     surfaces: &[usize],
@@ -170,9 +176,10 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     if deviation > 1e-13 * mean.abs() { deviation } else { 0.0 }
 }
 
-/// Returns the value t with P(|T| ≤ t) = `probability` for Student's t distribution.
+/// Returns the t with P(|T| ≤ t) = `probability` for Student's t distribution with `freedom`
+/// degrees of freedom.
 ///
-/// The probability is between 0 and 1, and there is at least one degree of freedom.
+/// The probability is between 0 and 1, and `freedom` is at least one.
 pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
     let (mut below, mut above) = (0.0, FRAC_PI_2);
     for _ in 0..BISECTIONS {
@@ -186,7 +193,7 @@ pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
     f64::from(freedom).sqrt() * (0.5 * (below + above)).tan()
 }
 
-/// Returns P(|T| ≤ √ν tan θ) for ν degrees of freedom.
+/// Returns P(|T| ≤ √ν tan θ) for Student's T with ν = `freedom` and θ = `angle`.
 ///
 /// The finite sums are eqs. 26.7.3 and 26.7.4 of Abramowitz & Stegun, *Handbook of Mathematical
 /// Functions* (1964).
@@ -217,7 +224,8 @@ mod tests {
         (0..quantities).map(sample).collect()
     }
 
-    /// Draws values of nine spectra; all loads of one spectrum share most of their scatter.
+    /// Draws values of quantities of nine spectra. Quantities of the same spectrum share most of
+    /// their scatter.
     fn structured(seed: u64, quantities: usize, surfaces: usize) -> Samples {
         let spectra = independent(2 * seed, 9, surfaces);
         let own = independent(2 * seed + 1, quantities, surfaces);
@@ -232,7 +240,8 @@ mod tests {
     /// Function that draws values from a seed and the numbers of quantities and surfaces.
     type Scatter = fn(u64, usize, usize) -> Samples;
 
-    /// Returns the simultaneous coverage of the intervals of the logarithms of the means.
+    /// Returns the fraction of samples in which the simultaneous intervals of the logarithms of all
+    /// means cover the true values.
     fn coverage(
         samples: Scatter,
         quantities: usize,
@@ -255,7 +264,7 @@ mod tests {
         (0..STUDIES).filter(covers).count() as f64 / STUDIES as f64
     }
 
-    /// Numbers of quantities of typical claims, with the generator of their values.
+    /// Numbers of quantities of typical claims, each with the generator of the values.
     const CASES: [(usize, Scatter); 4] =
         [(1, independent), (9, independent), (36, structured), (72, independent)];
     const SURFACES: [usize; 4] = [5, 10, 20, 50];

@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 1e-12;
 /// Parameters at which the iteration of [`minimize`] ended.
 pub struct Minimum<const P: usize> {
     pub parameters: [f64; P],
-    /// `true` if the iteration ended at a stationary point.
+    /// Whether the iteration ended at a stationary point.
     pub converged: bool,
 }
 
@@ -20,13 +20,14 @@ pub struct Minimum<const P: usize> {
 pub trait Residuals<const P: usize> {
     /// Returns the number of residuals.
     fn count(&self) -> usize;
-    /// Writes the residuals at the given parameters.
+    /// Writes the residuals at the given parameters to `into`.
     fn residuals(&self, parameters: [f64; P], into: &mut [f64]);
-    /// Writes the derivatives of each residual with respect to the parameters.
+    /// Writes the derivatives of each residual with respect to the parameters to `into`.
     fn gradients(&self, parameters: [f64; P], into: &mut [[f64; P]]);
 }
 
-/// Minimises the sum of squared residuals, starting from the parameters `start`.
+/// Minimises the sum of squared residuals by the Levenberg–Marquardt method, starting from the
+/// parameters `start`.
 pub fn minimize<const P: usize>(model: &impl Residuals<P>, start: [f64; P]) -> Minimum<P> {
     let problem = Problem { model, parameters: SVector::from(start) };
     let (problem, report) = LevenbergMarquardt::new()
@@ -89,7 +90,7 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Compares predicted with observed data; without `weights`, all weights are one.
+    /// Computes the goodness of fit. Without `weights`, all weights are one.
     pub fn new(observed: &[f64], predicted: &[f64], weights: Option<&[f64]>) -> Self {
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
         let indices = 0..observed.len();
@@ -111,7 +112,7 @@ impl Quality {
 
 /// Goodness of a fit, with the numbers of used and unused data.
 ///
-/// The documentation of each law names the quantity whose residuals it contains.
+/// The documentation of each law states of which quantity the residuals are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoodnessOfFit {
     /// Root mean square of the residuals.
@@ -120,12 +121,12 @@ pub struct GoodnessOfFit {
     pub r_squared: Option<f64>,
     /// Number of data in the fit.
     pub data: usize,
-    /// Number of data in the window that cannot be used.
+    /// Number of data in the window that the fit cannot use.
     pub masked: usize,
 }
 
 impl GoodnessOfFit {
-    /// Creates the goodness of a fit that uses `data` of the `all` data in its window.
+    /// Creates the goodness of a fit that uses `data` of `all` data in its window.
     pub fn new(quality: &Quality, data: usize, all: usize) -> Self {
         Self {
             rms_residual: quality.rms_residual,
@@ -136,19 +137,22 @@ impl GoodnessOfFit {
     }
 }
 
-/// Minimum diagonal element of R for which columns of unit length count as linearly independent.
+/// Minimum diagonal element of R at which columns count as linearly independent, for columns
+/// normalised to unit length.
 const RANK: f64 = 1e-9;
 
-/// Householder QR factorisation of the design matrix of a weighted linear fit, of full rank.
+/// QR factorisation (Householder) of the design matrix of a weighted linear fit. The matrix has
+/// full rank.
 pub struct Design {
     orthogonal: DMatrix<f64>,
     triangle: DMatrix<f64>,
-    /// Lengths of the columns before they are normalised and factorised.
+    /// Length of each column before normalisation.
     lengths: Vec<f64>,
 }
 
 impl Design {
-    /// Factorises a design matrix whose rows are divided by the standard errors of their data.
+    /// Factorises a design matrix, given by its columns. Each row must be divided by the standard
+    /// error of its datum.
     ///
     /// Returns `None` if the columns are linearly dependent.
     pub fn new(mut columns: DMatrix<f64>) -> Option<Design> {
@@ -166,7 +170,8 @@ impl Design {
         is_full.then(|| Design { orthogonal: factors.q(), triangle, lengths })
     }
 
-    /// Returns the least-squares coefficients of the columns for the given data.
+    /// Returns the least-squares coefficients of the columns for `data`, divided by their standard
+    /// errors.
     pub fn solve(&self, data: &DVector<f64>) -> DVector<f64> {
         let projected = self.orthogonal.tr_mul(data);
         let solved = self.triangle.solve_upper_triangular(&projected);
@@ -182,7 +187,8 @@ impl Design {
         vector - &self.orthogonal * self.orthogonal.tr_mul(vector)
     }
 
-    /// Returns the variance of the first coefficient for independent data of unit variance.
+    /// Returns the variance of the first coefficient of [`solve`](Self::solve) for independent data
+    /// of unit variance.
     pub fn variance_of_first(&self) -> f64 {
         let count = self.triangle.ncols();
         let mut first = DVector::zeros(count);
@@ -194,7 +200,7 @@ impl Design {
     }
 }
 
-/// Fits a straight line by least squares of the ordinates; returns its slope and its intercept.
+/// Fits a straight line by least squares of the ordinates, and returns its slope and intercept.
 ///
 /// Returns `None` if all abscissae are equal.
 pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
@@ -212,7 +218,7 @@ pub fn line(abscissae: &[f64], ordinates: &[f64]) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Model y = exp(−p x) + q with the parameters p and q, and its data (x, y).
+    /// Data (x, y) for the model y = exp(−p x) + q with the parameters p and q.
     struct Decay(Vec<(f64, f64)>);
 
     impl Residuals<2> for Decay {

@@ -51,11 +51,11 @@ pub enum FitError {
     )]
     Shape {
         surfaces: usize,
-        /// Number of areas of the first surface that does not have `loads` areas, or zero.
+        /// Number of areas of the first surface with a number of areas other than `loads`, or zero.
         areas: usize,
         loads: usize,
     },
-    #[error("load {position} is {load}; loads must be finite, positive and ascending")]
+    #[error("the load at index {position} is {load}; loads must be finite, positive and ascending")]
     Loads { position: usize, load: f64 },
     #[error("the area of surface {surface} under load {load} is {area}; areas must be finite")]
     Area { surface: usize, load: f64, area: f64 },
@@ -64,16 +64,18 @@ pub enum FitError {
              widen the window or compute more loads inside it"
     )]
     TooFew { window: Window, found: usize, needed: usize },
-    #[error("kappa is {kappa}, but the slope of the area at zero load must be positive and finite")]
+    #[error(
+        "kappa, the slope of the area at zero load, is {kappa}; it must be positive and finite"
+    )]
     Kappa { kappa: f64 },
-    /// The law cannot have the curvature of the data, so that its parameters diverge.
+    /// The parameters diverge, because the law cannot have the curvature of the data.
     #[error(
         "the fit of the contact evolution law with kappa = {kappa:.4} diverges (stopped at \
              beta = {beta:.3e}, mu = {mu:.3e}): the slope of the law only decreases from kappa; \
              try another kappa, or a window where the slope of the area decreases"
     )]
     Runaway { kappa: f64, beta: f64, mu: f64 },
-    /// The iteration ended before it reached a minimum of the sum of squares.
+    /// The iteration ended before the sum of squares reached a minimum.
     #[error(
         "the least squares did not converge: the data do not determine the parameters; try \
              another window or a given kappa"
@@ -103,7 +105,7 @@ pub enum FitError {
              more values"
     )]
     TooFewMeshes { found: usize, needed: usize },
-    /// The perimeter term S_d Δx does not differ between meshes, or there is no contact on one.
+    /// The perimeter term S_d Δx is the same on all meshes, or there is no contact on one of them.
     #[error(
         "a mesh has no contact, or the perimeter times the mesh step is equal on all meshes: the \
              area cannot be extrapolated"

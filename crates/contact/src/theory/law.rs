@@ -20,8 +20,8 @@ pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
 /// Contact evolution law, eq. (cel) of Yastrebov, Anciaux & Molinari 2015.
 ///
 /// Loads and mean pressures are in units of E* h′, areas are fractions of the nominal area. All
-/// parameters are positive. With β < 1, the area exceeds one at heavy load. A law is therefore
-/// valid only in the range of its fit.
+/// parameters are positive. With β < 1, the area exceeds one at heavy load. Use a law only in the
+/// range of loads of its fit.
 ///
 /// ```
 /// use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
@@ -38,9 +38,9 @@ pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
 pub struct ContactEvolution {
     /// Slope κ of the area at zero load.
     pub kappa: f64,
-    /// Factor β of the growth of the mean pressure; the area tends to β^(−1/μ).
+    /// Factor β in dp̄/dp₀ = β a^(μ−1). The area tends to β^(−1/μ) at heavy load.
     pub beta: f64,
-    /// Exponent μ in dp̄/dp₀ ∝ a^(μ−1).
+    /// Exponent μ in dp̄/dp₀ = β a^(μ−1).
     pub mu: f64,
 }
 
@@ -52,7 +52,8 @@ impl ContactEvolution {
         proportional * (-bend.ln_1p() / self.mu).exp()
     }
 
-    /// Returns the slope da/dy, eq. (cel_derivative); κ at zero load.
+    /// Returns the slope da/dy, eq. (cel_derivative) of Yastrebov, Anciaux & Molinari 2015. It is κ
+    /// at zero load.
     #[inline]
     pub fn slope(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
@@ -61,7 +62,7 @@ impl ContactEvolution {
 
     /// Returns the second derivative d²a/dy².
     ///
-    /// The second derivative is never positive. It diverges at zero load if μ < 1.
+    /// It is never positive. It diverges at zero load if μ < 1.
     pub fn curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         let decay = (-(2.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
@@ -69,7 +70,8 @@ impl ContactEvolution {
         -self.kappa.powi(2) * (1.0 + self.mu) * bend_per_load * decay
     }
 
-    /// Returns the third derivative d³a/dy³; the slope is convex where it is positive.
+    /// Returns the third derivative d³a/dy³. The slope da/dy is convex where this derivative is
+    /// positive.
     pub fn slope_curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
         let decay = (-(3.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
@@ -77,21 +79,21 @@ impl ContactEvolution {
         scale * self.kappa.powi(3) * decay * ((1.0 - self.mu) + (2.0 + self.mu) * bend)
     }
 
-    /// Returns the load at which the area fraction is `area`, or `None` if the law never reaches
-    /// it.
+    /// Returns the load y at which the area fraction is `area`, or `None` if the law reaches this
+    /// area at no load.
     pub fn load(&self, area: f64) -> Option<f64> {
         let remaining = -self.beta * area.powf(self.mu);
         (area >= 0.0 && remaining > -1.0)
             .then(|| area / self.kappa * (-remaining.ln_1p() / self.mu).exp())
     }
 
-    /// Returns the mean contact pressure p̄ = y/a in units of E* h′; 1/κ at zero load.
+    /// Returns the mean contact pressure p̄ = y/a in units of E* h′. It is 1/κ at zero load.
     pub fn mean_pressure(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
         (bend.ln_1p() / self.mu).exp() / self.kappa
     }
 
-    /// Returns the derivatives of the area with respect to ln β, ln μ and ln κ.
+    /// Returns [∂a/∂ln β, ∂a/∂ln μ, ∂a/∂ln κ] of the area a.
     #[inline]
     pub fn area_gradient(&self, load: f64) -> [f64; 3] {
         let Some(terms) = self.gradient_terms(load) else {
@@ -105,7 +107,7 @@ impl ContactEvolution {
         ]
     }
 
-    /// Returns the derivatives of the slope with respect to ln β, ln μ and ln κ.
+    /// Returns [∂s/∂ln β, ∂s/∂ln μ, ∂s/∂ln κ] of the slope s = da/dy.
     #[inline]
     pub fn slope_gradient(&self, load: f64) -> [f64; 3] {
         let Some(terms) = self.gradient_terms(load) else {
@@ -127,9 +129,10 @@ impl ContactEvolution {
         (proportional, self.beta * proportional.powf(self.mu))
     }
 
-    /// Returns the terms of the gradients in the parameters, or `None` at zero load.
+    /// Returns the terms that [`area_gradient`](Self::area_gradient) and
+    /// [`slope_gradient`](Self::slope_gradient) share, or `None` at zero load.
     ///
-    /// At zero load ln Y is infinite, but the gradients are finite, because its factor vanishes.
+    /// At zero load, ln Y is infinite, but its product with t is zero.
     #[inline]
     fn gradient_terms(&self, load: f64) -> Option<GradientTerms> {
         let (proportional, bend) = self.reduced(load);
@@ -171,10 +174,10 @@ mod tests {
         Ok(())
     }
 
-    /// Returns the derivative as a central difference of fourth order.
+    /// Returns the derivative of `function` at `at`, as a central difference of fourth order.
     ///
     /// With steps of 1e-3 of the load, the truncation error is 1e-11, and the rounding error is
-    /// 1e-13 relative to f/(f' y).
+    /// 1e-13 relative to f/(f′ y).
     fn derivative(function: impl Fn(f64) -> f64, at: f64, step: f64) -> f64 {
         let odd = |s: f64| function(at + s) - function(at - s);
         (8.0 * odd(step) - odd(2.0 * step)) / (12.0 * step)

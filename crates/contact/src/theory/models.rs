@@ -35,9 +35,11 @@ pub enum AsperityModel {
 }
 
 impl AsperityModel {
-    /// Returns the coefficient c of the secant κ = √(2π) (1 − c α/s² + O(s⁻⁴)) at large separation.
+    /// Returns the coefficient c in the expansion κ = √(2π) (1 − c α/s² + O(s⁻⁴)) of the secant
+    /// κ = a/y at large separation s.
     ///
-    /// Returns `None` for spheres of one radius, whose area is never proportional to the load.
+    /// Returns `None` for [`AsperityModel::GreenwoodWilliamson`], where the area is never
+    /// proportional to the load.
     pub fn curvature_coefficient(self) -> Option<f64> {
         match self {
             Self::BushGibsonThomas => Some(19.0 / 108.0),
@@ -71,21 +73,22 @@ impl AsperityModel {
     }
 }
 
-/// Maximum separation, at which areas and loads are about 1e-300.
+/// Maximum separation, in units of the rms height. Areas and loads are about 1e-300 there.
 const FARTHEST: f64 = 37.0;
 
-/// Number of standard deviations beyond which a normal density is below rounding.
+/// Number of standard deviations beyond which a normal density is negligible.
 const REACH: f64 = 9.5;
 
-/// Number of quadrature nodes in each interval of mean curvatures.
+/// Number of quadrature nodes in each panel of [`Asperities::for_each_curvature`].
 ///
-/// Doubling it changes results by at most 2e-12.
+/// Twice as many nodes change results by at most 2e-12.
 const NODES: u32 = 64;
 
-/// Maximum number of Newton steps, which would suffice even for bisection alone.
+/// Maximum number of steps of [`Asperities::find`], sufficient even if all are bisections.
 const NEWTON_STEPS: usize = 200;
 
-/// Size of a Newton step after which only rounding errors are left.
+/// Relative step of the separation after which [`Asperities::find`] ends, because only rounding
+/// errors remain.
 const LAST_STEP: f64 = 1e-9;
 
 static PANEL: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
@@ -118,11 +121,12 @@ pub struct Asperities {
 /// Load, contact area and their derivatives at one separation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Separation of the flat and the mean plane of the roughness, in units of the rms height.
+    /// Separation s between the flat and the mean plane of the roughness, in units of the rms
+    /// height.
     pub separation: f64,
     /// Load y, in units of E* h′.
     pub load: f64,
-    /// Contact area divided by the nominal area; it can exceed one at heavy load.
+    /// Contact area a divided by the nominal area. It can exceed one at heavy load.
     pub area: f64,
     /// Slope da/dy of the area.
     pub slope: f64,
@@ -142,7 +146,8 @@ impl Contact {
     }
 }
 
-/// Error for a value of Nayak's parameter that no isotropic surface has.
+/// Error for a Nayak parameter α that is below 3/2 or not finite. No isotropic surface has such an
+/// α.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "Nayak's parameter is {nayak}; for an isotropic surface it must be finite and at least 3/2"
@@ -165,7 +170,7 @@ impl Asperities {
         Ok(Self { model, summits })
     }
 
-    /// Returns the contact at a separation, in units of the rms height.
+    /// Returns the contact at a separation s, in units of the rms height.
     ///
     /// At separations of 37 or more, area and load underflow.
     pub fn at_separation(&self, separation: f64) -> Contact {
@@ -180,14 +185,14 @@ impl Asperities {
         Contact { separation, load, area, slope: area_rate / load_rate, stiffness: load_rate }
     }
 
-    /// Returns the contact under a load, or `None` if the load is not positive or out of range.
+    /// Returns the contact under a load y, or `None` if y is not positive or below the load at the
+    /// maximum separation of 37.
     pub fn at_load(&self, load: f64) -> Option<Contact> {
         self.find(load, |contact| (contact.load, contact.stiffness / contact.load))
     }
 
-    /// Returns the contact with the given area fraction.
-    ///
-    /// Returns `None` if the fraction is not positive or is out of range.
+    /// Returns the contact with the area fraction `area`, or `None` if it is not positive or below
+    /// the area at the maximum separation of 37.
     pub fn at_area(&self, area: f64) -> Option<Contact> {
         self.find(area, |contact| {
             let decay = contact.slope * contact.stiffness;
@@ -195,7 +200,8 @@ impl Asperities {
         })
     }
 
-    /// Returns the secant κ expanded at large separation s, up to the order s⁻².
+    /// Returns √(2π) (1 − c α/s²): the secant κ = a/y, expanded up to the order s⁻² at large
+    /// separation s. [`AsperityModel::curvature_coefficient`] returns c.
     ///
     /// Returns `None` for [`AsperityModel::GreenwoodWilliamson`].
     pub fn secant_at_large_separation(&self, separation: f64) -> Option<f64> {
@@ -203,10 +209,11 @@ impl Asperities {
         Some(KAPPA_BGT * (1.0 - coefficient * self.summits.nayak() / separation.powi(2)))
     }
 
-    /// Solves for the separation at which a quantity has the target value.
+    /// Finds the separation s at which a quantity f of the contact has the value `target`. Returns
+    /// `None` if the target is not positive or f exceeds it even at the maximum separation.
     ///
-    /// The closure returns the quantity f and −d ln f/ds. Since ln f is concave in s, Newton's
-    /// method converges from one side. A step out of the bracket is replaced by bisection.
+    /// `quantity` returns f and −d ln f/ds. Since ln f is concave in s, Newton's method converges
+    /// from one side. A step out of the bracket is replaced by bisection.
     fn find(&self, target: f64, quantity: impl Fn(&Contact) -> (f64, f64)) -> Option<Contact> {
         let newton_step = |contact: &Contact| {
             let (value, decay) = quantity(contact);
@@ -241,7 +248,7 @@ impl Asperities {
         Some(contact)
     }
 
-    /// Calls `visit` for each class of summits that contributes to the contact at a separation.
+    /// Calls `visit` for each [`Class`] of summits that contributes to the contact at a separation.
     fn for_each_class(&self, separation: f64, mut visit: impl FnMut(Class)) {
         let Some(ellipticity) = self.model.ellipticity() else {
             visit(self.only_class());
@@ -252,9 +259,10 @@ impl Asperities {
         });
     }
 
-    /// Calls `visit` with the nodes and weights of a quadrature over the mean curvature.
+    /// Calls `visit(H, weight)` for the nodes and weights of a quadrature over the mean curvature H
+    /// of the summits that contribute at a separation.
     ///
-    /// The range is divided into panels on which the integrand is smooth.
+    /// The range of H is divided into panels on which the integrand is smooth.
     fn for_each_curvature(&self, separation: f64, mut visit: impl FnMut(f64, f64)) {
         let spread = self.summits.curvature_variance_at_a_height().sqrt();
         let lowest = separation.max(0.0);
@@ -285,7 +293,8 @@ impl Asperities {
         }
     }
 
-    /// Returns the class of summits in an interval of mean curvatures of the given width.
+    /// Returns the class of the summits with mean curvatures in an interval of length `width` at
+    /// `mean_curvature`.
     fn class(&self, ellipticity: &EllipticityMeans, mean_curvature: f64, width: f64) -> Class {
         let x = 1.5 * mean_curvature * mean_curvature / self.summits.m4;
         let (area, load) = ellipticity.at(x);
@@ -319,21 +328,21 @@ impl Asperities {
     }
 }
 
-/// Class of summits with the same mean curvature, at a plane of height s.
+/// Class of summits with the same mean curvature, and with normally distributed heights z.
 struct Class {
-    /// Area fraction divided by ⟨(z − s)₊⟩ of the heights z.
+    /// Factor A of the area fraction A ⟨(z − s)₊⟩ of the class at the separation s.
     area: f64,
-    /// Load divided by ⟨(z − s)₊^(3/2)⟩ of the heights z.
+    /// Factor B of the load B ⟨(z − s)₊^(3/2)⟩ of the class at the separation s.
     load: f64,
     heights: GaussianHeights,
 }
 
-/// Returns the contact area of a sphere divided by the indentation.
+/// Returns the contact area of a sphere divided by its indentation, π/`curvature`.
 fn sphere_area(curvature: f64) -> f64 {
     PI / curvature
 }
 
-/// Returns the load of a sphere divided by indentation^(3/2), in units of E* h′ with m2 = 1.
+/// Returns the load of a sphere divided by its indentation^(3/2), in units of E* h′ with m2 = 1.
 fn sphere_load(curvature: f64) -> f64 {
     4.0 / (3.0 * curvature.sqrt() * SQRT_2)
 }

@@ -30,9 +30,9 @@ pub fn noncontact(load: f64) -> f64 {
     libm::erfc(SQRT_2 * load)
 }
 
-/// Returns the slope da/dy, which is √(8/π) at zero load.
+/// Returns the slope da/dy. It is √(8/π) at zero load.
 ///
-/// The slope is concave up to y = 1/2 and convex beyond.
+/// As a function of y, it is concave up to y = 1/2 and convex beyond.
 pub fn slope(load: f64) -> f64 {
     KAPPA_PERSSON * (-2.0 * load * load).exp()
 }
@@ -42,32 +42,34 @@ pub fn curvature(load: f64) -> f64 {
     -4.0 * load * slope(load)
 }
 
-/// Returns the third derivative d³a/dy³; the slope is convex where it is positive.
+/// Returns the third derivative d³a/dy³. The slope da/dy is convex where this derivative is
+/// positive.
 pub fn slope_curvature(load: f64) -> f64 {
     (16.0 * load * load - 4.0) * slope(load)
 }
 
-/// Returns the load at which the area fraction is `area`, or `None` outside [0, 1).
+/// Returns the load y at which the area fraction is `area`, or `None` if `area` is outside [0, 1).
 pub fn load(area: f64) -> Option<f64> {
     erf_inverse(area).map(|x| x / SQRT_2)
 }
 
-/// Returns the load at which the non-contact fraction is `noncontact`, or `None` outside (0, 1].
+/// Returns the load y at which the non-contact fraction 1 − a is `noncontact`, or `None` if it is
+/// outside (0, 1].
 ///
-/// Near full contact, this function is more accurate than [`load`], which loses digits in 1 − a.
+/// Near full contact, it is more accurate than [`load`], because a loses the digits of 1 − a.
 pub fn load_at_noncontact(noncontact: f64) -> Option<f64> {
     erfc_inverse(noncontact).map(|x| x / SQRT_2)
 }
 
-/// Returns F(y) = −ln[(1 − a) y √(2π)] from a load and a non-contact fraction 1 − a.
+/// Returns F(y) = −ln[(1 − a) y √(2π)] for a load y and a non-contact fraction 1 − a.
 ///
 /// By eq. (full_area_approx) of Yastrebov, Anciaux & Molinari 2015, F tends to 2y^η near full
-/// contact, with η = 2 in Persson's theory. The result is `None` at zero load and at full contact.
+/// contact, with η = 2 in Persson's theory. Returns `None` at zero load and at full contact.
 pub fn approach_to_full_contact(load: f64, noncontact: f64) -> Option<f64> {
     (noncontact > 0.0 && load > 0.0).then(|| -noncontact.ln() - (load * (2.0 * PI).sqrt()).ln())
 }
 
-/// Returns F(y) = −ln[(1 − a) y √(2π)] of Persson's theory.
+/// Returns F(y) = −ln[(1 − a) y √(2π)] with 1 − a of Persson's theory.
 ///
 /// At heavy load, F = 2y² + 1/(4y²) − …
 pub fn approach(load: f64) -> f64 {
@@ -75,9 +77,10 @@ pub fn approach(load: f64) -> f64 {
     x * x - (x * PI.sqrt() * erfcx(x)).ln()
 }
 
-/// Returns the probability density of the contact pressure over the nominal area (Persson 2001).
+/// Returns the probability density of the contact pressure p over the nominal area at
+/// p = `pressure` (Persson 2001).
 ///
-/// The density covers positive pressures only. Its integral is the area fraction, and its first
+/// The density is for positive pressures only. Its integral is the area fraction, and its first
 /// moment is the load.
 pub fn pressure_density(load: f64, pressure: f64) -> f64 {
     if pressure <= 0.0 {
@@ -89,9 +92,10 @@ pub fn pressure_density(load: f64, pressure: f64) -> f64 {
     (2.0 / PI).sqrt() * (-2.0 * (pressure - load).powi(2)).exp() * image
 }
 
-/// Returns the fraction of the nominal area with pressures between `low` and `high`.
+/// Returns the fraction of the nominal area with pressures from `low` to `high`.
 ///
-/// This is the integral of [`pressure_density`], for 0 ≤ `low` ≤ `high`.
+/// This is the integral of [`pressure_density`] over these pressures. It requires
+/// 0 ≤ `low` ≤ `high`.
 pub fn fraction_between(load: f64, low: f64, high: f64) -> f64 {
     let around = |centre: f64| {
         let [low, high] = [low, high].map(|pressure| SQRT_2 * (pressure - centre));
@@ -107,13 +111,13 @@ pub fn fraction_between(load: f64, low: f64, high: f64) -> f64 {
     0.5 * (around(load) - around(-load))
 }
 
-/// Smallest x at which [`erfcx`] uses a continued fraction, because exp(x²) erfc(x) loses digits.
+/// Minimum x for which [`erfcx`] uses a continued fraction, because exp(x²) erfc(x) loses digits.
 const CONTINUED_FRACTION_FROM: f64 = 4.0;
 
-/// Number of terms with which the continued fraction converges at [`CONTINUED_FRACTION_FROM`].
+/// Number of terms of the continued fraction, sufficient from [`CONTINUED_FRACTION_FROM`] on.
 const CONTINUED_FRACTION_TERMS: u32 = 40;
 
-/// Maximum number of Newton iterations; about ten are needed.
+/// Maximum number of Newton iterations for the inverses of erf and erfc; about ten are needed.
 const NEWTON_ITERATIONS: usize = 20;
 
 /// Returns the scaled complementary error function exp(x²) erfc(x) for x ≥ 0.
@@ -183,7 +187,8 @@ mod tests {
 
     use super::*;
 
-    /// Integrates by Simpson's rule over pressures up to 8, where the density is below 1e-30.
+    /// Returns ∫ pⁿ f(p) dp with n = `power` and the pressure density f, by Simpson's rule up to
+    /// p = 8, where the density is below 1e-30.
     fn moment(load: f64, power: i32) -> f64 {
         let (steps, width) = (4000, 8.0 / 4000.0);
         let value = |i: u32| {

@@ -20,7 +20,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::quadrature::Chebyshev;
 
-/// Maximum number of iterations for the axis ratio; each gains at least one digit.
+/// Maximum number of iterations for the axis ratio. Each iteration gains at least one digit.
 const ITERATIONS: usize = 60;
 
 /// Contact ellipse of a summit.
@@ -28,14 +28,16 @@ const ITERATIONS: usize = 60;
 pub struct Ellipse {
     /// Ratio of the minor to the major axis, in (0, 1].
     pub axis_ratio: f64,
-    /// Factor f_A, the area relative to a sphere of the same mean curvature at the same approach.
+    /// Factor f_A: contact area divided by the contact area of a sphere with the same mean
+    /// curvature and approach.
     pub area_factor: f64,
-    /// Factor f_P, the force relative to a sphere of the same mean curvature at the same approach.
+    /// Factor f_P: force divided by the force of a sphere with the same mean curvature and
+    /// approach.
     pub load_factor: f64,
 }
 
 impl Ellipse {
-    /// Computes the ellipse from the ratio κ₂/κ₁ of the curvatures, in (0, 1].
+    /// Computes the ellipse from the curvature ratio κ₂/κ₁ = `ratio`, in (0, 1].
     ///
     /// With t = (κ₁ − κ₂)/(κ₁ + κ₂), f_A = 1 + 4t²/9 + … and f_P = 1 + t²/3 + … near the sphere.
     /// Towards the cylinder, both diverge as the inverse of the axis ratio, up to logarithms.
@@ -55,7 +57,8 @@ impl Ellipse {
     }
 }
 
-/// Solves κ₂/κ₁ = k² D/B for the axis ratio k, with the integrals D and B of [`Integrals`].
+/// Returns the axis ratio k that solves κ₂/κ₁ = k² D/B, with the integrals D and B of
+/// [`Integrals::skew`].
 ///
 /// Up to a logarithm, κ₂/κ₁ is between k^(3/2) and k².
 fn axis_ratio(curvature_ratio: f64) -> f64 {
@@ -76,7 +79,7 @@ fn axis_ratio(curvature_ratio: f64) -> f64 {
     log.exp()
 }
 
-/// Complete elliptic integrals with the parameter m = 1 − k².
+/// Complete elliptic integrals for the axis ratio k, with the parameter m = 1 − k².
 struct Integrals {
     /// Integral K of the first kind.
     first: f64,
@@ -87,7 +90,8 @@ struct Integrals {
 }
 
 impl Integrals {
-    /// Computes the integrals by the arithmetic-geometric mean of 1 and k, DLMF 19.8(i).
+    /// Computes the integrals for the axis ratio k by the arithmetic-geometric mean of 1 and k,
+    /// DLMF 19.8(i).
     ///
     /// Starting from k instead of m is accurate for k → 0. Summing c²/m instead of c² keeps the
     /// skew accurate for k → 1.
@@ -111,30 +115,32 @@ impl Integrals {
         Self { first, second: first * (0.5 - sum + k * k * (0.5 + sum)), skew: 2.0 * sum }
     }
 
-    /// Returns ln(k² D/B) as a function of ln k < 0.
+    /// Returns ln(κ₂/κ₁) = ln(k² D/B) for ln k = `log_k` < 0.
     fn log_curvature_ratio(log_k: f64) -> f64 {
         let Self { skew, .. } = Self::from_axis_ratio(log_k.exp());
         2.0 * log_k + 2.0 * skew.atanh()
     }
 }
 
-/// Number of terms of the expansions, which converge as exp(−c √terms); see the tests.
+/// Number of terms of the Chebyshev expansions. Their errors decrease as exp(−c √terms); see the
+/// tests.
 const TERMS: usize = 54;
 
-/// Value of x below which half of the interpolation nodes lie; W changes most in this range.
+/// Value of x below which half of the interpolation nodes are; W(x) changes most in this range.
 const HALF_WAY: f64 = 4.0;
 
 /// Step in τ = ln(u/(1 − u)) of the trapezoidal rule, which converges exponentially.
 const STEP: f64 = 0.25;
 
-/// Steps of the trapezoidal rule.
+/// Indices n of the nodes τ = n × [`STEP`] of the trapezoidal rule.
 ///
 /// The integrand decays as e^τ for τ → −∞ and at least as e^(−3τ/2) for τ → ∞.
 const STEPS: std::ops::RangeInclusive<i32> = -190..=110;
 
-/// Table of the means of the factors of area and load, relative to their limits at large x.
+/// Table of x W(x) for the factors f_A (`area`) and f_P (`load`), as the module [`hertz`](self)
+/// defines W.
 ///
-/// Both entries interpolate (1 + x) W(x) in x/(4 + x).
+/// Both entries are interpolants of (1 + x) W(x) in the variable x/(4 + x).
 #[derive(Debug, Clone)]
 pub(super) struct EllipticityMeans {
     area: Chebyshev,
@@ -142,9 +148,10 @@ pub(super) struct EllipticityMeans {
 }
 
 impl EllipticityMeans {
-    /// Tabulates the means of the factors of area and load; `factors` computes both from κ₂/κ₁.
+    /// Tabulates W for two functions f of the ellipticity: `factors` returns both for a curvature
+    /// ratio κ₂/κ₁.
     ///
-    /// Both factors must be one at κ₂ = κ₁ and grow more slowly than κ₁/κ₂ for κ₂/κ₁ → 0.
+    /// Both must be one at κ₂ = κ₁ and grow more slowly than κ₁/κ₂ for κ₂/κ₁ → 0.
     pub fn new(factors: impl Fn(f64) -> (f64, f64)) -> Self {
         let nodes: Vec<Node> = STEPS.map(|step| Node::new(step, &factors)).collect();
         let x = Chebyshev::nodes(TERMS).map(|unit| HALF_WAY * unit / (1.0 - unit));
@@ -152,7 +159,7 @@ impl EllipticityMeans {
         Self { area: Chebyshev::from_values(&area), load: Chebyshev::from_values(&load) }
     }
 
-    /// Returns x W(x) for the factor of the area and for the factor of the load.
+    /// Returns x W(x) for the first and for the second function of [`EllipticityMeans::new`].
     pub fn at(&self, x: f64) -> (f64, f64) {
         let unit = x / (HALF_WAY + x);
         let weight = x / (1.0 + x);
@@ -161,7 +168,7 @@ impl EllipticityMeans {
 }
 
 struct Node {
-    /// Value u = t² of the node.
+    /// Value u = t² at the node of the trapezoidal rule.
     square: f64,
     /// Weight of the trapezoidal rule, with the Jacobian and the factor 1 − u.
     weight: f64,
@@ -181,7 +188,7 @@ impl Node {
     }
 }
 
-/// Returns (1 + x) W(x) for both factors; it is positive and bounded for all x.
+/// Returns (1 + x) W(x) for both functions. It is positive and bounded for all x.
 fn transform(nodes: &[Node], x: f64) -> (f64, f64) {
     let (area, load) = nodes.iter().fold((0.0, 0.0), |(area, load), node| {
         let weight = node.weight * (-x * node.square).exp();

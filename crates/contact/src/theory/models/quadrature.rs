@@ -9,7 +9,8 @@ pub struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// Computes the rule with `order` nodes; Newton's method finds the zeros of the polynomial.
+    /// Computes the rule with `order` nodes, by Newton's method for the zeros of the Legendre
+    /// polynomial.
     pub fn new(order: u32) -> Self {
         let node = |index: u32| {
             // The start is close enough to the zero for quadratic convergence.
@@ -25,14 +26,14 @@ impl GaussLegendre {
         Self { nodes: (0..order).map(node).collect() }
     }
 
-    /// Iterates over the nodes and weights for the interval from `start` to `end`.
+    /// Iterates over the nodes and weights of the rule for the interval from `start` to `end`.
     pub fn over(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> {
         let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
         self.nodes.iter().map(move |(node, weight)| (middle + half * node, half * weight))
     }
 }
 
-/// Returns the Legendre polynomial of an order and its derivative at x in (−1, 1).
+/// Returns P_n(x) and P_n′(x) for the Legendre polynomial of order n = `order` and x in (−1, 1).
 fn legendre(order: u32, x: f64) -> (f64, f64) {
     let (mut before, mut value) = (1.0, x);
     for degree in 2..=order {
@@ -51,12 +52,12 @@ pub struct Chebyshev {
 }
 
 impl Chebyshev {
-    /// Iterates over the interpolation nodes in (0, 1) for an expansion with `terms` terms.
+    /// Iterates over the `terms` interpolation nodes in (0, 1) of an expansion with as many terms.
     pub fn nodes(terms: usize) -> impl Iterator<Item = f64> {
         (0..terms).map(move |node| 0.5 + 0.5 * Self::angle(node, terms).cos())
     }
 
-    /// Creates the interpolant from the values of a function at [`Self::nodes`].
+    /// Creates the interpolant of a function from its values at [`Self::nodes`], in the same order.
     pub fn from_values(values: &[f64]) -> Self {
         let terms = values.len();
         let coefficient = |order: usize| {
@@ -68,7 +69,7 @@ impl Chebyshev {
         Self { coefficients: (0..terms).map(coefficient).collect() }
     }
 
-    /// Evaluates the interpolant at a point of [0, 1] by Clenshaw's recurrence.
+    /// Returns the interpolant at a point of [0, 1], by Clenshaw's recurrence.
     pub fn at(&self, point: f64) -> f64 {
         let double = 4.0 * point - 2.0;
         let (next, after) =

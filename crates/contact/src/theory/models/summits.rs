@@ -56,17 +56,19 @@ impl Summits {
         self.m0 * (1.0 - constant / self.nayak())
     }
 
-    /// Returns the mean curvature averaged over all summits, (8/3)√(m4/π).
+    /// Returns the mean of the mean curvature H over all summits, (8/3)√(m4/π).
     pub fn mean_curvature(&self) -> f64 {
         8.0 / 3.0 * (self.m4 / PI).sqrt()
     }
 
-    /// Returns the mean square ⟨H²⟩ of the mean curvature over all points of the surface.
+    /// Returns the mean square ⟨H²⟩ = (2/3) m4 of the mean curvature over all points of the
+    /// surface.
     pub fn curvature_variance(&self) -> f64 {
         2.0 / 3.0 * self.m4
     }
 
-    /// Returns the variance of the mean curvature over all points at the same height z.
+    /// Returns the variance (2/3) m4 − m2²/m0 of the mean curvature over all points of the same
+    /// height z.
     ///
     /// The mean over these points is z m2/m0.
     pub fn curvature_variance_at_a_height(&self) -> f64 {
@@ -84,9 +86,10 @@ impl Summits {
         }
     }
 
-    /// Returns the density of summits per unit of area, of height z, of H and of d.
+    /// Returns the density of summits per unit of area, of height z, of H and of d, with
+    /// z = `height`, H = `mean_curvature` and d = `curvature_difference`.
     ///
-    /// The density is zero unless 0 ≤ d < H. It is singular at α = 3/2, where z determines H.
+    /// It is zero unless 0 ≤ d < H. It is singular at α = 3/2, where z determines H.
     pub fn density(&self, height: f64, mean_curvature: f64, curvature_difference: f64) -> f64 {
         let (h, d) = (mean_curvature, curvature_difference);
         if !(0.0..h).contains(&d) {
@@ -103,14 +106,14 @@ impl Summits {
     }
 }
 
-/// Number of standard deviations beyond which the normal density is below rounding.
+/// Number of standard deviations beyond which the normal density is negligible.
 const REACH: f64 = 9.0;
 
 /// Normal distribution of the heights z of summits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussianHeights {
     pub mean: f64,
-    /// Standard deviation, which is zero if all heights are equal.
+    /// Standard deviation of z, which is zero if all heights are equal.
     pub deviation: f64,
 }
 
@@ -133,8 +136,8 @@ pub(crate) struct Excess {
 impl GaussianHeights {
     /// Returns the partial moments above a plane at height s = `separation`.
     ///
-    /// Relative errors are below 1e-13. Only the error of the first moment is larger, u² rounding
-    /// errors, if the plane is u ≫ 1 standard deviations above the mean.
+    /// Relative errors are below 1e-13. An exception is the moment n = 1 if the plane is u ≫ 1
+    /// standard deviations above the mean: its relative error is u² rounding errors.
     pub fn excess(&self, separation: f64) -> Excess {
         if self.deviation == 0.0 {
             let excess = self.mean - separation;
@@ -152,14 +155,14 @@ impl GaussianHeights {
 }
 
 impl Excess {
-    /// Returns the moments of summits that all exceed the plane by `excess`.
+    /// Returns the moments of summits that all have the height z = s + `excess`.
     fn from_height(excess: f64) -> Self {
         let fraction = if excess > 0.0 { 1.0 } else { 0.0 };
         let excess = excess.max(0.0);
         Self { fraction, half: excess.sqrt(), first: excess, three_halves: excess * excess.sqrt() }
     }
 
-    /// Returns the moments of the standard normal distribution above u.
+    /// Returns the moments ⟨(w − u)₊ⁿ⟩ of a standard normal w.
     fn from_standard_normal(u: f64) -> Self {
         let (fraction, first) = whole_powers(u);
         let (half, three_halves) =
@@ -168,7 +171,7 @@ impl Excess {
     }
 }
 
-/// Returns the moments n = 0 and 1 of a standard normal w: Q(u), and φ(u) − u Q(u).
+/// Returns the moments ⟨(w − u)₊ⁿ⟩ of a standard normal w for n = 0 and 1: Q(u), and φ(u) − u Q(u).
 fn whole_powers(u: f64) -> (f64, f64) {
     if u < 0.0 {
         let above = 0.5 * libm::erfc(u / SQRT_2);
@@ -179,7 +182,7 @@ fn whole_powers(u: f64) -> (f64, f64) {
     (density(u) * mills, density(u) * (1.0 - u * mills))
 }
 
-/// Returns the moments n = 1/2 and 3/2 of a standard normal w above u.
+/// Returns the moments ⟨(w − u)₊ⁿ⟩ of a standard normal w for n = 1/2 and 3/2.
 ///
 /// The integration variable is v = √(w − u). The integrand is even and entire in v, so the
 /// trapezoidal rule converges exponentially.
@@ -201,7 +204,7 @@ fn half_powers(u: f64) -> (f64, f64) {
     (2.0 * step * half, 2.0 * step * three_halves)
 }
 
-/// Returns the moments like `half_powers`, for u < −REACH, by the trapezoidal rule in w.
+/// Returns the same as [`half_powers`] for u < −[`REACH`], by the trapezoidal rule in w.
 ///
 /// The singularity at w = u is outside the range of integration.
 fn half_powers_far_below(u: f64) -> (f64, f64) {
@@ -227,7 +230,7 @@ mod tests {
     use super::*;
     use crate::theory::models::quadrature::GaussLegendre;
 
-    /// Integrates `weight(z, H)` times the density of summits over z, H and d.
+    /// Returns the integral of `weight(z, H)` times the density of summits over z, H and d.
     fn mean(summits: Summits, weight: impl Fn(f64, f64) -> f64) -> f64 {
         let rule = GaussLegendre::new(48);
         let (rms, bend) = (summits.m0.sqrt(), summits.curvature_variance().sqrt());

@@ -23,7 +23,7 @@ fn at_load(model: AsperityModel, nayak: f64, load: f64) -> Contact {
     contact.expect("a load within range")
 }
 
-/// Returns 1 − κ/√(2π) at an area fraction.
+/// Returns 1 − κ/√(2π) at an area fraction, with the secant κ = a/y.
 fn deficit(model: AsperityModel, nayak: f64, area: f64) -> f64 {
     let contact = asperities(model, nayak).at_area(area);
     1.0 - contact.expect("an area within range").secant() / KAPPA_BGT
