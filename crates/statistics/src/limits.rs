@@ -26,42 +26,43 @@ use scatter::Scatter;
 mod scatter;
 mod search;
 
-/// Smallest and largest value that a free exponent can have.
+/// Minimum and maximum of a free exponent.
 ///
 /// x^0.02 is indistinguishable from a logarithm, and x^20 from zero.
 pub const EXPONENTS: [f64; 2] = [0.02, 20.0];
 
-/// Form f(x) of a term as a function of its small parameter.
+/// Form f(x) of a term c f(x) as a function of its small parameter x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TermForm {
-    /// Power c xᵉ with a given positive exponent e.
+    /// Power f(x) = xᵉ with a given positive exponent e.
     Power(f64),
-    /// Power c xᵉ with a free exponent e.
+    /// Power f(x) = xᵉ with a fitted exponent e.
     FreePower,
-    /// Logarithm c ln x of the small parameter.
+    /// Logarithm f(x) = ln x.
     Logarithm,
 }
 
 /// Small parameters and observable of one spectrum on one mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitPoint {
-    /// Small parameters, one positive value for each term.
+    /// Small parameters xⱼ, one positive value for each term.
     pub small: Vec<f64>,
     /// Observable at these small parameters.
     pub observed: Observed,
 }
 
-/// Observable of a point, given as values of surfaces or as an estimate with its standard error.
+/// Observable Q of a point: its values on several surfaces, or an estimate with a standard error.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Observed {
     /// Values of the observable on each surface.
     Surfaces {
-        /// Surface numbers in ascending order; a surface has the same number at all points.
+        /// Numbers of the surfaces, in ascending order. A surface has the same number at all
+        /// points.
         units: Vec<usize>,
         /// Value of the observable for each surface.
         values: Vec<f64>,
     },
-    /// Estimate that is independent of the estimates of other points.
+    /// Estimate that is statistically independent of the other points.
     Estimate {
         /// Estimated value of the observable.
         value: f64,
@@ -78,7 +79,7 @@ impl Observed {
         Observed::Surfaces { units: (0..values.len()).collect(), values }
     }
 
-    /// Returns the mean over the surfaces.
+    /// Returns the mean over the surfaces, or the estimated value.
     pub fn mean(&self) -> f64 {
         match self {
             Observed::Surfaces { values, .. } => values.iter().sum::<f64>() / values.len() as f64,
@@ -86,7 +87,7 @@ impl Observed {
         }
     }
 
-    /// Returns the standard error of the mean.
+    /// Returns the standard error of [`mean`](Self::mean).
     pub fn standard_error(&self) -> f64 {
         match self {
             Observed::Surfaces { values, .. } => {
@@ -112,22 +113,23 @@ impl Observed {
 pub struct LimitProblem {
     points: Vec<LimitPoint>,
     scatter: Scatter,
-    /// Inverse standard error of the mean of each point, from the power law of the scatter.
+    /// Inverse standard error of the mean of each point, from the fitted power law of the scatter.
     scales: Vec<f64>,
 }
 
 /// Fitted law Q = Q₀ + Σ cⱼ fⱼ(xⱼ).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitFit {
-    /// Limit Q₀: the observable if all powers vanish and the arguments of all logarithms are one.
+    /// Limit Q₀: the observable where all powers are zero and the arguments of all logarithms are
+    /// one.
     pub limit: f64,
     /// Coefficient cⱼ of each term.
     pub coefficients: Vec<f64>,
     /// Exponent of each term, or `None` for a logarithm.
     pub exponents: Vec<Option<f64>>,
-    /// Sum χ² of the squared residuals divided by the variances of the means.
+    /// χ²: sum of the squared residuals, each divided by the variance of the mean of its point.
     pub chi_square: f64,
-    /// Number of free parameters of the law.
+    /// Number of fitted parameters: the limit, the coefficients and the free exponents.
     pub free: usize,
 }
 
@@ -140,13 +142,14 @@ pub struct Assessment {
     pub reduced_chi_square: f64,
     /// Akaike's information criterion, χ² + 2 × the number of free parameters.
     pub akaike: f64,
-    /// Leave-one-out error: rms error of predicting a point from all other points, weighted.
+    /// Leave-one-out error, in the unit of the observable: weighted rms error of the prediction of
+    /// each point by a fit to all other points.
     ///
-    /// It is in the unit of the observable, and `None` if a fit to the other points fails.
+    /// `None` if one of these fits fails.
     pub leave_one_out: Option<f64>,
 }
 
-/// Confidence intervals and comparison of several laws, from resampled surfaces.
+/// Confidence intervals of several laws and their comparison, from resampled surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resampled {
     /// Confidence intervals of the parameters of each law.
@@ -160,13 +163,13 @@ pub struct Resampled {
 /// Comparison of one law with all laws that were fitted to the same points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
-    /// Akaike weight exp(−Δ/2), divided by its sum over all laws.
+    /// Akaike weight: exp(−Δ/2), divided by its sum over all laws.
     ///
-    /// Δ is the difference between Akaike's criterion of this law and its minimum over all laws.
+    /// Δ is Akaike's criterion of this law minus the minimum over all laws.
     pub akaike_weight: f64,
-    /// Fraction of replicates in which this law has the smallest Akaike's criterion.
+    /// Fraction of the replicates in which Akaike's criterion of this law is the smallest.
     ///
-    /// It is `None` without replicates.
+    /// `None` without replicates.
     pub best_fraction: Option<f64>,
 }
 
@@ -208,7 +211,7 @@ impl LimitProblem {
         counts.min().unwrap_or(0)
     }
 
-    /// Fits a law with the given forms of its terms by weighted least squares.
+    /// Fits the law Q = Q₀ + Σ cⱼ fⱼ(xⱼ) with the given forms fⱼ by weighted least squares.
     ///
     /// # Errors
     /// Fails if there are not more points than parameters, if the terms are linearly dependent, or
@@ -231,7 +234,7 @@ impl LimitProblem {
         }
     }
 
-    /// Computes confidence intervals for several laws, and compares the laws.
+    /// Computes confidence intervals for several laws (`rivals`), and compares the laws.
     ///
     /// Replicates draw whole surfaces. A surface has the same multiplicity at all its points and
     /// for all laws.
@@ -270,7 +273,7 @@ impl LimitProblem {
         means.collect()
     }
 
-    /// Fits the law to the given means of the used points.
+    /// Fits the law to the points selected by `used`, with the mean of point i in `means[i]`.
     ///
     /// The iteration starts from the exponents of `start`, if it is given.
     fn fit_to(
@@ -303,7 +306,7 @@ impl LimitProblem {
         Some((squares / weights).sqrt())
     }
 
-    /// Returns the observable that a law predicts at a point.
+    /// Returns the observable that a fitted law predicts at the point with index `point`.
     fn predicted(&self, fit: &LimitFit, point: usize) -> f64 {
         let terms = fit.coefficients.iter().zip(&fit.exponents);
         let terms = terms.zip(&self.points[point].small);
@@ -365,9 +368,9 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
     linear.chain(free).collect()
 }
 
-/// Returns the mean of each point in a replicate, and whether the replicate uses the point.
+/// Returns the mean of each point in a replicate, and whether the replicate contains the point.
 ///
-/// A point without drawn surfaces is not used.
+/// Surface i is drawn `times[i]` times. A point is missing if none of its surfaces is drawn.
 fn resampled_means(
     problem: &LimitProblem,
     times: &[u32],

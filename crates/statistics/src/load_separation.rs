@@ -34,9 +34,10 @@ const LEAST_DATA: usize = 3;
 pub struct LoadSeparation {
     /// Decay length u₀, in the unit of the gaps.
     pub decay_length: f64,
-    /// Load p_c at which the fitted gap vanishes, in units of E* h′.
+    /// Load p_c at which the fitted mean gap is zero, in units of E* h′.
     pub closing_load: f64,
-    /// Residuals of ū/u₀, which are those of ln p₀, and R² of the mean gap.
+    /// Goodness of fit: residuals of ū/u₀, which are the residuals of ln p₀, and R² of the mean gap
+    /// ū.
     ///
     /// Loads at which the mean gap is not positive are masked.
     pub goodness: GoodnessOfFit,
@@ -49,21 +50,23 @@ pub struct LoadSeparationProblem {
 }
 
 impl LoadSeparationProblem {
-    /// Creates a problem from the loads inside a window; the values of `gaps` are mean gaps.
+    /// Creates a problem from the mean gaps at the loads inside a window. The values in `gaps` are
+    /// mean gaps instead of areas.
     pub fn new(gaps: &Curves, window: Window) -> Self {
         Self { gaps: gaps.area_data(window) }
     }
 
-    /// Fits the relation to the mean over the realizations.
+    /// Fits the relation to the mean gap averaged over the realizations.
     ///
     /// # Errors
-    /// Fails if the gap is positive at fewer than three loads, or if it does not decrease with the
+    /// Fails if this gap is positive at fewer than three loads, or if it does not decrease with the
     /// load.
     pub fn fit(&self) -> Result<LoadSeparation, FitError> {
         self.fit_mean(&self.gaps.mean())
     }
 
-    /// Computes confidence intervals of the decay length and the closing load, in this order.
+    /// Computes confidence intervals of the decay length u₀ and the closing load p_c, in this
+    /// order, by resampling surfaces.
     pub fn bootstrap(&self, fit: &LoadSeparation, bootstrap: &Bootstrap) -> Intervals {
         let estimates = [fit.decay_length, fit.closing_load].map(Estimate::Positive);
         bootstrap.intervals(self.gaps.surfaces(), &estimates, |multiplicities| {

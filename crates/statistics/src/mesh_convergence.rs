@@ -15,7 +15,7 @@ const LEAST_MESHES: usize = 3;
 /// Contact areas and edges S_d Δx of one surface under one load on several meshes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
-    /// S_d Δx on each mesh, as a fraction of the nominal area.
+    /// S_d Δx on each mesh, divided by the nominal area.
     edges: Vec<f64>,
     /// Area fraction on each mesh, without correction.
     areas: Vec<f64>,
@@ -60,21 +60,22 @@ impl Refinement {
         MeshLimit { area, coefficient }
     }
 
-    /// Returns the best limit A* for a given coefficient c.
+    /// Returns the least-squares limit A* for a given coefficient c: mean(A_N) − c mean(S_d Δx).
     fn limit(&self, coefficient: f64) -> f64 {
         mean(&self.areas) - coefficient * mean(&self.edges)
     }
 
-    /// Iterates over the relative errors (A_N − c S_d Δx)/A* − 1 of the corrected areas.
+    /// Iterates over the relative errors (A_N − c S_d Δx)/A* − 1 of the corrected areas, with
+    /// c = `coefficient` and A* = `limit`.
     fn errors(&self, coefficient: f64, limit: f64) -> impl Iterator<Item = f64> {
         let corrected = self.areas.iter().zip(&self.edges);
         corrected.map(move |(area, edge)| (area - coefficient * edge) / limit - 1.0)
     }
 
-    /// Returns the covariance of area and edge, and the variance of the edge, over the meshes.
+    /// Returns Σ (e − ē)(A − Ā)/Ā² and Σ (e − ē)²/Ā² over the meshes, with the area A = A_N and the
+    /// edge e = S_d Δx.
     ///
-    /// Both are sums of products divided by the squared mean area, so that light and heavy loads
-    /// have equal weights.
+    /// The division by Ā² gives light and heavy loads equal weights.
     fn moments(&self) -> (f64, f64) {
         let (edge, area) = (mean(&self.edges), mean(&self.areas));
         let pairs = self.edges.iter().zip(&self.areas);
@@ -97,7 +98,7 @@ impl<'a> MeshProblem<'a> {
         Self { surfaces }
     }
 
-    /// Fits the common coefficient c, with a separate limit A* for each surface and load.
+    /// Returns the common coefficient c, fitted with a separate limit A* for each surface and load.
     pub fn coefficient(&self) -> f64 {
         self.pooled(&vec![1; self.surfaces.len()])
     }
@@ -110,7 +111,8 @@ impl<'a> MeshProblem<'a> {
 
     /// Returns the rms relative error of the areas corrected with the coefficient `correction`.
     ///
-    /// The reference is the limit A* of each surface and load with the fitted coefficient.
+    /// The reference of each surface and load is its limit A* with the [fitted
+    /// coefficient](Self::coefficient).
     pub fn rms_error(&self, correction: f64) -> f64 {
         let fitted = self.coefficient();
         let errors = self.all().flat_map(|one| one.errors(correction, one.limit(fitted)));
@@ -123,7 +125,7 @@ impl<'a> MeshProblem<'a> {
         self.all().map(Refinement::meshes).sum()
     }
 
-    /// Computes the confidence interval of the common coefficient by resampling whole surfaces.
+    /// Computes the confidence interval of the common coefficient c by resampling whole surfaces.
     pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
         let every = vec![1; self.surfaces.len()];
         let estimates = [Estimate::Real(self.pooled(&every))];
@@ -136,9 +138,11 @@ impl<'a> MeshProblem<'a> {
         self.surfaces.iter().flatten().copied()
     }
 
-    /// Returns, for each surface, the covariance of area and edge and the variance of the edge.
+    /// Returns, for each surface, Σ (e − ē)(A − Ā)/Ā² and Σ (e − ē)²/Ā² over its loads and meshes,
+    /// with the area A = A_N and the edge e = S_d Δx.
     ///
-    /// The common coefficient is the sum of the covariances divided by the sum of the variances.
+    /// The common coefficient is the sum of the first numbers divided by the sum of the second
+    /// ones.
     pub fn moments(&self) -> Vec<(f64, f64)> {
         let of_surface = |surface: &Vec<&Refinement>| {
             let moments = surface.iter().map(|one| one.moments());

@@ -29,14 +29,15 @@ use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::intervals::two_sided_quantile;
 use super::{FitError, Window};
 
-/// Direction or directions along which the channels must be sealed.
+/// Direction along which the channels must be sealed, or both directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channels {
     /// Only the channels along x.
     AlongX,
     /// Only the channels along y.
     AlongY,
-    /// The channels along both directions; the threshold of a surface is the mean of both.
+    /// The channels along x and those along y. The threshold of a surface is the mean of both
+    /// thresholds.
     AlongBoth,
 }
 
@@ -49,7 +50,7 @@ pub struct Interface {
     pub area: f64,
     /// Area fraction, corrected for the mesh.
     pub area_corrected: f64,
-    /// `true` if the gap percolates; one entry for x and one for y.
+    /// Whether the gap percolates along x, and whether it percolates along y.
     pub is_open: [bool; 2],
 }
 
@@ -82,13 +83,14 @@ pub struct PercolationProblem {
 }
 
 impl PercolationProblem {
-    /// Finds the thresholds from the states of each surface, in ascending order of the load.
+    /// Finds the thresholds of surfaces from their states, which must be in ascending order of the
+    /// load.
     ///
     /// Loads outside the window are ignored.
     ///
     /// # Errors
     /// Fails if there is no surface, or if a surface is sealed under its lightest load or open
-    /// under its heaviest load. Without such a surface, the mean would be biased.
+    /// under its heaviest load in the window. To omit such a surface would bias the mean.
     pub fn new(
         surfaces: &[Vec<Interface>],
         window: Window,
@@ -121,21 +123,24 @@ impl PercolationProblem {
         self.resampled(&vec![1; self.thresholds.len()])
     }
 
-    /// Returns the additional standard error of the mean threshold due to the spacing of the loads.
+    /// Returns the standard error of the mean threshold due to the spacing of the loads, which
+    /// resampling does not detect.
     pub fn resolution_error(&self) -> Threshold {
         let width = mean_of(self.sealings.iter().flatten().map(|sealing| sealing.width));
         let factor = rounding_of_the_mean(self.scatter() / width.load);
         Threshold::from_values(width.values().map(|width| factor * width))
     }
 
-    /// Returns `true` if the loads are close enough to resolve the scatter of the thresholds.
+    /// Returns whether the loads are close enough to resolve the scatter of the thresholds: the
+    /// variance of the threshold loads is larger than w²/12 for the load steps w.
     pub fn resolves_scatter(&self) -> bool {
         self.scatter() > 0.0
     }
 
-    /// Returns the standard deviation of the threshold loads over surfaces and directions.
+    /// Returns the standard deviation σ of the threshold loads over surfaces and directions.
     ///
-    /// The contribution of the spacing of the loads is subtracted; the result is at least zero.
+    /// σ² is the variance of the midpoints minus the mean of w²/12 over the load steps w, or zero
+    /// if this is negative.
     fn scatter(&self) -> f64 {
         let all = || self.sealings.iter().flatten();
         let count = all().count() as f64;
@@ -146,7 +151,8 @@ impl PercolationProblem {
         variance.max(0.0).sqrt()
     }
 
-    /// Computes confidence intervals of area, corrected area and load, in this order.
+    /// Computes confidence intervals of mean area, corrected area and load at the threshold, in
+    /// this order. They include [`resolution_error`](Self::resolution_error).
     pub fn bootstrap(&self, bootstrap: &Bootstrap) -> Intervals {
         let surfaces = self.thresholds.len();
         let means = self.mean().values();
@@ -230,7 +236,8 @@ impl Sealing {
     }
 }
 
-/// Returns the rms error of the mean of numbers that are rounded to the middles of unit intervals.
+/// Returns the rms error of the mean of normally distributed numbers after rounding to the middles
+/// of unit intervals.
 ///
 /// `scatter` is the standard deviation of the numbers. The squared error is averaged over all
 /// positions of the intervals.
@@ -267,7 +274,8 @@ mod tests {
 
     const WINDOW: Window = Window { from: 0.0, to: 10.0 };
 
-    /// Returns ten states up to a load of one, sealed along x and y at loads from `from` on.
+    /// Returns ten states with loads up to one. They are sealed along x from the load `from[0]` on,
+    /// along y from `from[1]` on.
     fn surface(from: [f64; 2]) -> Vec<Interface> {
         let loads = (1..=10).map(|load| f64::from(load) / 10.0);
         let interface = |load: f64| Interface {

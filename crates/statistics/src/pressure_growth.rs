@@ -35,7 +35,8 @@ pub struct PressureGrowthProblem {
 }
 
 impl PressureGrowthProblem {
-    /// Creates a problem from the intervals between loads whose midpoints are inside a window.
+    /// Creates a problem from the intervals between neighbouring loads with midpoints inside a
+    /// window.
     pub fn new(curves: &Curves, window: Window) -> Self {
         let mut inside =
             curves.loads().windows(2).filter(|pair| window.contains(0.5 * (pair[0] + pair[1])));
@@ -54,7 +55,8 @@ impl PressureGrowthProblem {
         self.fit_mean(|ends| ends.mean())
     }
 
-    /// Computes confidence intervals of the exponent and the prefactor, in this order.
+    /// Computes confidence intervals of the exponent and the prefactor, in this order, by
+    /// resampling surfaces.
     pub fn bootstrap(&self, fit: &PressureGrowth, bootstrap: &Bootstrap) -> Intervals {
         let surfaces = self.ends.as_ref().map_or(0, Data::surfaces);
         let estimates = [Estimate::Real(fit.exponent), Estimate::Positive(fit.prefactor)];
@@ -84,7 +86,8 @@ impl PressureGrowthProblem {
     }
 }
 
-/// Returns ln a and ln(Δp̄/Δp₀) of each interval, or `None` if a logarithm does not exist.
+/// Returns ln a and ln(Δp̄/Δp₀) of each interval, with the mean a of `areas` at its ends. An
+/// interval is `None` if a logarithm does not exist.
 fn growth(ends: &Data, areas: &[f64]) -> Vec<Option<(f64, f64)>> {
     ends.loads
         .windows(2)

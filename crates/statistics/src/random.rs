@@ -40,8 +40,8 @@ pub(crate) mod curves {
 
     /// Area fractions of the Bush-Gibson-Thomas model for Nayak parameter 2.
     ///
-    /// The loads are `uniform(0.06, 50)`. Elliptic Hertz contacts are integrated over Nayak's joint
-    /// density of summits.
+    /// The loads are `uniform(0.06, 50)`, 50 equidistant loads up to 0.06. Elliptic Hertz contacts
+    /// are integrated over Nayak's joint density of summits.
     pub const BGT_ALPHA_2: [f64; 50] = [
         0.00286736, 0.00567541, 0.00844429, 0.01118041, 0.01388736, 0.01656753, 0.01922265,
         0.02185406, 0.02446286, 0.02704992, 0.02961602, 0.03216181, 0.03468788, 0.03719475,
@@ -71,7 +71,7 @@ pub(crate) mod curves {
         (1..=steps).map(|i| to * f64::from(i) / f64::from(steps)).collect()
     }
 
-    /// Returns the curve of one surface with the given areas at the loads `uniform(0.06, 50)`.
+    /// Returns the curve of one surface with the given areas at 50 equidistant loads up to 0.06.
     pub fn single(areas: &[f64]) -> Curves {
         Curves::new(uniform(0.06, 50), vec![areas.to_vec()]).expect("well formed")
     }
@@ -82,10 +82,11 @@ pub(crate) mod curves {
         Curves::new(loads, vec![areas]).expect("well formed")
     }
 
-    /// Returns curves of surfaces that follow a contact evolution law with random deviations.
+    /// Returns curves of surfaces that follow `law` with random deviations.
     ///
-    /// The loads of each surface have a common relative error of standard deviation `factor`. Each
-    /// area has an independent relative error of standard deviation `noise`.
+    /// The loads of each surface are multiplied by a common random factor with the relative
+    /// standard deviation `factor`. Each area has an independent relative error of standard
+    /// deviation `noise`.
     pub fn scattered(
         law: ContactEvolution,
         loads: Vec<f64>,

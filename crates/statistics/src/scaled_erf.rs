@@ -17,16 +17,16 @@ use asperity_contact::theory::persson::{erfc_inverse, ln_erfc, ln_erfc_slope};
 /// Minimum number of data, one more than the number of parameters.
 const LEAST_DATA: usize = 2;
 
-/// Fit of a scaled error function to the approach to full contact.
+/// Scaled error function 1 − a = erfc(β√2 y), fitted to the approach to full contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaledErf {
     /// Factor β of the load, which is one in Persson's theory.
     pub beta: f64,
     /// Goodness of fit of ln(1 − a).
     ///
-    /// Data with an area of zero or less, or of one or more, are masked.
+    /// Data with a ≤ 0 or a ≥ 1 are masked.
     pub goodness: GoodnessOfFit,
-    /// Loads of the data, each with the factor that reproduces its area exactly.
+    /// Load y of each datum, and the factor β that reproduces its area exactly.
     pub local: Vec<(f64, f64)>,
 }
 
@@ -63,7 +63,7 @@ impl ScaledErfProblem {
         })
     }
 
-    /// Computes the confidence interval of the factor β.
+    /// Computes the confidence interval of the factor β by resampling surfaces.
     pub fn bootstrap(&self, fit: &ScaledErf, bootstrap: &Bootstrap) -> Intervals {
         let estimates = [Estimate::Positive(fit.beta)];
         bootstrap.intervals(self.data.surfaces(), &estimates, |multiplicities| {
@@ -87,13 +87,13 @@ impl ScaledErfProblem {
 }
 
 struct Approach {
-    /// Loads y, multiplied by √2.
+    /// Argument √2 y of each datum.
     x: Vec<f64>,
     ln_noncontact: Vec<f64>,
 }
 
 impl Approach {
-    /// Returns the factor that reproduces each datum exactly.
+    /// Returns the factor β that reproduces each datum exactly.
     fn local(&self) -> Vec<f64> {
         self.x
             .iter()
@@ -110,7 +110,7 @@ impl Approach {
     }
 }
 
-/// Residuals of ln(1 − a); the parameter is ln β, which keeps β positive.
+/// Residuals ln erfc(βx) − ln(1 − a). The parameter is ln β, which keeps β positive.
 impl Residuals<1> for Approach {
     fn count(&self) -> usize {
         self.x.len()

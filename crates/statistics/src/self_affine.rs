@@ -20,14 +20,14 @@ use super::{FitError, Window};
 
 /// Minimum number of rings, one more than the number of parameters.
 const LEAST_RINGS: usize = 4;
-/// Density relative to the largest one, below which a ring contains only rounding errors.
+/// Maximum density, relative to the largest density, that counts as a rounding error.
 const ROUNDING: f64 = 1e-20;
 
 /// Minimum number of rings in a plateau.
 const LEAST_PLATEAU: usize = 2;
-/// Minimum exponent 2(1 + H) of a density that counts as decreasing.
+/// Minimum exponent 2(1 + H) for which the density counts as decreasing.
 const FLATTEST: f64 = 1e-6;
-/// Maximum exponent 2(1 + H) of the fit.
+/// Maximum exponent 2(1 + H); the fit fails if it reaches this value.
 const STEEPEST: f64 = 20.0;
 /// Maximum number of Newton steps for the exponent.
 const NEWTON_STEPS: usize = 50;
@@ -37,9 +37,10 @@ const GOLDEN_STEPS: usize = 40;
 /// Power spectral densities of all surfaces of an ensemble in one ring of wavenumbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingOfSurfaces {
-    /// Wavenumber at the middle of the ring.
+    /// Wavenumber q at the middle of the ring.
     pub wavenumber: f64,
-    /// Degrees of freedom of the density of a single surface.
+    /// Degrees of freedom of the density of one surface: the number of modes in the ring that are
+    /// independent.
     pub freedom: f64,
     /// Power spectral density of each surface.
     pub densities: Vec<f64>,
@@ -52,15 +53,17 @@ pub struct SelfAffine {
     pub hurst: f64,
     /// Roll-off wavenumber q_r, or `None` if the power law extends to the first ring.
     pub rolloff: Option<f64>,
-    /// Density C₀ of the plateau; without a plateau, the density of the first ring.
+    /// Density C₀ of the plateau. Without a plateau, it is the fitted density of the first ring.
     pub plateau: f64,
-    /// Root mean square of ln(P/C), weighted by the degrees of freedom of the rings.
+    /// Root mean square of ln(P/C) for the measured densities P, weighted by the degrees of freedom
+    /// of the rings.
     pub rms_residual: f64,
-    /// Reduced χ²: squared deviations of P/C from one divided by their variances.
+    /// Reduced χ²: sum of the squared deviations of P/C from one, divided by their variances and by
+    /// the degrees of freedom.
     pub reduced_chi_square: f64,
     /// Number of rings in the fit.
     pub data: usize,
-    /// Number of rings that are omitted because their densities are rounding errors.
+    /// Number of rings that the fit omits, because their densities are only rounding errors.
     pub masked: usize,
 }
 
@@ -74,7 +77,7 @@ pub struct SelfAffineProblem {
 }
 
 impl SelfAffineProblem {
-    /// Creates a problem from the rings whose wavenumbers are inside a window.
+    /// Creates a problem from the rings with wavenumbers inside a window.
     ///
     /// The rings must be in ascending order, with one density for each surface.
     pub fn new(rings: Vec<RingOfSurfaces>, window: Window) -> Self {
@@ -92,12 +95,14 @@ impl SelfAffineProblem {
     /// Fits the spectrum to the mean densities over the surfaces.
     ///
     /// # Errors
-    /// Fails if there are fewer than four rings, or if the densities do not decrease.
+    /// Fails if there are fewer than four rings, if the densities do not decrease, or if they
+    /// decrease with an exponent 2(1 + H) of 20 or more.
     pub fn fit(&self) -> Result<SelfAffine, FitError> {
         self.fit_of(&vec![1; self.surfaces])
     }
 
-    /// Computes confidence intervals of the Hurst exponent, the roll-off and the plateau.
+    /// Computes confidence intervals of the Hurst exponent, the roll-off and the plateau, in this
+    /// order.
     ///
     /// Without a roll-off, only the interval of the Hurst exponent is returned.
     pub fn intervals(&self, fit: &SelfAffine, bootstrap: &Bootstrap) -> Intervals {
@@ -122,7 +127,8 @@ impl SelfAffineProblem {
         })
     }
 
-    /// Fits the spectrum to the mean densities; `times` holds the multiplicity of each surface.
+    /// Fits the spectrum to the mean densities over surfaces, where surface i counts `times[i]`
+    /// times.
     fn fit_of(&self, times: &[u32]) -> Result<SelfAffine, FitError> {
         let found = self.rings.len();
         if found < LEAST_RINGS {
@@ -147,7 +153,8 @@ impl SelfAffineProblem {
         })
     }
 
-    /// Computes confidence intervals from the Fisher information of independent modes.
+    /// Computes confidence intervals at the given level from the Fisher information of independent
+    /// modes. Returns `None` if the information matrix is singular.
     fn fisher_intervals(&self, fit: &SelfAffine, level: f64) -> Option<Vec<Interval>> {
         let start = fit.rolloff.unwrap_or(self.rings[0].wavenumber);
         let count = if fit.rolloff.is_some() { 3 } else { 2 };
@@ -181,14 +188,14 @@ impl SelfAffineProblem {
 
 /// Whittle likelihood of the mean densities of all rings.
 struct Likelihood {
-    /// Logarithm of the wavenumber of each ring.
+    /// Logarithm ln q of the wavenumber of each ring.
     logs: Vec<f64>,
     /// Half the degrees of freedom of each mean density.
     weights: Vec<f64>,
     densities: Vec<f64>,
 }
 
-/// Best exponent and plateau for a given roll-off.
+/// Exponent and plateau with the maximum likelihood for a given roll-off.
 struct Power {
     /// Exponent 2(1 + H) of the decay.
     exponent: f64,
@@ -199,7 +206,8 @@ struct Power {
 }
 
 impl Likelihood {
-    /// Creates the likelihood of the mean densities over surfaces with the multiplicities `times`.
+    /// Creates the likelihood of the mean densities over surfaces, where surface i counts
+    /// `times[i]` times.
     fn new(rings: &[RingOfSurfaces], times: &[u32]) -> Self {
         let surfaces: f64 = times.iter().copied().map(f64::from).sum();
         let mean = |ring: &RingOfSurfaces| {
@@ -214,7 +222,7 @@ impl Likelihood {
         }
     }
 
-    /// Returns the number of rings below the best roll-off, and the logarithm of this roll-off.
+    /// Returns the number of rings below the best roll-off q_r, and ln q_r.
     fn rolloff(&self) -> (usize, f64) {
         let last = self.logs.len() - LEAST_PLATEAU;
         let cost = |rolloff: f64| self.power(rolloff).cost;
@@ -241,7 +249,8 @@ impl Likelihood {
         (before, rolloff)
     }
 
-    /// Computes the best exponent and plateau for a roll-off by Newton's method with bisection.
+    /// Computes the exponent and the plateau with the maximum likelihood for `rolloff` = ln q_r, by
+    /// Newton's method with bisection.
     fn power(&self, rolloff: f64) -> Power {
         let beyond = || self.logs.iter().map(|log| (log - rolloff).max(0.0));
         let total: f64 = self.weights.iter().sum();
@@ -280,7 +289,8 @@ impl Likelihood {
         Power { exponent, plateau, cost: total * plateau.ln() - exponent * first }
     }
 
-    /// Returns the weighted root mean square of ln(P/C), and the reduced χ² of P/C.
+    /// Returns the root mean square of ln(P/C), weighted by the degrees of freedom, and the reduced
+    /// χ² of P/C.
     fn residuals(&self, rolloff: f64, power: &Power) -> [f64; 2] {
         let mut sums = [0.0; 3];
         for ((log, weight), density) in self.logs.iter().zip(&self.weights).zip(&self.densities) {

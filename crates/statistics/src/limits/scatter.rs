@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{LimitFit, LimitPoint, LimitProblem, TermForm};
 use crate::least_squares::Design;
 
-/// Power law of the standard deviation between surfaces.
+/// Power law s = exp(a₀) Π xⱼ^aⱼ of the standard deviation between surfaces.
 #[derive(Debug, Clone)]
 pub struct Scatter {
     /// Coefficient a₀, followed by the exponents aⱼ of the small parameters.
@@ -18,7 +18,7 @@ pub struct Scatter {
 impl Scatter {
     /// Fits the power law to the standard deviations of the points.
     ///
-    /// The scatter is constant if the points do not determine the exponents.
+    /// If the points do not determine the exponents aⱼ, the standard deviation is constant.
     pub fn new(points: &[LimitPoint]) -> Scatter {
         let terms = points.first().map_or(0, |point| point.small.len());
         let logarithms = points.iter().map(|point| {
@@ -40,7 +40,8 @@ impl Scatter {
         Scatter { coefficients }
     }
 
-    /// Returns the standard error of a mean over `surfaces` surfaces at given small parameters.
+    /// Returns the standard error of a mean over `surfaces` surfaces at the small parameters
+    /// `small`.
     pub fn standard_error(&self, small: &[f64], surfaces: usize) -> f64 {
         let slopes = self.coefficients.iter().skip(1).zip(small);
         let slopes = slopes.map(|(slope, small)| slope * libm::log(*small));
@@ -49,21 +50,23 @@ impl Scatter {
     }
 }
 
-/// Returns the mean of ln(s/σ) for the sample standard deviation s with ν degrees of freedom.
+/// Returns the mean of ln(s/σ) over samples of a normal distribution, for the sample standard
+/// deviation s with ν = `freedom` degrees of freedom.
 ///
-/// The value is an expansion of [ψ(ν/2) − ln(ν/2)]/2. Its error is 0.035 at ν = 1 and below 0.001
-/// for ν ≥ 3.
+/// It is an expansion of [ψ(ν/2) − ln(ν/2)]/2. Its error is 0.035 at ν = 1 and below 0.001 for
+/// ν ≥ 3.
 fn bias(freedom: f64) -> f64 {
     -0.5 / freedom - 1.0 / (6.0 * freedom * freedom)
 }
 
 impl LimitProblem {
-    /// Predicts the standard error of the limit after adding points, relative to the present error.
+    /// Returns the predicted standard error of the limit Q₀ after adding points, divided by the
+    /// present standard error.
     ///
-    /// `more` holds the small parameters of the new points. Each new point is assumed to have as
-    /// many surfaces as the smallest present point, and the scatter of the fitted power law. The
-    /// prediction is of first order in the free exponents and assumes independent points. Returns
-    /// `None` if the points do not determine the terms.
+    /// `more` contains the small parameters of the new points. Each new point is assumed to have as
+    /// many surfaces as the point with the fewest surfaces, and the scatter of the fitted power
+    /// law. The prediction is of first order in the free exponents and assumes independent points.
+    /// Returns `None` if the points do not determine the terms.
     pub fn predicted_error_ratio(
         &self,
         forms: &[TermForm],
@@ -86,9 +89,11 @@ impl LimitProblem {
     }
 }
 
-/// Returns the derivatives of the law with respect to its limit, coefficients and free exponents.
+/// Returns the derivatives of the law with respect to its limit, coefficients and free exponents,
+/// in this order of columns.
 ///
-/// Each row belongs to a point and is divided by the standard error of the point.
+/// `points` contains the small parameters and the inverse standard error of each point. The row of
+/// a point is multiplied by the latter.
 fn design(forms: &[TermForm], fit: &LimitFit, points: &[(&[f64], f64)]) -> DMatrix<f64> {
     let free: Vec<usize> =
         (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect();

@@ -11,10 +11,12 @@ use super::{EXPONENTS, LimitFit, LimitProblem, TermForm};
 use crate::FitError;
 use crate::least_squares::{Design, Residuals, minimize};
 
-/// Initial exponents; with a single start, the iteration may end in a local minimum.
+/// Initial values of the free exponents. With a single start, the iteration may end in a local
+/// minimum.
 const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
 
-/// Fits a law to the used points, of which there must be more than free parameters.
+/// Fits a law with `free` parameters to the points selected by `used`, of which there must be more
+/// than `free`. The mean of point i is `means[i]`.
 pub fn fit(
     problem: &LimitProblem,
     forms: &[TermForm],
@@ -52,11 +54,11 @@ struct VariableProjection<'a> {
     rows: &'a [usize],
     /// Indices of the terms with a free exponent.
     terms: Vec<usize>,
-    /// Last exponents with their linear solution, which residuals and derivatives share.
+    /// Last free exponents and their linear solution, which residuals and derivatives share.
     last: RefCell<Option<(Vec<f64>, Solved)>>,
 }
 
-/// Linear least-squares solution for given exponents.
+/// Linear least-squares solution for given free exponents.
 struct Solved {
     columns: DMatrix<f64>,
     design: Design,
@@ -64,7 +66,8 @@ struct Solved {
 }
 
 impl VariableProjection<'_> {
-    /// Finds the free exponents that minimise χ².
+    /// Returns the free exponents that minimise χ². The iteration starts from those of `start`, if
+    /// it is given, otherwise from each of [`STARTS`].
     fn minimum<const P: usize>(&self, start: Option<&LimitFit>) -> Result<Vec<f64>, FitError> {
         let known = start.map(|fit| {
             let of_term = |&term: &usize| fit.exponents[term].unwrap_or(1.0);
@@ -111,7 +114,7 @@ impl VariableProjection<'_> {
         })
     }
 
-    /// Returns an error if an exponent is outside the range [`EXPONENTS`].
+    /// Returns an error if a free exponent is outside the range [`EXPONENTS`], otherwise `None`.
     fn outside(&self, exponents: &[f64]) -> Option<FitError> {
         let [least, most] = EXPONENTS;
         let mut all = exponents.iter().zip(&self.terms);
@@ -119,7 +122,7 @@ impl VariableProjection<'_> {
         Some(FitError::NoExponent { term, exponent })
     }
 
-    /// Returns the exponent of a term, or `None` for a logarithm.
+    /// Returns the exponent of a term for given free exponents, or `None` for a logarithm.
     fn exponent(&self, term: usize, free: &[f64]) -> Option<f64> {
         match self.forms[term] {
             TermForm::Power(exponent) => Some(exponent),
@@ -158,7 +161,10 @@ impl VariableProjection<'_> {
         &solved.columns * &solved.solution - &self.data
     }
 
-    /// Calls `work` with the solution for the given exponents, and caches this solution.
+    /// Calls `work` with the linear solution for the given free exponents, and caches this
+    /// solution.
+    ///
+    /// Returns `None` if the terms are linearly dependent.
     fn with<T>(&self, exponents: Vec<f64>, work: impl FnOnce(&Solved) -> T) -> Option<T> {
         let mut last = self.last.borrow_mut();
         if last.as_ref().is_none_or(|(known, _)| *known != exponents) {

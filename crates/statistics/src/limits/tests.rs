@@ -3,7 +3,7 @@
 use super::*;
 use crate::random::normal;
 
-/// Returns a grid of 27 points in three small parameters.
+/// Returns the small parameters of 27 points: all combinations of three values of each.
 fn grid() -> Vec<Vec<f64>> {
     let mut points = Vec::new();
     for thermodynamic in [0.5, 0.25, 0.125] {
@@ -16,14 +16,15 @@ fn grid() -> Vec<Vec<f64>> {
     points
 }
 
-/// Evaluates the law 2.1 + 0.4 x₁ − 0.8 x₂^0.7 + 0.6 x₃.
+/// Returns 2.1 + 0.4 x₁ − 0.8 x₂^0.7 + 0.6 x₃.
 fn truth(small: &[f64]) -> f64 {
     2.1 + 0.4 * small[0] - 0.8 * small[1].powf(0.7) + 0.6 * small[2]
 }
 
-/// Returns a synthetic study whose scatter is proportional to the first small parameter.
+/// Returns a synthetic study in which the scatter between surfaces is proportional to the first
+/// small parameter.
 ///
-/// The deviation of a surface has a part that is common to all points and an independent part.
+/// The deviation of a surface has a part that is the same at all points and an independent part.
 fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> LimitProblem {
     let grid = grid();
     let draws = normal(seed, surfaces * (grid.len() + 1));
@@ -44,9 +45,9 @@ fn study(seed: u64, surfaces: usize, scatter: f64, truth: fn(&[f64]) -> f64) -> 
 const GIVEN: [TermForm; 3] = [TermForm::Power(1.0), TermForm::Power(0.7), TermForm::Power(1.0)];
 const FREE: [TermForm; 3] = [TermForm::Power(1.0), TermForm::FreePower, TermForm::Power(1.0)];
 
-/// Returns the bias of a parameter in standard errors, and the coverage of its intervals.
+/// Returns the bias of a fitted parameter, in standard errors, and the coverage of its intervals.
 ///
-/// Both are estimated from 400 studies. For exponents, the bias is that of the logarithm.
+/// Both are estimated from 400 studies. For exponents, the bias is the bias of the logarithm.
 fn experiment(forms: &[TermForm], surfaces: usize, parameter: usize, truth_of: f64) -> (f64, f64) {
     const STUDIES: u64 = 400;
     let bootstrap = Bootstrap { replicates: 200, seed: 5, level: 0.95 };
