@@ -253,12 +253,12 @@ impl Pass<f32> for Untouched<'_> {
 }
 
 /// Pass over heights in single precision that sets them to `heights` − `level`.
-pub struct CountedFrom<'a> {
+pub struct SubtractLevel<'a> {
     pub level: f64,
     pub heights: &'a [f64],
 }
 
-impl Pass<f32> for CountedFrom<'_> {
+impl Pass<f32> for SubtractLevel<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, single: &mut [f32]) {
         for (single, height) in single.iter_mut().zip(row.of(self.heights)) {

@@ -197,7 +197,8 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         set
     }
 
-    /// Clears the bits of `mask`, and sets each of `bits` in the lanes in which its mask is true.
+    /// Clears the bits of `mask` in all lanes, and sets each bit of `bits` in the lanes in which
+    /// the mask next to it is true.
     #[inline(always)]
     pub fn with<const B: usize>(mut self, mask: u32, bits: [(u32, Mask<S, R>); B]) -> Self {
         let simd = self.0;
@@ -213,7 +214,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         self
     }
 
-    /// Returns the sum of all lanes; adds numbers eight lanes apart, then four, two and one.
+    /// Returns the sum of all lanes. Adds numbers eight lanes apart, then four, two and one.
     #[inline(always)]
     pub fn total(mut self) -> f64 {
         let mut registers = R;
@@ -389,7 +390,8 @@ impl Accumulate for f64 {
     }
 }
 
-/// Results of rows, in the order of the rows.
+/// Results of single rows, in the order of the rows, so that their total does not depend on the
+/// number of threads.
 pub struct InOrder<F>(Vec<F>);
 
 impl<F: Accumulate> InOrder<F> {

@@ -315,7 +315,7 @@ impl Solver {
         let coarser = coarser
             .or_else(|| Coarser::new(threads, body, self.hardness, &self.heights).map(Box::new));
         let mut coarser = coarser?;
-        self.count_heights_from(0.0);
+        self.set_height_reference(0.0);
         self.save_previous();
         self.inner.load = load;
         self.inner.scratch.take_over(&mut self.double_scratch);
@@ -358,7 +358,7 @@ impl Solver {
             found = coarser.find(&mut self.inner, load, None, watch);
         }
         let outcome = self.solve_from(found, None, settings, watch)?;
-        Some(self.yield_if_passed(outcome, settings, watch))
+        Some(self.solve_again_if_yielding(outcome, settings, watch))
     }
 
     /// Solves the present load from `found`, the result on the next coarser mesh, with `bound` as

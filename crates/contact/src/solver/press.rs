@@ -67,12 +67,12 @@ impl Solver {
         }
         self.inner.bound = self.hardness.filter(|_| load >= self.yields_from);
         let outcome = self.solve_within_bound(load, settings, watch);
-        self.yield_if_passed(outcome, settings, watch)
+        self.solve_again_if_yielding(outcome, settings, watch)
     }
 
     /// Solves the same load again with the hardness as bound if the peak pressure of `outcome`, a
     /// solution without this bound, exceeds it. Otherwise returns `outcome`.
-    pub(super) fn yield_if_passed(
+    pub(super) fn solve_again_if_yielding(
         &mut self,
         outcome: Outcome,
         settings: &Settings,
@@ -102,7 +102,7 @@ impl Solver {
     ) -> Option<Outcome> {
         let is_first = self.inner.load == 0.0;
         let hardness = self.hardness.filter(|_| is_first)?;
-        if !self.is_expected_to_pass(hardness, load) {
+        if !self.is_expected_to_yield(hardness, load) {
             return None;
         }
         self.inner.bound = Some(hardness);

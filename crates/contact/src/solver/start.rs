@@ -23,7 +23,7 @@ use std::ops::RangeInclusive;
 
 use super::balance::Balance;
 use super::evaluation::Convergence;
-use super::heights::{CountHeights, CountedFrom, LevelBin, PressAbove, Untouched, range};
+use super::heights::{CountHeights, LevelBin, PressAbove, SubtractLevel, Untouched, range};
 use super::lanes::{InOrder, over_rows};
 use super::line_search::StepLengths;
 use super::nearing::{Expected, LimitedGap, SumInContact};
@@ -56,7 +56,7 @@ impl Solver {
     /// guess must be evaluated to find its gaps.
     pub(super) fn guess(&mut self, load: f64) -> Option<Start> {
         let is_light = self.is_light(load);
-        self.count_heights_from(if is_light { self.highest } else { 0.0 });
+        self.set_height_reference(if is_light { self.highest } else { 0.0 });
         if let Some(reach) = self.reach(load) {
             let start = self.extrapolate(reach);
             self.inner.load = load;
@@ -155,7 +155,7 @@ impl Solver {
             expected: take(&mut self.expected),
             limited_gap: LimitedGap::new(self.inner.nodes[1]),
             heights: &self.inner.heights,
-            response: GapUpdate::to_a_start(offset),
+            response: GapUpdate::without_step(offset),
             gap: Band::new(&mut self.inner.gap),
             hardness,
             last_step: Band::new(&mut self.inner.last_step),
@@ -233,12 +233,12 @@ impl Solver {
     ///
     /// Rounding errors are smallest at heights near this reference. Under a light load it should be
     /// the highest height.
-    pub(super) fn count_heights_from(&mut self, height: f64) {
+    pub(super) fn set_height_reference(&mut self, height: f64) {
         if self.inner.height_reference == height {
             return;
         }
         self.inner.height_reference = height;
-        let mut pass = CountedFrom { level: height, heights: &self.heights };
+        let mut pass = SubtractLevel { level: height, heights: &self.heights };
         over_rows(&self.inner.threads, &mut self.inner.heights, self.inner.nodes[1], &mut pass);
     }
 }
@@ -334,7 +334,7 @@ impl Solver {
     /// material is expected to yield if the mean of max(p, 0) is below `load`. This clipped
     /// pressure has a larger contact than the solution under the same load, and usually a lower
     /// peak. The result is false if the load is light or no formula gives p.
-    pub(super) fn is_expected_to_pass(&self, hardness: Hardness, load: f64) -> bool {
+    pub(super) fn is_expected_to_yield(&self, hardness: Hardness, load: f64) -> bool {
         let Some(full) = self.full_contact.filter(|_| !self.is_light(load)) else {
             return false;
         };

@@ -162,7 +162,7 @@ impl Solver {
         (self.inner.load, self.earlier_load) = (load, earlier_load);
         (self.inner.reference, self.earlier_reference) = (reference, earlier_reference);
         (self.offset, self.earlier_offset) = (offset, earlier_offset);
-        self.count_heights_from(heights);
+        self.set_height_reference(heights);
         self.yields_from = yields;
         (self.contact_nodes, self.earlier_contact_nodes) = (contact_nodes, earlier_contact_nodes);
         Ok(())

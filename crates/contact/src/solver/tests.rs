@@ -46,7 +46,7 @@ fn reduced(surface: &Surface) -> Vec<f64> {
     surface.heights().iter().map(|h| h / unit).collect()
 }
 
-/// Returns white noise: a spectrum up to the Nyquist wave, of arbitrary slope.
+/// Returns the heights of white noise, whose spectrum is flat up to the Nyquist wavenumber.
 fn noise(nodes: usize, seed: u64) -> Vec<f64> {
     let mut state = seed;
     let mut draw = || {
@@ -57,8 +57,8 @@ fn noise(nodes: usize, seed: u64) -> Vec<f64> {
     (0..nodes * nodes).map(|_| (draw() + draw() + draw()) / slope).collect()
 }
 
-/// Returns noise smoothed by the half-space: a self-affine spectrum whose longest wavelength is the
-/// cell.
+/// Returns white noise, convolved with the displacement kernel. This is a self-affine surface whose
+/// longest wavelength is the side of the cell.
 pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     let transform = Transform::<f64>::new([nodes; 2]);
     let mut heights = vec![0.0; nodes * nodes];
@@ -67,7 +67,8 @@ pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     heights.iter().map(|height| height * nodes as f64).collect()
 }
 
-/// Computes the gap minus its mean in elastic contact, from its definition and the kernels alone.
+/// Computes displacement − height directly from the kernel, and subtracts its mean over the elastic
+/// contact nodes or, if there are none, its maximum over the saturated nodes.
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     let transform = elasticity::transform::<f64>(&*solver.body);
     let mut gap = vec![0.0; heights.len()];
@@ -99,7 +100,7 @@ fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: 
 }
 
 /// Computes the largest violation of the contact conditions by the stored pressures, in the units
-/// of [`Outcome::residual`], from kernels alone.
+/// of [`Outcome::residual`], with [`gap`].
 fn violation(solver: &Solver, heights: &[f64]) -> f64 {
     let hardness = solver.inner.ceiling();
     let nodes = solver.pressure().iter().zip(gap(solver, heights));
@@ -183,8 +184,8 @@ impl Reference {
         Surface::new(rectangle(nodes, size), heights).unwrap()
     }
 
-    /// Reads maps in the order of loads, packed by NumPy with the most significant bit first, from
-    /// the file with this ending.
+    /// Reads one map of booleans for each load from the file `{surface}_{ending}.npy`, in which
+    /// NumPy packed them with the most significant bit first.
     pub fn maps(&self, surface: &str, ending: &str, grid: Grid) -> Vec<Vec<bool>> {
         let bytes = self.file(&format!("{surface}_{ending}.npy"));
         let bits = |byte: &u8| (0..8).rev().map(|bit| byte >> bit & 1 == 1).collect::<Vec<_>>();
@@ -194,7 +195,8 @@ impl Reference {
     }
 }
 
-/// Reads an array of doubles that NumPy wrote, row by row.
+/// Reads a two-dimensional array of doubles from a NumPy file. Returns its shape, and its values
+/// row by row.
 fn npy_array(bytes: &[u8]) -> ([usize; 2], Vec<f64>) {
     let (header, data) = bytes.split_at(128);
     let header = String::from_utf8_lossy(&header[10..]);

@@ -12,11 +12,12 @@ use crate::solver::lanes::Pass;
 
 const HALVES: usize = 2;
 
-/// Sets each larger block to the sum of its quarters.
+/// Pass over rows of larger blocks that sets each block to the sum of the values of its four
+/// smaller blocks.
 pub struct SumQuarters<'a> {
     fine: [usize; 2],
     values: &'a [f32],
-    /// Sums of two rows, padded to an even number of blocks.
+    /// Sum of two rows of smaller blocks, padded to an even number of blocks.
     sums: Vec<f32>,
 }
 
@@ -46,15 +47,16 @@ impl Pass<f32> for SumQuarters<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Turns the sum of each block into its mean, weighted with the outer value.
+/// Pass over rows of blocks that replaces the sum R of the residual over n free nodes by the mean
+/// (R + w v)/(n + w), with the outer value v, interpolated from larger blocks, and its weight w.
 pub struct MeansWithOuter<'a> {
     free: &'a [f32],
     around: f32,
     coarse: [usize; 2],
     values: &'a [f32],
-    /// Row of larger blocks, with one more before and after.
+    /// Row of larger blocks, interpolated between two rows, with one more block before and after.
     mixed: Vec<f32>,
-    /// The same row, interpolated to smaller blocks.
+    /// The row `mixed`, interpolated to smaller blocks.
     between: Vec<f32>,
 }
 
@@ -97,7 +99,8 @@ impl Pass<f32> for MeansWithOuter<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Adds the values that the neighbouring rows of smallest blocks have collected for each row.
+/// Pass that adds, to each row of smallest blocks, the values that its two neighbouring rows of
+/// blocks have collected for it (`for_neighbours`).
 pub struct JoinRows<'a> {
     blocks: [usize; 2],
     for_neighbours: &'a [Vec<f32>; 2],
@@ -127,7 +130,8 @@ impl Pass<f32> for JoinRows<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Divides each value by the sum of the number of free nodes and the weight of the outer value.
+/// Pass over rows of blocks that divides each value by n + w, with the number n of free nodes of
+/// the block and the weight w of its outer value.
 pub struct Divide<'a> {
     free: &'a [f32],
     around: f32,
@@ -155,8 +159,8 @@ impl Pass<f32> for Divide<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Applies the transpose of the interpolation of outer values: sets each larger block to a weighted
-/// sum of smaller blocks.
+/// Pass over rows of larger blocks that applies the transpose of the interpolation of outer values:
+/// it sets each block to a weighted sum of the smaller blocks in it and next to it.
 pub struct TransposeInterpolation<'a> {
     fine: [usize; 2],
     weight: f32,
@@ -203,7 +207,7 @@ impl Pass<f32> for TransposeInterpolation<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Adds the value of each larger block to its quarters.
+/// Pass over rows of smaller blocks that adds the value of the larger block that contains them.
 pub struct AddParent<'a> {
     coarse: [usize; 2],
     values: &'a [f32],
@@ -240,22 +244,23 @@ fn add(sums: &mut [f32], values: &[f32], factor: f32) {
     }
 }
 
-/// Returns the weights of the containing and of the neighbouring block for part `part` of `SIDE`.
+/// Returns the weights of a block and of its neighbour in the linear interpolation to part `part`
+/// of the `SIDE` parts of this block.
 #[inline(always)]
 pub fn weights<const SIDE: usize>(part: usize) -> [f32; 2] {
     let other = (2 * part + 1).abs_diff(SIDE) as f32 / (2 * SIDE) as f32;
     [1.0 - other, other]
 }
 
-/// Returns whether the neighbouring block of a part is the previous one; otherwise it is the next
-/// one.
+/// Returns whether part `part` of a block lies between the centres of this block and of the
+/// previous one; otherwise it lies towards the next one.
 #[inline(always)]
 pub fn is_before<const SIDE: usize>(part: usize) -> bool {
     part < SIDE / 2
 }
 
-/// Returns the containing and the neighbouring block of a part, with their weights; `blocks` are
-/// periodic.
+/// Returns the two blocks between which the part `index` of a periodic row of `blocks` blocks is
+/// interpolated, with their weights: first the block that contains the part, then its neighbour.
 #[inline(always)]
 pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 2] {
     let (block, part) = (index / SIDE, index % SIDE);
@@ -265,7 +270,8 @@ pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 
     [(block, own), (neighbour, other)]
 }
 
-/// Sets the first and the last element of a row to their periodic copies.
+/// Sets the first and the last element of a row to the periodic copies of the last but one and of
+/// the second.
 #[inline(always)]
 pub fn repeat<V: Copy>(row: &mut [V]) {
     let last = row.len() - 1;

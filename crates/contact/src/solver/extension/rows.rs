@@ -15,7 +15,8 @@ use crate::threads::Threads;
 
 const _: () = assert!(ROW_BATCH.is_multiple_of(SIDE));
 
-/// Rows of the residual of free nodes, which are added up in blocks.
+/// Sums of the residual of free nodes in the smallest blocks, to which rows of the map are added
+/// one by one.
 pub struct ResidualRows<'a> {
     rows: usize,
     blocks: usize,
@@ -45,8 +46,8 @@ impl Extension {
 }
 
 impl ResidualRows<'_> {
-    /// Adds a row of the residual, which must be zero at nodes that are not free. Only groups
-    /// marked in `groups`, which have a free node, are added.
+    /// Adds a row of the residual, which must be zero at nodes that are not free; `last_step` holds
+    /// the flags of the nodes. Only groups marked in `groups`, which have a free node, are added.
     #[inline(always)]
     pub fn add_row<S: Simd, const R: usize>(
         &mut self,
@@ -109,9 +110,9 @@ fn add_residual<S: Simd, const R: usize>(
 
 pub struct ExtendedRows<'a> {
     smallest: &'a Level,
-    /// Row of blocks with one more before and after.
+    /// Row of blocks, with one more block before and after.
     near: Vec<f32>,
-    /// Previous, present and next row of blocks, interpolated along the row.
+    /// Previous, present and next row of blocks, interpolated to the nodes along the row.
     rows: [Vec<f32>; 3],
     here: Option<usize>,
 }
@@ -127,10 +128,10 @@ impl<'a> ExtendedRows<'a> {
         }
     }
 
-    /// Returns the two rows of blocks between which a row of the extension is interpolated, with
-    /// their weights.
+    /// Returns two rows of values on nodes, interpolated along two rows of blocks, with weights.
+    /// The row `row` of the extension is their weighted sum.
     ///
-    /// Both may be longer than the row.
+    /// Both may have more nodes than this row.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> [(&[f32], f32); 2] {
         let (block, part) = (row.index() / SIDE, row.index() % SIDE);
@@ -170,20 +171,21 @@ impl<'a> ExtendedRows<'a> {
     }
 }
 
-/// Returns whether a row is the last one of its row of blocks.
+/// Returns whether a row of nodes is the last one of its row of blocks, on a mesh of `rows` rows.
 #[inline(always)]
 pub fn ends_blocks(row: Row, rows: usize) -> bool {
     row.index() % SIDE == SIDE - 1 || row.index() + 1 == rows
 }
 
-/// Input of the transpose, rows of pressures on nodes that are not free, added up in blocks.
+/// Input of the transpose of the extension: sums, in the smallest blocks, of pressures on nodes
+/// that are not free, weighted like the interpolation. Rows of the mesh are added one by one.
 pub struct TransposeInput<'a> {
     rows: usize,
     blocks: usize,
-    /// Results for the previous, present and next row of blocks.
+    /// Sums for the previous, the present and the next row of blocks.
     bands: [Band<'a, f32>; 3],
-    /// Sums for these three rows of blocks in each column of nodes, with one more block before and
-    /// after.
+    /// The same sums for each column of nodes in the present row of blocks, with one more block
+    /// before and after.
     sums: [Vec<f32>; 3],
 }
 
@@ -210,8 +212,8 @@ fn empty_sums(blocks: usize) -> [Vec<f32>; 3] {
 }
 
 impl TransposeInput<'_> {
-    /// Collects a row of pressures except at free nodes. Only groups marked in `groups` have free
-    /// nodes; nodes beyond the length of `last_step` are not free.
+    /// Adds a row of pressures except at free nodes. Only groups marked in `groups` have free
+    /// nodes, by the flags in `last_step`; nodes beyond the length of `last_step` are not free.
     #[inline(always)]
     pub fn collect_row<S: Simd, const R: usize>(
         &mut self,
@@ -290,7 +292,8 @@ fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], va
     }
 }
 
-/// Output of the transpose, which is constant in each block and used at free nodes only.
+/// Output of the transpose of the extension: one value for each of the smallest blocks, which is
+/// added at the free nodes of this block only.
 pub struct TransposeOutput<'a> {
     smallest: &'a Level,
     /// Present row of blocks, with the value of each block repeated for each of its nodes.
@@ -303,7 +306,8 @@ impl<'a> TransposeOutput<'a> {
         Self { smallest, nodes: vec![0.0; SIDE * smallest.blocks[1]], here: None }
     }
 
-    /// Adds the output of the transpose to a row, in groups with a free node.
+    /// Adds the output of the transpose to the row `row` of corrections, in groups with a free
+    /// node.
     #[inline(always)]
     pub fn add_to_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
         let block = row.index() / SIDE;
@@ -346,8 +350,9 @@ impl Extension {
         self.levels[0].blocks
     }
 
-    /// Computes block means of the residual of free nodes and its extension, and sets `sums` to the
-    /// sums of the residual over free nodes.
+    /// Extends the residual of free nodes, and returns a pass that writes its means over all nodes
+    /// of each of the smallest blocks. Sets `sums` to the sums of the residual over the free nodes
+    /// of each block.
     pub fn extend_means<'a>(&'a mut self, threads: &Threads, sums: &'a mut [f32]) -> Means<'a> {
         self.clear_beyond_map();
         sums.copy_from_slice(&self.levels[0].values);
@@ -355,10 +360,12 @@ impl Extension {
         Means { smallest: &self.levels[0], sums }
     }
 
-    /// Returns a pass over the pressures of block means, which prepares the transpose.
+    /// Returns a pass over the pressures q that the block means cause, which prepares the
+    /// transpose.
     ///
-    /// It replaces each of `sums` by the pressure to be added at the free nodes of the block: the
-    /// pressure of the block mean, minus `stiffness` times the mean residual of the free nodes.
+    /// For each block it replaces the sum R of the residual over n free nodes, in `sums`, by q −
+    /// `stiffness` × R/n, the pressure to be added at these nodes. For the transpose of the
+    /// extension, it stores q times the number of other nodes.
     pub fn block_pressures<'a>(
         &'a mut self,
         stiffness: f32,
@@ -373,8 +380,8 @@ impl Extension {
         }
     }
 
-    /// Applies the transpose of [`Extension::extend_means`], and adds the pressures `given` of each
-    /// block.
+    /// Applies the transpose of the extension to the values that [`BlockPressures`] stored, and
+    /// adds the pressure of each block in `given`.
     pub fn collect_means(&mut self, threads: &Threads, given: &[f32]) {
         self.transpose_pyramid(threads);
         let smallest = &mut self.levels[0];

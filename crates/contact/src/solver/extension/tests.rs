@@ -21,7 +21,7 @@ fn rows([rows, row_nodes]: [usize; 2]) -> impl Iterator<Item = Row> {
     (0..rows).map(move |index| Row::new(index, row_nodes))
 }
 
-/// Calls `visit` on all rows, with passes split at each of `cuts`.
+/// Calls `visit` on all rows, with the pass `P` split at each of `cuts`.
 fn over<P>(
     nodes: [usize; 2],
     cuts: &[usize],

@@ -120,7 +120,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdateGap<'_, YIELDS> {
 impl GapUpdate {
     /// Returns the update that leaves the gaps as they are, so that only the residual gap −
     /// `offset` is computed.
-    pub fn to_a_start(offset: f64) -> Self {
+    pub fn without_step(offset: f64) -> Self {
         Self {
             offset: offset as f32,
             on_step: 0.0,

@@ -252,7 +252,7 @@ fn yielding_in_any_order_of_loads_is_the_same() {
 
 #[test]
 fn two_elastic_nodes_far_from_where_gaps_were_counted_from_are_found_to_their_last_digit() {
-    // 42 nodes yield together. Accumulate by the property test below.
+    // 42 nodes yield together. The property test below found this example.
     let (nodes, hardness) = (7, 10_f64.powf(-3.7070496578738408));
     let heights = noise(nodes, 18270964029254293781);
     let mut solver = yielding(nodes, hardness, &heights);

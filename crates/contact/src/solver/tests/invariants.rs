@@ -84,7 +84,7 @@ fn an_unreachable_tolerance_ends_at_the_pair_limit_and_spoils_no_later_load() {
 #[test]
 fn unloading_along_a_line_asks_no_more_of_single_precision_than_it_holds() {
     // On the line through the last two solutions the gap in contact is nearly closed, but pressures
-    // are far below zero. Accumulate by the property test below.
+    // are far below zero. The property test below found this example.
     let heights = rough(14, 16071871414132732062);
     let mut solver = super::solver(14, &heights);
     let full = solver.full_contact_load().unwrap();
@@ -159,7 +159,7 @@ proptest! {
     }
 }
 
-/// Returns white noise on a grid, without any special periodicity.
+/// Returns white noise on `grid`, in units of rms slope × longer side.
 fn noise_on(grid: Grid, seed: u64) -> Vec<f64> {
     let nodes = grid.count();
     let square = noise(nodes.isqrt() + 1, seed);
@@ -273,8 +273,8 @@ proptest! {
     }
 }
 
-/// Returns outcomes and pressures, bit by bit, under a light load, under some loads close to each
-/// other, and under a heavy one.
+/// Returns the outcome and the bits of the pressures under a light load, under three loads close to
+/// each other, and under a heavy one.
 fn solved_on(threads: &Threads, mut solver: Solver, tolerance: f64) -> Vec<(String, Vec<u64>)> {
     let settings = Settings { tolerance, ..Settings::default() };
     solver.set_threads(threads.clone());

@@ -43,14 +43,16 @@ fn measured() -> Option<Vec<f64>> {
     Some(reduced(&Surface::new(square(256, 1e-5), heights).unwrap()))
 }
 
-/// Rounds heights to steps, as converters of instruments do.
+/// Rounds heights to multiples of the highest height divided by `steps`, as the converters of
+/// instruments do.
 fn stepped(heights: &[f64], steps: f64) -> Vec<f64> {
     let top = heights.iter().fold(0.0, |top: f64, h| top.max(*h));
     let step = top / steps;
     heights.iter().map(|h| (h / step).round() * step).collect()
 }
 
-/// Returns heights on meshes for both implementations of the convolution.
+/// Returns surfaces with their numbers of nodes per side, on meshes for both implementations of the
+/// convolution.
 fn surfaces() -> Vec<(usize, Vec<f64>)> {
     let mut surfaces = vec![(256, random(256, 0.8, 4, 0))];
     surfaces.extend(measured().map(|heights| (256, heights)));
