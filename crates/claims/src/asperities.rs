@@ -1,9 +1,9 @@
 //! Claims on asperity models with and without interaction, compared with the boundary-element
 //! solution.
 //!
-//! The area of a model is the sum of its Hertzian contact ellipses. It is compared with the area in
-//! the boundary-element solution of the same surfaces, corrected for the mesh with the estimator
-//! `2017`.
+//! The area of a model is the sum of the areas of its Hertzian contact ellipses. It is compared
+//! with the area in the boundary-element solution of the same surfaces, corrected for the mesh with
+//! the estimator `2017`.
 
 use crate::evidence::{AreaCurves, Evidence, PerLoad};
 use crate::quantities::{Quantities, needs};
@@ -170,7 +170,8 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Loads from first contact to considerable interaction, in units of E* × rms slope.
+/// Loads at which models are compared, from first contact to considerable interaction of the
+/// asperities, in units of E* × rms slope.
 const MODEL_LOADS: [f64; 4] = [0.001, 0.004, 0.016, 0.064];
 /// Loads with few contacts, in units of E* × rms slope.
 const LIGHT: [f64; 3] = [0.001, 0.004, 0.016];

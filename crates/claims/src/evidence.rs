@@ -88,7 +88,7 @@ pub struct Evidence {
     asperities: Table,
     /// Table of all distributions of contact pressures.
     pressures: Table,
-    /// Values of κ = A/(A₀ y) for the fits of κ to its limits, one item for each load.
+    /// Values of κ = A/(A₀ y) for the fits of the limits of κ, one item for each load.
     pub kappa: Vec<KappaPoints>,
     varied: Varied,
     /// Setting that all rows share, and the rows left out.
@@ -97,8 +97,8 @@ pub struct Evidence {
 
 impl Evidence {
     /// Creates the evidence from the tables of a study, one for each stage of the plan, or `None`
-    /// for a stage without finished tasks. Adds the values of single surfaces for each fit of κ to
-    /// its limits.
+    /// for a stage without finished tasks. For each fit of the limits of κ, adds the values of κ of
+    /// single surfaces.
     pub fn from_study(
         study: &Study,
         plan: &Plan,
@@ -160,7 +160,7 @@ impl Evidence {
         })
     }
 
-    /// Adds the values of κ that fits of κ to its limits read.
+    /// Adds the values of κ of single surfaces for each fit of the limits of κ.
     ///
     /// # Errors
     /// If a table lacks a column that a fit reads.

@@ -2,14 +2,15 @@
 //! mean gap ū, and the area at which the gap stops percolating.
 //!
 //! Persson's p₀ ∝ exp(−ū/u₀) has K = p₀/u₀. Between two loads, K = (y₂ − y₁)/(ū₁ − ū₂). For an
-//! exponential this is exact at the logarithmic mean of the loads, (y₂ − y₁)/ln(y₂/y₁), with any
-//! spacing. The exponent of K(y) is taken between the loads 0.01 and 0.05; K at each is computed
-//! from its two neighbouring loads.
+//! exponential law, this is the exact stiffness at the logarithmic mean of the loads, (y₂ −
+//! y₁)/ln(y₂/y₁), for any spacing of the loads. The exponent of K(y) is computed between the loads
+//! 0.01 and 0.05, where K is computed from the two neighbouring loads.
 //!
-//! The sealing area of a surface is the corrected area (2017) half way between the last open and
-//! the first sealed load, averaged over both directions, as in the law `gap-percolation` of `fit`.
-//! The spacing of the loads adds to the error of the mean. A scatter that the spacing alone could
-//! cause is not used.
+//! The sealing area of a surface is the mean of its corrected areas (estimator `2017`) under the
+//! last open and the first sealed load, averaged over both directions, as in the law
+//! `gap-percolation` of `fit`. The spacing of the loads adds to the error of the mean over
+//! surfaces. If the spacing alone could cause the scatter between surfaces, this scatter is not
+//! used.
 
 use std::collections::BTreeMap;
 

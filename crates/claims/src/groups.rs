@@ -1,9 +1,11 @@
 //! Claims on the influence of each cutoff: groups of curves, scatter and convergence (sections 5.2,
-//! 6 and 8). Also the collapse of corrected areas on the bandwidth, a finding of asperity.
+//! 6 and 8). Also claims on the collapse of corrected areas on the bandwidth, a finding of
+//! asperity.
 //!
-//! The counted area groups by k_lower, the area corrected by π/8 by k_upper (sections 5.2 and 8 of
-//! the paper). The area A corrected as in 2017 forms no groups: in ln A = c + s ln ζ + t ln k_lower
-//! with ζ = k_upper/k_lower, t is 0. So at a given load the area only depends on the bandwidth ζ.
+//! The curves of the counted area form groups by k_lower, and those of the area corrected with the
+//! estimator `pi/8` form groups by k_upper (sections 5.2 and 8 of the paper). The area A corrected
+//! with the estimator `2017` forms no groups: the fit ln A = c + s ln ζ + t ln k_lower with ζ =
+//! k_upper/k_lower gives t = 0. At a given load, this area depends only on the bandwidth ζ.
 //!
 //! Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the area falls
 //! with the logarithm of Nayak's parameter α. Over the modes of a cell, α is not a function of ζ:

@@ -271,7 +271,7 @@ const MESH_IS_FINE_ENOUGH: Statement = Statement {
 
 /// Largest load at which κ is compared with the theories for vanishing loads.
 const FIRST_TOUCH: f64 = 0.021;
-/// Requirement of the claims on κ in its limits.
+/// Requirement of the claims on the limits of κ.
 const A_FIT: &str = "a `fit` stage with `law = \"limits\"`, `of = \"area_corrected / load\"` and terms of \
                      `1 / k_lower`, `k_lower / k_upper` and `k_upper / nodes`, from a `correct` stage with \
                      `correction = \"2017\"`";

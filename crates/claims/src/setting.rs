@@ -1,8 +1,8 @@
 //! The setting in which claims are tested, and spectra on meshes.
 //!
-//! Claims compare spectra, meshes and corrections. A study may also vary the tolerance, modulus,
-//! slope or method. Its rows would then repeat surfaces or mix two curves. Therefore claims use the
-//! rows with one combination of these parameters, the *setting*, and report the rows left out.
+//! Claims compare spectra, meshes and corrections. If a study also varies the tolerance, modulus,
+//! slope or method, its rows repeat surfaces or mix two curves. Therefore claims use the rows with
+//! one combination of these parameters, the *setting*, and report the other rows as left out.
 
 use std::cmp::Reverse;
 use std::fmt;

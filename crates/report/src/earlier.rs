@@ -1,4 +1,5 @@
-//! Contents of an earlier report, detection of changes, and checks before it is replaced.
+//! Contents of an earlier report, detection of changes to its files, and checks before the report
+//! is replaced.
 //!
 //! A page contains its [`Basis`] as JSON: the figures and rows that it shows, and digests of the
 //! files of the figures. It ends with a digest of the preceding text.

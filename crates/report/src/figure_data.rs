@@ -197,8 +197,8 @@ impl<'a> FigureData<'a> {
         LengthUnit::common(points.map(|point| self.units.at(point)))
     }
 
-    /// Returns a sentence with the mesh error of the counted areas as the correction of 2017
-    /// estimates it from the perimeter. Returns an empty text if there are no counted areas.
+    /// Returns a sentence with the mesh error of the counted areas, estimated from the perimeter
+    /// with the correction `2017`. Returns an empty text if there are no counted areas.
     pub fn share_of_mesh(&self) -> Result<String, TableError> {
         let mut shares = Vec::new();
         for ensemble in &self.measured {

@@ -145,8 +145,8 @@ const FEW: usize = 3;
 pub struct MeasuredMap {
     pub point: Point,
     pub unit: Option<String>,
-    /// Map as measured, or `None` if it is identical to the pressed map, or if the file is lost and
-    /// only the pressed map was kept.
+    /// Map as measured. It is `None` if it is identical to the map for which the contact is solved,
+    /// or if the file is lost and only that map was stored.
     pub as_measured: Option<AsMeasured>,
     pub pressed: ShownMap,
     /// Distribution of heights relative to their mean, in units of the rms height.

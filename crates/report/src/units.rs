@@ -2,9 +2,9 @@
 //! pascals if their unit is known.
 //!
 //! Tables contain lengths in the unit of their surface and pressures in the unit of the modulus.
-//! Lengths are converted to metres if possible. The unit of the modulus is not recorded. If the
-//! unit of length is known and E* ≥ 10⁶, it is assumed to be the pascal: no solid has an E* of 10⁶
-//! MPa, and all solids but gels exceed 10⁶ Pa.
+//! Lengths are converted to metres if possible. The unit of the modulus is not recorded. It is
+//! assumed to be the pascal if the unit of length is known and E* ≥ 10⁶: no solid has an E* of 10⁶
+//! MPa, and all solids but gels have an E* above 10⁶ Pa.
 
 use std::collections::BTreeMap;
 

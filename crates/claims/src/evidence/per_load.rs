@@ -1,5 +1,5 @@
 //! Quantities for each surface and load: distributions of contact pressures, sealing areas, and the
-//! points of fits of κ = A/(A₀ y) to its limits.
+//! values of κ = A/(A₀ y) from which limits of κ are fitted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -41,8 +41,8 @@ pub struct Pressures {
     pub shares: Vec<Vec<f64>>,
 }
 
-/// Contact areas, corrected as in 2017, at which the gap stops percolating, for the surfaces of a
-/// spectrum.
+/// Contact areas at which the gap stops percolating, for the surfaces of a spectrum, corrected with
+/// the estimator `2017`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SealingAreas {
     pub spectrum: Spectrum,
@@ -107,9 +107,9 @@ impl Evidence {
         })
     }
 
-    /// Returns the areas, corrected as in 2017, at which the gap of each surface stops percolating,
-    /// by spectrum. Omits a spectrum if one of its surfaces is open at all loads or sealed at all
-    /// loads, because the mean over the other surfaces would be biased.
+    /// Returns the areas at which the gap of each surface stops percolating, by spectrum, corrected
+    /// with the estimator `2017`. Omits a spectrum if one of its surfaces is open at all loads or
+    /// sealed at all loads, because the mean over the other surfaces would be biased.
     pub fn percolation_areas(&self) -> Vec<SealingAreas> {
         let table = &self.contacts;
         let has_columns = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES]
@@ -223,7 +223,8 @@ pub struct LimitsFit {
     pub table: Table,
 }
 
-/// κ from areas corrected as in 2017, for many spectra and meshes under one load.
+/// κ = A/(A₀ y) for many spectra and meshes under one load, from areas corrected with the estimator
+/// `2017`.
 #[derive(Debug, Clone)]
 pub struct KappaPoints {
     /// Name that distinguishes the fit: `load 0.01`.
@@ -313,7 +314,7 @@ pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPo
     Ok(all)
 }
 
-/// Returns the rows in the setting with the correction of 2017, or `None` if there are none.
+/// Returns the rows in the setting with the correction `2017`, or `None` if there are none.
 fn corrected_as_in_2017(table: &Table, setting: &Setting) -> Result<Option<Table>, TableError> {
     if !table.has(CORRECTION.name) {
         return Ok(None);

@@ -1,6 +1,6 @@
 //! The paper's estimate of the error of the mesh, and corrected areas (figs. 12 and 13). Also the
-//! collapse of corrected areas on the bandwidth, or on Nayak's parameter if Hurst exponents or
-//! plateaus differ. The paper does not show it (compare section 5.2.2).
+//! collapse of corrected areas on the bandwidth or, if Hurst exponents or plateaus differ, on
+//! Nayak's parameter. The paper does not show this collapse (compare section 5.2.2).
 
 use crate::ReportError;
 use crate::charts::axis::Axis;

@@ -1,5 +1,5 @@
-//! Error of the area on the mesh with its corrections, and quantities in the limits of large cells
-//! and fine meshes. The paper has neither.
+//! Mesh error of the area and its corrections, and quantities in the limits of large cells and fine
+//! meshes. The paper shows none of these figures.
 
 use std::collections::BTreeSet;
 

@@ -1,6 +1,6 @@
 //! Power spectral densities (fig. 2) and slopes by scale (Sanner et al. 2022,
 //! doi:10.1016/j.apsadv.2021.100190) from `measure` stages. For measured surfaces without such a
-//! stage, they are computed from the map as pressed.
+//! stage, they are computed from the map for which the contact is solved.
 
 use arrow::array::Array;
 
