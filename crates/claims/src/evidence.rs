@@ -60,8 +60,8 @@ pub struct AtLoad {
     pub values: Vec<f64>,
 }
 
-/// Moments of area A and edge S_d Δx over several meshes, for the surfaces of one spectrum. They
-/// give the coefficient c of the error A_N = A* + c S_d Δx.
+/// Moments of the counted area A_N and the edge S_d Δx over several meshes, for the surfaces of one
+/// spectrum. They give the coefficient c of the mesh error in A_N = A* + c S_d Δx.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverMeshes {
     pub name: String,

@@ -98,7 +98,7 @@ fn judgement<'a>(claims: &'a [Claim], name: &str) -> &'a Judgement {
     }
 }
 
-/// Returns the unmet requirement of a claim that is not computed.
+/// Returns the unmet requirement of the claim with this name, which must not be computed.
 #[track_caller]
 fn lacking<'a>(claims: &'a [Claim], name: &str) -> &'a str {
     match &named(claims, name).outcome {

@@ -23,8 +23,8 @@ use asperity_tables::table::{Table, TableError};
 pub const MESH: Definition =
     Definition { name: "mesh-convergence", title: "Convergence with the mesh", draw: draw_mesh };
 
-/// Coefficient c of the error of the mesh for one parameter point at one load, pooled over
-/// surfaces.
+/// Coefficient c of the mesh error A_N − A* = c S_d Δx for one parameter point at one load, pooled
+/// over surfaces.
 struct Coefficient {
     point: Point,
     load: f64,
@@ -90,7 +90,8 @@ fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
     chart
 }
 
-/// Returns the chart of the deviation from A* against the nodes per shortest wavelength.
+/// Returns the chart of A/A* − 1 in per cent against the nodes per shortest wavelength, for areas A
+/// with one correction and the area A* on an infinitely fine mesh.
 fn error_chart(
     correction: &str,
     ensembles: &[&EnsembleCurves],
@@ -271,8 +272,8 @@ fn forms(table: &Table) -> Result<Vec<String>, TableError> {
     Ok(texts.into_iter().map(|parts| parts.join(" · ")).collect())
 }
 
-/// Returns the chart of one quantity against the load, with one marker for each combination of
-/// forms.
+/// Returns the chart of the limit of the quantity `of` against the load, with one marker for each
+/// combination of forms of the terms.
 fn chart(of: &str, limits: &[Limit], forms: &[&str]) -> Chart {
     let own: Vec<&Limit> = limits.iter().filter(|limit| limit.of == of).collect();
     let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("limit")).titled(of);
