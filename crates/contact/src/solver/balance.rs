@@ -43,11 +43,11 @@ impl InnerSolver {
         self.bound.is_some() && reduction > BALANCED_REDUCTION
     }
 
-    /// Returns the number m for which a clipped step τ (−z + β s − m) adds `missing_load` to the
-    /// sum of pressures, with the correction z and the last step s of each node, τ = `step_length`
-    /// and β = `beta`.
+    /// Returns the number m for which the clipped step τ (−z + β s − m) adds `missing_load` to the
+    /// sum of pressures.
     ///
-    /// It is estimated from the free nodes collected from `rows` rows. Returns `None` if the
+    /// z and s are the correction and the last step of each node, τ is `step_length` and β is
+    /// `beta`. m is estimated from the free nodes collected from `rows` rows. Returns `None` if the
     /// pressures have no upper bound or no m satisfies this.
     pub(super) fn balanced_mean(
         &mut self,
@@ -62,13 +62,13 @@ impl InnerSolver {
         Some(-shift / step_length)
     }
 
-    /// Returns the offset after the fraction `part` of a step for which Σ clamp(p − k (g − offset),
-    /// 0, hardness) = Σ p, with the pressure p and gap g of each node that may change, and the
-    /// nodal stiffness k.
+    /// Returns the offset of gaps for which Σ clamp(p − k (g − offset), 0, hardness) = Σ p after
+    /// the fraction `part` of a step.
     ///
-    /// `convergence` describes the gaps before the step. The sums are over a sample of rows, or
-    /// over all rows if `sees_all_rows` or if the sample is too small. Close to a solution, the
-    /// result is the mean gap of elastic nodes.
+    /// p and g are the pressure and the gap of each node that may change, and k is the nodal
+    /// stiffness. `convergence` describes the gaps before the step. The sums are over a sample of
+    /// rows, or over all rows if `sees_all_rows` or if the sample is too small. Close to a
+    /// solution, the result is the mean gap of elastic nodes.
     pub(super) fn peek_offset(
         &mut self,
         part: f64,
@@ -99,11 +99,11 @@ impl InnerSolver {
 }
 
 impl Solver {
-    /// Returns the offset for which Σ clamp(p − k (g − offset), 0, `hardness`) = Σ p, with the
-    /// pressure p and gap g of each node that may change, and the nodal stiffness k.
+    /// Returns the offset of gaps for which Σ clamp(p − k (g − offset), 0, `hardness`) = Σ p.
     ///
-    /// It replaces `convergence.offset`, the mean gap of elastic nodes, which may be the gap of
-    /// only one or two nodes.
+    /// p and g are the pressure and the gap of each node that may change, and k is the nodal
+    /// stiffness. The result replaces `convergence.offset`, the mean gap of elastic nodes, which
+    /// may be the gap of only one or two nodes.
     pub(super) fn balanced_offset(&mut self, hardness: Hardness, convergence: Convergence) -> f64 {
         self.inner.candidates.clear();
         self.gather(self.inner.sample.pairs(), hardness, convergence);
@@ -114,8 +114,12 @@ impl Solver {
         convergence.offset + shift.unwrap_or(0.0) / self.inner.nodal_stiffness
     }
 
-    /// Appends to `candidates` the nodes whose pressure may change, with the change −k (g −
-    /// offset), from rows 2i and 2i + 1 for each i in `pairs`.
+    /// Appends to `candidates` the nodes whose pressure may change, from rows 2i and 2i + 1 for
+    /// each i in `pairs`. The proposed change of each is −k (g − offset), with the gap g and the
+    /// nodal stiffness k.
+    ///
+    /// Let e be `convergence.error`. Elastic nodes may change, nodes without pressure if g − offset
+    /// < e, and saturated nodes if g − offset > −e.
     fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, convergence: Convergence) {
         let Convergence { offset, error } = convergence;
         for pair in pairs {

@@ -50,7 +50,8 @@ use super::start::Start;
 use super::{Solver, two_level};
 use crate::fft::Band;
 
-/// Smallest residual that is trusted in single precision, as a fraction of the largest residual.
+/// Smallest residual that is trusted in single precision, as a fraction of the largest residual
+/// since the last evaluation in double precision.
 ///
 /// It is well above the rounding error of 1e-7. An evaluation in double precision and a new start
 /// take as long as two iterations.
@@ -62,7 +63,8 @@ const SINGLE_REDUCTION: f64 = 1e-5;
 /// double precision directly.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
-/// [`EXPECTED_REDUCTION`] if the material yields, so that only strips of nodes are elastic.
+/// Value of [`EXPECTED_REDUCTION`] for a material that yields, of which only strips of nodes are
+/// elastic.
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 /// Result of a series of iterations.
@@ -206,8 +208,8 @@ impl InnerSolver {
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
-    /// Computes the gap after the step of which `line` is the line search. `convergence` describes
-    /// the gaps before it.
+    /// Computes the gap after the step of which `line` is the line search, and adapts the step
+    /// lengths. `convergence` describes the gaps before the step.
     ///
     /// Returns the new convergence, the mean gap of free nodes (only if the material yields), and
     /// the step.
@@ -297,8 +299,8 @@ impl InnerSolver {
 const MAX_BETA: f64 = 2.0;
 
 impl InnerSolver {
-    /// Returns means over the free nodes of a sample of rows, or of all rows if `sees_all_rows` or
-    /// if the sample has too few free nodes.
+    /// Returns the means of corrections and last steps over the free nodes of a sample of rows. If
+    /// `sees_all_rows` or if the sample has too few free nodes, the means are over all rows.
     ///
     /// If the material yields, also collects these free nodes in `candidates`, with `of_step` ×
     /// last step added to their pressures. The second result is the number of rows from which they
@@ -410,8 +412,8 @@ impl InnerSolver {
     /// Computes the corrections z from the present residual, and stores them for the next
     /// direction.
     ///
-    /// If `by_blocks`, they are computed with the two-level preconditioner, otherwise with Eᵀ K E
-    /// and one transform pair.
+    /// If `by_blocks`, they are computed with the two-level preconditioner, otherwise with the
+    /// preconditioner [Eᵀ K E](self) and one transform pair.
     pub(super) fn correct(&mut self, by_blocks: bool) {
         self.is_by_blocks = by_blocks;
         if by_blocks {

@@ -25,18 +25,20 @@ const MEASURING_TIME: Duration = Duration::from_millis(20);
 /// 1e-10.
 const PER_DECADE: f64 = 0.18;
 
-/// Ratio of the time of a pair with a free boundary to that with a periodic one. Every second pair
-/// is on a mesh of twice the nodes along both axes, most of which are zero. The others are on a
-/// mesh of 1.25 times the nodes along both axes.
+/// Ratio of the time of a transform pair with a free boundary to the time with a periodic boundary.
+///
+/// Every second pair is on a mesh of twice the nodes along both axes, most of which are zero. The
+/// others are on a mesh of 1.25 times the nodes along both axes.
 const FREE: f64 = 2.3;
 
 /// Time to compute the kernels of a free half-space, in seconds per node.
 const FREE_KERNEL: f64 = 2e-7;
 
-/// Ratio of the solution time of a material that yields to that of an elastic one. Under hardnesses
-/// of 0.3 and 1 E* × rms slope the number of pairs is 1.1 to 1.3 times as large on 128² nodes, for
-/// any tolerance, and 1 to 1.3 times on 1024². Because many iterations take one pair instead of
-/// two, each pair takes 1.3 times as long.
+/// Ratio of the solution time for a material that yields to the time for an elastic material.
+///
+/// Under hardnesses of 0.3 and 1 E* × rms slope the number of pairs is 1.1 to 1.3 times as large on
+/// 128² nodes, for any tolerance, and 1 to 1.3 times on 1024². Because many iterations take one
+/// pair instead of two, the other work of an iteration makes each pair 1.3 times as long.
 const YIELDING: f64 = 1.45;
 
 /// Longest side of a mesh whose speed is measured. A larger mesh would take seconds and gigabytes,

@@ -267,7 +267,9 @@ impl Extremes {
     pub const NONE: Self = Self { highest_in_contact: -f32::MAX, lowest: f32::MAX };
 
     /// Returns the offset that violates the contact conditions least if all contact nodes are
-    /// saturated: the mean of both gaps, or the highest gap if all nodes are saturated.
+    /// saturated.
+    ///
+    /// This is the mean of both extremes, or the highest gap if all nodes are saturated.
     pub fn middle(self) -> f64 {
         let highest = f64::from(self.highest_in_contact);
         if self.lowest == Self::NONE.lowest {

@@ -37,10 +37,11 @@ use levels::{AddParent, Divide, JoinRows, MeansWithOuter, SumQuarters, Transpose
 /// Number of nodes along a side of the smallest blocks. A side of 2 hardly reduces the iterations.
 const SIDE: usize = 4;
 
-/// Weight of the outer value, as a fraction of the nodes of the block.
+/// Weight of the [outer value](self) in the mean of a block, as a fraction of the nodes of the
+/// block.
 ///
-/// With it, the largest eigenvalues of S⁻¹ Eᵀ K E for loads from 0.006 to 1 E* × rms slope are 1.2
-/// to 1.4; with half or double the weight they are 1.2 to 2.
+/// With this weight, the largest eigenvalues of S⁻¹ Eᵀ K E for loads from 0.006 to 1 E* × rms slope
+/// are 1.2 to 1.4; with half or double the weight they are 1.2 to 2.
 const WEIGHT: f32 = 0.25;
 
 /// Pyramid of block means, which extends the residual of free nodes to all nodes of a mesh.
@@ -61,7 +62,7 @@ pub struct Extension {
 
 struct Level {
     blocks: [usize; 2],
-    /// Weight of the outer value of each block, as a number of nodes.
+    /// Weight of the [outer value](self) of each block, as a number of nodes.
     around: f32,
     free: Vec<f32>,
     /// Sums of the residual over free nodes, or the means computed from them.
@@ -99,7 +100,7 @@ impl Extension {
     }
 
     /// Replaces the sums of the residual in the smallest blocks by weighted means of the residual
-    /// and the outer value, from which [`ExtendedRows`] are interpolated.
+    /// and the [outer value](self), from which [`ExtendedRows`] are interpolated.
     pub fn extend(&mut self, threads: &Threads) {
         if !self.is_enabled {
             return self.levels[0].values.fill(0.0);

@@ -88,8 +88,11 @@ impl HalfSpace {
 /// 100 bytes per node in total.
 const FREE_BYTES: f64 = 44.0;
 
-/// Additional memory for lists of nodes whose pressure may change, in bytes per node. It was
-/// measured at the peak of a run on 2048² nodes in which many nodes change in the same iteration.
+/// Additional memory of a solver with a hardness, in bytes per node, for lists of nodes whose
+/// pressure may change.
+///
+/// It was measured at the peak of a run on 2048² nodes in which many nodes change in the same
+/// iteration.
 const YIELDING_BYTES: f64 = 10.0;
 
 /// Upper bound of the pressure, in units of E* × rms slope: positive and finite.

@@ -185,7 +185,7 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
         self
     }
 
-    /// Returns whether `bit` is set in each number.
+    /// Returns, for each number, whether `bit` is set in its representation.
     #[inline(always)]
     pub fn has(self, bit: u32) -> Mask<S, R> {
         let mut set = self.none();
@@ -286,7 +286,7 @@ impl<S: Simd, const R: usize> Mask<S, R> {
     }
 }
 
-/// Implements operators register by register.
+/// Implements operators of [`Lanes`] and [`Mask`] register by register.
 macro_rules! operators {
     ($($operator:ident::$method:ident for $numbers:ident: $on_registers:ident;)+) => {$(
         impl<S: Simd, const R: usize> $operator for $numbers<S, R> {
@@ -338,19 +338,20 @@ pub fn less<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
-/// Returns Σ a, added up in the precision of its terms.
+/// Returns the sum of `a`, with sixteen partial sums in the precision of the terms.
 #[inline(always)]
 pub fn total<T: Real>(a: &[T]) -> f64 {
     sum_by(a, a, |a, _| a)
 }
 
-/// Returns Σ term(a, b), added up in the precision of the terms.
+/// Returns Σ term(a, b), with sixteen partial sums in the precision of the terms.
 #[inline(always)]
 pub fn sum_by<A: Copy, B: Copy, T: Real>(a: &[A], b: &[B], term: impl Fn(A, B) -> T) -> f64 {
     sum_over_groups(std::iter::repeat(&true), a, b, term)
 }
 
-/// Returns Σ term(a, b) over the groups of sixteen neighbours that are true in `groups`.
+/// Returns Σ term(a, b) over the groups of sixteen neighbours that are true in `groups`, and over
+/// the last numbers, which do not fill a group.
 #[inline(always)]
 pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
     groups: impl IntoIterator<Item = &'a bool>,

@@ -31,10 +31,10 @@ pub struct LineSearch {
     /// Factor of all pressures that would restore their mean after the step. Unlike `scale`, it is
     /// not set to 1 if the material yields.
     needed_scale: f64,
-    /// Slope ⟨d, g⟩ of the energy. The offset of the gaps does not matter, because the mean of d is
-    /// zero.
+    /// Slope ⟨d, g⟩ of the energy, with the change d of the pressures and the gap g. The offset of
+    /// the gaps does not matter, because the mean of d is zero.
     slope: f64,
-    /// Product ⟨p, A d⟩ of the pressure and the displacement under d.
+    /// Product ⟨p, A d⟩ of the pressure p and the displacement under the change d of the pressures.
     along: f64,
     /// Product ⟨p, g⟩ of pressure and gap.
     pressure_on_gap: f64,
@@ -103,7 +103,8 @@ impl LineSearch {
         }
     }
 
-    /// Returns ⟨d, A d⟩, twice the elastic energy of d alone. `own_work` is ⟨m, A m⟩.
+    /// Returns ⟨d, A d⟩, twice the elastic energy of the change d of the pressures alone.
+    /// `own_work` is ⟨m, A m⟩ for the clipped step m, which d scales.
     pub fn curvature(&self, own_work: f64) -> f64 {
         let rest = self.scale - 1.0;
         self.scale * self.scale * own_work
@@ -119,8 +120,8 @@ impl LineSearch {
         !(scale > 0.0 && scale <= MAX_SCALE && self.slope.is_finite())
     }
 
-    /// Returns −⟨d, g⟩/⟨d, A d⟩, the fraction of the step at which the energy is lowest; it may
-    /// exceed one. `curvature` is ⟨d, A d⟩.
+    /// Returns −slope/`curvature`, the fraction of the step at which the energy is lowest; it may
+    /// exceed one.
     ///
     /// The result is zero if the slope or the curvature has the wrong sign, so that only rounding
     /// remains.
@@ -128,8 +129,8 @@ impl LineSearch {
         if self.slope < 0.0 && curvature > 0.0 { -self.slope / curvature } else { 0.0 }
     }
 
-    /// Returns the mean gap, weighted by pressure, after the fraction `part` of the step.
-    /// `curvature` is ⟨d, A d⟩.
+    /// Returns the mean gap, weighted by pressure, after the fraction `part` of the step, along
+    /// which the energy has this curvature.
     pub fn offset(&self, part: f64, curvature: f64) -> f64 {
         let linear = self.slope + self.along;
         (self.pressure_on_gap + part * (linear + part * curvature)) / self.total
@@ -154,7 +155,7 @@ const INITIAL_STEP: f64 = 0.9;
 /// Bounds of the learnt step lengths. They are the smallest and the largest length that surfaces of
 /// all kinds were seen to need.
 ///
-/// The bounds prevent that a load whose last steps are only rounding errors spoils the next load.
+/// The bounds keep a load whose last steps are only rounding errors from spoiling the next load.
 /// Lengths above 1 would only help nodes that are about to be released; one load may have many of
 /// them, and the next none.
 const STEP_RANGE: (f64, f64) = (0.1, 1.0);

@@ -144,15 +144,14 @@ impl Pass<f64> for Count {
     }
 }
 
-/// Range of the factor of elastic pressures in which scaling them is a good way to restore the
-/// load.
+/// Range of factors by which elastic pressures may be scaled to restore the load.
 ///
 /// Outside this range, [`Solver::promote_yielding`] first shifts the pressures of free nodes. Below
 /// it, [`Solver::share_out`] changes saturated pressures, too.
 const SCALES: RangeInclusive<f64> = 0.5..=2.0;
 
-/// Load on elastic nodes, as a fraction of the whole load, up to which it counts as a rounding
-/// error of zero.
+/// Fraction of the load up to which the load on elastic nodes counts as zero, because it is only a
+/// rounding error.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Maximum number of times that [`Solver::share_out`] scales elastic pressures. Each time, more
@@ -284,11 +283,11 @@ impl Solver {
         tally
     }
 
-    /// Returns the factor (P − H n)/Σ p of elastic pressures p that restores the load, with the sum
-    /// P of all pressures that the load requires, the hardness H and the number n of saturated
-    /// nodes.
+    /// Returns the factor (P − H n)/Σ p of elastic pressures p that restores the load.
     ///
-    /// If P − H n is only a rounding error, returns 0, or 1 if elastic pressures are already zero.
+    /// P is the sum of all pressures that the load requires, H the hardness, and n the number of
+    /// saturated nodes. If P − H n is only a rounding error, returns 0, or 1 if elastic pressures
+    /// are already zero.
     fn scale_after(&self, tally: &Tally) -> f64 {
         let total = self.inner.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;

@@ -43,7 +43,7 @@ impl Solver {
 
 const BINS: usize = 256;
 
-/// Criterion g₁ < `part` × g₂ for nodes close to contact, with the gaps g₁ and g₂, minus their
+/// Criterion g₁ < `part` × g₂ for nodes close to contact. g₁ and g₂ are the gaps, minus their
 /// offsets, under the last load and the load before it.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearing {
@@ -169,7 +169,7 @@ pub enum Expected {
     All,
     /// Nodes close to contact by this criterion.
     Near(Nearing),
-    /// Nodes whose height, as stored in single precision, is at least this.
+    /// Nodes with at least this height above the height that is subtracted in single precision.
     AsHighAs(f32),
 }
 
@@ -183,8 +183,8 @@ impl LimitedGap {
         Self(vec![0.0; row_nodes])
     }
 
-    /// Sets the lower limit to `level` at nodes that are not close to contact by the criterion
-    /// `nearing`, and removes it at others.
+    /// Sets the lower limit of the gap to `level` at nodes that are not close to contact by the
+    /// criterion `nearing`, and removes it at others.
     ///
     /// `gap` and `earlier` are the gaps under the last load and the load before it.
     #[inline(always)]
@@ -203,8 +203,8 @@ impl LimitedGap {
         hold_far(REST, level, nearing, last_held, last_gap, last_earlier);
     }
 
-    /// Sets the lower limit to `level` at nodes with heights below `lowest`, and removes it at
-    /// others.
+    /// Sets the lower limit of the gap to `level` at nodes with heights below `lowest`, and removes
+    /// it at others.
     #[inline(always)]
     pub fn hold_low<S: Simd, const R: usize>(
         &mut self,

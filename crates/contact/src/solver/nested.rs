@@ -31,8 +31,8 @@ const MIN_NODES: usize = 128;
 /// Minimum number of meshes, including the finest: on 256² nodes nested iteration takes longer.
 const MIN_MESHES: usize = 3;
 
-/// Residual to reach on a coarser mesh, in steps of this mesh at unit rms slope. Half or twice this
-/// value takes as many pairs.
+/// Residual to reach on a coarser mesh, in units of rms slope × its smaller mesh step. Half or
+/// twice this value takes as many pairs.
 const TOLERANCE: f64 = 1e-2;
 
 /// Maximum number of transform pairs on a coarser mesh: three times the usual number.

@@ -70,8 +70,8 @@ impl Solver {
         self.solve_again_if_yielding(outcome, settings, watch)
     }
 
-    /// Solves the same load again with the hardness as bound if the peak pressure of `outcome`, a
-    /// solution without this bound, exceeds it. Otherwise returns `outcome`.
+    /// Solves the same load again, with the hardness as bound, if the peak pressure of `outcome`
+    /// exceeds the hardness. Otherwise returns `outcome`, which was found without the bound.
     pub(super) fn solve_again_if_yielding(
         &mut self,
         outcome: Outcome,

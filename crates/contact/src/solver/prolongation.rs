@@ -211,10 +211,10 @@ impl InnerSolver {
     }
 }
 
-/// Weight of the two nearest nodes in the cubic interpolation half-way between nodes.
+/// Weight of each of the two nearest nodes in the cubic interpolation half-way between them.
 const INNER: f32 = 9.0 / 16.0;
 
-/// Weight of the two nodes beyond the nearest ones.
+/// Weight of each of the two nodes beyond the nearest ones.
 const OUTER: f32 = -1.0 / 16.0;
 
 /// Number of nodes that are repeated before a row, for the interpolation near its beginning.
@@ -418,7 +418,7 @@ mod tests {
         let mut prolonged = Prolonged::new(map, 0.5, 2.0);
         let mut row = [0.0; 8];
         prolonged.set_row(Row::new(6, 8), &mut row);
-        // Half of 6, 4, 2 and 0, and values between them.
+        // Half of 6, 4, 2 and 0, clipped at 2. Other values lie between these.
         assert_eq!([row[0], row[2], row[4], row[6]], [2.0, 2.0, 1.0, 0.0]);
         assert!(row.iter().all(|p| (0.0..=2.0).contains(p)));
     }

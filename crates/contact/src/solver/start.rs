@@ -260,8 +260,8 @@ const PRESSED: f64 = 1.5;
 /// Number of bisections with which [`Solver::raise_to`] determines the shift to the last bit.
 const BISECTIONS: u32 = 60;
 
-/// Ratio of all nodes to nodes with positive pressure above which [`Solver::raise_to`] copies the
-/// latter to a list and visits only this list.
+/// Ratio of all nodes to nodes with positive pressure above which [`Solver::raise_to`] visits only
+/// a list of the nodes with positive pressure.
 const COPY_RATIO: usize = 4;
 
 impl Solver {
@@ -281,7 +281,7 @@ impl Solver {
         let [lowest, highest] = range(&self.inner.threads, &mut self.pressure, self.inner.nodes[1]);
         let most = match self.inner.bound {
             Some(hardness) => hardness.pressure() - lowest,
-            // A smaller shift than this load would leave the lowest node without pressure.
+            // With this shift, the mean is the load of full contact, which exceeds `load`.
             None => self.full_contact.map_or(load - lowest, |full| full.load),
         };
         self.raise_to(load, (-highest, most));
@@ -343,11 +343,12 @@ impl Solver {
         borne < load * self.pressure.len() as f64
     }
 
-    /// Sets the pressures to clamp((h − h_max)/c + s, 0, hardness), with the height h, the nodal
-    /// compliance c and the shift s for which their mean is `load`, as if nodes did not displace
+    /// Sets the pressures to clamp((h − h_max)/c + s, 0, hardness), as if nodes did not displace
     /// each other.
     ///
-    /// This is exact if one node bears all the load or if displacements are negligible.
+    /// h is the height of a node, c the nodal compliance, and s the shift for which the mean
+    /// pressure is `load`. The guess is exact if one node bears all the load or if displacements
+    /// are negligible.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
         for (p, height) in self.pressure.iter_mut().zip(&self.heights) {
             *p = (height - self.highest) / self.inner.nodal_compliance;

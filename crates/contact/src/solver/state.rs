@@ -16,6 +16,8 @@ impl Solver {
     /// side and positive into the body. The mean displacement is zero for a body that a uniform
     /// pressure does not displace.
     ///
+    /// # Panics
+    ///
     /// Panics if the number of pressures differs from the number of nodes.
     ///
     /// ```
@@ -51,6 +53,8 @@ impl Solver {
     /// deviates from zero there by at most the residual. At saturated nodes the gap is negative, by
     /// the yielded depth. Elsewhere it is positive, except for the residual. If no node is in
     /// elastic contact, the mean is over all nodes with pressure.
+    ///
+    /// # Panics
     ///
     /// Panics if the number of pressures differs from the number of nodes.
     pub fn gap_under(&mut self, pressure: &[f64]) -> Vec<f64> {

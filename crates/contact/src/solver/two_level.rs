@@ -24,7 +24,8 @@ use crate::elasticity::ElasticOperator;
 use crate::fft::{Kernel, Scratch, Transform};
 use crate::threads::Threads;
 
-/// Ratio of the stiffness s to the nodal stiffness; twice this ratio takes a tenth more pairs.
+/// Ratio of the stiffness s of waves shorter than a block to the nodal stiffness. With twice this
+/// ratio, loads take a tenth more pairs.
 const SHORT_WAVES: f64 = 0.45;
 
 /// Number of iterations per load with this preconditioner if the material yields.
@@ -79,8 +80,8 @@ impl TwoLevel {
         self.scratch.set_threads(threads.clone());
     }
 
-    /// Computes Pᵀ K P r − s Π r, the block part of the corrections, from the residual r that was
-    /// added to `extension`. The result is the transpose output of `extension`.
+    /// Computes [Pᵀ K P r − s Π r](self), the block part of the corrections, from the residual r
+    /// that was added to `extension`. The result is the output of the transpose of `extension`.
     pub fn correct(&mut self, threads: &Threads, extension: &mut Extension) {
         let mut means = Wide(extension.extend_means(threads, &mut self.sums));
         self.transform.begin(&mut means, &mut self.scratch);
@@ -90,7 +91,8 @@ impl TwoLevel {
         extension.collect_means(threads, &self.sums);
     }
 
-    /// Returns s r, the nodal part of the corrections, with the residual r = `gap` − `level`.
+    /// Returns [s r](self), the nodal part of the corrections, with the residual r = `gap` −
+    /// `level`.
     pub fn nodal<'a>(&self, gap: &'a [f32], level: f64) -> Nodal<'a> {
         Nodal { gap, level: level as f32, stiffness: self.stiffness }
     }

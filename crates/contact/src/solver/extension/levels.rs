@@ -47,8 +47,9 @@ impl Pass<f32> for SumQuarters<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Pass over rows of blocks that replaces the sum R of the residual over n free nodes by the mean
-/// (R + w v)/(n + w), with the outer value v, interpolated from larger blocks, and its weight w.
+/// Pass over rows of blocks that replaces the sum R of the residual over n free nodes by the
+/// weighted mean (R + w v)/(n + w). v is the outer value, interpolated from larger blocks, and w
+/// its weight.
 pub struct MeansWithOuter<'a> {
     free: &'a [f32],
     around: f32,
@@ -270,8 +271,8 @@ pub fn around<const SIDE: usize>(index: usize, blocks: usize) -> [(usize, f32); 
     [(block, own), (neighbour, other)]
 }
 
-/// Sets the first and the last element of a row to the periodic copies of the last but one and of
-/// the second.
+/// Sets the first element of a periodic row to a copy of the last but one, and the last element to
+/// a copy of the second.
 #[inline(always)]
 pub fn repeat<V: Copy>(row: &mut [V]) {
     let last = row.len() - 1;

@@ -148,7 +148,8 @@ fn a_residual_on_all_nodes_is_extended_almost_unchanged() {
     let residual = vec![2.0; 96 * 80];
     let last_step = vec![f32::from_bits(FREE); 96 * 80];
     let values = continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step);
-    // The outer value has a weight of a fifth in each block. That of the largest block is zero.
+    // The outer value has a weight of a fifth in each block. The outer value of the largest block
+    // is zero.
     assert!(values.iter().all(|value| (1.99..=2.0).contains(value)));
 }
 

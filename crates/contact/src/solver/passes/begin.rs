@@ -30,7 +30,7 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub hardness: f64,
     /// Last steps, which an extrapolation sets to zero. Their flags are updated.
     pub last_step: Band<'a, f32>,
-    /// Marks of the groups, which are updated.
+    /// Marks of the groups with free nodes or with pressure, which are updated.
     pub active: ActiveBand<'a>,
     pub residual: ResidualRows<'a>,
     pub row: Vec<f32>,
@@ -43,7 +43,8 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub bounded_sum: InOrder<f64>,
 }
 
-/// Linear extrapolation from the last two solutions; the last replaces the earlier one.
+/// Linear extrapolation from the last two solutions. The last solution then replaces the earlier
+/// one.
 pub struct Extrapolation<'a> {
     /// Ratio of the next increment of the load to the last one.
     pub reach: f64,
@@ -131,7 +132,7 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
         for (active, increments) in found.active.iter_mut().zip(groups) {
             *active |= always || increments.iter().any(|increment| *increment != 0.0);
             if !*active {
-                // The sign that clipping leaves.
+                // Clipping leaves −0, too.
                 increments.fill(-0.0);
             }
         }
@@ -333,7 +334,7 @@ impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
         for (active, increments) in groups.active.iter_mut().zip(increments) {
             *active = always || increments.iter().any(|increment| *increment > 0.0);
             if !*active {
-                // The sign that clipping leaves.
+                // Clipping leaves −0, too.
                 increments.fill(-0.0);
             }
         }
@@ -398,7 +399,7 @@ impl Pass<f32> for PressureLessGap<'_> {
 
 /// Tolerance below which pressures are stored as increments to a reference pressure.
 ///
-/// Single precision rounds a pressure to a fraction of 6e-8, and a gap to about 6e-8 mesh steps at
+/// Single precision rounds a pressure by 6e-8 of its value, and a gap by about 6e-8 mesh steps at
 /// unit rms slope.
 const FINE: f64 = 1e-5;
 
@@ -426,7 +427,7 @@ impl ReferencePressure {
         self.map.fill(0.0);
     }
 
-    /// Returns whether this tolerance requires a map.
+    /// Returns whether iterations to this tolerance require a map instead of zero.
     pub fn is_map(tolerance: f64) -> bool {
         tolerance < FINE
     }

@@ -175,8 +175,9 @@ fn above(values: &mut [f64], heights: &[f64], reference: f64, gap: &mut [f32]) {
     }
 }
 
-/// Pass over the displacements after a step d that computes the gaps. The change of the gaps gives
-/// the displacements A d under the step, and the curvature ⟨d, A d⟩ of the energy.
+/// Pass over the displacements after a step that computes the gaps. From the change of the gaps it
+/// also computes the displacements under the step, and the curvature of the energy, Σ step ×
+/// displacement.
 pub struct StepOutput<'a, const YIELDS: bool> {
     pub heights: &'a [f64],
     pub reference: f64,

@@ -68,7 +68,7 @@ fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], o
 }
 
 /// Computation of rows for [`Extend`]: the residual gap − `level` at free nodes, and elsewhere the
-/// extension, interpolated between two rows with these weights.
+/// extension, interpolated between two rows with `weights`.
 #[derive(Clone, Copy)]
 struct Choose {
     level: f32,
@@ -108,7 +108,7 @@ impl Choose {
 }
 
 /// Pass over pressures on all nodes of the mesh that adds up, in blocks, the pressures on nodes
-/// that are not free, as input of the transpose Eᵀ.
+/// that are not free, as input of the transpose of the [extension](crate::solver::extension).
 pub struct CollectFixed<'a> {
     /// Numbers of nodes of the map along x and y. The mesh may be larger; its nodes outside the map
     /// are never free.

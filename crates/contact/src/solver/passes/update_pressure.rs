@@ -123,9 +123,9 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
 /// Coefficients of the direction, step length and pending update, the same for all nodes.
 #[derive(Clone, Copy)]
 pub struct Direction {
-    /// Factor of the pressure in the pending update, minus one.
+    /// Factor of the pressure in the change that the pending update makes.
     of_pressure: f32,
-    /// Factor of the last step in the pending update.
+    /// Factor of the last step in the change that the pending update makes.
     of_step: f32,
     /// Factor β of the last step in the direction.
     beta: f32,
@@ -259,7 +259,8 @@ pub struct Sums {
     /// rounded.
     pub rounded: f64,
     pub step_on_gap: f64,
-    /// Σ pressure after the step × gap; over elastic nodes only, if the material yields.
+    /// Σ p × gap, with the pressure p after the step; over elastic nodes only, if the material
+    /// yields.
     pub pressure_on_gap: f64,
     pub step_on_height: f64,
     pub pressure_on_height: f64,

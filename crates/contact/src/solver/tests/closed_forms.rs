@@ -11,7 +11,8 @@ use crate::morphology::clusters::Clusters;
 use crate::morphology::map::ContactMap;
 use crate::topography::moments::Moments;
 
-/// Returns cosines of wavenumbers 2 to 8 with phases from irrational numbers, of unit rms slope.
+/// Returns heights of unit rms slope: a sum of cosines of wavenumbers 2 to 8, with phases from
+/// irrational numbers.
 fn golden(nodes: usize) -> Vec<f64> {
     let mut heights = vec![0.0; nodes * nodes];
     let mut square_slope = 0.0;

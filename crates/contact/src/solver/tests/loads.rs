@@ -36,7 +36,7 @@ fn shapes(nodes: usize) -> Vec<Vec<f64>> {
     shapes.map(|each| shape(nodes, each)).into()
 }
 
-/// Reads a measured surface of the repository; the published package does not contain it.
+/// Reads a measured surface of the repository, which the published package does not contain.
 fn measured() -> Option<Vec<f64>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/measured/afm_10um_256.npy");
     let (_, heights) = npy_array(&std::fs::read(path).ok()?);
