@@ -84,7 +84,8 @@ pub struct AsperityOutcome {
     /// Area of the ellipses that overlap another ellipse, as a fraction of the area of all
     /// ellipses.
     pub overlapping_fraction: f64,
-    /// Displacement of the body by the mean pressure, in units of h′ L; zero without interaction.
+    /// Displacement of the body by the mean pressure, in units of h′ L. It is zero without
+    /// interaction.
     ///
     /// The reference plane is closer to the unloaded body by this amount.
     pub nominal_displacement: f64,

@@ -30,7 +30,7 @@ pub struct Counts {
 }
 
 impl EqualBins {
-    /// Returns the width of a bin.
+    /// Returns the width of a bin, `to`/`count`.
     #[inline]
     pub fn width(&self) -> f64 {
         self.to / f64::from(self.count)

@@ -102,7 +102,7 @@ pub trait ElasticOperator: Send + Sync {
 
     /// Returns the displacement of one node under a unit pressure on this node alone.
     ///
-    /// The displacement is in units of the longer side, the pressure in units of E*.
+    /// The displacement is in units of the longer side L, the pressure in units of E*.
     fn nodal_compliance(&self, threads: &Threads) -> f64 {
         mean_over_waves(threads, self.convolved_nodes(), |k_x, factors| {
             self.displacements(Axis::Y, k_x, factors);
@@ -111,7 +111,7 @@ pub trait ElasticOperator: Send + Sync {
 
     /// Returns the pressure at one node under a unit displacement of this node alone.
     ///
-    /// The pressure is in units of E* per longer side.
+    /// The pressure is in units of E*, the displacement in units of the longer side L.
     fn nodal_stiffness(&self, threads: &Threads) -> f64 {
         mean_over_waves(threads, self.stiffness_nodes(), |k_x, factors| {
             self.stiffnesses(Axis::Y, k_x, factors);
@@ -122,14 +122,15 @@ pub trait ElasticOperator: Send + Sync {
 /// One of the two axes of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// Axis across the rows, the first index.
+    /// The x axis, across the rows: first index of a node.
     X,
-    /// Axis along the rows, the second index.
+    /// The y axis, along the rows: second index of a node.
     Y,
 }
 
 impl Axis {
-    /// Returns the numbers of periods along x and y.
+    /// Returns the numbers of periods along x and y of the wave with `along` periods along this
+    /// axis and `across` periods along the other axis.
     #[inline]
     fn waves(self, along: usize, across: usize) -> [usize; 2] {
         match self {

@@ -44,7 +44,7 @@ use rows::{Aligned, Padded, cut, cut_pairs};
 
 /// Floating-point number of single or double precision.
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
-    /// Returns the nearest number of this precision.
+    /// Returns the number of this precision that is nearest to `value`.
     fn nearest(value: f64) -> Self;
 }
 
@@ -95,7 +95,7 @@ pub trait Rows<T>: Sized + Send {
 
 /// Plan for the transforms and convolutions of one mesh in one precision.
 ///
-/// The buffers are in [`Scratch`], so several computations can share a plan.
+/// Buffers are in a separate [`Scratch`], so several computations can share a plan.
 pub struct Transform<T> {
     /// Numbers of nodes along x and y of the convolved maps. A map fills the mesh or a corner of
     /// it.

@@ -43,8 +43,8 @@ use channels::{Channels, Links};
 use graph::{ConjugateDirection, Pair, add};
 use multigrid::Multigrid;
 
-/// Relative distance (upper − lower)/upper between the bounds of the flow at which the iteration
-/// stops.
+/// Maximum relative distance (upper − lower)/upper between the bounds of the flow for which the
+/// iteration stops.
 pub const TOLERANCE: f64 = 1e-8;
 
 /// Relative distance (upper − lower)/upper between the bounds above which a flow counts as not
@@ -142,16 +142,17 @@ pub fn flow_through_interruptible(
     }))
 }
 
-/// Number of iterations after which the residual is recomputed to remove rounding errors.
+/// Number of iterations after which the residual is computed again from the pressures, to remove
+/// rounding errors.
 const REFRESH_INTERVAL: u32 = 8;
 
 /// Bounds of the conductance J of the map along an axis: its flow under a pressure drop of one per
 /// period.
 #[derive(Debug, Clone, Copy)]
 struct Conductance {
-    /// Upper bound by Dirichlet's principle.
+    /// Upper bound of J by Dirichlet's principle.
     pub upper: f64,
-    /// Lower bound by Thomson's principle.
+    /// Lower bound of J by Thomson's principle.
     pub lower: f64,
 }
 

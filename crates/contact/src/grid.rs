@@ -211,7 +211,7 @@ impl Grid {
         self.smaller_steps() - self.larger_steps() <= 1e-9 * self.smaller_steps()
     }
 
-    /// Returns the indices (i, j) along x and y of element `node` of a map.
+    /// Returns the indices (i, j) along x and y of the node with index `node` in a map.
     #[inline]
     pub fn indices(&self, node: usize) -> [usize; 2] {
         [node / self.nodes[1], node % self.nodes[1]]

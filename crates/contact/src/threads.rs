@@ -71,9 +71,9 @@ struct Cores {
 
 #[derive(Debug, Default)]
 struct InUse {
-    /// Number of running tasks, each of which keeps a core.
+    /// Number of running tasks. Each of them keeps a core.
     tasks: usize,
-    /// Number of additional cores lent to tasks.
+    /// Number of cores lent to tasks in addition to their own.
     lent: usize,
 }
 

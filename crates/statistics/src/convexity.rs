@@ -20,7 +20,7 @@ const SCAN_RATIO: f64 = 0.9;
 const NEAR_STEPS: i32 = 6;
 /// Maximum number of doublings of κ, starting from twice the largest slope of the data.
 const DOUBLINGS: usize = 6;
-/// Relative tolerance of κ, orders of magnitude below statistical errors.
+/// Relative tolerance of the least convex κ, orders of magnitude below statistical errors.
 const KAPPA_TOLERANCE: f64 = 1e-10;
 /// Maximum number of iterations of the Illinois method; bisection would need about thirty.
 const ROOT_ITERATIONS: usize = 60;
@@ -32,7 +32,7 @@ pub struct CommonKappa {
     pub kappa: f64,
     /// Least convex κ of each curve, or the reason why it has none.
     pub own: Vec<Result<f64, FitError>>,
-    /// Fit of each curve with the common κ.
+    /// Fit of each curve with the common κ, or the reason why it failed.
     pub fits: Vec<Result<EvolutionFit, FitError>>,
 }
 
@@ -206,7 +206,7 @@ fn root(derivative: &mut MuDerivative, bracket: Bracket) -> f64 {
 struct MuDerivative<'a> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],
-    /// Last fitted ln β, from which the next fit of β starts.
+    /// Last fitted ln β. The next fit of β starts from it.
     ln_beta: f64,
 }
 

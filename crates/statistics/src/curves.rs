@@ -136,7 +136,7 @@ impl Data {
         self.rows.len()
     }
 
-    /// Returns the mean of each datum over the surfaces.
+    /// Returns the mean of each datum over the surfaces, in the order of the loads.
     pub fn mean(&self) -> Vec<f64> {
         self.weighted_mean(|_| 1.0)
     }

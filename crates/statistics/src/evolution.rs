@@ -25,16 +25,16 @@ const LEAST_DEVIATION: f64 = 1e-6;
 /// the accuracy of the root search for κ.
 const CONVEX_TOLERANCE: f64 = 1e-6;
 
-/// Quantity to which the law is fitted.
+/// Quantity to which the contact evolution law is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Area fractions under the loads.
     Area,
     /// Difference quotients of the area between neighbouring loads, at their midpoints.
     ///
-    /// The quotients differ from derivatives to second order in the step. In the first interval the
-    /// difference is larger, because the curvature of a law with μ < 1 diverges at zero load. A fit
-    /// of the areas has no such error.
+    /// The quotients differ from derivatives to second order in the load step. In the first
+    /// interval the difference is larger, because the second derivative of a law with μ < 1
+    /// diverges at zero load. A fit of the areas has no such error.
     Slope,
 }
 
@@ -54,15 +54,16 @@ pub enum Kappa {
 pub struct EvolutionFit {
     /// Contact evolution law with the fitted parameters.
     pub law: ContactEvolution,
-    /// Root mean square residual of the area or of its slope, without weights.
+    /// Root mean square residual of the fitted quantity (area or slope), without weights.
     pub rms_residual: f64,
-    /// χ² divided by the degrees of freedom; `None` without variances or degrees of freedom.
+    /// χ² divided by the degrees of freedom. `None` if the variances are unknown or there are no
+    /// degrees of freedom.
     pub reduced_chi_square: Option<f64>,
     /// Weighted coefficient of determination R²; `None` if all data are equal.
     pub r_squared: Option<f64>,
     /// Number of data in the fit.
     pub data: usize,
-    /// Whether the slope da/dy of the law is convex at all loads: μ ≤ 1.
+    /// `true` if the slope da/dy of the law is convex at all loads: μ ≤ 1.
     pub convex: bool,
 }
 

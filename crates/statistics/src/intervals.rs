@@ -12,7 +12,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Confidence level at which all intervals of a claim hold simultaneously.
+/// Confidence level of all intervals of a claim together.
 ///
 /// It is also the level of each one-sided bound.
 pub const LEVEL: f64 = 0.95;
@@ -42,12 +42,12 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Creates a quantity that is exact up to rounding.
+    /// Creates a quantity that is exact except for rounding.
     pub fn exact(label: impl Into<String>, value: f64) -> Bound {
         Bound { label: label.into(), value, error: 0.0, systematic: 0.0, surfaces: None }
     }
 
-    /// Returns `true` if the quantity is exact up to rounding.
+    /// Returns `true` if the quantity is exact except for rounding.
     pub fn is_exact(&self) -> bool {
         self.error == 0.0 && self.systematic == 0.0
     }

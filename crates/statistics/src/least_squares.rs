@@ -4,7 +4,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationRe
 use nalgebra::storage::Owned;
 use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SVector};
 
-/// Relative tolerance of the sum of squares, the parameters and the gradient.
+/// Relative tolerance of [`minimize`] for the sum of squares, the parameters and the gradient.
 ///
 /// It is far below statistical errors and far above rounding errors.
 const TOLERANCE: f64 = 1e-12;
@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 1e-12;
 /// Parameters at which the iteration of [`minimize`] ended.
 pub struct Minimum<const P: usize> {
     pub parameters: [f64; P],
-    /// Whether the iteration ended at a stationary point.
+    /// `true` if the iteration ended at a stationary point.
     pub converged: bool,
 }
 
@@ -22,7 +22,8 @@ pub trait Residuals<const P: usize> {
     fn count(&self) -> usize;
     /// Writes the residuals at the given parameters to `into`.
     fn residuals(&self, parameters: [f64; P], into: &mut [f64]);
-    /// Writes the derivatives of each residual with respect to the parameters to `into`.
+    /// Writes the gradient of each residual, its derivatives with respect to the parameters, to
+    /// `into`.
     fn gradients(&self, parameters: [f64; P], into: &mut [[f64; P]]);
 }
 
@@ -182,7 +183,7 @@ impl Design {
         solution
     }
 
-    /// Returns the part of a vector that is orthogonal to the columns.
+    /// Returns the part of a vector that is orthogonal to the columns of the design matrix.
     pub fn residual(&self, vector: &DVector<f64>) -> DVector<f64> {
         vector - &self.orthogonal * self.orthogonal.tr_mul(vector)
     }

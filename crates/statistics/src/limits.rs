@@ -47,7 +47,7 @@ pub enum TermForm {
 pub struct LimitPoint {
     /// Small parameters xⱼ, one positive value for each term.
     pub small: Vec<f64>,
-    /// Observable at these small parameters.
+    /// Observable Q at these small parameters.
     pub observed: Observed,
 }
 
@@ -125,7 +125,7 @@ pub struct LimitFit {
     pub limit: f64,
     /// Coefficient cⱼ of each term.
     pub coefficients: Vec<f64>,
-    /// Exponent of each term, or `None` for a logarithm.
+    /// Exponent eⱼ of each term, or `None` for a logarithm.
     pub exponents: Vec<Option<f64>>,
     /// χ²: sum of the squared residuals, each divided by the variance of the mean of its point.
     pub chi_square: f64,
@@ -133,7 +133,7 @@ pub struct LimitFit {
     pub free: usize,
 }
 
-/// Goodness of fit of a law.
+/// Goodness of fit of a law, for the comparison of laws.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Assessment {
     /// Root mean square residual without weights, in the unit of the observable.
@@ -177,8 +177,8 @@ impl LimitProblem {
     /// Creates a problem from points with one small parameter for each term.
     ///
     /// # Errors
-    /// Fails if a small parameter is not positive and finite, or if the values of a point do not
-    /// differ between surfaces.
+    /// Fails if a small parameter is not positive and finite, or if the values at a point are equal
+    /// for all surfaces.
     pub fn new(points: Vec<LimitPoint>) -> Result<LimitProblem, FitError> {
         for point in &points {
             for (term, &value) in point.small.iter().enumerate() {

@@ -112,7 +112,8 @@ mod tests {
         (0..=30).map(|step| 10f64.powf(f64::from(step) / 10.0 - 3.0)).collect()
     }
 
-    /// Returns the mean gaps of surfaces with u₀ = 0.5 rms height and p_c = 0.4.
+    /// Returns the mean gaps of surfaces with the given rms heights, with u₀ = 0.5 rms height and
+    /// p_c = 0.4.
     fn gaps(rms_heights: &[f64]) -> Curves {
         let of_surface = |height: &f64| {
             let gap = |load: &f64| 0.5 * height * (0.4 / load).ln();

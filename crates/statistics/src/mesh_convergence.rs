@@ -9,7 +9,7 @@ use super::FitError;
 use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::least_squares::line;
 
-/// Minimum number of meshes; a line through two points would have no residuals.
+/// Minimum number of meshes. A line through two points would have no residuals.
 const LEAST_MESHES: usize = 3;
 
 /// Contact areas and edges S_d Δx of one surface under one load on several meshes.
@@ -26,16 +26,17 @@ pub struct Refinement {
 pub struct MeshLimit {
     /// Area fraction A* extrapolated to an infinitely fine mesh.
     pub area: f64,
-    /// Coefficient c of S_d Δx.
+    /// Coefficient c of the edge S_d Δx.
     pub coefficient: f64,
 }
 
 impl Refinement {
-    /// Creates a refinement from S_d Δx and the area fraction on each mesh.
+    /// Creates a refinement from S_d Δx (as a fraction of the nominal area) and the area fraction
+    /// on each mesh.
     ///
     /// # Errors
-    /// Fails if there are fewer than three meshes, if there is no contact on one of them, or if all
-    /// edges are equal.
+    /// Fails if there are fewer than three meshes, if there is no contact on one of them, or if S_d
+    /// Δx is the same on all.
     pub fn new(edges: Vec<f64>, areas: Vec<f64>) -> Result<Self, FitError> {
         let meshes = areas.len();
         if meshes < LEAST_MESHES {
@@ -53,7 +54,7 @@ impl Refinement {
         self.areas.len()
     }
 
-    /// Fits the line by least squares.
+    /// Fits the line A_N = A* + c S_d Δx by least squares.
     pub fn fit(&self) -> MeshLimit {
         let (coefficient, area) =
             line(&self.edges, &self.areas).expect("the edges of a refinement differ");
@@ -86,7 +87,8 @@ impl Refinement {
     }
 }
 
-/// Refinements of several surfaces, each under one or several loads, with a common coefficient c.
+/// Refinements of several surfaces, each under one or several loads, to which a common coefficient
+/// c is fitted.
 #[derive(Debug, Clone)]
 pub struct MeshProblem<'a> {
     surfaces: Vec<Vec<&'a Refinement>>,

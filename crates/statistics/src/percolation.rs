@@ -41,7 +41,8 @@ pub enum Channels {
     AlongBoth,
 }
 
-/// State of one surface under one load.
+/// Contact of one surface under one load: its area, and the directions along which the gap
+/// percolates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interface {
     /// Load, in units of E* h′.
@@ -50,7 +51,7 @@ pub struct Interface {
     pub area: f64,
     /// Area fraction, corrected for the mesh.
     pub area_corrected: f64,
-    /// Whether the gap percolates along x, and whether it percolates along y.
+    /// `true` if the gap percolates: one entry for x and one for y.
     pub is_open: [bool; 2],
 }
 
@@ -68,9 +69,9 @@ pub struct Threshold {
 /// Transition of a surface from open to sealed along one direction.
 #[derive(Debug, Clone, Copy)]
 struct Sealing {
-    /// Mean of the last open and the first sealed state.
+    /// Mean of the area, corrected area and load in the last open and the first sealed state.
     middle: Threshold,
-    /// Difference between the first sealed and the last open state.
+    /// Increase of the area, corrected area and load from the last open to the first sealed state.
     width: Threshold,
 }
 
@@ -113,7 +114,7 @@ impl PercolationProblem {
         Ok(Self { thresholds: sealings.iter().map(of_surface).collect(), sealings })
     }
 
-    /// Returns the threshold of each surface, averaged over its directions.
+    /// Returns the threshold of each surface, averaged over the directions of [`Channels`].
     pub fn thresholds(&self) -> &[Threshold] {
         &self.thresholds
     }

@@ -13,10 +13,10 @@ use super::{Curves, FitError, GoodnessOfFit, Window};
 /// Minimum number of data, one more than the number of parameters.
 const LEAST_DATA: usize = 3;
 
-/// Fitted power law of dp̄/dp₀ against the area fraction.
+/// Power law dp̄/dp₀ = β a^(μ−1) fitted to the area fraction a.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressureGrowth {
-    /// Exponent of the area fraction, which is μ − 1 for a contact evolution law.
+    /// Exponent of the area fraction a, which is μ − 1 for a contact evolution law.
     pub exponent: f64,
     /// Value of dp̄/dp₀ extrapolated to full contact, which is β for a contact evolution law.
     pub prefactor: f64,
@@ -26,7 +26,8 @@ pub struct PressureGrowth {
     pub goodness: GoodnessOfFit,
 }
 
-/// Intervals between neighbouring loads, to which the power law is fitted.
+/// Areas at the ends of intervals between neighbouring loads, to which the power law of dp̄/dp₀ is
+/// fitted.
 #[derive(Debug, Clone)]
 pub struct PressureGrowthProblem {
     window: Window,

@@ -20,7 +20,7 @@ const LEAST_DATA: usize = 2;
 /// Scaled error function 1 − a = erfc(β√2 y), fitted to the approach to full contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaledErf {
-    /// Factor β of the load, which is one in Persson's theory.
+    /// Factor β of the load in erfc(β√2 y). It is one in Persson's theory.
     pub beta: f64,
     /// Goodness of fit of ln(1 − a).
     ///
@@ -30,14 +30,14 @@ pub struct ScaledErf {
     pub local: Vec<(f64, f64)>,
 }
 
-/// Area curves to which a scaled error function is fitted.
+/// Areas at the loads of a window, to which a scaled error function is fitted.
 #[derive(Debug, Clone)]
 pub struct ScaledErfProblem {
     data: Data,
 }
 
 impl ScaledErfProblem {
-    /// Creates a problem from the loads inside a window.
+    /// Creates a problem from the areas at the loads inside a window.
     pub fn new(curves: &Curves, window: Window) -> Self {
         Self { data: curves.area_data(window) }
     }

@@ -23,15 +23,15 @@ const LEAST_RINGS: usize = 4;
 /// Maximum density, relative to the largest density, that counts as a rounding error.
 const ROUNDING: f64 = 1e-20;
 
-/// Minimum number of rings in a plateau.
+/// Minimum number of rings in a plateau. With fewer, the fit has no roll-off.
 const LEAST_PLATEAU: usize = 2;
 /// Minimum exponent 2(1 + H) for which the density counts as decreasing.
 const FLATTEST: f64 = 1e-6;
 /// Maximum exponent 2(1 + H); the fit fails if it reaches this value.
 const STEEPEST: f64 = 20.0;
-/// Maximum number of Newton steps for the exponent.
+/// Maximum number of Newton steps for the exponent 2(1 + H).
 const NEWTON_STEPS: usize = 50;
-/// Number of golden-section steps for the roll-off.
+/// Number of golden-section steps for the roll-off q_r.
 const GOLDEN_STEPS: usize = 40;
 
 /// Power spectral densities of all surfaces of an ensemble in one ring of wavenumbers.
@@ -190,7 +190,7 @@ impl SelfAffineProblem {
 struct Likelihood {
     /// Logarithm ln q of the wavenumber of each ring.
     logs: Vec<f64>,
-    /// Half the degrees of freedom of each mean density.
+    /// Half the degrees of freedom of the mean density of each ring.
     weights: Vec<f64>,
     densities: Vec<f64>,
 }
@@ -387,7 +387,8 @@ mod tests {
         }
     }
 
-    /// Measures the complete rings of drawn surfaces on a grid of 128² nodes.
+    /// Returns the densities of drawn surfaces on a grid of 128² nodes, in the rings that are
+    /// complete.
     fn measured(realizations: std::ops::Range<u32>) -> Vec<RingOfSurfaces> {
         let mut found: Vec<RingOfSurfaces> = Vec::new();
         for realization in realizations {

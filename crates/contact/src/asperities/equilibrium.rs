@@ -30,19 +30,19 @@ use crate::fft::{Kernel, Scratch, Transform};
 use crate::grid::Grid;
 use crate::solver::{Settings, Stop};
 
-/// Maximum number of earlier iterates that Anderson mixing uses.
+/// Maximum number of earlier iterates that the Anderson mixing uses.
 const DEPTH: usize = 6;
 
-/// Number of iterations within which the residual must decrease by 10 %.
+/// Maximum number of iterations in which the residual does not decrease by 10 %.
 ///
-/// Otherwise the mixing restarts with half the damping factor. Without the restart, contacts that
-/// alternately open and close would prevent convergence.
+/// After more iterations, the mixing restarts with half the damping factor. Without the restart,
+/// contacts that alternately open and close would prevent convergence.
 const PATIENCE: u32 = 25;
 
 /// Maximum number of Newton steps for the reference plane; about twelve are usual.
 const MAX_STEPS: usize = 100;
 
-/// Tolerance of the sum of the forces, relative to the load.
+/// Tolerance of |Σ Fᵢ − p₀ A₀|, relative to the load p₀ A₀.
 const BALANCE: f64 = 1e-14;
 
 /// Forces of the asperities in equilibrium with a load.
@@ -186,7 +186,7 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
 struct Mixing {
     /// Factor of the changes r.
     damping: f64,
-    /// Smallest residual, and the number of iterations since it was reached.
+    /// Smallest residual since the last restart, and the number of iterations since it was reached.
     least: (f64, u32),
     /// Last iterate u and its change r.
     last: Option<(Vec<f64>, Vec<f64>)>,
@@ -201,7 +201,8 @@ impl Default for Mixing {
 }
 
 impl Mixing {
-    /// Records the residual of the last iterate, and restarts the mixing if the residual stagnates.
+    /// Records the residual of the last iterate. Restarts the mixing with half the damping factor
+    /// if the residual has not decreased by 10 % within [`PATIENCE`] iterations.
     fn monitor(&mut self, residual: f64) {
         let (least, age) = self.least;
         if residual < 0.9 * least {

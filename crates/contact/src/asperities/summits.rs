@@ -10,10 +10,10 @@ use std::f64::consts::PI;
 use crate::grid::Grid;
 use crate::theory::models::hertz::Ellipse;
 
-/// Minimum ratio of the smaller to the larger principal curvature.
+/// Minimum ratio of the smaller to the larger principal curvature of a summit.
 ///
-/// On a coarse grid, the paraboloid of a summit can be a saddle. Its smaller curvature is then
-/// replaced by this fraction of the larger one.
+/// On a coarse grid, the osculating paraboloid of a summit can be a saddle. Its smaller curvature
+/// is then replaced by this fraction of the larger one.
 const LEAST_RATIO: f64 = 0.01;
 
 /// Position and contact parameters of a summit, in the units of [`Asperities`](super::Asperities).
@@ -33,7 +33,7 @@ pub struct Summit {
     pub angle: f64,
 }
 
-/// Finds the summits, in the order of their nodes.
+/// Finds the summits of a surface, in the order of their nodes.
 pub fn find(grid: Grid, heights: &[f64]) -> Vec<Summit> {
     let map = Map { grid, heights };
     let nodes = 0..grid.count();
@@ -140,7 +140,7 @@ impl Curvatures {
     }
 }
 
-/// Number of golden-section steps, which locate the maximum to 0.618²⁴ = 1e-5.
+/// Number of golden-section steps in [`maximum`]. They locate the maximum to 0.618²⁴ = 1e-5.
 const SECTIONS: usize = 24;
 
 /// Contact ellipse of a summit.
@@ -153,11 +153,12 @@ pub struct Contact {
     /// Cosine and sine of the angle between the major axis and the x axis.
     pub direction: [f64; 2],
     pub area: f64,
-    /// Pressure in the centre, which is 3/2 of the mean pressure.
+    /// Hertz pressure in the centre, 3/2 of the mean pressure.
     pub peak_pressure: f64,
 }
 
-/// Returns the contact ellipses of the summits with a positive approach.
+/// Returns the contact ellipses of the summits with a positive approach. `overlaps` contains the
+/// approach of each summit.
 pub fn contacts(summits: &[Summit], overlaps: &[f64]) -> Vec<Contact> {
     let touching = summits.iter().zip(overlaps);
     let touching = touching.filter(|(_, overlap)| **overlap > 0.0);

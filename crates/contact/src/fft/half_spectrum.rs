@@ -95,7 +95,7 @@ impl<T: Real> HalfSpectrum<T> {
         self.nodes[0] * self.columns()
     }
 
-    /// Splits a half spectrum into the filled rows and the others.
+    /// Splits a half spectrum into the rows below `filled_rows` and the other rows.
     fn split<'a>(&self, spectrum: &'a mut [Complex<T>]) -> [&'a mut [Complex<T>]; 2] {
         spectrum.split_at_mut(self.filled_rows * self.columns()).into()
     }

@@ -233,7 +233,8 @@ impl<T: Real> Packed<T> {
         &mut bytemuck::cast_slice_mut(tiles)[..self.tiles_len()]
     }
 
-    /// Splits each tile at the rows `firsts` of the mesh, and returns one share for each of them.
+    /// Splits each tile into parts that begin at the rows `firsts` of the mesh. Returns one share
+    /// of all tiles for each entry of `firsts`.
     fn cut_tiles<'a>(&self, tiles: &'a mut [T], firsts: &[usize]) -> Vec<Shares<'a, T>> {
         let ends = firsts[1..].iter().chain([&self.filled_rows]);
         let lengths: Vec<usize> =

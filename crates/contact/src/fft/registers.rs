@@ -44,7 +44,7 @@ pub trait Registers: Copy {
     fn add_product(self, c: Self::Lanes, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
     /// Returns c − a b, rounded once.
     fn sub_product(self, c: Self::Lanes, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
-    /// Returns a₀ b₀ a₁ b₁ …, in two registers.
+    /// Returns the numbers a₀, b₀, a₁, b₁, …, in two registers.
     fn zip(self, a: Self::Lanes, b: Self::Lanes) -> [Self::Lanes; 2];
 }
 
@@ -60,7 +60,7 @@ pub trait Vectorize: Pod {
     /// Number of values in a register: a power of two, at most [`MAX_LANES`].
     const LANES: usize;
 
-    /// Runs `work` with the registers of `instructions`.
+    /// Runs `work` with the registers of the instruction set `instructions`.
     fn vectorize(instructions: Instructions, work: impl Work<Self>);
 }
 

@@ -69,7 +69,7 @@ impl<'a, V> Band<'a, V> {
         Row::new(row.index - self.first, row.nodes).of_mut(self.values)
     }
 
-    /// Keeps the rows before `row` and returns the others.
+    /// Keeps the rows before `row`, and returns a band of the other rows.
     pub fn split_off(&mut self, row: Row) -> Self {
         let own = (row.index - self.first) * row.nodes;
         let (own, others) = std::mem::take(&mut self.values).split_at_mut(own);

@@ -99,8 +99,8 @@ fn power_is_the_same_in_space_and_in_the_spectrum() {
     }
 }
 
-/// Convolves in three separate steps in double precision: forward transform, product, inverse
-/// transform.
+/// Convolves a map with the kernel of [`factor`] in double precision and three separate steps:
+/// forward transform, product, inverse transform.
 fn convolved_apart(map: &[f64], nodes: [usize; 2]) -> Vec<f64> {
     let transform = Transform::new(nodes);
     let mut scratch = transform.scratch();
@@ -265,8 +265,8 @@ fn any_number_of_threads_has_the_same_bits() {
 
 #[test]
 fn every_row_is_seen_once_in_ascending_order() {
-    /// Pass that checks the order of rows: index of its first row, and of the row after the last
-    /// visited.
+    /// Pass that checks the order of rows. It stores the index of its first row, and the index
+    /// after the last visited row.
     struct Calls(usize, usize);
     impl Rows<f64> for Calls {
         fn row(&mut self, row: Row, values: &mut [f64]) {
@@ -430,7 +430,8 @@ fn multiply_returns_the_sum_of_map_times_convolved_map() {
     }
 }
 
-/// Nodes of maps and of the meshes in whose corner they are. Some maps end within a batch of rows.
+/// Numbers of nodes of a map, and of the mesh of which it fills a corner. Some maps end within a
+/// batch of rows.
 const CORNERS: [([usize; 2], [usize; 2]); 8] = [
     ([1, 1], [2, 2]),
     ([5, 7], [10, 14]),

@@ -12,16 +12,16 @@ pub const NONE: u32 = u32::MAX;
 
 /// Nodes of all channels that percolate along x or y. They are numbered in the order of the grid.
 pub struct Channels {
-    /// Whether a channel percolates along x, and whether one percolates along y.
+    /// `true` if a channel percolates: one entry for x and one for y.
     pub percolates: [bool; 2],
-    /// Number of nodes in these channels.
+    /// Number of nodes in all percolating channels.
     pub count: usize,
     /// Number of each node of the grid in these channels, or [`NONE`].
     numbers: Vec<u32>,
     /// Link of each node to its parent in the spanning forest, from the leaves to the roots. Roots
     /// have none.
     pub parent_links: Vec<ParentLink>,
-    /// Number of the root of each channel, and the largest conductance of its links.
+    /// Number of the root of each channel, and the conductance of its best link.
     roots: Vec<(u32, f64)>,
 }
 
@@ -37,7 +37,7 @@ pub struct ParentLink {
 }
 
 impl Channels {
-    /// Finds the channels that percolate.
+    /// Finds the channels that percolate along x or y.
     pub fn new(links: &Links) -> Channels {
         let forest = Forest::new(links);
         let percolation = forest.percolation(links);
@@ -86,9 +86,9 @@ impl Channels {
         numbered.filter(|(_, ends)| ends[0] != NONE as usize)
     }
 
-    /// Returns the graph of the channels.
+    /// Returns the graph of the nodes and links of the channels.
     ///
-    /// Each root is linked to the ground with the largest conductance of its links.
+    /// The root of each channel is linked to the ground, with the conductance of its best link.
     pub fn graph(&self, links: &Links) -> Graph {
         let links = || {
             let links = self.links(links);
@@ -282,7 +282,7 @@ pub struct Link {
     pub from: usize,
     pub to: usize,
     pub conductance: f64,
-    /// Whether the link crosses the seam, where the pressure has its step.
+    /// `true` if the link crosses the seam, where the pressure has its step.
     pub crosses_seam: bool,
 }
 

@@ -91,7 +91,7 @@ impl Graph {
         &self.grounds
     }
 
-    /// Iterates over the lower end, the higher end and the conductance of each link.
+    /// Iterates over the links, as triples of lower end, higher end and conductance.
     pub fn links(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         (0..self.count()).flat_map(|node| {
             let above = self.above(node);
@@ -264,7 +264,7 @@ impl ConjugateDirection {
         }
     }
 
-    /// Discards the last direction, so that the next step is not conjugate to it.
+    /// Resets the method: the next step is not made conjugate to the last direction.
     pub fn restart(&mut self) {
         self.curvature = [0.0; 2];
     }

@@ -22,7 +22,8 @@ const LEAST_GAIN: f64 = 0.1;
 
 /// Maximum number of conjugate-gradient steps on a graph of more than [`SMALL`] nodes.
 ///
-/// It limits the cost of all coarser levels to a few times the cost of the finest.
+/// This limit keeps the total cost of all coarser levels below a few times the cost of the finest
+/// level.
 const MAX_STEPS: usize = 6;
 
 /// Maximum number of conjugate-gradient steps on a graph of at most [`SMALL`] nodes.
@@ -84,7 +85,7 @@ impl Multigrid {
         cycle(&mut self.levels, is_interrupted)
     }
 
-    /// Returns the result of the last [`Multigrid::precondition`].
+    /// Returns the potentials that the last call of [`Multigrid::precondition`] computed.
     pub fn potentials(&self) -> &[Pair] {
         &self.levels[0].potentials
     }
@@ -183,7 +184,8 @@ pub struct Coarser {
 }
 
 impl Coarser {
-    /// Aggregates the nodes of a graph by two passes of pairwise aggregation.
+    /// Aggregates the nodes of a graph by two passes of pairwise aggregation, to about four nodes
+    /// per aggregate.
     pub fn new(graph: &Graph) -> Coarser {
         let pairs = Coarser::pairs(graph);
         let fours = Coarser::pairs(&pairs.graph);

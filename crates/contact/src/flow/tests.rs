@@ -85,7 +85,8 @@ fn slight_roughness_reduces_conductivity_by_three_halves_of_its_variance() {
     assert!((limit - 1.5).abs() < 1e-3, "{losses:?} {limit}");
 }
 
-/// Returns gaps like those of contacts: many are zero, the others span many decades.
+/// Returns a gap like the gaps of a rough contact, of which many are zero and the others span many
+/// decades.
 fn contact_like(i: usize, j: usize, nodes: usize) -> f64 {
     let [x, y] = [i, j].map(|index| TAU * index as f64 / nodes as f64);
     let height = (x + 0.3).cos() * (2.0 * y).cos()

@@ -87,7 +87,7 @@ impl ContactArea {
         self.counted().fraction()
     }
 
-    /// Returns the number of switches along all rows and columns.
+    /// Returns the total number of switches, along rows and along columns.
     pub fn switches(&self) -> usize {
         self.switches_along_rows + self.switches_along_columns
     }
@@ -125,7 +125,8 @@ impl ContactArea {
     }
 }
 
-/// One row of a map as bits, with 64 nodes per word.
+/// Row of a map as bits, with 64 nodes per word. Neighbours outside an isolated map count as the
+/// edge node itself.
 struct Row {
     /// Bit j is set if node j is in contact.
     bits: Vec<u64>,
@@ -168,13 +169,14 @@ impl Row {
     }
 }
 
-/// Coefficient π/8 of eq. (corrected_area) of Yastrebov, Anciaux & Molinari 2015.
+/// Correction coefficient π/8, eq. (corrected_area) of Yastrebov, Anciaux & Molinari 2015.
 ///
 /// With it, the corrected area is the mean of the areas with and without edge nodes. For solved
 /// contacts, the correction is three to four times as large as the error.
 pub const PI_OVER_EIGHT: f64 = PI / 8.0;
 
-/// Coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, Tribol. Int. 114 (2017) 161.
+/// Correction coefficient (π − 1 + ln 2)/24 of Yastrebov, Anciaux & Molinari, Tribol. Int. 114
+/// (2017) 161.
 pub const YASTREBOV_2017: f64 = (PI - 1.0 + LN_2) / 24.0;
 
 /// Returns S_d Δx/(L_x L_y) for square cells: the number of contact-gap cell edges per node.
@@ -210,7 +212,7 @@ pub struct CountedArea {
     pub nodes: usize,
     /// Number of nodes in contact.
     pub contact_nodes: usize,
-    /// Number of switches (cell edges between contact and gap) along all rows and columns.
+    /// Number of switches (cell edges between a contact and a gap node) along all rows and columns.
     pub switches: usize,
 }
 

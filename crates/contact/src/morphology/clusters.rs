@@ -40,11 +40,11 @@ pub struct Clusters {
     pub count: usize,
     /// Number of nodes of the largest cluster.
     pub largest: usize,
-    /// Whether a cluster percolates along x, across the rows.
+    /// `true` if a cluster percolates along x, across the rows.
     ///
     /// On an isolated map, such a cluster connects the first and the last row.
     pub around_x: bool,
-    /// Whether a cluster percolates along y, along the rows.
+    /// `true` if a cluster percolates along y, along the rows.
     ///
     /// On an isolated map, such a cluster connects the first and the last column.
     pub around_y: bool,
@@ -196,11 +196,11 @@ struct Forest {
     parent: Vec<u32>,
     /// Periodic image of each run relative to the image of its parent, in cells along x and y.
     ///
-    /// The offset of a root is zero.
+    /// For a root, it is zero.
     shift: Vec<[i32; 2]>,
     /// Number of nodes of a cluster, at the index of its root; other entries are not valid.
     size: Vec<usize>,
-    /// Whether a cluster percolates along x and along y.
+    /// `true` if a cluster percolates: one entry for x and one for y.
     around: [bool; 2],
 }
 
@@ -297,10 +297,11 @@ mod tests {
         Clusters { count, largest, around_x, around_y }
     }
 
-    /// Finds the clusters by flood fill over the periodic images of the cell.
+    /// Finds the clusters of contact (`contact`) or of gap by flood fill over the periodic images
+    /// of the cell.
     ///
-    /// A node that is reached again in another image closes a path around the cell. An isolated map
-    /// has one image.
+    /// If a node is reached again in another image, a path around the cell is closed. An isolated
+    /// map has one image.
     fn flood(map: &ContactMap, contact: bool) -> Clusters {
         let [rows, row_nodes] = map.nodes();
         let mut seen = vec![None; rows * row_nodes];

@@ -55,7 +55,7 @@ impl ContactMap {
         Self::from_pressures_on(&Threads::one(), nodes, pressures)
     }
 
-    /// Creates the map like [`ContactMap::from_pressures`], with several threads.
+    /// Creates the same map as [`ContactMap::from_pressures`], with several threads.
     pub fn from_pressures_on(threads: &Threads, nodes: [usize; 2], pressures: &[f64]) -> Self {
         assert_eq!(pressures.len(), nodes[0] * nodes[1]);
         let mut words = vec![0; pressures.len().div_ceil(WORD)];
@@ -213,7 +213,8 @@ pub(crate) mod samples {
         map([nodes; 2], contact)
     }
 
-    /// Returns a map of independent nodes that are in contact with the given probability.
+    /// Returns a map in which each node is in contact with the given probability, independently of
+    /// the others.
     pub fn random(nodes: [usize; 2], probability: f64) -> ContactMap {
         let draws = crate::topography::draws::Draws::new(5, nodes[1] as u32);
         map(nodes, |i, j| (-draws.mode(i as i32, j as u32).power()).exp() < probability)

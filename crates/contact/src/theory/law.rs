@@ -11,10 +11,10 @@
 //! with the load y = p₀/(E* h′). The computation uses Y = κy and t = βY^μ in the form
 //! a = Y(1 + t)^(−1/μ), because the printed form overflows for y → 0.
 
-/// Ratio a/y at vanishing load of the asperity model of Bush, Gibson & Thomas 1975: √(2π).
+/// Ratio a/y at vanishing load in the asperity model of Bush, Gibson & Thomas 1975: √(2π).
 pub const KAPPA_BGT: f64 = 2.506_628_274_631_000_5;
 
-/// Ratio a/y at vanishing load of the theory of Persson 2001: √(8/π).
+/// Ratio a/y at vanishing load in the theory of Persson 2001: √(8/π).
 pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
 
 /// Contact evolution law, eq. (cel) of Yastrebov, Anciaux & Molinari 2015.
@@ -45,7 +45,7 @@ pub struct ContactEvolution {
 }
 
 impl ContactEvolution {
-    /// Returns the area fraction under a load ≥ 0.
+    /// Returns the area fraction a under a load y ≥ 0.
     #[inline]
     pub fn area(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);

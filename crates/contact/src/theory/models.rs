@@ -20,7 +20,7 @@ use hertz::{Ellipse, EllipticityMeans};
 use quadrature::GaussLegendre;
 use summits::{GaussianHeights, Summits};
 
-/// Asperity model, defined by the shape that it assumes for the summits.
+/// Asperity model, which is defined by the assumed shape of the summits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AsperityModel {
     /// Elliptic Hertz contacts (Bush, Gibson & Thomas 1975).
@@ -93,7 +93,7 @@ const LAST_STEP: f64 = 1e-9;
 
 static PANEL: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
 
-/// Asperity model for isotropic Gaussian roughness of one Nayak parameter.
+/// Asperity model of isotropic Gaussian roughness with a given Nayak parameter.
 ///
 /// ```
 /// use std::f64::consts::TAU;
@@ -313,7 +313,8 @@ impl Asperities {
     ///
     /// All summits are spheres of one radius, and their heights do not depend on the curvature.
     fn only_class(&self) -> Class {
-        /// Published value; [`Summits::height_variance`] has more digits.
+        /// Constant of the variance of the summit heights as published;
+        /// [`Summits::height_variance`] has more digits.
         const VARIANCE: f64 = 0.8968;
         let curvature = self.summits.mean_curvature();
         let summits = self.summits.per_area();

@@ -95,16 +95,16 @@ impl Autocorrelation {
         }
     }
 
-    /// Returns A at lags of 0, 1, 2, … steps along an axis, up to half the side.
+    /// Returns A(r) at lags r of 0, 1, 2, … grid spacings along an axis, up to half the side.
     pub fn along(&self, axis: Axis) -> Vec<f64> {
         let step = axis.select([self.nodes[1], 1]);
         let lags = 0..=axis.select(self.grid.nodes()) / 2;
         lags.map(|lag| self.values[lag * step]).collect()
     }
 
-    /// Returns the means of A over rings of lags, up to half the shorter side.
+    /// Returns the means of A(r) over rings of lags r, up to half the shorter side.
     ///
-    /// A ring contains the lags whose lengths round to the same multiple of max(Δx, Δy).
+    /// A ring contains the lags with lengths |r| that round to the same multiple of max(Δx, Δy).
     pub fn rings(&self) -> Vec<LagRing> {
         let spacing = self.grid.spacing();
         let step = spacing[0].max(spacing[1]);

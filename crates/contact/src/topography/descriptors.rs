@@ -53,12 +53,12 @@ pub struct Descriptors {
 }
 
 impl Descriptors {
-    /// Computes the descriptors of a surface.
+    /// Computes the descriptors of a periodic surface.
     pub fn from_surface(surface: &Surface) -> Self {
         Self::from_surface_on(&Threads::one(), surface)
     }
 
-    /// Computes the descriptors like [`Descriptors::from_surface`], with several threads.
+    /// Computes the same as [`Descriptors::from_surface`], with several threads.
     pub fn from_surface_on(threads: &Threads, surface: &Surface) -> Self {
         let grid = surface.grid();
         let mut heights = from_first_node(surface.heights());
@@ -93,7 +93,8 @@ impl Descriptors {
     }
 }
 
-/// Returns the heights relative to the first node, which are exactly zero for a flat surface.
+/// Returns the heights minus the height of the first node. They are exactly zero for a flat
+/// surface.
 pub(super) fn from_first_node(heights: &[f64]) -> Vec<f64> {
     heights.iter().map(|height| height - heights[0]).collect()
 }
@@ -227,14 +228,15 @@ const MESOKURTIC: f64 = 1.0;
 /// With n modes of fixed amplitude, the excess kurtosis is −1.5/n.
 const ENOUGH_MODES: f64 = 10.0;
 
-/// Statistics, averaged over surfaces, that indicate anisotropy and non-Gaussian heights.
+/// Statistics of surfaces (means over several surfaces) that can show anisotropy and non-Gaussian
+/// heights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Spectral moments m₂₀ and m₀₂: mean square slopes along x and y.
     pub slopes: [f64; 2],
     /// Spectral moments m₄₀ and m₀₄: mean square curvatures along x and y.
     pub curvatures: [f64; 2],
-    /// Spectral moment m₂₂, which is m₄/3 for isotropic surfaces.
+    /// Spectral moment m₂₂, which equals m₄/3 for isotropic surfaces.
     pub mixed: f64,
     /// Skewness of the heights, or `None` if it is unknown.
     pub skewness: Option<f64>,
@@ -245,9 +247,9 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Returns each statistic that contradicts isotropic Gaussian roughness, as name and value.
+    /// Returns the name and value of each statistic that contradicts isotropic Gaussian roughness.
     ///
-    /// The list is empty if the statistics are compatible with isotropic Gaussian roughness.
+    /// The list is empty if no statistic contradicts it.
     pub fn departures(&self) -> Vec<String> {
         let [[along_x, along_y], [bent_x, bent_y]] = [self.slopes, self.curvatures];
         let ratios = [

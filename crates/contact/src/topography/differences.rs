@@ -73,9 +73,9 @@ fn mean_over([nodes_x, nodes_y]: [usize; 2], value: impl Fn(usize, usize) -> f64
 pub struct Scale {
     /// Distance ℓ, in grid spacings along the axis.
     pub steps: usize,
-    /// Rms slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩.
+    /// Rms slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩ along the axis.
     pub slope: f64,
-    /// Rms curvature √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩, in 1/length.
+    /// Rms curvature √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩ along the axis, in 1/length.
     pub curvature: f64,
 }
 

@@ -33,9 +33,9 @@ pub struct Draws {
 /// Two independent uniform random numbers of one mode, which give a complex Gaussian number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeDraw {
-    /// Uniform random number in (0, 1].
+    /// Uniform random number in (0, 1], from which the modulus is computed.
     magnitude: f64,
-    /// Uniform random number in [0, 1).
+    /// Uniform random number in [0, 1): the phase, as a fraction of a turn.
     turn: f64,
 }
 
@@ -68,15 +68,15 @@ impl Draws {
 }
 
 impl ModeDraw {
-    /// Returns the squared modulus of a complex Gaussian: exponentially distributed with mean one.
+    /// Returns |z|² of a complex Gaussian number z. It is exponentially distributed with mean one.
     pub fn power(self) -> f64 {
         -libm::log(self.magnitude)
     }
 
-    /// Returns a complex number of modulus one, uniform over the circle and independent of the
-    /// power.
+    /// Returns z/|z| of the complex Gaussian number z of [`power`](Self::power). It is uniform over
+    /// the unit circle and independent of |z|.
     ///
-    /// √power × phase is (n₁ + i n₂)/√2 with two standard normal numbers (Box & Muller).
+    /// z = (n₁ + i n₂)/√2, with two standard normal numbers n₁ and n₂ (Box & Muller).
     pub fn phase(self) -> Complex<f64> {
         let (sine, cosine) = libm::sincos(TAU * self.turn);
         Complex::new(cosine, sine)

@@ -35,9 +35,10 @@ pub struct Bin {
 }
 
 impl Histogram {
-    /// Counts the heights in `bins` bins of equal width from −`range` to +`range` rms heights.
+    /// Counts the heights in `bins` bins of equal width, from −`range` to +`range` times the rms
+    /// height about the mean.
     ///
-    /// `bins` must be at least one and `range` positive. All scaled heights of a flat surface are
+    /// `bins` must be at least one and `range` positive. The heights of a flat surface count as
     /// zero.
     pub fn from_surface(surface: &Surface, bins: usize, range: f64) -> Self {
         let heights = from_first_node(surface.heights());
@@ -92,7 +93,7 @@ struct Sums {
 pub struct PooledBin {
     /// Centre of the bin, in units of the rms height.
     pub center: f64,
-    /// Mean of the probability density over the surfaces.
+    /// Mean over the surfaces of the probability density in the bin.
     pub mean: f64,
     /// Sample standard deviation of the probability density between surfaces, or `None` for one
     /// surface.

@@ -41,13 +41,13 @@ pub struct Moments {
     pub m20: f64,
     /// Mean square slope along y.
     pub m02: f64,
-    /// Mean square of the mixed second derivative.
+    /// Mean square of the mixed second derivative, ⟨h_xy²⟩.
     pub m22: f64,
     /// Mean square second derivative along x.
     pub m40: f64,
     /// Mean square second derivative along y.
     pub m04: f64,
-    /// Sum Σ P_j² over pairs of modes ±k, where P_j is the power of a pair, in length⁴.
+    /// Σ P_j² over pairs of modes ±k, in length⁴. The power P_j is the sum of |ĥ|² of both modes.
     pub squared_pair_power: f64,
 }
 
@@ -113,7 +113,8 @@ impl Moments {
         if second > 0.0 { 3_f64.sqrt() / (18.0 * PI) * self.fourth() / second } else { 0.0 }
     }
 
-    /// Returns the number of summits per (L/2π)², where L is the longer side of the cell.
+    /// Returns [`summit_density`](Self::summit_density) × (L/2π)², where L is the longer side of
+    /// the cell.
     ///
     /// This is the density for integer wavenumbers, which Yastrebov, Anciaux & Molinari 2015
     /// tabulate.

@@ -26,16 +26,16 @@ use crate::grid::Boundary;
 /// The equivalent noise bandwidth of the window is 3/2 modes along each axis (Harris 1978).
 pub const INDEPENDENT_FRACTION: f64 = 4.0 / 9.0;
 
-/// Ring of modes whose wavenumbers, in units of 2π/L, round to the same integer.
+/// Ring of modes with wavenumbers |k| that round to the same integer, in units of 2π/L.
 ///
 /// L is the longer side of the cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
     /// Rounded wavenumber, in units of 2π/L.
     pub waves: u32,
-    /// Number of modes in the ring; k and −k count as two.
+    /// Number of modes in the ring. The modes k and −k count as two.
     pub modes: u32,
-    /// Mean of C(q) over the modes, in length⁴.
+    /// Mean of C(q) over the modes of the ring, in length⁴.
     pub density: f64,
 }
 

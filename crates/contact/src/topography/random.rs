@@ -18,7 +18,7 @@ pub enum Amplitude {
     /// realizations.
     #[serde(rename = "filter")]
     Gaussian,
-    /// Moduli that follow the spectral density exactly, with random phases.
+    /// Moduli proportional to the square root of the spectral density, with random phases.
     #[serde(rename = "random-phase")]
     Deterministic,
 }
@@ -45,7 +45,7 @@ pub enum Amplitude {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RandomSurface {
-    /// Power spectral density, to which the mean power of the modes is proportional.
+    /// Power spectral density. The expected power of each mode is proportional to it.
     #[serde(flatten)]
     pub spectrum: Spectrum,
     /// Distribution of the modulus of each mode.
@@ -55,7 +55,7 @@ pub struct RandomSurface {
     pub rms_slope: f64,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Index of the realization; realizations are statistically independent.
+    /// Index of the realization. Realizations are statistically independent.
     pub realization: u32,
 }
 

@@ -206,11 +206,11 @@ fn check_densities(densities: impl Iterator<Item = f64>) -> Result<(), SpectralD
 pub struct TabulatedSurface<'a> {
     /// Power spectral density, in the unit of the grid's sides.
     pub density: &'a SpectralDensity,
-    /// Rms slope √⟨|∇h|²⟩ to which the heights are scaled; `None` does not scale them.
+    /// Rms slope √⟨|∇h|²⟩ to which the heights are scaled. If it is `None`, they are not scaled.
     pub rms_slope: Option<f64>,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Index of the realization; realizations are statistically independent.
+    /// Index of the realization. Realizations are statistically independent.
     pub realization: u32,
 }
 
@@ -220,7 +220,7 @@ impl TabulatedSurface<'_> {
         self.draw_on(&Threads::one(), grid)
     }
 
-    /// Draws the heights on a grid like [`TabulatedSurface::draw`], with several threads.
+    /// Draws the same heights as [`TabulatedSurface::draw`], with several threads.
     pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
         let mut waves = Waves::new(grid.nodes());
         let mut sum = MomentSum::new(grid.cell());
@@ -417,7 +417,7 @@ mod tests {
         assert!(surface(&density, 0).draw(square(16, 1.0)).heights() == [0.0; 256]);
     }
 
-    /// Returns the mean densities of rings over several surfaces.
+    /// Returns the rings of drawn surfaces, with their densities averaged over the surfaces.
     fn mean_rings(density: &SpectralDensity, grid: Grid, surfaces: u32) -> Vec<Ring> {
         let mut mean: Vec<Ring> = Vec::new();
         for realization in 0..surfaces {

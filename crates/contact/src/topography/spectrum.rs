@@ -65,9 +65,9 @@ impl Densities {
 /// Modes with one `k_x` and consecutive `k_y`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeRow {
-    /// Signed number of waves along x.
+    /// Signed number of periods of the modes along x.
     pub k_x: i32,
-    /// Range of the numbers of waves along y.
+    /// Range of the numbers of periods of the modes along y.
     pub k_y: RangeInclusive<u32>,
 }
 
@@ -84,7 +84,7 @@ impl Spectrum {
         libm::pow(ratio, -(1.0 + self.hurst))
     }
 
-    /// Returns an empty cache of densities.
+    /// Returns an empty cache for [`density`](Self::density).
     pub fn densities(&self) -> Densities {
         let lengths = square(self.k_upper).min(MAX_CACHED as f64) as usize + 1;
         Densities { spectrum: *self, cached: vec![f64::NAN; lengths] }
@@ -97,7 +97,7 @@ impl Spectrum {
         stretched.unwrap_or(SquareLength::ISOTROPIC)
     }
 
-    /// Iterates over one mode of each pair ±k of a cell.
+    /// Iterates over one mode of each pair ±k of the spectrum in a cell.
     ///
     /// These are the modes with k_y > 0, and those with k_y = 0 and k_x > 0. They are in ascending
     /// order of k_x, then of k_y.

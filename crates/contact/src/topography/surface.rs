@@ -85,7 +85,7 @@ impl Surface {
         &self.heights
     }
 
-    /// Multiplies the heights by a factor.
+    /// Returns the surface with all heights multiplied by `factor`.
     ///
     /// # Errors
     /// Fails if a height overflows.

@@ -48,7 +48,7 @@ pub fn fit(
 struct VariableProjection<'a> {
     problem: &'a LimitProblem,
     forms: &'a [TermForm],
-    /// Mean of each used point, divided by its standard error.
+    /// Mean of the observable at each used point, divided by its standard error.
     data: DVector<f64>,
     /// Indices of the used points.
     rows: &'a [usize],

@@ -29,7 +29,7 @@ pub struct Columns<T> {
 
 impl<T: Real> Columns<T> {
     /// Plans the transforms of columns of N_x/2 complex numbers, with N_x = `nodes[0]`. Returns
-    /// `None` if the number of blocks has prime factors other than 2, 3 and 5.
+    /// `None` unless N_x/(2 `lanes`) has only the factors 2, 3 and 5.
     pub fn new(nodes: [usize; 2], lanes: usize) -> Option<Self> {
         let length = nodes[0];
         let blocks = length / 2 / lanes;
@@ -124,7 +124,7 @@ pub struct Pair<'a, T> {
     far: Option<&'a mut [T]>,
     /// Factors S and D of the tile `near`, as [`Columns::kernel`] orders them.
     kernel: &'a [T],
-    /// Whether `near` is the tile with k = 0.
+    /// `true` if `near` is the tile with k = 0.
     lowest: bool,
     /// Contribution of this pair to Σ f (k∗f) over the nodes, with the map f and the kernel k.
     /// [`Convolve`] sets it.

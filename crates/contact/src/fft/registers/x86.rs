@@ -189,7 +189,7 @@ fn zip_4(v: V3, a: __m256d, b: __m256d) -> [__m256d; 2] {
     ]
 }
 
-/// Computation, and the registers on which it runs.
+/// Computation with the registers on which it runs, for pulp's dispatch to an instruction set.
 struct Run<W, R>(W, R);
 
 impl<R: Registers, W: Work<R::Number>> NullaryFnOnce for Run<W, R> {

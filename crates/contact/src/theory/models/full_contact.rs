@@ -7,7 +7,7 @@
 
 use crate::theory::persson;
 
-/// Ratio of the area of an isolated crack to the area under tension in full contact.
+/// Ratio of the area of an isolated crack to the area that would be under tension in full contact.
 pub const CRACK_OVER_TENSION: f64 = 1.5;
 
 /// Returns the non-contact fraction (3/4) erfc(√2 y) under a load near full contact.

@@ -38,7 +38,7 @@ impl Summits {
         self.m0 * self.m4 / (self.m2 * self.m2)
     }
 
-    /// Returns the number of summits per unit area.
+    /// Returns the number of summits per unit area, √3/(18π) m4/m2.
     pub fn per_area(&self) -> f64 {
         self.m4 / (6.0 * PI * 3_f64.sqrt() * self.m2)
     }
@@ -75,9 +75,9 @@ impl Summits {
         (self.curvature_variance() - self.m2 * self.m2 / self.m0).max(0.0)
     }
 
-    /// Returns the height distribution of all points with the mean curvature H.
+    /// Returns the distribution of the heights of all points with the mean curvature H.
     ///
-    /// The summits with this mean curvature have the same distribution.
+    /// The heights of the summits with this mean curvature have the same distribution.
     pub(crate) fn heights(&self, mean_curvature: f64) -> GaussianHeights {
         let regression = self.m2 / self.curvature_variance();
         GaussianHeights {
@@ -109,7 +109,7 @@ impl Summits {
 /// Number of standard deviations beyond which the normal density is negligible.
 const REACH: f64 = 9.0;
 
-/// Normal distribution of the heights z of summits.
+/// Normal distribution of the heights z of the summits of one mean curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GaussianHeights {
     pub mean: f64,
