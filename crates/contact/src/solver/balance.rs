@@ -18,7 +18,7 @@ use super::{Hardness, Solver};
 /// free nodes instead of a sample.
 const BALANCED_REDUCTION: f64 = 1e-3;
 
-/// Sum of all pressures and mean gap of the free nodes, which are tracked while the hardness bounds
+/// Sum of all pressures, and mean gap of the free nodes. Both are tracked while the hardness bounds
 /// the pressures.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {

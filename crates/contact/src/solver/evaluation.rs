@@ -59,8 +59,8 @@ impl Solver {
     /// Sets the pressures to those of the inner solver after the update `pending`, and evaluates
     /// them.
     ///
-    /// Adds `offset`, about the mean gap in contact, to the reference of the gaps, so that gaps in
-    /// contact become small and keep all their digits.
+    /// Adds `offset`, approximately the mean gap in contact, to the reference of the gaps, so that
+    /// gaps in contact become small and keep all their digits.
     pub(super) fn evaluate_inner(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
         if let Some(hardness) = self.inner.bound {
             self.promote_yielding(hardness, pending);
@@ -96,7 +96,7 @@ impl Solver {
     /// Evaluates the pressures after the step of which `line` is the line search. If only a part of
     /// the step is to be kept, undoes the rest and evaluates again.
     ///
-    /// `offset` is about the mean gap in contact before the step.
+    /// `offset` is approximately the mean gap in contact before the step. `history` is updated.
     pub(super) fn evaluate_step(
         &mut self,
         history: &mut History,

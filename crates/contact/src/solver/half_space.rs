@@ -225,7 +225,8 @@ impl Stiffness {
         transform.finish_and_store(rows, scratch);
     }
 
-    /// Passes the stored rows 2i and 2i + 1 of the map to `rows`, for each i in `pairs`.
+    /// Passes rows 2i and 2i + 1 of the map to `rows`, for each i in `pairs`, as stored by
+    /// [`Stiffness::finish_and_store`].
     pub fn peek_stored(
         &mut self,
         pairs: &[usize],
@@ -237,7 +238,7 @@ impl Stiffness {
         in_corner(self.map, rows, |rows| transform.peek_stored(pairs, rows, scratch));
     }
 
-    /// Passes all stored rows of the map to `rows`.
+    /// Passes all rows of the map to `rows`, as stored by [`Stiffness::finish_and_store`].
     pub fn read_stored(
         &mut self,
         rows: &mut impl Rows<f32>,

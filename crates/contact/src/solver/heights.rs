@@ -147,7 +147,7 @@ pub struct CountHeights<'a> {
     counts: [u32; BINS],
 }
 
-/// Bin of a histogram of heights that contains the n-th highest node.
+/// Bin of a histogram of heights that contains the n-th highest node, for a given n.
 #[derive(Debug, Clone, Copy)]
 pub struct LevelBin {
     /// Number of nodes above the upper end of the bin.

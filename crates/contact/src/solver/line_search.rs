@@ -136,8 +136,8 @@ impl LineSearch {
         (self.pressure_on_gap + part * (linear + part * curvature)) / self.total
     }
 
-    /// Predicts [`LineSearch::offset`] after the whole step, with the curvature for which the whole
-    /// step is best.
+    /// Predicts [`LineSearch::offset`] after the whole step, assuming the curvature for which the
+    /// whole step is best.
     pub fn expected_offset(&self) -> f64 {
         self.offset(1.0, self.slope.abs())
     }
@@ -303,8 +303,8 @@ pub struct LastStep {
     pub pending: PendingUpdate,
     /// ⟨d, A d⟩, twice the elastic energy of the step alone; A maps pressures to displacements.
     pub curvature: f64,
-    /// Best fraction of the step minus one, at most one: positive if a longer step would have
-    /// lowered the energy further. Zero if a part of the step is undone.
+    /// Best fraction of the step (the fraction at which the energy is lowest) minus one, at most
+    /// one. It is positive if the step was too short, and zero if a part of it is undone.
     pub missed: f64,
     pub offset_change: f64,
 }

@@ -123,7 +123,7 @@ impl Coarser {
     /// result on the finest of them.
     ///
     /// `bound` is the upper bound of the pressures; it requires that [`Coarser::new`] was given a
-    /// hardness. The gaps, pressures and last steps of `finer` are overwritten.
+    /// hardness. The gaps, pressure increments and last steps of `finer` are overwritten.
     pub fn find(
         &mut self,
         finer: &mut InnerSolver,

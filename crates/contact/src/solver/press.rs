@@ -28,8 +28,8 @@ const MAX_FRACTION_OF_DISPLACEMENT: f64 = 0.1;
 /// Largest accepted rounding error of the residual, as a fraction of the tolerance.
 const MAX_ROUNDING: f64 = 0.01;
 
-/// Maximum number of times per load that [`Solver::decide`] changes the contact. After that, a
-/// solution within the tolerance is accepted as it is.
+/// Maximum number of times that [`Solver::solve`] lets [`Solver::decide`] change the contact. After
+/// that, it accepts a solution within the tolerance as it is.
 const DECISIONS: u32 = 2;
 
 impl Solver {

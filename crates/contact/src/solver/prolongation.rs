@@ -58,7 +58,7 @@ impl CoarseContact {
     }
 
     /// Sets the map to s p − g of `inner` after the update `pending`, with s = `compliance`. Gaps
-    /// are measured from `offset`, about the mean gap in contact.
+    /// are measured from `offset`, approximately the mean gap in contact.
     pub fn take_iterate(
         &mut self,
         inner: &InnerSolver,
@@ -97,7 +97,8 @@ impl CoarseContact {
 }
 
 impl InnerSolver {
-    /// Returns the factor s of the map s p − g from which iterations on this mesh start.
+    /// Returns the factor s of the map s p − g with which iterations on this mesh begin, where p
+    /// and g are the pressure and the gap on the next coarser mesh.
     pub fn compliance(&self) -> f64 {
         COMPLIANCES * self.nodal_compliance
     }
@@ -139,7 +140,8 @@ impl InnerSolver {
     }
 
     /// Begins new iterations from the present pressures after the update `pending`; takes one
-    /// transform pair. Adds `offset`, about the mean gap in contact, to the reference of the gaps.
+    /// transform pair. Adds `offset`, approximately the mean gap in contact, to the reference of
+    /// the gaps.
     pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> Start {
         self.reference += offset;
         let update = AppliedUpdate::new(pending, self.ceiling());

@@ -52,8 +52,8 @@ impl Solver {
     ///
     /// If the guess is extrapolated from the last two solutions, extrapolates the gaps as well,
     /// because gaps are linear in pressures, and returns the start of the iterations. Extrapolated
-    /// pressures may be negative; the first step clips them. Otherwise returns `None`, because the
-    /// guess must be evaluated to find its gaps.
+    /// pressures may be negative; the first step clips them. Any other guess must be evaluated to
+    /// find its gaps, and the result is `None`.
     pub(super) fn guess(&mut self, load: f64) -> Option<Start> {
         let is_light = self.is_light(load);
         self.set_height_reference(if is_light { self.highest } else { 0.0 });

@@ -293,7 +293,7 @@ fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], va
 }
 
 /// Output of the transpose of the extension: one value for each of the smallest blocks, which is
-/// added at the free nodes of this block only.
+/// used at the free nodes of this block only.
 pub struct TransposeOutput<'a> {
     smallest: &'a Level,
     /// Present row of blocks, with the value of each block repeated for each of its nodes.
