@@ -84,8 +84,8 @@ pub trait Rows<T>: Sized + Send {
 
     /// Keeps the rows before `row`, and returns a pass over the other rows.
     ///
-    /// Called before any row is visited. `row` is even or the end of the map. If the pass visits
-    /// all rows, it is a multiple of [`ROW_BATCH`] or the end of the map.
+    /// This method is called before any row is visited. `row` is even or the end of the map. If the
+    /// pass visits all rows, `row` is a multiple of [`ROW_BATCH`] or the end of the map.
     fn split_off(&mut self, row: Row) -> Self;
 
     /// Merges the results of `later`, a pass that [`split_off`](Self::split_off) has returned and
@@ -249,8 +249,8 @@ impl<T: Real> Transform<T> {
         self.finish(&mut Sink(Band::new(out)), scratch);
     }
 
-    /// Begins the convolution of the map whose rows the pass `rows` writes, and leaves their
-    /// transforms in `scratch`.
+    /// Begins a convolution: the pass `rows` writes the rows of the map, and their transforms are
+    /// left in `scratch`.
     pub fn begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Nothing, Stored::Spectra, rows, scratch);
     }
@@ -262,8 +262,8 @@ impl<T: Real> Transform<T> {
 
     /// Multiplies the spectrum that [`begin`](Self::begin) left in `scratch` by a kernel.
     ///
-    /// A few columns at a time are transformed forward, multiplied and transformed back. Returns Σ
-    /// f (k∗f) over the nodes, with the map f and the kernel k.
+    /// A few columns at a time are transformed forward, multiplied and transformed back. Returns
+    /// Σ f (k∗f) over the nodes, with the map f and the kernel k.
     pub fn multiply(&self, kernel: &Kernel<T>, scratch: &mut Scratch<T>) -> f64 {
         assert_eq!(kernel.nodes, self.nodes, "the kernel is for another mesh");
         let factors = &kernel.factors;
@@ -292,8 +292,9 @@ impl<T: Real> Transform<T> {
         self.pass(Stored::Spectra, Stored::Rows, rows, scratch);
     }
 
-    /// Passes each row that [`finish_and_store`](Self::finish_and_store) has stored to `rows`, and
-    /// begins the convolution of the map whose rows `rows` writes in their place.
+    /// Begins a convolution from stored rows: passes each row that
+    /// [`finish_and_store`](Self::finish_and_store) has stored to `rows`, which replaces it by a
+    /// row of the next map.
     pub(crate) fn begin_from_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Rows, Stored::Spectra, rows, scratch);
     }
@@ -367,15 +368,15 @@ impl<T: Real> Transform<T> {
     }
 }
 
-/// Implementation that convolves this mesh, with the threads and its buffers.
+/// Implementation that convolves maps on this mesh, with the threads and its buffers.
 enum Method<'a, T> {
     Packed(&'a Packed<T>, &'a Threads, &'a mut packed::Scratch<T>),
     HalfSpectrum(&'a HalfSpectrum<T>, &'a Threads, &'a mut half_spectrum::Scratch<T>),
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes the memory of `other`, so that transforms of two precisions can share it. Convolutions
-    /// in progress in either scratch are lost.
+    /// Takes the memory of `other`, so that transforms of two precisions can share it. The
+    /// convolutions in progress in both scratches are lost.
     pub(crate) fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         other.half_spectrum.release();
         if let (Some(own), Some(other)) = (&mut self.packed, &mut other.packed) {

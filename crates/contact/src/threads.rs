@@ -61,9 +61,9 @@ pub struct Threads {
 
 #[derive(Debug)]
 struct Cores {
-    /// Pool of `count − 1` threads; the calling thread is the last one. With one more thread in the
-    /// pool, the caller would have to compete for its core, because idle threads of a pool wake up
-    /// for any work.
+    /// Pool of `count − 1` threads. The calling thread is the last of the `count` threads. With one
+    /// more thread in the pool, the caller would have to compete for its core, because idle threads
+    /// of a pool wake up for any work.
     pool: ThreadPool,
     count: usize,
     in_use: Mutex<InUse>,

@@ -82,7 +82,7 @@ impl Resample {
 pub enum Estimate {
     /// Estimate of a positive parameter. Its interval is symmetric for the logarithm.
     Positive(f64),
-    /// Estimate of a parameter of either sign. Its interval is symmetric.
+    /// Estimate of a parameter that can be positive or negative. Its interval is symmetric.
     Real(f64),
 }
 

@@ -14,9 +14,10 @@ use super::bootstrap::{Bootstrap, Estimate, Intervals, Resample};
 use super::evolution::{EvolutionFit, EvolutionProblem, Kappa};
 use super::least_squares::{Residuals, minimize};
 
-/// Ratio of successive κ in the search for a sign change.
+/// Ratio of successive κ in the search for a sign change of the [`MuDerivative`].
 const SCAN_RATIO: f64 = 0.9;
-/// Maximum number of steps away from a given κ in the search for a sign change near it.
+/// Maximum number of steps from a given κ in the search for a sign change of the [`MuDerivative`]
+/// near it.
 const NEAR_STEPS: i32 = 6;
 /// Maximum number of doublings of κ, starting from twice the largest slope of the data.
 const DOUBLINGS: usize = 6;

@@ -286,7 +286,7 @@ pub(super) struct Model<'a, const P: usize> {
 }
 
 impl<const P: usize> Model<'_, P> {
-    /// Returns the law with the given logarithms of the free parameters.
+    /// Returns the law with the given free parameters: the first `P` of ln β, ln μ and ln κ.
     pub(super) fn law(&self, logarithms: [f64; P]) -> ContactEvolution {
         let parameter =
             |index: usize, fixed: f64| logarithms.get(index).map_or(fixed, |ln| ln.exp());

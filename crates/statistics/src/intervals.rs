@@ -52,8 +52,8 @@ impl Bound {
         self.error == 0.0 && self.systematic == 0.0
     }
 
-    /// Returns the confidence interval of this quantity, so wide that the intervals of `quantities`
-    /// quantities hold simultaneously at the level [`LEVEL`].
+    /// Returns a confidence interval that is wide enough for several quantities: the intervals of
+    /// `quantities` quantities contain all true values with the probability [`LEVEL`].
     pub fn simultaneous(&self, quantities: usize) -> [f64; 2] {
         self.interval(1.0 - (1.0 - LEVEL) / quantities.max(1) as f64, self.surfaces)
     }
@@ -67,7 +67,7 @@ impl Bound {
     /// Returns the lower and the upper one-sided bound for a sample that is tested `looks` times
     /// while it grows.
     ///
-    /// The lower bounds of all tests together hold at the level [`LEVEL`], and so do the upper
+    /// All lower bounds together are valid with the probability [`LEVEL`], and so are all upper
     /// bounds.
     pub fn one_sided_of(&self, looks: usize) -> [f64; 2] {
         let beyond = 1.0 - (2.0 * LEVEL - 1.0);

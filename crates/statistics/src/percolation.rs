@@ -29,15 +29,14 @@ use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::intervals::two_sided_quantile;
 use super::{FitError, Window};
 
-/// Direction along which the channels must be sealed, or both directions.
+/// Directions along which the channels through the gap must be sealed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channels {
-    /// Only the channels along x.
+    /// Channels along x only.
     AlongX,
-    /// Only the channels along y.
+    /// Channels along y only.
     AlongY,
-    /// The channels along x and those along y. The threshold of a surface is the mean of both
-    /// thresholds.
+    /// Channels along x and along y. The threshold of a surface is the mean of both thresholds.
     AlongBoth,
 }
 
@@ -55,7 +54,8 @@ pub struct Interface {
     pub is_open: [bool; 2],
 }
 
-/// Percolation threshold: contact area and load at which the gap of a surface seals.
+/// Percolation threshold of a surface, or the mean of several: contact area and load at which the
+/// gap seals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Threshold {
     /// Fraction of the nodes in contact.

@@ -24,9 +24,9 @@ const NODES_TOGETHER: usize = 32;
 
 /// Isotropic half-space under a pressure that is zero outside the map.
 ///
-/// Displacements are relative to points far away. The stiffness is approximate: the pressure that
-/// flattens a surface diverges at the edges of the map, with either sign, so no finite pressure
-/// does.
+/// Displacements are relative to points far away. The stiffness is approximate. No finite pressure
+/// flattens a surface completely, because the flattening pressure is infinite at the edges of the
+/// map, positive or negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeHalfSpace {
     grid: Grid,
@@ -38,7 +38,7 @@ pub struct FreeHalfSpace {
 }
 
 impl FreeHalfSpace {
-    /// Creates the half-space below a grid whose nodes are the centres of cells.
+    /// Creates the half-space below a grid. Nodes are the centres of cells with uniform pressure.
     ///
     /// Only the ratio of the sides L_x and L_y matters.
     pub fn new(grid: Grid) -> Self {

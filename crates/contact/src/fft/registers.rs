@@ -95,7 +95,7 @@ impl Vectorize for f64 {
 /// Content of a processor register, one or two of which form a register of `R`.
 pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
 
-/// Transposes the matrix whose rows are the first `LANES` registers.
+/// Transposes the square matrix in the first `LANES` registers, one row in each.
 ///
 /// The matrix is divided into square blocks with the width of a processor register. Each block is
 /// transposed, and blocks above the diagonal are exchanged with those below.
@@ -126,7 +126,7 @@ pub fn transpose<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]) {
     }
 }
 
-/// Transposes the matrix whose rows are the first `LANES` processor registers.
+/// Transposes the square matrix in the first `LANES` processor registers, one row in each.
 ///
 /// Each of log₂ `LANES` rounds interleaves rows i and i + `LANES`/2. A round rotates the binary
 /// digits of the index row × `LANES` + lane to the left by one digit.

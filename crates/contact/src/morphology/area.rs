@@ -5,11 +5,12 @@ use std::f64::consts::{LN_2, PI};
 use super::map::ContactMap;
 use crate::grid::{Boundary, Grid};
 
-/// Numbers of contact nodes, switches and edge nodes of a contact map.
+/// Numbers of contact nodes, edge nodes and switches (cell edges between contact and gap) of a
+/// contact map.
 ///
-/// A *switch* is a cell edge between two neighbouring nodes of which only one is in contact. On a
-/// periodic map, all nodes have neighbours on all sides. On an isolated map, neighbours outside the
-/// map are missing, and they do not make a contact node an edge node.
+/// A *switch* is the common cell edge of two neighbouring nodes of which only one is in contact. On
+/// a periodic map, all nodes have neighbours on all sides. On an isolated map, neighbours outside
+/// the map are missing, and they do not make a contact node an edge node.
 ///
 /// ```
 /// use asperity_contact::grid::Grid;
@@ -32,9 +33,11 @@ pub struct ContactArea {
     pub nodes: [usize; 2],
     /// Number of nodes in contact.
     pub contact_nodes: usize,
-    /// Number of switches between nodes (i, j) and (i, j + 1), which have the length Δx.
+    /// Number of switches (cell edges between contact and gap) between nodes (i, j) and (i, j + 1).
+    /// They have the length Δx.
     pub switches_along_rows: usize,
-    /// Number of switches between nodes (i, j) and (i + 1, j), which have the length Δy.
+    /// Number of switches (cell edges between contact and gap) between nodes (i, j) and (i + 1, j).
+    /// They have the length Δy.
     pub switches_along_columns: usize,
     /// Number of contact nodes of which at least one of the 4 nearest neighbours is not in contact.
     pub edge_nodes_4: usize,
@@ -45,7 +48,8 @@ pub struct ContactArea {
 }
 
 impl ContactArea {
-    /// Counts the contact nodes, the edge nodes and the switches of a map.
+    /// Counts the contact nodes, the edge nodes and the cell edges between contact and gap of a
+    /// map.
     pub fn from_map(map: &ContactMap) -> Self {
         let nodes = map.nodes();
         let mut area = Self {
@@ -87,14 +91,17 @@ impl ContactArea {
         self.counted().fraction()
     }
 
-    /// Returns the total number of switches, along rows and along columns.
+    /// Returns the total number of switches (cell edges between contact and gap), along rows and
+    /// along columns.
     pub fn switches(&self) -> usize {
         self.switches_along_rows + self.switches_along_columns
     }
 
-    /// Returns the Manhattan perimeter S_d, the total length of all switches.
+    /// Returns the Manhattan perimeter S_d, the total length of all cell edges between contact and
+    /// gap.
     ///
-    /// A switch between neighbours in a row has length Δx, one between neighbours in a column Δy.
+    /// The edge between neighbours in a row has the length Δx, the edge between neighbours in a
+    /// column Δy.
     pub fn manhattan_perimeter(&self, grid: Grid) -> f64 {
         let [step_x, step_y] = grid.spacing();
         // On square cells this sum is an integer, so that the perimeter is exact.

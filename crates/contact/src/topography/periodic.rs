@@ -32,7 +32,7 @@ pub enum Edges {
     Mirror,
     /// Removal of the mean plane, then fading to the mean height at the edges; see [`taper`].
     Taper {
-        /// Fraction of each side that is faded at either edge, at most one half.
+        /// Fraction of each side that is faded at each of its two ends, at most one half.
         taper_fraction: f64,
     },
 }
@@ -117,10 +117,11 @@ pub fn mirror(surface: &Surface) -> Surface {
 /// Returns the map after multiplication of its heights about the mean by a Tukey window, which
 /// fades the edges to the mean height.
 ///
-/// `edge` is the fraction of each side that is faded at either edge, at most one half. With one
-/// half, the window is the Hann window, which reduces the variance to (3/8)² on average. Heights
-/// and slopes match at the edges, and the interior does not change. The faded rim has lower peaks,
-/// which reduces rms height and slope, and additional slopes of order rms height / (`edge` × side).
+/// `edge` is the fraction of each side that is faded at each of its two ends, at most one half.
+/// With one half, the window is the Hann window, which reduces the variance to (3/8)² on average.
+/// Heights and slopes match at the edges, and the interior does not change. The faded rim has lower
+/// peaks, which reduces rms height and slope, and additional slopes of order rms height /
+/// (`edge` × side).
 pub fn taper(surface: &Surface, edge: f64) -> Surface {
     let grid = surface.grid();
     let [window_x, window_y] = grid.nodes().map(|nodes| window(nodes, edge));
@@ -132,7 +133,7 @@ pub fn taper(surface: &Surface, edge: f64) -> Surface {
 }
 
 /// Returns the Tukey window on a line of `nodes` nodes. `edge` is the fraction of the line that is
-/// faded at either end.
+/// faded at each of its two ends.
 pub(super) fn window(nodes: usize, edge: f64) -> Vec<f64> {
     let faded = edge.min(0.5) * nodes as f64;
     (0..nodes)

@@ -281,7 +281,7 @@ fn is_own_opposite(waves: i32, nodes: usize) -> bool {
 /// Iterates over one mode of each pair ±k of a grid, without the mean. Each item is k_x and a range
 /// of k_y.
 ///
-/// The angular wavenumber along either axis is at most `max_wavenumber`.
+/// |q_x| and |q_y| are at most `max_wavenumber`.
 fn modes(grid: Grid, max_wavenumber: f64) -> impl Iterator<Item = (i32, RangeInclusive<i32>)> {
     let size = grid.cell().size();
     let max_waves = |axis: usize| {

@@ -214,10 +214,10 @@ fn total<R: Registers<Number: Real>>(lanes: R::Lanes) -> f64 {
 /// Transforms the blocks of a tile (`here`) and its opposite (`there`), multiplies them by the
 /// kernel, and transforms them back, in place.
 ///
-/// `kernel` contains S and D of the tile `here`, as [`Columns::kernel`] orders them. Returns Σ
-/// Re(Z* Z′) over `here` and over `there`, one sum per lane, where Z′ is the product of Z and the
-/// kernel. By Parseval's theorem, the total over all tiles is Σ f (k∗f) over the nodes, with the
-/// map f and the kernel k.
+/// `kernel` contains S and D of the tile `here`, as [`Columns::kernel`] orders them. Let Z be the
+/// transform of the tile, and Z′ its product with the kernel. Returns Σ Re(Z* Z′) over `here` and
+/// over `there`, one sum per lane. By Parseval's theorem, the total over all tiles is Σ f (k∗f)
+/// over the nodes, with the map f and the kernel k.
 #[inline(always)]
 fn multiply<R: Registers<Number: Real>>(
     r: R,

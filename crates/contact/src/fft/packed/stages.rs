@@ -180,8 +180,8 @@ fn at<V: Copy>(re: &[V], im: &[V], index: usize) -> Complex<V> {
     Complex { re: re[index], im: im[index] }
 }
 
-/// Returns the twiddle factor of part `q` from one slice of [`Stage::twiddles_of`], for the
-/// processor register `lane` of the register.
+/// Returns the twiddle factor of part `q` from one slice of [`Stage::twiddles_of`], for processor
+/// register number `lane` of a register.
 #[inline(always)]
 fn twiddle<const ALONG: bool, R: Registers>(
     part: R::Part,

@@ -59,10 +59,10 @@ impl Cluster {
     }
 }
 
-/// Adds the number of switches of each run towards adjacent rows to element 0 of its entry in
-/// `edges`.
+/// Counts, for each run, the nodes of adjacent rows next to it that are not in contact. Adds this
+/// number to element 0 of the entry of the run in `edges`.
 ///
-/// A node has one switch for each adjacent row in which its neighbour is not in contact.
+/// A node of the run counts once for each of the two adjacent rows.
 fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let rows = map.nodes()[0];
     for upper in 0..rows {
@@ -83,8 +83,8 @@ fn across_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) 
     }
 }
 
-/// Adds the number of switches of each run within its row, at most two, to element 1 of its entry
-/// in `edges`.
+/// Counts, for each run, the ends (at most two) next to a node that is not in contact. Adds this
+/// number to element 1 of the entry of the run in `edges`.
 fn along_rows(map: &ContactMap, joined: &JoinedRuns, edges: &mut [[usize; 2]]) {
     let [rows, row_nodes] = map.nodes();
     for row in 0..rows {
