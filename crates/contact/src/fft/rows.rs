@@ -131,7 +131,7 @@ pub fn visit_pairs<T: Real, P: Rows<T>>(
     }
 }
 
-/// Adapter that lets a pass over a map of `nodes` visit the rows of a larger mesh.
+/// Adapter of a pass over a map of `nodes`, which lets it visit the rows of a larger mesh.
 ///
 /// It appends zeros to each row. Rows of the mesh outside the map are set to zero, and the inner
 /// pass does not visit them.

@@ -176,7 +176,9 @@ fn solve(levels: &mut [Level], is_interrupted: &dyn Fn() -> bool) -> Option<()> 
 /// best link of one of them.
 const STRONG: f64 = 0.1;
 
-/// Graph of aggregates, and the aggregate of each node of the finer graph, or [`NONE`] for nodes
+/// Coarser graph, in which each node is an aggregate of nodes of a finer graph.
+///
+/// `aggregates` contains the index of the aggregate of each finer node, or [`NONE`] for a node
 /// without links.
 pub struct Coarser {
     pub graph: Graph,

@@ -79,8 +79,7 @@ impl ContactEvolution {
         scale * self.kappa.powi(3) * decay * ((1.0 - self.mu) + (2.0 + self.mu) * bend)
     }
 
-    /// Returns the load y at which the area fraction is `area`, or `None` if the law reaches this
-    /// area at no load.
+    /// Returns the load y at which the area fraction is `area`, or `None` if no load has this area.
     pub fn load(&self, area: f64) -> Option<f64> {
         let remaining = -self.beta * area.powf(self.mu);
         (area >= 0.0 && remaining > -1.0)
