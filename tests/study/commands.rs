@@ -162,7 +162,7 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
         "area-above-persson",
         "alpha-in-asperity-models",
         "does not hold",
-        "needs 5 surfaces or more",
+        "needs 5 or more surfaces",
         "Statements of asperity",
         "noted",
         "claims of the paper:",

@@ -169,7 +169,7 @@ fn a_load_that_did_not_converge_is_a_row_and_no_error() {
     assert_eq!(failures.rows(), given_up);
     let loads = failures.reals("load").unwrap();
     assert_eq!(loads.iter().flatten().count(), given_up);
-    assert!(column(&failures, "reason")[0].contains("`max_pairs`"));
+    assert!(column(&failures, "reason")[0].contains("`max_pairs = 1`"));
 
     let path = bench.path("study.toml");
     let path = path.to_str().unwrap();

@@ -172,7 +172,7 @@ fn a_map_that_is_not_periodic_has_the_slope_of_its_differences() {
     let output = bench.output(&["columns", bench.path("study.toml").to_str().unwrap(), "scan"]);
     let printed = text(&output.stdout);
     let printed = printed.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(printed.contains("differences between neighbours"), "{printed}");
+    assert!(printed.contains("differences between neighbouring nodes"), "{printed}");
 }
 
 const ROUGH: &str = r#"

@@ -215,7 +215,7 @@ fn impossible_pictures_are_refused_with_advice() {
         (vec![&surface, "--map", "contact"], "has no contact"),
         (vec![&surface, "--load", "0.1"], "omit `--load`"),
         (vec![&surface, "--load", "nan"], "expected a finite number"),
-        (vec![&fit], "reads 2 other tasks"),
+        (vec![&fit], "has no map; choose a task of a `generate` or `solve` stage"),
     ] {
         let refused = refused(&bench, &arguments);
         assert!(refused.contains(message), "{message} in\n{refused}");
