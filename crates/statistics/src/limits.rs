@@ -370,7 +370,7 @@ fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
 
 /// Returns the mean of each point in a replicate, and whether the replicate contains the point.
 ///
-/// Surface i is drawn `times[i]` times. A point is missing if none of its surfaces is drawn.
+/// Surface i is drawn `times[i]` times. A point is missing if no surface of the point is drawn.
 fn resampled_means(
     problem: &LimitProblem,
     times: &[u32],

@@ -88,7 +88,7 @@ struct Sums {
     square: u128,
 }
 
-/// Bin of a [`HistogramPool`]. The heights of each surface are in units of its own rms height.
+/// Bin of a [`HistogramPool`]. Heights are in units of the rms height of the same surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PooledBin {
     /// Centre of the bin, in units of the rms height.
