@@ -25,7 +25,7 @@ const EXPONENT: Statement = Statement {
     origin: Origin::Paper,
     text: "“the exponent of approaching the full contact for our simulations is roughly the same \
            as in Persson's model η = 2”",
-    source: "section 7, eqs. (full_area_approx) and (scaled_area), fig. 10",
+    source: "section 7, eqs. (10) and (11), fig. 10",
     quantity: "η of F(y) = c + (√2 y)^η + R(y), fitted by least squares at areas from 0.9 to \
                0.998, where F(y) = −ln[(1 − A/A₀) y √(2π)] and R is the difference F − 2y² in \
                Persson's theory",

@@ -41,7 +41,7 @@ const GROUPS_BY_K_UPPER: Statement = Statement {
     origin: Origin::Paper,
     text: "“The results depend only slightly on the lower cutoff wavenumber k_l, but strongly on \
            the upper cutoff k_s. The curves are grouped by the value of k_s”",
-    source: "section 8, eq. (corrected_area), fig. 13",
+    source: "section 8, eq. (12), fig. 13",
     quantity: "distance between neighbouring groups of equal k_upper minus the width of a group, \
                both in ln A from the least-squares plane over ln k_lower and ln k_upper, for the \
                area A corrected by π/8, at loads 0.012, 0.024, 0.06",
@@ -257,7 +257,7 @@ const RATHER_THAN_ALPHA: Statement = Statement {
     origin: Origin::Ours,
     text: "The corrected areas of self-affine spectra collapse on the bandwidth ζ better than on \
            Nayak's parameter α of the modes of the cell.",
-    source: "compare section 5.2.2 of the paper, where α is a function of ζ by eq. (alpha), which \
+    source: "compare section 5.2.2 of the paper, where α is a function of ζ by eq. (3), which \
              only holds for continuous wavenumbers",
     quantity: "ln of the ratio of the rms residuals of the fits ln A = c + s ln α and ln A = c + s \
                ln ζ over the spectra, at loads from 0.012 to 0.52 with less than 80 % of the area \

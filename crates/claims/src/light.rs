@@ -66,7 +66,7 @@ const ABOVE_PERSSON: Statement = Statement {
     name: "area-above-persson",
     origin: Origin::Paper,
     text: "“All obtained results are significantly higher than the prediction of Persson's model.”",
-    source: "section 5.2, eq. (area_persson), fig. 5",
+    source: "section 5.2, eq. (6), fig. 5",
     quantity: "ln of the ratio of the mean area to erf(√2 y), at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.1, f64::INFINITY),
     reason: "“significantly” is read as at least 10 %",
@@ -298,7 +298,7 @@ const NOT_ALPHA_ALONE: Statement = Statement {
     quantity: "ln of the ratio of the mean areas for spectra of equal ζ (larger over smaller \
                k_lower), at loads 0.012, 0.024, 0.06",
     expected: Expectation::Within(0.03, f64::INFINITY),
-    reason: "“quite distinct” is read as at least 3 % of the counted area. In eq. (alpha), over \
+    reason: "“quite distinct” is read as at least 3 % of the counted area. In eq. (3), over \
              continuous wavenumbers, equal ζ means equal α. Over the modes of the cell α is 5.50 \
              and 5.26 for ζ = 8, the paper's example, but 43.9 and 30.3 for ζ = 32",
     figure: Some("area-light"),

@@ -52,7 +52,7 @@ const SMALLER_ERROR: Statement = Statement {
     origin: Origin::Paper,
     text: "A′ ≈ A − (π/8) S_d Δx is a rough estimate; “the actual error may be significantly \
            smaller”",
-    source: "section 8, eq. (corrected_area)",
+    source: "section 8, eq. (12)",
     quantity: "c/(π/8) with c fitted to A_N = A* + c S_d Δx, where A_N is the counted area on N² \
                nodes and A* is common to all meshes of a surface, at all loads",
     expected: Expectation::Within(0.0, 0.9),

@@ -70,7 +70,7 @@ impl Quantities {
                 ClaimOutcome::NotComputed(match (self.lacks_surfaces, self.without_value.last()) {
                     (true, _) => few,
                     (false, Some(label)) => {
-                        format!("other data: the quantity cannot be computed for {label}")
+                        format!("{}; the quantity cannot be computed for {label}", needs())
                     }
                     (false, None) => needs(),
                 })

@@ -201,7 +201,7 @@ const LEAST_CONVEX: Statement = Statement {
     origin: Origin::Paper,
     text: "“a lower boundary for this parameter for which the numerical data points can be fitted \
            appropriately [that is, convexly]: κ ⪆ 1.055 √(2π)”, “quite subjective”",
-    source: "section 5.2.1, eq. (cel_derivative), fig. 6",
+    source: "section 5.2.1, eq. (9), fig. 6",
     quantity: "smallest κ/√(2π) for which the slopes of the law, fitted for all spectra at loads \
                up to 0.06, are convex",
     expected: Expectation::Within(1.0, 1.11),
@@ -240,8 +240,8 @@ const EXPONENT: Statement = Statement {
     origin: Origin::Paper,
     text: "the mean contact pressure's derivative dp̄/dp₀ “decreases approximately as a power law \
            of the contact area”, β (A₀/A)^(1 − μ) with 0 < μ < 1",
-    source: "appendix C, eq. (b1), fig. 17; the lines of slopes −0.7 and −0.9 in the figure hold \
-             for fewer of these spectra",
+    source: "appendix C, eq. (22) of the preprint, fig. 17; the lines of slopes −0.7 and −0.9 in \
+             the figure hold for fewer of these spectra",
     quantity: "m = μ − 1 of the contact evolution law with κ = 1.1 √(2π), fitted to the slopes at \
                loads up to 0.06",
     expected: Expectation::Within(-1.0, 0.0),
@@ -255,7 +255,7 @@ const FITS_WELL: Statement = Statement {
     origin: Origin::Paper,
     text: "the contact evolution formula “fits well all our results at small contact area \
            fractions (< 20 %)”",
-    source: "section 9.5, eq. (cel)",
+    source: "section 9.5, eq. (8)",
     quantity: "rms relative residual of the law with free κ, β and μ, fitted to the mean areas \
                below 20 %",
     expected: Expectation::Within(f64::NEG_INFINITY, 0.01),

@@ -176,7 +176,7 @@ impl Row {
     }
 }
 
-/// Correction coefficient π/8, eq. (corrected_area) of Yastrebov, Anciaux & Molinari 2015.
+/// Correction coefficient π/8, eq. (12) of Yastrebov, Anciaux & Molinari 2015.
 ///
 /// With it, the corrected area is the mean of the areas with and without edge nodes. For solved
 /// contacts, the correction is three to four times as large as the error.

@@ -17,7 +17,7 @@ pub const KAPPA_BGT: f64 = 2.506_628_274_631_000_5;
 /// Ratio a/y at vanishing load in the theory of Persson 2001: √(8/π).
 pub const KAPPA_PERSSON: f64 = 1.595_769_121_605_730_7;
 
-/// Contact evolution law, eq. (cel) of Yastrebov, Anciaux & Molinari 2015.
+/// Contact evolution law, eq. (8) of Yastrebov, Anciaux & Molinari 2015.
 ///
 /// Loads and mean pressures are in units of E* h′, areas are fractions of the nominal area. All
 /// parameters are positive. With β < 1, the area exceeds one at heavy load. Use a law only in the
@@ -52,7 +52,7 @@ impl ContactEvolution {
         proportional * (-bend.ln_1p() / self.mu).exp()
     }
 
-    /// Returns the slope da/dy, eq. (cel_derivative) of Yastrebov, Anciaux & Molinari 2015. It is κ
+    /// Returns the slope da/dy, eq. (9) of Yastrebov, Anciaux & Molinari 2015. It is κ
     /// at zero load.
     #[inline]
     pub fn slope(&self, load: f64) -> f64 {

@@ -63,7 +63,7 @@ pub fn load_at_noncontact(noncontact: f64) -> Option<f64> {
 
 /// Returns F(y) = −ln[(1 − a) y √(2π)] for a load y and a non-contact fraction 1 − a.
 ///
-/// By eq. (full_area_approx) of Yastrebov, Anciaux & Molinari 2015, F tends to 2y^η near full
+/// By eq. (10) of Yastrebov, Anciaux & Molinari 2015, F tends to 2y^η near full
 /// contact, with η = 2 in Persson's theory. Returns `None` at zero load and at full contact.
 pub fn approach_to_full_contact(load: f64, noncontact: f64) -> Option<f64> {
     (noncontact > 0.0 && load > 0.0).then(|| -noncontact.ln() - (load * (2.0 * PI).sqrt()).ln())
