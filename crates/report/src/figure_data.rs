@@ -267,6 +267,12 @@ impl<'a> FigureData<'a> {
         self.stage("corrected", &lines)
     }
 
+    /// Returns a line for the stage of surfaces that gives several spectra.
+    pub fn lines_of_spectra(&self) -> String {
+        let surfaces = self.source(Kind::Generate, "surfaces");
+        format!("k_upper = [8, 16, 32]  # in the stage `{surfaces}`")
+    }
+
     pub fn lines_of_heights(&self) -> String {
         let surfaces = self.source(Kind::Generate, "surfaces");
         let lines = format!(

@@ -59,15 +59,21 @@ fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
         chart.series.extend(asperity_curves(quantity, range));
     }
     let caption = format!(
-        "Counted contact area fraction against load (left), and its secant at loads of at least \
-         {SECANT_FROM} (right), from {}. Lines are means over the surfaces; points with bars show \
+        "Counted contact area fraction against load (left), and its secant at loads from {} (right), \
+         from {}. Lines are means over the surfaces; points with bars show \
          some of them, and bars are {}. {}{}",
+        rounded(lightest),
         sample(&data.sample()),
         data.bars,
         data.share_of_mesh()?,
         data.caveat,
     );
     Ok(Drawn::figure(Figure::side_by_side(chart, secants), caption))
+}
+
+/// Rounds a load to two significant digits.
+fn rounded(load: f64) -> f64 {
+    format!("{load:.1e}").parse().unwrap_or(load)
 }
 
 pub const SLOPE: Definition = Definition {

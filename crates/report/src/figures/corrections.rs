@@ -78,13 +78,18 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::missing("corrected areas at two or more loads up to 0.06", lines));
     }
     let surfaces: Vec<usize> = data.under(corrections[0]).map(|one| one.surfaces).collect();
+    let names = corrections.iter().take(2).map(|name| match *name {
+        OF_2017 => "of 2017".to_owned(),
+        OF_2015 => "by π/8".to_owned(),
+        other => format!("\"{other}\""),
+    });
     let caption = format!(
         "Corrected contact area (points at some of the loads, bars are {}) and counted area (lines \
          of the same colour) on the left, and the secants of both on the right, from {}; \
-         corrections: {}.{}",
+         correction {}.{}",
         data.bars,
         sample(&surfaces),
-        corrections.iter().take(2).copied().collect::<Vec<_>>().join(", "),
+        names.collect::<Vec<_>>().join(" and "),
         data.caveat,
     );
     Ok(Drawn::figure(Figure::from_charts(rows, [430.0, 320.0]), caption))
@@ -199,11 +204,13 @@ fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
         surfaces = spectra.iter().map(|one| one.ensemble.surfaces).collect();
         charts.push(chart(data, &spectra, abscissa.label()).titled(title));
     }
-    if !data.under(OF_2017).any(|_| true) || charts.is_empty() {
-        return Ok(Drawn::missing(
-            "areas of three or more spectra, corrected as in 2017",
-            data.lines_of_corrections(),
-        ));
+    let is_corrected = data.under(OF_2017).any(|_| true);
+    if !is_corrected || charts.is_empty() {
+        let needs = "areas of three or more spectra, corrected as in 2017";
+        let correct = (!is_corrected).then(|| data.lines_of_corrections());
+        let sweep = charts.is_empty().then(|| data.lines_of_spectra());
+        let lines: Vec<String> = correct.into_iter().chain(sweep).collect();
+        return Ok(Drawn::missing(needs, lines.join("\n\n")));
     }
     let (meaning, symbol) = abscissa.meaning();
     let caption = format!(

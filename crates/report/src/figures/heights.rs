@@ -199,8 +199,8 @@ fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let measured = measured_charts(data);
     if all.is_empty() && measured.is_none() {
-        let lines = data.lines_of_heights();
-        return Ok(data.missing_surfaces("a distribution of heights", lines));
+        let needs = "a stage of kind \"measure\" that reads the surfaces";
+        return Ok(data.missing_surfaces(needs, data.lines_of_heights()));
     }
     let (mut rows, mut captions): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
     let size = if all.is_empty() { [430.0, 340.0] } else { [300.0, 225.0] };
