@@ -85,7 +85,14 @@ impl ValuePath<'_> {
             (DeValue::Integer(_) | DeValue::Float(_), Some(schema)) => {
                 let verb = if self.is_item { "holds" } else { "is" };
                 if let Some(must) = out_of_bounds(value, schema) {
-                    problems.push(problem(format!("`{path}` {verb} {}", shown(value)), must));
+                    let shown = shown(value);
+                    let label = match words.contains(&shown.as_str()) {
+                        true => {
+                            format!("write \"{shown}\" in quotes for the word; a number {must}")
+                        }
+                        false => must,
+                    };
+                    problems.push(problem(format!("`{path}` {verb} {shown}"), label));
                 }
             }
             (DeValue::Array(items), Some(schema)) => {
@@ -513,6 +520,20 @@ mod tests {
                 assert!(problem.contains(part), "{text}: {part} in {problem}");
             }
         }
+    }
+
+    #[test]
+    fn a_number_that_is_also_a_word_may_lack_quotes() {
+        let schema = serde_json::json!({ "anyOf": [
+            { "type": "string", "enum": ["none", "2017"] },
+            { "type": "number", "minimum": 0, "exclusiveMaximum": 10 },
+        ] });
+        let table = DeTable::parse("correction = 2017").unwrap().into_inner();
+        let (_, value) = table.iter().next().unwrap();
+        let problem = validate_against(&schema, "correction", value)[0].to_string();
+        let label =
+            "write \"2017\" in quotes for the word; a number must be at least 0 and below 10";
+        assert!(problem.contains(label), "{problem}");
     }
 
     #[test]
