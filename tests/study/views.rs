@@ -222,5 +222,5 @@ fn impossible_pictures_are_refused_with_advice() {
     }
     let unknown = bench.output(&["view", &"0".repeat(32)]);
     assert_eq!(unknown.status.code(), Some(1));
-    assert!(text(&unknown.stderr).contains("no task 0000"));
+    assert!(text(&unknown.stderr).contains("no finished task 0000"));
 }
