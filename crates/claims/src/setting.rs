@@ -91,7 +91,7 @@ impl Setting {
     }
 
     /// Returns the rows of a table that agree with the setting in the columns that the table has.
-    /// Anisotropic surfaces and asperity models are omitted; [`of_asperities`] returns the latter.
+    /// Anisotropic surfaces and asperity models are omitted; `of_asperities` returns the latter.
     pub fn rows(&self, table: &Table) -> Table {
         self.rows_of_any(table, &EXCLUDING_COLUMNS)
     }
