@@ -314,7 +314,7 @@ impl Part {
 
     /// Returns the bytes from the offset `start` in the file to the end of the chunk that contains
     /// this offset.
-    fn from_offset(&self, start: u64) -> Result<Bytes, ReaderError> {
+    fn suffix_at(&self, start: u64) -> Result<Bytes, ReaderError> {
         let found = self.0.iter().find_map(|(first, bytes)| {
             let offset = usize::try_from(start).ok()?.checked_sub(*first)?;
             (offset <= bytes.len()).then(|| bytes.slice(offset..))
@@ -336,11 +336,11 @@ impl ChunkReader for Part {
     type T = bytes::buf::Reader<Bytes>;
 
     fn get_read(&self, start: u64) -> Result<Self::T, ReaderError> {
-        Ok(self.from_offset(start)?.reader())
+        Ok(self.suffix_at(start)?.reader())
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ReaderError> {
-        let bytes = self.from_offset(start)?;
+        let bytes = self.suffix_at(start)?;
         if bytes.len() >= length {
             Ok(bytes.slice(..length))
         } else {
