@@ -19,6 +19,14 @@ pub fn nearest(value: f64) -> f64 {
     written.parse::<f64>().map_or(value, |value| value + 0.0)
 }
 
+/// Formats a number as users write it: `0.1`, `2e9`.
+pub fn written(value: f64) -> String {
+    match (1e-4..1e6).contains(&value.abs()) || value == 0.0 {
+        true => value.to_string(),
+        false => format!("{value:e}"),
+    }
+}
+
 /// Returns whether two numbers differ by less than [`RESOLUTION`].
 pub fn is_same(one: f64, other: f64) -> bool {
     one == other || (one - other).abs() < RESOLUTION * one.abs().max(other.abs())
@@ -49,6 +57,12 @@ mod tests {
         assert_eq!(nearest(-0.0).to_bits(), 0.0_f64.to_bits());
         assert_eq!(nearest(f64::INFINITY), f64::INFINITY);
         assert!(nearest(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn large_and_small_numbers_are_written_with_exponents() {
+        let texts = [0.0, 0.5, 2e9, 1e-5, 123456.0].map(written);
+        assert_eq!(texts, ["0", "0.5", "2e9", "1e-5", "123456"]);
     }
 
     #[test]

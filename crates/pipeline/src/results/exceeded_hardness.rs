@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::plan::{Plan, PlannedStage};
 use crate::results::TASK;
 use crate::study::{Stage, Study, Warning};
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_stages::Recipe;
 use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE};
@@ -102,28 +103,20 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
              reaches {}; the lightest of these loads is {} (mean pressure {}); a real material \
              would yield there, but these results are elastic: set `hardness = {}` in the stage to \
              limit the pressure",
-            exact(hardness),
+            decimal::written(hardness),
             counted(rows, "load"),
             rounded(peak),
             rounded(load),
             rounded(mean),
-            exact(hardness),
+            decimal::written(hardness),
         )
     });
     Ok(lines.collect())
 }
 
-/// Formats a number as users write it: `0.1`, `2e9`.
-fn exact(value: f64) -> String {
-    match (1e-4..1e6).contains(&value) {
-        true => value.to_string(),
-        false => format!("{value:e}"),
-    }
-}
-
 /// Formats a number with at most four significant digits.
 fn rounded(value: f64) -> String {
-    format!("{value:.3e}").parse().map_or_else(|_| value.to_string(), exact)
+    format!("{value:.3e}").parse().map_or_else(|_| value.to_string(), decimal::written)
 }
 
 #[cfg(test)]

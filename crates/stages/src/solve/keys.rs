@@ -327,10 +327,11 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
     };
     let shown = |value: f64, unit: PressureUnit| match unit {
         PressureUnit::Relative if hardness.unit != block.load_unit => {
-            let pressure = pressure(value, unit, slope);
-            format!("{value:?}, a pressure of {pressure:?} where the rms slope is {slope:?}")
+            let pressure = decimal::written(pressure(value, unit, slope));
+            let value = decimal::written(value);
+            format!("{value}, a pressure of {pressure} where the rms slope is {slope}")
         }
-        _ => format!("{value:?}"),
+        _ => decimal::written(value),
     };
     let message = format!(
         "`loads` holds {}, but `hardness` is {}",
@@ -345,8 +346,8 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
     let problem = problem.and(hardness.span.clone(), "the hardness");
     checks.problems.push(problem.help(format!(
         "a material yields everywhere under a mean pressure equal to its hardness; each load must be \
-         below {:?} here",
-        decimal::nearest(limit)
+         below {} here",
+        decimal::written(decimal::nearest(limit))
     )));
 }
 
