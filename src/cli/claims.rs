@@ -169,7 +169,7 @@ fn beginning(quantity: &str) -> String {
     }
 }
 
-/// Counts the quantities of a claim that contradict it or are undecided.
+/// Returns a text that counts the quantities that contradict a claim and the undecided ones.
 fn others(all: usize, judgement: &Judgement) -> String {
     let contradict = |number| if number == 1 { "contradicts" } else { "contradict" };
     match (judgement.contradicting, judgement.undecided) {

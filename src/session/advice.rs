@@ -36,8 +36,8 @@ pub struct AdvisedFit {
     pub stage: String,
     /// Quantity and parameters, such as `area_fraction / load, load 0.02, hurst 0.8`.
     pub what: String,
-    /// Fitted function of each small parameter; of several candidates, the one with the smallest
-    /// Akaike criterion.
+    /// Fitted function of each small parameter. If several laws were fitted, it belongs to the law
+    /// with the smallest Akaike criterion.
     pub forms: Vec<String>,
     pub limit: f64,
     /// Bootstrap standard error of the limit; `None` without a bootstrap.

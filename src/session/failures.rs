@@ -89,8 +89,7 @@ pub fn text_lines(failures: &Table, limit: usize) -> Result<Vec<String>, TableEr
     Ok(lines)
 }
 
-/// Describes a failed task with its stage and coordinates, the reason, and the command to repeat
-/// it.
+/// Describes a failed task: its stage and parameters, the reason, and the command that repeats it.
 fn task_line(failures: &Table, row: usize) -> Result<String, TableError> {
     let text = |name: &str| Ok::<_, TableError>(failures.texts(name)?.value(row).to_owned());
     // The same format as the arguments of `asperity view`.

@@ -31,7 +31,7 @@ pub use asperity_tables::table::Table;
 #[derive(Debug)]
 pub struct Tables<'a> {
     session: &'a Session<'a>,
-    /// Study with its finished tasks.
+    /// Existing results of the study.
     pub reading: StudyResults,
 }
 
@@ -145,7 +145,7 @@ impl DescribedColumns {
         Kind::ALL.into_iter().map(of_kind).collect()
     }
 
-    /// Returns the columns of all stages of a study, or of one stage.
+    /// Returns the columns of all stages of a study, or only of the stage `wanted`.
     pub(super) fn for_study(
         study: &Study,
         wanted: Option<&str>,

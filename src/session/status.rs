@@ -83,7 +83,7 @@ pub struct NamedCause<'a> {
 pub struct StageCount<'a> {
     pub name: &'a str,
     pub kind: Kind,
-    /// Indices of its tasks in the plan.
+    /// Indices of the stage's tasks in the plan.
     #[serde(skip)]
     pub tasks: &'a [usize],
     /// Number of tasks that are in the store.
@@ -234,7 +234,7 @@ impl Status {
     }
 
     /// Lists the tasks in tables with a row for each task: stage, key, state, expected core-seconds
-    /// and coordinates.
+    /// and parameters.
     pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
         forecast::worklist(&self.plan, &self.missing, &self.cost)
     }

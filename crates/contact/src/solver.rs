@@ -81,7 +81,7 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
     if ReferencePressure::is_map(tolerance) { 63.375 } else { 59.375 }
 }
 
-/// One rough surface and its contact under the last load.
+/// Solver for the contact of one rough surface. It holds the solution under the last load.
 ///
 /// A solver needs about 59 bytes per node, and 4 more for tolerances below 1e-5. It holds heights
 /// and pressure in double precision. In single precision it holds heights, pressure increments,

@@ -84,8 +84,8 @@ impl SampledStudy {
         tasks
     }
 
-    /// Removes from the study, and returns, the damaged tables that keep conditions from being
-    /// evaluated: for each, the task and the error of reading its table.
+    /// Takes the read errors of damaged tables out of the open conditions. Returns each error with
+    /// the index of its task.
     pub fn take_damaged(&mut self) -> Vec<(usize, StoreError)> {
         let damaged = self.stages.iter_mut().filter_map(|stage| match &mut stage.condition {
             Condition::Open { damaged, .. } => Some(std::mem::take(damaged)),

@@ -67,7 +67,7 @@ pub struct Drawn {
     pub rms_slope: f64,
     /// True if the surface is periodic. Maps from files may not be.
     pub is_periodic: bool,
-    /// Row of the stage's table, without the heights.
+    /// Row that describes the surface in the table of the stage, without the heights.
     pub row: Table,
 }
 
@@ -178,13 +178,13 @@ impl Pressing {
         self.block.count()
     }
 
-    /// Returns the grid of the nodes.
+    /// Returns the mesh of the surface.
     pub fn grid(&self) -> Grid {
         self.block.grid()
     }
 
     /// Returns a table with a row for each finished load: the table of a `solve` stage without the
-    /// coordinates of the surface.
+    /// parameter columns of the surface.
     pub fn table(&mut self) -> Table {
         self.block.table(&self.row)
     }

@@ -77,9 +77,9 @@ const CORE_SECONDS: Column =
 
 /// Lists the tasks of a study in tables, so that users can distribute the tasks among machines.
 ///
-/// Each task is one row with its coordinates. Inputs come before the tasks that read them. A task
-/// that belongs to several stages is listed under the first one. The indices in `missing` must be
-/// in ascending order.
+/// Each task is one row with the parameter columns of the task. Inputs come before the tasks that
+/// read them. A task that belongs to several stages is listed under the first one. The indices in
+/// `missing` must be in ascending order.
 pub fn worklist(
     plan: &Plan,
     missing: &[usize],

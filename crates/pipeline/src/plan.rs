@@ -66,7 +66,7 @@ pub struct Task {
     /// Key of the task without the parameters that later stages do not read; see [`TaskKey::new`].
     /// The keys of tasks that read this task depend on it.
     identity: TaskKey,
-    /// Numbers of grid points of the surface along x and y.
+    /// Numbers of nodes of the surface along x and y.
     pub nodes: [usize; 2],
     /// Number of rows per surface in the task's table, or in the tables that the task pools.
     pub rows: usize,
@@ -156,11 +156,11 @@ impl Plan {
         names
     }
 
-    /// Returns the coordinates of a task as a table with one row. For a task that reads several
-    /// surfaces, these are the coordinates that the surfaces share.
+    /// Returns the parameter columns of a task as a table with one row. For a task that reads
+    /// several surfaces, these are the parameters that all the surfaces share.
     ///
     /// # Errors
-    /// Returns an error if two coordinates of the same name differ in type, which is a bug of a
+    /// Returns an error if two parameters of the same name differ in type. This would be a bug of a
     /// stage.
     pub fn coordinates(&self, task: usize) -> Result<Table, TableError> {
         /// Number of rows stacked at a time. As a table, a single row takes kilobytes.

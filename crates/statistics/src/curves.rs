@@ -36,7 +36,7 @@ impl fmt::Display for Window {
     }
 }
 
-/// Area fractions of all realizations of one parameter point on a common grid of loads.
+/// Area fractions of all realizations of one parameter point, under the same loads.
 ///
 /// There is at least one surface and one load. Loads are positive and ascending, and all values are
 /// finite. Create curves with all computed loads, and select loads with a [`Window`]: differences
@@ -136,12 +136,12 @@ impl Data {
         self.rows.len()
     }
 
-    /// Returns the mean of each datum over the surfaces, in the order of the loads.
+    /// Returns the mean over the surfaces at each load, in the order of the loads.
     pub fn mean(&self) -> Vec<f64> {
         self.weighted_mean(|_| 1.0)
     }
 
-    /// Returns the mean of each datum over the surfaces, where surface i counts `multiplicities[i]`
+    /// Returns the mean over the surfaces at each load, where surface i counts `multiplicities[i]`
     /// times.
     pub fn resampled_mean(&self, multiplicities: &[u32]) -> Vec<f64> {
         self.weighted_mean(|surface| f64::from(multiplicities[surface]))
@@ -159,7 +159,7 @@ impl Data {
         sum
     }
 
-    /// Returns the unbiased variance of each datum over the surfaces, or `None` for one surface.
+    /// Returns the unbiased variance over the surfaces at each load, or `None` for one surface.
     fn variance(&self) -> Option<Vec<f64>> {
         let freedom = self.rows.len().checked_sub(1).filter(|&freedom| freedom > 0)? as f64;
         let mean = self.mean();
@@ -172,8 +172,8 @@ impl Data {
         Some(sum.into_iter().map(|sum| sum / freedom).collect())
     }
 
-    /// Returns the inverse variance of the mean of each datum over the surfaces, for use as
-    /// weights.
+    /// Returns the weight of each datum in a fit: the inverse variance of the mean over the
+    /// surfaces.
     ///
     /// Returns `None` for a single surface, or if a variance vanishes; a fit then uses equal
     /// weights.

@@ -113,7 +113,7 @@ impl Quality {
 
 /// Goodness of a fit, with the numbers of used and unused data.
 ///
-/// The documentation of each law states of which quantity the residuals are.
+/// Each law documents the quantity to which the residuals refer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoodnessOfFit {
     /// Root mean square of the residuals.
@@ -171,8 +171,8 @@ impl Design {
         is_full.then(|| Design { orthogonal: factors.q(), triangle, lengths })
     }
 
-    /// Returns the least-squares coefficients of the columns for `data`, divided by their standard
-    /// errors.
+    /// Returns the least-squares coefficients of the columns. Each element of `data` is a datum
+    /// divided by the standard error of this datum.
     pub fn solve(&self, data: &DVector<f64>) -> DVector<f64> {
         let projected = self.orthogonal.tr_mul(data);
         let solved = self.triangle.solve_upper_triangular(&projected);

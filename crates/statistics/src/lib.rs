@@ -51,7 +51,8 @@ pub enum FitError {
     )]
     Shape {
         surfaces: usize,
-        /// Number of areas of the first surface with a number of areas other than `loads`, or zero.
+        /// Number of areas of the first surface whose number of areas differs from `loads`; zero if
+        /// there is no such surface.
         areas: usize,
         loads: usize,
     },

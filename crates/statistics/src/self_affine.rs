@@ -387,7 +387,7 @@ mod tests {
         }
     }
 
-    /// Returns the densities of drawn surfaces on a grid of 128² nodes, in the rings that are
+    /// Returns the densities of drawn surfaces on a mesh of 128² nodes, in the rings that are
     /// complete.
     fn measured(realizations: std::ops::Range<u32>) -> Vec<RingOfSurfaces> {
         let mut found: Vec<RingOfSurfaces> = Vec::new();

@@ -129,8 +129,8 @@ fn equilibrium(
     }
 }
 
-/// Returns the displacements of `count` summits extrapolated linearly in the load from the last two
-/// loads in `known`.
+/// Returns the displacements of `count` summits under `load`, extrapolated linearly from the last
+/// two loads in `known`.
 fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
     match known {
         [] => vec![0.0; count],

@@ -264,8 +264,8 @@ pub fn overlapping(grid: Grid, contacts: &[Contact]) -> Vec<bool> {
     overlaps
 }
 
-/// Grid of boxes, with a list of the contacts in each box. A box is so large that only contacts in
-/// the same or in neighbouring boxes can overlap.
+/// Boxes into which the cell is divided, each with a list of the contacts in it. Contacts can
+/// overlap only if they are in the same box or in neighbouring boxes.
 struct Boxes {
     size: [f64; 2],
     counts: [usize; 2],

@@ -119,7 +119,8 @@ impl<T: Real> Packed<T> {
         })
     }
 
-    /// Computes S and D of a kernel in the order in which [`Packed::multiply`] reads them.
+    /// Computes the factors S and D of a kernel, as the [module](self) defines them, in the order
+    /// in which [`Packed::multiply`] reads them.
     ///
     /// `factors(k_y, column)` writes the factors for k_x = 0, 1, …, N_x/2 to `column`.
     pub fn kernel(

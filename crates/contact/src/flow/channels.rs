@@ -21,7 +21,7 @@ pub struct Channels {
     /// Link of each node to its parent in the spanning forest, from the leaves to the roots. Roots
     /// have none.
     pub parent_links: Vec<ParentLink>,
-    /// Number of the root of each channel, and the conductance of its best link.
+    /// Number of the root of each channel, and the conductance of the best link of the channel.
     roots: Vec<(u32, f64)>,
 }
 
@@ -117,8 +117,8 @@ struct Forest {
     components: Vec<u32>,
     /// Periodic image of each node relative to its root, in cells along x and y.
     periods: Vec<[i32; 2]>,
-    /// Root of each tree, and the conductance of its best link. The root is an end of the best link
-    /// of the tree.
+    /// Root of each tree, and the conductance of the best link of the tree. The root is an end of
+    /// this link.
     roots: Vec<(u32, f64)>,
 }
 
@@ -271,7 +271,7 @@ pub struct Links {
     nodes: [usize; 2],
     /// Conductances of the links along x and along y, indexed by the first node of the link.
     conductances: [Vec<f64>; 2],
-    /// Index, along each axis, of the nodes of which the link to the next node crosses the seam.
+    /// For each axis, the index i for which the links from nodes i to nodes i + 1 cross the seam.
     seams: [usize; 2],
 }
 

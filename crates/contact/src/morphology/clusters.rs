@@ -74,7 +74,7 @@ impl Clusters {
 /// Runs of adjacent nodes in each row of a map, joined into clusters.
 struct JoinedRuns {
     runs: Vec<Run>,
-    /// For each row, end of its range in `runs`.
+    /// For each row, the index in `runs` after the last run of the row.
     row_ends: Vec<usize>,
     forest: Forest,
 }
@@ -198,7 +198,8 @@ struct Forest {
     ///
     /// For a root, it is zero.
     shift: Vec<[i32; 2]>,
-    /// Number of nodes of a cluster, at the index of its root; other entries are not valid.
+    /// Number of nodes of each cluster, stored at the index of the root of the cluster; other
+    /// entries are not valid.
     size: Vec<usize>,
     /// `true` if a cluster percolates: one entry for x and one for y.
     around: [bool; 2],

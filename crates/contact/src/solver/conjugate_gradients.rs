@@ -67,7 +67,7 @@ const EXPECTED_REDUCTION: f64 = 0.1;
 /// elastic.
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
-/// Result of a series of iterations.
+/// Reason why a series of iterations ended, with the data for the evaluation of the pressures.
 pub enum End {
     /// The residual is low enough (`is_reached`), or the iterations must start again. The update
     /// `pending` is still to be applied to the pressures. Gaps in contact are about `offset`.
@@ -208,8 +208,8 @@ impl InnerSolver {
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
-    /// Computes the gap after the step of which `line` is the line search, and adapts the step
-    /// lengths. `convergence` describes the gaps before the step.
+    /// Computes the gap after the step that `line` describes, and adapts the step lengths.
+    /// `convergence` describes the gaps before the step.
     ///
     /// Returns the new convergence, the mean gap of free nodes (only if the material yields), and
     /// the step.

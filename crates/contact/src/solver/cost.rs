@@ -139,7 +139,6 @@ mod tests {
     use super::*;
     use crate::solver::Hardness;
 
-    /// Returns the loads of the 2015 campaign.
     fn campaign() -> Vec<f64> {
         let light = (1..=50).map(|i| 0.06 * f64::from(i) / 50.0);
         let heavy = (1..=40).map(|i| 0.06 * (1.7_f64 / 0.06).powf(f64::from(i) / 40.0));

@@ -93,8 +93,8 @@ impl Solver {
         over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
     }
 
-    /// Evaluates the pressures after the step of which `line` is the line search. If only a part of
-    /// the step is to be kept, undoes the rest and evaluates again.
+    /// Evaluates the pressures after the step that `line` describes. If only a part of the step is
+    /// to be kept, undoes the rest and evaluates again.
     ///
     /// `offset` is approximately the mean gap in contact before the step. `history` is updated.
     pub(super) fn evaluate_step(
@@ -127,8 +127,8 @@ impl Solver {
         self.keep_step(history, best, curvature, evaluation, 0.0)
     }
 
-    /// Ends the convolution of the pressures after a step d, and computes the gap. Returns its
-    /// evaluation and the curvature ⟨d, A d⟩ of the energy along the step.
+    /// Ends the convolution of the pressures after a step d, and computes the gap. Returns the
+    /// evaluation of the gap, and the curvature ⟨d, A d⟩ of the energy along the step.
     ///
     /// The step includes a multiplication of the pressures by `scale`. `reference_change` was added
     /// to the reference of the gaps.

@@ -49,8 +49,8 @@ const WEIGHT: f32 = 0.25;
 /// It treats the mesh as periodic, which suffices for a preconditioner.
 pub struct Extension {
     levels: Vec<Level>,
-    /// Values of the transpose that each row of smallest blocks has collected for the previous row
-    /// of blocks, and for the next one.
+    /// Two maps of the smallest blocks, used by the transpose. They contain the pressures that each
+    /// row of blocks adds to the previous and to the next row of blocks.
     for_neighbours: [Vec<f32>; 2],
     map: [usize; 2],
     /// Numbers of nodes of the mesh; the map is a corner of the mesh.
@@ -153,15 +153,16 @@ impl Extension {
         }
     }
 
-    /// Sets the smallest blocks outside the map to zero, because no residual was added there.
+    /// Sets the values of the smallest blocks outside the map to zero: these nodes have no
+    /// residual.
     fn clear_beyond_map(&mut self) {
         let smallest = &mut self.levels[0];
         let asked = self.map[0].div_ceil(SIDE) * smallest.blocks[1];
         smallest.values[asked..].fill(0.0);
     }
 
-    /// Divides the value of the largest block by n + w, with the number n of its free nodes and the
-    /// weight w of its outer value, which is zero.
+    /// Divides the value of the largest block by n + w, where n is the number of free nodes in the
+    /// block and w the weight of the outer value (zero here).
     fn divide_top(&mut self) {
         let top = self.levels.last_mut().expect("one block at least");
         top.values[0] /= top.free[0] + top.around;

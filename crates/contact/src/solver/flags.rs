@@ -64,7 +64,8 @@ pub fn marked_by_pressure(last_step: f32, pressure: f64, hardness: f64) -> f32 {
     f32::from_bits((last_step.to_bits() & !(PRESSED | SATURATED)) | pressed | saturated)
 }
 
-/// Marks, all true, of the single nodes at the end of a row, in place of the marks of groups.
+/// Marks of the nodes at the end of a row that do not fill a group. All are true, because these
+/// nodes are always visited.
 pub const ALL: [bool; LANES] = [true; LANES];
 
 /// Two marks of each group of [`LANES`] nodes in a row: whether it is active (a node is free or has

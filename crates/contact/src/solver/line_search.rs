@@ -129,8 +129,8 @@ impl LineSearch {
         if self.slope < 0.0 && curvature > 0.0 { -self.slope / curvature } else { 0.0 }
     }
 
-    /// Returns the mean gap, weighted by pressure, after the fraction `part` of the step, along
-    /// which the energy has this curvature.
+    /// Returns the mean gap, weighted by pressure, after the fraction `part` of the step.
+    /// `curvature` is the curvature ⟨d, A d⟩ of the energy along the step.
     pub fn offset(&self, part: f64, curvature: f64) -> f64 {
         let linear = self.slope + self.along;
         (self.pressure_on_gap + part * (linear + part * curvature)) / self.total
@@ -303,8 +303,8 @@ pub struct LastStep {
     pub pending: PendingUpdate,
     /// ⟨d, A d⟩, twice the elastic energy of the step alone; A maps pressures to displacements.
     pub curvature: f64,
-    /// Best fraction of the step (the fraction at which the energy is lowest) minus one, at most
-    /// one. It is positive if the step was too short, and zero if a part of it is undone.
+    /// Fraction of the step by which the step was too short, at most 1. It is the fraction at which
+    /// the energy is lowest, minus 1, or 0 if the step was partly undone.
     pub missed: f64,
     pub offset_change: f64,
 }
@@ -344,7 +344,6 @@ mod tests {
         (a - b).abs() < 1e-12 * (1.0 + b.abs())
     }
 
-    /// Returns pressure, gap and step before scaling, and the line search of the step.
     fn example() -> ([Vec<f64>; 3], LineSearch) {
         let (pressure, heights, reference) = (noise(1), noise(2), 0.3);
         let gap: Vec<f64> = sunk(&pressure)

@@ -261,8 +261,7 @@ impl InnerSolver {
         }
     }
 
-    /// Swaps the maps with those of a finer mesh, which are large enough, and takes over its
-    /// scratch.
+    /// Swaps the maps with the larger maps of a finer mesh, and takes the scratch of that mesh.
     fn borrow_from(&mut self, finer: &mut Self) {
         for (own, map) in self.lent_maps().into_iter().zip(finer.lent_maps()) {
             std::mem::swap(own, map);
@@ -288,8 +287,8 @@ const FAR: f64 = 1.3;
 /// and the iterations had to start again. A start in double precision takes a tenth more time.
 const DIGITS: f64 = 3.5;
 
-/// Returns whether the ratio of `load` and the last load, in either direction, exceeds [`FAR`] or
-/// there is no last load.
+/// Returns whether `load` and the last load differ by a factor of more than [`FAR`], or there is no
+/// last load.
 pub fn is_far(last: Option<f64>, load: f64) -> bool {
     last.is_none_or(|last| load > FAR * last || last > FAR * load)
 }

@@ -105,8 +105,8 @@ fn filled(scan: Scan, is_periodic: bool) -> Scan {
     scan.with(found)
 }
 
-/// Returns the indices of the two lines that are `lines` lines before and after `line`, of `of`
-/// lines in total, in ascending order. A line outside the map is `None`.
+/// Returns the indices of the lines at a distance of `lines` lines before and after `line`, in
+/// ascending order, on a map of `of` lines. A line outside the map is `None`.
 fn beside(line: usize, lines: usize, of: usize, is_periodic: bool) -> [Option<usize>; 2] {
     let (below, above) = if is_periodic {
         (Some((line + of - lines) % of), Some((line + lines) % of))

@@ -59,8 +59,8 @@ pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     Surface::new(surface.grid(), rough.collect()).expect("differences of heights are finite")
 }
 
-/// Returns the heights after multiplication of each mode by `factor(1/λ)`, where λ is its
-/// wavelength.
+/// Returns the heights after multiplication of each mode by `factor(1/λ)`, with the wavelength λ of
+/// the mode.
 fn filter_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();
@@ -82,8 +82,8 @@ fn filter_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     heights
 }
 
-/// Returns the low-pass filter of a map that is not periodic: for each node, the weighted mean over
-/// the nodes inside the map.
+/// Returns the heights after the low-pass filter for maps that are not periodic: for each node, the
+/// weighted mean over the nodes inside the map.
 fn average_inside(surface: &Surface, cutoff: f64) -> Vec<f64> {
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();

@@ -196,8 +196,8 @@ pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
     if 2 * i <= nodes { i as f64 } else { i as f64 - nodes as f64 }
 }
 
-/// Returns the number of modes of the full spectrum for which entry (i, k_y) of a half spectrum
-/// counts.
+/// Returns the number of modes of the full spectrum that entry (i, k_y) of a half spectrum
+/// represents.
 ///
 /// In general it is two: k and −k. It is one if k and −k coincide on the mesh. It is zero for the
 /// mean, and for entries of which the opposite entry counts for both modes.

@@ -23,7 +23,7 @@ use super::periodic::{Edges, resampled};
 use super::surface::{MissingPoints, Scan, Surface, Window};
 use crate::grid::Grid;
 
-/// Steps that turn a measured map into a surface, of which those that are `None` are skipped.
+/// Steps that turn a measured map into a surface. Steps that are `None` are skipped.
 ///
 /// `Some(Level::None)` removes no form, like `None`, but it is serialised. Studies that vary
 /// `level` use it as one of the values.

@@ -56,7 +56,7 @@ pub const REASON: Column = Column::result("reason", Text, "", "reason of the fai
 pub const COMMAND: Column =
     Column::result("command", Text, "", "command that recomputes only this task");
 
-/// Columns that every row has, before its coordinates.
+/// Columns that every row has, before the parameter columns.
 const OWN: [Column; 5] = [STAGE, TASK, OUTCOME, REASON, COMMAND];
 
 /// Collector of the failures of a study.
@@ -70,7 +70,7 @@ impl Failures<'_> {
     /// Lists the tasks that a run could not compute, one per row.
     ///
     /// # Errors
-    /// Returns an error if two coordinates of the same name differ in type, which is a bug of a
+    /// Returns an error if two parameters of the same name differ in type. This would be a bug of a
     /// stage.
     pub fn of_run(&self, outcome: &RunOutcome) -> Result<Table, TableError> {
         let rows = outcome.failed.iter().map(|(task, error)| {

@@ -159,9 +159,9 @@ impl Validator<'_> {
         Validated { rows, surfaces: surfaces.and(&made.unwrap_or_default()), work, empty, tasks }
     }
 
-    /// Adds the tasks of a stage, or the tasks `above` of its inputs if these are more, to the
-    /// total. Reports a stage with too many tasks, and the first stage at which the study has too
-    /// many.
+    /// Adds the larger of `tasks` (of a stage) and `above` (of the inputs of the stage) to the
+    /// total number of tasks. Reports a stage with too many tasks, and the first stage at which the
+    /// study has too many.
     fn count(&mut self, tasks: usize, above: usize, name: &Span, problems: &mut Problems) {
         let before = self.tasks;
         self.tasks = before.saturating_add(tasks.max(above));

@@ -37,7 +37,7 @@ const ENOUGH: f64 = 8.0;
 const ENOUGH_CORRECTED: f64 = 3.0;
 /// Lower and upper estimate of the mesh error of the contact area at load 0.06, in per cent × nodes
 /// per shortest wavelength. Divide by the nodes per wavelength to get per cent.
-const ADDED: [f64; 2] = [50.0, 80.0];
+const MESH_ERROR_RANGE: [f64; 2] = [50.0, 80.0];
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warning {
@@ -52,7 +52,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Shortest wave of a surface, and its resolution by the mesh.
+/// Shortest wavelength of a surface, and its resolution by the mesh.
 #[derive(Debug, Clone, Copy)]
 struct ShortestWave {
     nodes: [u32; 2],
@@ -65,8 +65,8 @@ struct ShortestWave {
 }
 
 impl ShortestWave {
-    /// Returns the shortest wave of a generated surface. Returns `None` for measured surfaces and
-    /// for shapes without waves.
+    /// Returns the shortest wavelength of a generated surface. Returns `None` for measured surfaces
+    /// and for shapes without waves.
     fn from_params(params: &Params) -> Option<ShortestWave> {
         let grid = params.grid().ok()?;
         let steps = grid.larger_steps();
@@ -126,8 +126,8 @@ impl Study {
         warnings.collect()
     }
 
-    /// Warns of the coarsest mesh of a `generate` stage if its mesh error of the contact area is
-    /// large.
+    /// Warns of the coarsest mesh of a `generate` stage if this mesh causes a large error of the
+    /// contact area.
     fn coarse_mesh(&self, index: usize, stage: &Stage) -> Option<String> {
         let Work::Generate(ensembles) = &stage.work else {
             return None;
@@ -146,7 +146,7 @@ impl Study {
             1 => format!(" (1 other parameter point also has fewer than {enough})"),
             more => format!(" ({more} other parameter points also have fewer than {enough})"),
         };
-        let [least, most] = ADDED.map(|added| added / coarsest.resolution);
+        let [least, most] = MESH_ERROR_RANGE.map(|added| added / coarsest.resolution);
         let nodes = coarsest.mesh(1.0);
         let finer = coarsest.mesh(enough / coarsest.resolution);
         let remedy = match (enough == ENOUGH, coarsest.has_square_cells) {

@@ -93,7 +93,7 @@ impl LimitProblem {
 /// in this order of columns.
 ///
 /// `points` contains the small parameters and the inverse standard error of each point. The row of
-/// a point is multiplied by the latter.
+/// a point is multiplied by this inverse standard error.
 fn design(forms: &[TermForm], fit: &LimitFit, points: &[(&[f64], f64)]) -> DMatrix<f64> {
     let free: Vec<usize> =
         (0..forms.len()).filter(|&term| forms[term] == TermForm::FreePower).collect();

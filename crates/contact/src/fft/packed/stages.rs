@@ -26,9 +26,9 @@ struct Stage<T> {
     radix: usize,
     /// Number of registers in a block that this stage splits.
     block: usize,
-    /// exp(−2πi jq/n), where n is the number of values in a block, for each index j within a part
-    /// and each part q = 1, …, radix − 1, as real and imaginary parts. Each of these is one
-    /// register if `ALONG`, otherwise one number.
+    /// Twiddle factors exp(−2πi jq/n) for each index j within a part and each part q = 1, …, radix
+    /// − 1, where n is the number of values in a block. The real and the imaginary part of a factor
+    /// each take one register if `ALONG`, otherwise one number.
     twiddles: Aligned<T>,
 }
 

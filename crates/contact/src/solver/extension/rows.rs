@@ -128,10 +128,10 @@ impl<'a> ExtendedRows<'a> {
         }
     }
 
-    /// Returns two rows of values on nodes, interpolated along two rows of blocks, with weights.
-    /// The row `row` of the extension is their weighted sum.
+    /// Returns the row `row` of the extension as two rows of values, each with a weight. The
+    /// weighted sum of both rows is the extended residual of each node.
     ///
-    /// Both may have more nodes than this row.
+    /// Both slices may be longer than the row of nodes.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> [(&[f32], f32); 2] {
         let (block, part) = (row.index() / SIDE, row.index() % SIDE);
@@ -350,9 +350,10 @@ impl Extension {
         self.levels[0].blocks
     }
 
-    /// Extends the residual of free nodes, and returns a pass that writes its means over all nodes
-    /// of each of the smallest blocks. Sets `sums` to the sums of the residual over the free nodes
-    /// of each block.
+    /// Extends the residual of free nodes. Returns a pass that writes the mean of the extended
+    /// residual over each of the smallest blocks.
+    ///
+    /// Also sets `sums` to the sum of the residual over the free nodes of each block.
     pub fn extend_means<'a>(&'a mut self, threads: &Threads, sums: &'a mut [f32]) -> Means<'a> {
         self.clear_beyond_map();
         sums.copy_from_slice(&self.levels[0].values);

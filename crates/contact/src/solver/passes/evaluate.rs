@@ -191,7 +191,7 @@ pub struct StepOutput<'a, const YIELDS: bool> {
     /// Steps of free nodes, to which the pass adds the scaling of their pressures. Steps of other
     /// nodes are set to zero.
     pub last_step: Band<'a, f32>,
-    /// Sample of rows, which stores the displacements under the step.
+    /// Storage of the displacements under the step, for a sample of rows.
     pub sample: SampleBand<'a>,
     pub found: Vec<f32>,
 }

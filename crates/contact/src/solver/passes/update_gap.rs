@@ -31,9 +31,9 @@ pub struct UpdateGap<'a, const YIELDS: bool> {
 #[derive(Clone, Copy)]
 pub struct GapUpdate {
     pub offset: f32,
-    /// Factor, in the change of the gap, of the displacement under the clipped step.
+    /// Factor of the displacement under the clipped step, in the change of the gap.
     pub on_step: f32,
-    /// Factor, in the change of the gap, of the displacement under the pressure before the step.
+    /// Factor of the displacement under the pressure before the step, in the change of the gap.
     pub on_pressure: f32,
     pub reference: f32,
     /// Flag of nodes with pressure: [`PRESSED`], or [`FREE`] if a part of the step is undone.

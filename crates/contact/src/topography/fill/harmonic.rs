@@ -16,8 +16,8 @@ use crate::topography::surface::Scan;
 /// Heights in b are relative to the mean of the measured neighbours of the hole.
 const TOLERANCE: f64 = 1e-15;
 
-/// Maximum number of solutions by conjugate gradients, each of the residual that the previous ones
-/// left. They correct accumulated rounding errors.
+/// Maximum number of conjugate-gradient solutions for a hole. Each solution after the first one is
+/// for the residual of the previous solutions, to correct accumulated rounding errors.
 const ROUNDS: usize = 3;
 
 /// Gives heights to the missing points of a map by solving Laplace's equation in each hole.

@@ -25,7 +25,7 @@ pub enum Why {
     NewStage,
     /// A parameter point or a realization is new.
     New {
-        /// Coordinates that distinguish the new point or realization from all earlier ones.
+        /// Parameters that distinguish the new point or realization from all earlier ones.
         fields: Vec<Field>,
     },
     Changed {
@@ -47,7 +47,7 @@ pub enum Why {
     },
     /// A parameter point or a realization that was pooled before no longer exists.
     Fewer {
-        /// Coordinates of the removed point or realization.
+        /// Parameters of the removed point or realization.
         fields: Vec<Field>,
     },
     /// The order of the pooled tables has changed.
