@@ -141,7 +141,7 @@ fn add_stage(
 }
 
 /// Returns the description of a fit: its quantity, its load if it has one, and the parameters that
-/// distinguish it from the other fits of its table.
+/// distinguish the fit from the other fits of the table.
 fn description(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices) -> String {
     let parameters = table.in_role(Role::Parameter);
     let own = ParameterPoint::from_row(&parameters, group.row);

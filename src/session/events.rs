@@ -80,7 +80,7 @@ pub enum Notice<'a> {
         /// Memory limit of the run.
         allowance: MemoryLimit,
     },
-    /// A damaged table of a task, which is computed again.
+    /// Damaged table of a task. The task is computed again.
     Damaged(&'a Damage),
     /// A table of a stage that was edited after a run wrote it.
     Edited {

@@ -64,7 +64,7 @@ pub struct Reason<'a> {
     /// Expected core-seconds of these tasks.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
-    /// Changes in this stage and in the stages that it depends on, which make these tasks run.
+    /// Changes that make these tasks run, in this stage or in stages that it depends on.
     pub causes: Vec<NamedCause<'a>>,
     #[serde(skip)]
     stage: &'a str,

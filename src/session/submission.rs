@@ -50,7 +50,7 @@ pub struct PlannedSubmission {
     /// Array elements with their expected times.
     pub sizing: Sizing,
     pub scripts: Scripts,
-    /// Processors whose receipts give the speed; empty if it was measured on this machine.
+    /// Processors whose receipts give the speed; empty if the speed was measured on this machine.
     pub processors: Vec<String>,
     /// Number of tasks that are not in the store.
     pub missing: usize,

@@ -47,7 +47,7 @@ pub struct DescribedChannel {
     pub nodes: [usize; 2],
     /// Side lengths along x and y, if known.
     pub size: Option<[f64; 2]>,
-    /// Unit of the size, which is `m` or `None`.
+    /// Unit of the size: `m`, or `None` if the unit is unknown.
     pub size_unit: Option<&'static str>,
     /// Unit of the values of the map.
     pub unit: Option<String>,

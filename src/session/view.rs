@@ -86,7 +86,7 @@ pub struct Coordinate {
 }
 
 impl Session<'_> {
-    /// Draws the only task of a stage whose rows have these coordinates.
+    /// Draws the only task of `stage` that matches all `coordinates`.
     ///
     /// # Errors
     /// Returns an error if not exactly one task matches, or if the task has no such map.
@@ -318,7 +318,7 @@ impl FinishedTask {
     }
 }
 
-/// Returns those of `rows` whose load is `load`; there is at least one.
+/// Returns the elements of `rows` with the load `load`; there is at least one.
 ///
 /// # Errors
 /// Returns an error if no row has this load; the message names the nearest load.
@@ -365,7 +365,7 @@ impl FromStr for Coordinate {
     }
 }
 
-/// Returns the only task of a stage whose rows have these coordinates and this load.
+/// Returns the only task of `stage` that matches all `coordinates` and the load.
 fn chosen_task(
     stage: &str,
     coordinates: &[Coordinate],
@@ -400,7 +400,8 @@ fn chosen_task(
 }
 
 impl Coordinate {
-    /// Returns those of `rows` that have the required value in the column; there is at least one.
+    /// Returns the elements of `rows` that have the required value in the column; there is at least
+    /// one.
     fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
         let Coordinate { column, value } = self;
         let coordinates = table.coordinates();

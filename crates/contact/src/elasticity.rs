@@ -183,7 +183,7 @@ pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
 /// them up.
 const ROWS_PER_BATCH: usize = 64;
 
-/// Returns the mean of a kernel's factors over all N_x N_y waves, which is the kernel at the
+/// Returns the mean of a kernel's factors over all N_x N_y waves. This mean is the kernel at the
 /// origin.
 ///
 /// `factors(k_x, row)` writes the factors for k_y = 0, 1, …, N_y/2 to `row`. Several threads

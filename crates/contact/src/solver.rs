@@ -357,8 +357,7 @@ pub struct Outcome {
     pub yielded_depth: f64,
     /// Elastic energy per area ½⟨p u⟩, in units of E* × rms slope² × longer side.
     ///
-    /// It excludes the energy dissipated by yielding, which is hardness ×
-    /// [`Outcome::yielded_depth`].
+    /// It excludes the energy hardness × [`Outcome::yielded_depth`] that yielding dissipates.
     pub energy: f64,
     /// Largest pressure, in units of E* × rms slope; equal to the hardness if any node is
     /// saturated.

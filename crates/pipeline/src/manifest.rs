@@ -147,8 +147,8 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
 }
 
 impl StageTable {
-    /// Creates a stage of which only the name is known, so that stages that read it are not
-    /// reported too.
+    /// Creates a stage of which only the name is known. Stages that read it then cause no further
+    /// errors.
     fn unreadable(name: Spanned<String>) -> Self {
         Self { name, kind: None, from: None, points: None }
     }

@@ -194,7 +194,7 @@ pub enum ResultsError {
     /// The tables of two tasks contradict each other.
     #[error("cannot combine the tables of stage `{stage}`")]
     Table { stage: String, source: TableError },
-    /// The columns of a stage cannot be derived from those of its inputs.
+    /// The columns of a stage cannot be derived from the columns of its inputs.
     #[error("cannot derive the columns of stage `{stage}` from its inputs")]
     Columns { stage: String, source: StageError },
 }
@@ -272,8 +272,8 @@ fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     Ok(files)
 }
 
-/// Returns the digest of a published table, made from the keys of its tasks, the paths of its
-/// surface files and the descriptions of its columns.
+/// Returns the digest of a published table, computed from the keys of `tasks`, the paths of the
+/// surface files and the descriptions of the columns.
 fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles, description: &Table) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
     Digest::from_params(&(FORMAT, keys, sources.paths(), description.descriptions())).to_string()

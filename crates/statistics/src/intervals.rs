@@ -26,7 +26,7 @@ pub const FEWEST_SURFACES: usize = 5;
 /// Number of bisections for a quantile of Student's t; sufficient for double precision.
 const BISECTIONS: u32 = 64;
 
-/// Estimate of a quantity with its standard errors, which determine its confidence bounds.
+/// Estimate of a quantity, with the standard errors that determine its confidence bounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
     /// Description of the quantity, such as `k_upper 8, k_lower 2 over 1, load 0.02`.

@@ -1,7 +1,7 @@
 //! Fits of laws of rough contact, with confidence intervals from resampled surfaces.
 //!
 //! The input of most fits is [`Curves`]: the area fractions of all realizations of one parameter
-//! point on a common grid of loads. Loads are in units of E* h′, where h′ is the rms slope. A fit
+//! point under the same loads. Loads are in units of E* h′, where h′ is the rms slope. A fit
 //! returns parameters and the goodness of fit, or a [`FitError`].
 //!
 //! | module | contents |

@@ -16,9 +16,9 @@ const LEAST_DATA: usize = 3;
 /// Power law dp̄/dp₀ = β a^(μ−1) fitted to the area fraction a.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressureGrowth {
-    /// Exponent of the area fraction a, which is μ − 1 for a contact evolution law.
+    /// Exponent of the area fraction a. It is μ − 1 for a contact evolution law.
     pub exponent: f64,
-    /// Value of dp̄/dp₀ extrapolated to full contact, which is β for a contact evolution law.
+    /// Value of dp̄/dp₀ extrapolated to full contact. It is β for a contact evolution law.
     pub prefactor: f64,
     /// Goodness of fit of ln(dp̄/dp₀) in the intervals between loads.
     ///

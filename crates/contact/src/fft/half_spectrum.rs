@@ -54,8 +54,8 @@ struct ColumnShare<'a, T> {
     found: Vec<f64>,
 }
 
-/// Returns the factors of a kernel: that of the wave (k_x, k_y) at index `|k_y| * (N_x/2 + 1) +
-/// |k_x|`.
+/// Returns the factors of a kernel, with the factor of the wave (k_x, k_y) at index `|k_y| * (N_x/2
+/// + 1) + |k_x|`.
 ///
 /// `factors(k_y, column)` writes the factors for k_x = 0, 1, …, N_x/2 to `column`.
 pub fn kernel<T: Real>(nodes: [usize; 2], factors: impl Fn(usize, &mut [f64])) -> Aligned<T> {

@@ -79,8 +79,8 @@ pub struct Scratch<T> {
 }
 
 impl<T: Real> Scratch<T> {
-    /// Takes the tiles of `other` if they are longer than its own, and frees them otherwise. The
-    /// convolutions in progress in both scratches are lost.
+    /// Takes the tiles of `other` if they are longer than the tiles of `self`, and frees them
+    /// otherwise. The convolutions in progress in both scratches are lost.
     pub fn take_over<U>(&mut self, other: &mut Scratch<U>) {
         if other.tiles.len() > self.tiles.len() {
             self.tiles = std::mem::replace(&mut other.tiles, Aligned::zeros(0));

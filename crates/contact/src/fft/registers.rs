@@ -26,8 +26,8 @@ pub trait Registers: Copy {
     type Number: Real;
     type Lanes: Pod;
     const LANES: usize = <Self::Number as Vectorize>::LANES;
-    /// Arithmetic on the processor registers, of which [`Self::PARTS`] form one register of this
-    /// module.
+    /// Arithmetic on processor registers; [`Self::PARTS`] processor registers form one register of
+    /// this module.
     ///
     /// Operations that do not mix lanes process one processor register after the other, so that
     /// fewer values are live at a time.
@@ -92,7 +92,7 @@ impl Vectorize for f64 {
     }
 }
 
-/// Content of a processor register, one or two of which form a register of `R`.
+/// Content of a processor register; one or two processor registers form a register of `R`.
 pub type PartOf<R> = <<R as Registers>::Part as Registers>::Lanes;
 
 /// Transposes the square matrix in the first `LANES` registers, one row in each.

@@ -163,8 +163,8 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
     }
 }
 
-/// Calls `visit` with `rows`, adapted from a map of `nodes` to a mesh of which the map fills a
-/// corner.
+/// Calls `visit` with the pass `rows`, adapted from a map of `nodes` to a mesh that contains the
+/// map in a corner.
 pub fn in_corner<T: Real, P: Rows<T>>(
     nodes: [usize; 2],
     rows: &mut P,

@@ -186,8 +186,8 @@ impl Forest {
         })
     }
 
-    /// Returns, for each tree, whether its nodes percolate along x and along y by all their links,
-    /// including those outside the forest.
+    /// Returns, for each tree, whether it percolates along x and along y through all links between
+    /// the nodes of the tree, including links outside the forest.
     fn percolation(&self, links: &Links) -> Vec<[bool; 2]> {
         let mut percolation = vec![[false; 2]; self.roots.len()];
         for link in links.iter() {

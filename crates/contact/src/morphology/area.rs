@@ -39,11 +39,11 @@ pub struct ContactArea {
     /// Number of switches (cell edges between contact and gap) between nodes (i, j) and (i + 1, j).
     /// They have the length Δy.
     pub switches_along_columns: usize,
-    /// Number of contact nodes of which at least one of the 4 nearest neighbours is not in contact.
+    /// Number of contact nodes with at least one of the 4 nearest neighbours out of contact.
     pub edge_nodes_4: usize,
-    /// Number of contact nodes of which at least one of the 8 nearest neighbours is not in contact.
+    /// Number of contact nodes with at least one of the 8 nearest neighbours out of contact.
     pub edge_nodes_8: usize,
-    /// Number of contact nodes of which all 8 nearest neighbours are in contact.
+    /// Number of contact nodes with all 8 nearest neighbours in contact.
     pub interior_nodes: usize,
 }
 

@@ -27,8 +27,8 @@ const PER_DECADE: f64 = 0.18;
 
 /// Ratio of the time of a transform pair with a free boundary to the time with a periodic boundary.
 ///
-/// Every second pair is on a mesh of twice the nodes along both axes, most of which are zero. The
-/// others are on a mesh of 1.25 times the nodes along both axes.
+/// Every second pair is on a mesh of twice the nodes along both axes, mostly filled with zeros. The
+/// other pairs are on a mesh of 1.25 times the nodes along both axes.
 const FREE: f64 = 2.3;
 
 /// Time to compute the kernels of a free half-space, in seconds per node.

@@ -164,7 +164,8 @@ impl Hardness {
 /// On the mesh of the map, its methods use the transform `single` and the scratch with which
 /// pressures are convolved. On a larger mesh, they use a [`SeparateTransform`].
 pub struct Stiffness {
-    /// Numbers of nodes of the map, which is a corner of the mesh or the whole mesh.
+    /// Numbers of nodes of the map along x and y. The map is a corner of the mesh or the whole
+    /// mesh.
     map: [usize; 2],
     kernel: Kernel<f32>,
     apart: Option<SeparateTransform>,

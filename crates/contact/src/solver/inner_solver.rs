@@ -116,8 +116,8 @@ impl InnerSolver {
         self.threads = threads;
     }
 
-    /// Returns the step lengths of iterations that start from a coarser mesh if `is_nested`, and
-    /// otherwise those of all other iterations.
+    /// Returns the step lengths for iterations that start from a coarser mesh if `is_nested`,
+    /// otherwise the step lengths for all other iterations.
     pub fn step_lengths(&self, is_nested: bool) -> &StepLengths {
         if is_nested { &self.nested_step_lengths } else { &self.step_lengths }
     }

@@ -16,8 +16,8 @@ use super::{Hardness, Solver};
 use crate::fft::{Band, Row};
 
 impl Solver {
-    /// Changes the pressures so that their mean is the load: scales all of them, or only the
-    /// elastic ones if the hardness bounds them.
+    /// Scales the pressures so that their mean is the load. If the hardness bounds the pressures,
+    /// scales elastic pressures only.
     pub(super) fn impose_load(&mut self) {
         match self.inner.bound {
             None => {
@@ -374,7 +374,7 @@ impl Tally {
     }
 
     /// Appends the indices of the elastic nodes (0 < p < hardness) among at most [`LANES`] adjacent
-    /// nodes, of which the first has the index `first`.
+    /// nodes. The first of these nodes has the index `first`.
     #[inline(always)]
     fn gather(&mut self, first: u32, pressures: &[f64]) {
         let mut elastic = [0; LANES];

@@ -12,7 +12,7 @@ use super::{Outcome, Settings, Solver};
 use crate::elasticity::ElasticOperator;
 use crate::fft::{Band, Row};
 
-/// Ratio of the nodes of a mesh to those of the next coarser one.
+/// Ratio of the numbers of nodes of a mesh and of the next coarser mesh.
 pub const RATIO: f64 = 4.0;
 
 /// Ratio of the factor s in the map s p − g to the displacement of one node of the finer mesh under

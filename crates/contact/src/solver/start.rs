@@ -89,7 +89,7 @@ impl Solver {
         (self.inner.load > 0.0 && leads_there).then_some(reach)
     }
 
-    /// Saves the last solution, and sets the pressures to those of full contact under `load`.
+    /// Saves the last solution, and sets the pressures to the full-contact pressures under `load`.
     ///
     /// These are the solution if none of them is negative.
     pub(super) fn set_full_contact(&mut self, load: f64) {

@@ -200,7 +200,7 @@ pub(super) fn signed_wavenumber(i: usize, nodes: usize) -> f64 {
 /// represents.
 ///
 /// In general it is two: k and −k. It is one if k and −k coincide on the mesh. It is zero for the
-/// mean, and for entries of which the opposite entry counts for both modes.
+/// mean, and for entries whose opposite entry represents both modes.
 pub(super) fn multiplicity(i: usize, k_y: usize, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
     let alone = |index: usize, nodes: usize| index == 0 || 2 * index == nodes;
     match (alone(k_y, nodes_y), alone(i, nodes_x)) {

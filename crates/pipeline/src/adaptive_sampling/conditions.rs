@@ -144,8 +144,8 @@ fn read(
     })
 }
 
-/// Returns `task`, its first input, the first input of this input, and so on. The last task
-/// generates the surface or reads its spectrum.
+/// Returns `task`, its first input, the first input of this input, and so on. The last task in this
+/// list generates a surface or reads a spectrum.
 fn input_chain(plan: &Plan, task: usize) -> Vec<usize> {
     let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
     std::iter::successors(Some(task), above).collect()

@@ -66,8 +66,8 @@ impl Shard {
         self.count
     }
 
-    /// Returns the tasks of `among` that depend on a single surface, if it is in this shard. The
-    /// order is that of `among`.
+    /// Returns the tasks of `among` that depend on a single surface of this shard, in the order of
+    /// `among`.
     pub fn tasks(self, plan: &Plan, among: &[usize]) -> Vec<usize> {
         let surfaces = plan.surfaces();
         let is_in = |surface: TaskKey| Shard::containing(surface, self.count) == self;

@@ -26,7 +26,7 @@ pub struct Reasons {
 /// Missing tasks of one stage that would run for the same causes.
 #[derive(Debug)]
 pub struct Group {
-    /// Changes in this stage and in the stages that it depends on, which make the tasks run.
+    /// Changes that make the tasks run, in this stage or in stages that it depends on.
     pub causes: Vec<Cause>,
     pub tasks: Vec<usize>,
 }

@@ -159,8 +159,8 @@ impl StageRecord {
 }
 
 impl PointRecord {
-    /// Returns whether `other` computes everything that this point computes: its parameters are the
-    /// same, except that its lists may have additional elements.
+    /// Returns whether `other` computes everything that this point computes: `other` has the same
+    /// parameters, except that its lists may have additional elements.
     fn is_covered_by(&self, other: &PointRecord) -> bool {
         let is_equal = self.identity == other.identity;
         let mut fields = self.fields.iter();

@@ -15,7 +15,7 @@ use asperity_stages::form::{StagePoints, with_article};
 pub struct Graph {
     /// Indices of the inputs of each stage, in the order of the file. `None` if one is invalid.
     pub inputs: Vec<Option<Vec<usize>>>,
-    /// Indices of the stages. Each comes after its inputs, otherwise the order is that of the file.
+    /// Indices of the stages: each stage after its inputs, otherwise in the order of the file.
     pub order: Vec<usize>,
 }
 

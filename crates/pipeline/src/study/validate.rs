@@ -96,8 +96,8 @@ struct Validator<'a> {
     sources: SurfaceFiles,
     /// For each stage of the manifest, true if another stage or a condition reads it.
     is_read: Vec<bool>,
-    /// Sum over the validated stages of the number of their tasks, or of the tasks of their inputs
-    /// if these are more.
+    /// Total over the validated stages. Each stage counts with the number of its tasks or of the
+    /// tasks of its inputs, whichever is larger.
     tasks: usize,
     /// Validated stages by their index in the manifest. Inputs are validated before the stages that
     /// read them.
@@ -181,7 +181,7 @@ impl Validator<'_> {
         problems.push(Problem::new(message, name.clone(), label));
     }
 
-    /// Returns, for each input, its name and its table without rows. Returns `None` if one of these
+    /// Returns the name and the table without rows of each input. Returns `None` if one of these
     /// tables is unknown.
     fn tables_of(&self, inputs: &[usize]) -> Option<Vec<(String, Table)>> {
         let tables = inputs.iter().map(|&input| {

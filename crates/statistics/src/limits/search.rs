@@ -15,8 +15,8 @@ use crate::least_squares::{Design, Residuals, minimize};
 /// minimum.
 const STARTS: [f64; 3] = [1.0, 0.4, 2.5];
 
-/// Fits a law with `free` parameters to the points selected by `used`, of which there must be more
-/// than `free`. The mean of point i is `means[i]`.
+/// Fits a law with `free` parameters to the points selected by `used`. More than `free` points must
+/// be selected. The mean of point i is `means[i]`.
 pub fn fit(
     problem: &LimitProblem,
     forms: &[TermForm],
@@ -66,8 +66,8 @@ struct Solved {
 }
 
 impl VariableProjection<'_> {
-    /// Returns the free exponents that minimise χ². The iteration starts from those of `start`, if
-    /// it is given, otherwise from each of [`STARTS`].
+    /// Returns the free exponents that minimise χ². The iteration starts from the exponents of
+    /// `start` if it is given, otherwise from each of [`STARTS`].
     fn minimum<const P: usize>(&self, start: Option<&LimitFit>) -> Result<Vec<f64>, FitError> {
         let known = start.map(|fit| {
             let of_term = |&term: &usize| fit.exponents[term].unwrap_or(1.0);

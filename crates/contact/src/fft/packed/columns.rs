@@ -22,8 +22,8 @@ pub struct Columns<T> {
     nodes: [usize; 2],
     lanes: usize,
     stages: Stages<T, false>,
-    /// For each block k ≤ M/2, the L values of cos θ, then those of sin θ. Here θ = 2πk_x/N_x for
-    /// the frequencies k_x = k + pM of the block.
+    /// For each block k ≤ M/2, the L values of cos θ, then the L values of sin θ. Here θ =
+    /// 2πk_x/N_x for the frequencies k_x = k + pM of the block.
     turns: Aligned<T>,
 }
 

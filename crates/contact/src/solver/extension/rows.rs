@@ -292,8 +292,8 @@ fn take_all([of_own, of_other]: [f32; 2], own: &mut [f32], other: &mut [f32], va
     }
 }
 
-/// Output of the transpose of the extension: one value for each of the smallest blocks, which is
-/// used at the free nodes of this block only.
+/// Output of the transpose of the extension: one value for each of the smallest blocks, used only
+/// at the free nodes of the block.
 pub struct TransposeOutput<'a> {
     smallest: &'a Level,
     /// Present row of blocks, with the value of each block repeated for each of its nodes.

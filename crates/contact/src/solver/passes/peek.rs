@@ -356,7 +356,7 @@ impl Geometry {
     }
 
     /// Returns the row of stored values that belongs to the first sampled row of the map at or
-    /// after `row`, which is the first row of a pair or the end of the map.
+    /// after `row`. `row` must be the first row of a pair or the end of the map.
     fn kept_before(&self, row: Row) -> Row {
         let pairs = row.index().div_ceil(2);
         let sampled = (pairs + self.stride - 1 - self.stride / 2) / self.stride;

@@ -25,8 +25,8 @@ impl PendingUpdate {
 
     pub const ALL_BACK: Self = Self { scale: 1.0, part: 0.0 };
 
-    /// Returns 1 + `part` (`scale` − 1), the factor of the pressures, which is applied before the
-    /// rest of the step is undone.
+    /// Returns the factor 1 + `part` (`scale` − 1) of the pressures. It is applied before the rest
+    /// of the step is undone.
     pub fn of_pressure(self) -> f64 {
         1.0 + self.part * (self.scale - 1.0)
     }
@@ -46,8 +46,8 @@ impl Ceiling {
     }
 }
 
-/// Pass over corrections that turns them into a direction conjugate to the last step, and changes
-/// the pressures along it within their bounds.
+/// Pass over corrections that turns the corrections into a direction conjugate to the last step. It
+/// changes the pressures along this direction, within the bounds of the pressures.
 pub struct UpdatePressure<'a, const YIELDS: bool> {
     pub direction: Direction,
     pub ceiling: Ceiling,

@@ -257,7 +257,7 @@ impl StageChanges {
 struct PointMatches {
     /// For each present point, the index of the identical point on record.
     same: Vec<Option<usize>>,
-    /// For each present point, the index of the point on record of which it is an edited version.
+    /// For each present point that was edited, the index of its earlier version on record.
     edited: Vec<Option<usize>>,
     /// For each point on record, true if a present point matches it.
     is_taken: Vec<bool>,
