@@ -268,7 +268,7 @@ impl Session<'_> {
         Ok(sizing::shards_of(plan, &untried, &cost, elements))
     }
 
-    /// Returns the array elements of the last round without a receipt.
+    /// Returns the array elements that have left no receipt in the last round.
     fn silent(&self, study: &str, submission: &Submission) -> Result<Vec<u32>, SessionError> {
         let last = submission.submitted.last();
         let Some((Some(array), elements)) = last.map(|round| (round.array, &round.elements)) else {

@@ -154,7 +154,8 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Sess
     })
 }
 
-/// Serializes corners, because the crate `topography-files` does not depend on serde.
+/// Serializes the corners of a map. The crate `topography-files` cannot do this, because it does
+/// not depend on serde.
 fn corners<S: Serializer>(corners: &Corners, serializer: S) -> Result<S::Ok, S::Error> {
     let Corners { first, x_end, y_end, last } = corners;
     let named = [("first", first), ("x_end", x_end), ("y_end", y_end), ("last", last)];

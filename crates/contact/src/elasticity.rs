@@ -42,8 +42,8 @@ pub trait ElasticOperator: Send + Sync {
 
     /// Returns the numbers of nodes along x and y of the mesh for the convolution of pressures.
     ///
-    /// For periodic pressures it is the grid. Otherwise it is larger than the grid, and pressures
-    /// are padded with zeros.
+    /// For periodic pressures the mesh is the grid. Otherwise the mesh is larger than the grid, and
+    /// pressures are padded with zeros.
     fn convolved_nodes(&self) -> [usize; 2] {
         self.grid().nodes()
     }
@@ -57,7 +57,7 @@ pub trait ElasticOperator: Send + Sync {
     /// Returns the numbers of nodes along x and y of the mesh for the convolution of displacements
     /// with the stiffness.
     ///
-    /// For periodic bodies it is the grid. Otherwise it is the grid with a margin.
+    /// For periodic bodies the mesh is the grid. Otherwise the mesh is the grid with a margin.
     fn stiffness_nodes(&self) -> [usize; 2] {
         self.convolved_nodes()
     }

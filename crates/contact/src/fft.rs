@@ -314,7 +314,7 @@ impl<T: Real> Transform<T> {
     }
 
     /// Passes some of the rows that [`finish_and_store`](Self::finish_and_store) has stored to
-    /// `rows`. The numbers in `pairs` select them as in [`peek`](Self::peek).
+    /// `rows`. `pairs` selects these rows as in [`peek`](Self::peek).
     pub(crate) fn peek_stored(
         &self,
         pairs: &[usize],

@@ -73,8 +73,8 @@ pub struct Drawn {
 
 /// Generates the surface that the keys of a `generate` stage describe, for one realization.
 ///
-/// The heights equal those that such a stage stores, bit for bit. Paths of files are relative to
-/// the working directory.
+/// The heights equal the stored heights of such a stage, bit for bit. Paths of files are relative
+/// to the working directory.
 ///
 /// # Errors
 /// Returns an error if a key is invalid, if the keys describe several surfaces, or if a file cannot
@@ -305,8 +305,9 @@ fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     }
 }
 
-/// Returns the keys of an arbitrary surface, which the check of a `solve` stage requires. Its rms
-/// slope is unknown before it is generated, so that no check of the loads depends on it.
+/// Returns the keys of an arbitrary surface, which the check of a `solve` stage requires. The rms
+/// slope of this surface is unknown until the surface is generated. No check of the loads therefore
+/// depends on the surface.
 fn placeholder_surface() -> Keys {
     let keys =
         [("method", toml::Value::from("wave")), ("nodes", 16.into()), ("amplitude", 1.0.into())];

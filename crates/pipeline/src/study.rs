@@ -145,8 +145,8 @@ impl Study {
         })
     }
 
-    /// Returns the table of each stage without rows, which has the names, types, units and meanings
-    /// of the columns.
+    /// Returns a table without rows for each stage, with the names, types, units and meanings of
+    /// the columns.
     ///
     /// # Errors
     /// Returns an error if an SQL query of the study cannot be evaluated.

@@ -28,7 +28,7 @@ impl Graph {
     /// Creates a graph of `count` nodes.
     ///
     /// `grounds` contains nodes that are linked to the ground, with the conductance of this link.
-    /// `links` contains the two ends and the conductance of each link between nodes. It is called
+    /// `links` returns the two ends and the conductance of each link between nodes. It is called
     /// twice and must return the same links. Links of a node to itself are omitted, because they do
     /// not affect potentials.
     pub fn new<I>(count: usize, grounds: Vec<(u32, f64)>, links: impl Fn() -> I) -> Graph

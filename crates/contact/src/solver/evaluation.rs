@@ -40,8 +40,8 @@ impl Solver {
         self.finish_gap()
     }
 
-    /// Evaluates an initial guess. If rounding of the gaps hides their error, changes the reference
-    /// of the gaps and evaluates the guess again.
+    /// Evaluates an initial guess. If rounding of the gaps hides the error of the guess, changes
+    /// the reference of the gaps and evaluates the guess again.
     ///
     /// This happens if gaps differ much from their reference. The inner solver could not improve
     /// such a guess.

@@ -209,7 +209,8 @@ const MIN_DESCENT_PART: f64 = 0.5;
 /// disturb later directions.
 const MIN_PART: f64 = 0.25;
 
-/// Best fraction of a step below which the next step is shortened by this fraction.
+/// Threshold of the best fraction of a step. Below it, the next step length is multiplied by the
+/// best fraction, but at least by [`MIN_DESCENT_PART`].
 ///
 /// While many nodes change between free and fixed, one step too long follows another.
 const EXPECTED_PART: f64 = 0.8;

@@ -28,7 +28,8 @@ use crate::threads::Threads;
 /// Minimum number of nodes along the shorter side of the smallest mesh.
 const MIN_NODES: usize = 128;
 
-/// Minimum number of meshes, including the finest: on 256² nodes nested iteration takes longer.
+/// Minimum number of meshes for nested iteration, including the finest mesh. With two meshes, on
+/// 256² nodes, nested iteration takes longer than a solution on one mesh.
 const MIN_MESHES: usize = 3;
 
 /// Residual to reach on a coarser mesh, in units of rms slope × its smaller mesh step. Half or

@@ -134,8 +134,11 @@ impl Solver {
         self.begin(offset, None)
     }
 
-    /// Prepares iterations from the present pressures and gaps, or from their extrapolation by
-    /// `reach`, if given. The first residual is the gap minus `offset`.
+    /// Prepares iterations from the present pressures and gaps. If `reach` is given, first
+    /// extrapolates both to the next load; `reach` is the ratio of the next increment of the load
+    /// to the last one.
+    ///
+    /// The first residual is the gap minus `offset`.
     fn begin(&mut self, offset: f64, reach: Option<f64>) -> Start {
         match self.inner.bound {
             None => self.begin_as::<false>(offset, reach),

@@ -13,8 +13,9 @@ use crate::grid::Cell;
 ///
 /// The density is constant for `k_lower ≤ |k| < k_rolloff`, proportional to `|k|^(−2(1 + hurst))`
 /// for `k_rolloff ≤ |k| ≤ k_upper`, and zero elsewhere. Modes at both cutoffs belong to the
-/// spectrum, as in that paper; its tabulated Nayak parameters are reproduced. Wavenumbers are in
-/// units of 2π/L, where L is the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤ k_upper`.
+/// spectrum. This choice reproduces the Nayak parameters that the paper tabulates. Wavenumbers are
+/// in units of 2π/L, where L is the longer side of the cell, and `1 ≤ k_lower ≤ k_rolloff ≤
+/// k_upper`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// Hurst exponent, between 0 and 1.
@@ -139,7 +140,7 @@ impl Spectrum {
 
     /// Returns the spectral moments over the modes of a cell, up to a common factor.
     ///
-    /// Each mode has its expected power. Nayak's parameter differs from that of
+    /// Each mode has its expected power. Nayak's parameter differs from the value of
     /// [`Spectrum::continuum`], because a cell has few modes near `k_lower`. With `k_lower = 1` it
     /// is larger by about a half.
     ///

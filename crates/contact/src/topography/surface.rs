@@ -49,7 +49,7 @@ pub const HIGHEST: f64 = 1e100;
 /// Checks that no |h| exceeds [`HIGHEST`], ignoring heights that are not finite.
 ///
 /// # Errors
-/// Fails if a height exceeds it, with the indices of its node on `grid`.
+/// Fails if |h| exceeds [`HIGHEST`] at a node. The error has the indices of this node on `grid`.
 pub fn check_range(grid: Grid, heights: &[f64]) -> Result<(), SurfaceError> {
     let beyond = |height: &f64| height.is_finite() && height.abs() > HIGHEST;
     let Some(index) = heights.iter().position(beyond) else {

@@ -88,8 +88,8 @@ impl ResultReader {
         file.published()?.table_of(key).map(status::with_codes)
     }
 
-    /// Reads several tasks at a time from the published table of a stage; see
-    /// [`PublishedStage::leading_tables`].
+    /// Reads the tables of the first tasks of `keys` together, from the published table of a stage,
+    /// as [`PublishedStage::leading_tables`] does.
     pub fn published_consecutive(
         &self,
         stage: &str,

@@ -103,7 +103,8 @@ impl ShortestWave {
 }
 
 impl Study {
-    /// Returns the warnings about a study that are shown before it runs.
+    /// Returns the warnings about a study that are shown before it runs. Each warning states one of
+    /// these problems:
     ///
     /// - A mesh overestimates the contact area.
     /// - Lists of `nodes` and `side` are ambiguous.

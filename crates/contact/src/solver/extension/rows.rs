@@ -47,7 +47,8 @@ impl Extension {
 
 impl ResidualRows<'_> {
     /// Adds a row of the residual, which must be zero at nodes that are not free; `last_step` holds
-    /// the flags of the nodes. Only groups marked in `groups`, which have a free node, are added.
+    /// the flags of the nodes. Only the groups marked in `groups` are added; these have a free
+    /// node.
     #[inline(always)]
     pub fn add_row<S: Simd, const R: usize>(
         &mut self,

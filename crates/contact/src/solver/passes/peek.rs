@@ -21,8 +21,8 @@ pub struct Means {
     pub last_step: f64,
     /// Mean correction over the free nodes of the sampled rows only.
     pub sampled_correction: f64,
-    /// Mean of correction × displacement under the last step, over the free nodes of the sampled
-    /// rows.
+    /// Mean of z A s over the free nodes of the sampled rows, with the correction z and the
+    /// displacement A s under the last step s.
     pub correction_on_image: f64,
 }
 

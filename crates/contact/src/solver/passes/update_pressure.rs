@@ -121,16 +121,15 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
 }
 
 /// Coefficients of the direction, step length and pending update, the same for all nodes.
+///
+/// The pending update changes the pressure p by `of_pressure` × p + `of_step` × s, with the last
+/// step s. The direction is −z + `beta` × s + `scaling` × p − `mean`, with the correction z.
 #[derive(Clone, Copy)]
 pub struct Direction {
-    /// Factor of the pressure in the change of the pressure by the pending update.
     of_pressure: f32,
-    /// Factor of the last step in the change of the pressure by the pending update.
     of_step: f32,
-    /// Factor β of the last step in the direction.
     beta: f32,
-    /// Factor of the pressure in the direction. The direction contains the pressure because the
-    /// last step scaled it.
+    /// Factor of the pressure in the direction, because the pending update scales the pressures.
     scaling: f32,
     /// Number that is subtracted from the direction, so that a step keeps the mean pressure if
     /// nothing is clipped.
