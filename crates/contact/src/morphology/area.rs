@@ -132,8 +132,8 @@ impl ContactArea {
     }
 }
 
-/// Row of a map as bits, with 64 nodes per word. Neighbours outside an isolated map count as the
-/// edge node itself.
+/// Row of a map as bits, with 64 nodes per word. Outside an isolated map, the node at the edge is
+/// repeated as its own neighbour.
 struct Row {
     /// Bit j is set if node j is in contact.
     bits: Vec<u64>,

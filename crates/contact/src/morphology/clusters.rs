@@ -169,8 +169,8 @@ fn close_row(forest: &mut Forest, runs: &[Run], row: Range<usize>, nodes: usize)
     }
 }
 
-/// Joins the runs of two adjacent rows that share a column. Each such link crosses the boundary of
-/// the cell `crossing` times along x.
+/// Joins the runs of two adjacent rows that share a column. Each link between two runs crosses the
+/// boundary of the cell `crossing` times along x.
 fn join_rows(
     forest: &mut Forest,
     runs: &[Run],

@@ -63,8 +63,8 @@ const SINGLE_REDUCTION: f64 = 1e-5;
 /// double precision directly.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
-/// Expected reduction like [`EXPECTED_REDUCTION`], for a material that yields. In such a material
-/// only strips of nodes are elastic.
+/// Expected factor by which one iteration reduces the residual if the material yields, in place of
+/// [`EXPECTED_REDUCTION`]. In such a material only strips of nodes are elastic.
 const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
 
 /// Reason why a series of iterations ended, with the data for the evaluation of the pressures.

@@ -72,8 +72,8 @@ pub enum PreparationError {
     Flat,
 }
 
-/// Maximum height range after the preparation, relative to the range before, that is only rounding
-/// error. Such a map is flat.
+/// Maximum ratio of the height ranges after and before the preparation at which the remaining
+/// heights are only rounding errors. Such a map counts as flat.
 const FLAT: f64 = 1e-12;
 
 impl Preparation {

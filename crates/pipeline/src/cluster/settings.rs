@@ -34,9 +34,11 @@ const MAX_ELEMENTS: u32 = 1_000_000;
 /// Maximum value of the setting `rounds`.
 const MAX_ROUNDS: u32 = 100;
 
-/// Declares each setting once: documentation, type and schema as a key of the file, type and
-/// conversion as a value, and the command-line argument. It defines `ClusterTable`, the keys of the
-/// file, and [`Settings`], the values from a file or from the command line.
+/// Declares the settings. For each setting, it defines the key of the file with documentation, type
+/// and schema, the value with type and conversion, and the command-line argument.
+///
+/// `ClusterTable` has the keys of the file, and [`Settings`] the values from a file or from the
+/// command line.
 macro_rules! settings {
     ($($(#[$declared:meta])* $name:ident: $written:ty => $value:ty, $check:expr, {$($argument:tt)*};)*) => {
         #[derive(Debug, Default, Deserialize, JsonSchema)]

@@ -219,8 +219,8 @@ impl<'a> Walk<'a> {
         self.removals.push(stage_causes.removals);
     }
 
-    /// Returns the set of the causes why a task differs from the last run. Also records the stage
-    /// of the task and the sets that it passes on.
+    /// Returns the index of the set of causes why a task differs from the last run. Also records
+    /// the stage of the task and the sets that it passes on.
     fn task(
         &mut self,
         stage: usize,
@@ -251,7 +251,7 @@ impl<'a> Walk<'a> {
         own
     }
 
-    /// Returns the set of the causes that a task inherits from the tasks that it reads.
+    /// Returns the index of the set of causes that a task inherits from the tasks that it reads.
     fn inputs(&mut self, task: usize, stage_causes: &StageCauses) -> usize {
         let task = &self.plan.tasks[task];
         let reach = task.recipe.input_scope();
