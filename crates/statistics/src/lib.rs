@@ -97,8 +97,8 @@ pub enum FitError {
     )]
     NoDecay { window: Window },
     #[error(
-        "the gap of {without} of {surfaces} surfaces does not change from open to sealed along \
-             {channels} with loads in {window}: compute lighter or heavier loads"
+        "{without} of {surfaces} surfaces do not change from open to sealed along {channels} at the \
+             loads in {window}; add lighter or heavier loads"
     )]
     NotSealed { without: usize, surfaces: usize, channels: percolation::Channels, window: Window },
     #[error(

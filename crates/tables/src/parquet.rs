@@ -84,7 +84,7 @@ pub enum ParquetError {
     Footer(InvalidThrift),
     #[error("invalid page of column `{column}`: {problem}")]
     Page { column: String, problem: InvalidThrift },
-    #[error("the parts of the file contradict each other")]
+    #[error("the rows or columns of the file do not match its footer; create the file again")]
     Malformed,
     /// A column has a type that no table of this program has.
     #[error("column `{name}` has the unsupported type {found}")]

@@ -31,7 +31,7 @@ pub enum TableError {
         row: usize,
         value: f64,
     },
-    #[error("cannot combine the tables")]
+    #[error("an Arrow operation on a table failed")]
     Arrow(#[from] arrow::error::ArrowError),
 }
 

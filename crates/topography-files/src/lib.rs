@@ -103,11 +103,7 @@ pub enum TopographyFileError {
     Empty,
     #[error("damaged or unsupported {name} file ({title})")]
     Damaged { name: &'static str, title: &'static str, source: FormatError },
-    #[error(
-        "no reader accepts this file, which starts with {start}: {}; its first bytes match no \
-         signature of {}",
-        attempts(tried), others.join(", ")
-    )]
+    #[error("no known format matches the file, which starts with {start} ({})", attempts(tried))]
     Unknown {
         start: String,
         /// Names of the formats without a signature, with the error of each reader.
@@ -320,7 +316,7 @@ fn at_least_one<'a>(
 }
 
 fn attempts(tried: &[(&'static str, FormatError)]) -> String {
-    let each = tried.iter().map(|(name, error)| format!("{name}: {error}"));
+    let each = tried.iter().map(|(name, error)| format!("as {name}: {error}"));
     each.collect::<Vec<_>>().join("; ")
 }
 

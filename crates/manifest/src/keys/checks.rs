@@ -160,8 +160,12 @@ pub fn report_equal_points<'p, T, P: Serialize + 'p>(
         let span = &point.span;
         let text = serde_json::to_string(params).expect("parameters are plain data");
         if let Some(before) = seen.insert(text, span) {
-            let problem = Problem::new("two cases are identical", span.clone(), "this case");
-            problems.push(problem.and(before.clone(), "is equal to this one"));
+            let problem = Problem::new(
+                "two cases are identical",
+                span.clone(),
+                "the same as the first case, after defaults are applied",
+            );
+            problems.push(problem.and(before.clone(), "first case"));
         }
     }
 }

@@ -230,9 +230,9 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         let name = key.get_ref().as_ref();
         let position = self.layout.swept.iter().position(|swept| *swept == name);
         if let Some(other) = self.grid.common_key(position, name) {
-            let message = format!("`{name}` is given both by a case and for all cases");
-            let problem = Problem::new(message, key.span(), "here for one case");
-            self.problems.push(problem.and(other, "here for all cases"));
+            let message = format!("`{name}` is given both in a case and for all cases");
+            let problem = Problem::new(message, key.span(), "given in this case");
+            self.problems.push(problem.and(other, "given for all cases"));
             return false;
         }
         if position.is_some() {
@@ -359,12 +359,12 @@ impl<'i> Grid<'i> {
 
 fn too_many(points: usize, values: usize, span: &Span) -> Problem {
     let message = if points > MAX_POINTS {
-        format!("the grid has {points} points; the maximum is {MAX_POINTS}")
+        format!("the swept keys give {points} parameter points; the maximum is {MAX_POINTS}")
     } else {
-        format!("the grid has {values} values; the maximum is {MAX_VALUES}")
+        format!("the parameter points hold {values} values; the maximum is {MAX_VALUES}")
     };
     Problem::new(message, span.clone(), "swept lists are combined with each other")
-        .help("list the combinations that you need: `cases = [{ … }, { … }]`")
+        .help("to list only the combinations that you need, write `cases = [{ … }, { … }]`")
 }
 
 /// Returns one value of each axis. The indices of the values are the digits of `combination` in the

@@ -57,9 +57,9 @@ fn check_names(stages: &[StageTable], problems: &mut Problems) {
                 Problem::new(
                     format!("stage name `{value}` differs from another one only in case"),
                     span.clone(),
-                    "this name",
+                    "the same name in another case",
                 )
-                .and(before.clone(), "and this one")
+                .and(before.clone(), "first name")
                 .help(
                     "rename one stage: some file systems treat `area.parquet` and `Area.parquet` \
                      as the same file",
@@ -201,11 +201,15 @@ fn report_cycle(
             format!("stages read each other in a cycle: {}", path.join(" ← "))
         }
     };
-    let mut edges = (0..cycle.len()).filter_map(|index| reads(cycle[index], next(index)));
-    if let Some(first) = edges.next() {
-        let mut problem = Problem::new(message, first.span.clone(), "this stage is read here");
-        for edge in edges.take(5) {
-            problem = problem.and(edge.span.clone(), "and this one here");
+    let mut edges = (0..cycle.len()).filter_map(|index| {
+        let (reader, input) = (cycle[index], next(index));
+        let label = format!("`{}` reads `{}`", name(&reader), name(&input));
+        Some((reads(reader, input)?.span.clone(), label))
+    });
+    if let Some((span, label)) = edges.next() {
+        let mut problem = Problem::new(message, span, label);
+        for (span, label) in edges.take(5) {
+            problem = problem.and(span, label);
         }
         problems.push(
             problem.help(
@@ -243,6 +247,13 @@ pub fn check_flow(
             let help = match rows {
                 RowKind::Spectra => {
                     "set `heights = \"redraw\"` in that stage so that it provides surfaces"
+                        .to_owned()
+                }
+                _ if read.is_some_and(|(_, before)| before != rows)
+                    && reads.rows.contains(&rows) =>
+                {
+                    "all stages in `from` must provide the same kind of rows; only an `aggregate` \
+                     stage with `sql` can combine different kinds"
                         .to_owned()
                 }
                 _ => format!("{} reads {}", with_article(kind), reads.from),

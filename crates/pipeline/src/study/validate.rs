@@ -165,20 +165,22 @@ impl Validator<'_> {
     fn count(&mut self, tasks: usize, above: usize, name: &Span, problems: &mut Problems) {
         let before = self.tasks;
         self.tasks = before.saturating_add(tasks.max(above));
-        let (message, label) = if tasks > MAX_TASKS {
+        let (message, label, help) = if tasks > MAX_TASKS {
             (
                 format!("the stage has {tasks} tasks, but at most {MAX_TASKS} are allowed"),
-                "the points of its grid multiply with those of its inputs",
+                "limit exceeded here",
+                "sweep fewer values: the parameter points of a stage multiply with those of its inputs",
             )
         } else if self.tasks > MAX_TASKS_OF_STUDY && before <= MAX_TASKS_OF_STUDY {
             (
                 format!("the study has more than {MAX_TASKS_OF_STUDY} tasks"),
-                "exceeded at this stage; split the study, equal tasks are computed only once",
+                "limit exceeded at this stage",
+                "split the study: studies share the results of equal tasks",
             )
         } else {
             return;
         };
-        problems.push(Problem::new(message, name.clone(), label));
+        problems.push(Problem::new(message, name.clone(), label).help(help));
     }
 
     /// Returns the name and the table without rows of each input. Returns `None` if one of these

@@ -83,7 +83,7 @@ fn params(table: &AggregateTable, input: Option<&Table>, checks: &mut Checks) ->
     if let Some(sql) = table.sql.written() {
         return query(table, sql, checks);
     }
-    checks.forbidden("columns", &table.columns, "describes the result of `sql`")?;
+    checks.forbidden("columns", &table.columns, "needs the key `sql`")?;
     let group_by = match checks.optional("group_by", &table.group_by)? {
         None => Some(None),
         Some(written) => named_columns("group_by", written, input, checks).map(Some),
@@ -216,14 +216,16 @@ fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -
             let suffix = column.strip_prefix(over.as_str()).and_then(|rest| rest.strip_prefix('_'));
             let problem = if column == over {
                 let message = format!("{column:?} is in `group_by` and in `over`");
-                Problem::new(message, span, "constant within a group")
+                Problem::new(message, span, "`group_by` keeps this column constant in each group")
             } else if suffix.is_some_and(is_statistic) {
                 let message = format!("two columns would be called {column:?}");
                 Problem::new(message, span, "a column of the groups")
             } else {
                 continue;
             };
-            checks.problems.push(problem.and(over_span, "this column is reduced to statistics"));
+            checks
+                .problems
+                .push(problem.and(over_span, "`over` reduces this column to statistics"));
             clear = None;
         }
     }
@@ -353,7 +355,7 @@ fn models(
         } else if !needed().all(is_grouped) {
             let missing = listed(needed().filter(|name| !is_grouped(name)), "and");
             let message = format!("the model needs {missing} in `group_by`");
-            report(message, "needs one value of these for each group");
+            report(message, "needs groups with one value of each of these columns");
         }
         models.push(model);
     }

@@ -108,7 +108,7 @@ pub struct FileTable {
 
 table!(FileTable);
 
-/// A rectangle of a map that `crop` keeps.
+/// The rectangle that `crop` keeps of a map.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
@@ -185,7 +185,7 @@ pub fn files(
     Some(planned)
 }
 
-/// The keys of one point that concern the map in its file.
+/// Keys of one parameter point that concern the map in the file.
 struct FileKeys<'a> {
     path: &'a Spanned<String>,
     table: &'a FileTable,
@@ -194,8 +194,8 @@ struct FileKeys<'a> {
     preparation: Preparation,
 }
 
-/// Reports points whose keys differ but give the same surface, because its results would count
-/// twice.
+/// Reports parameter points that describe the same surface by different keys, because the results
+/// of this surface would count twice.
 fn report_same_surfaces(
     section: &Section<FileTable>,
     resolved: &[Params],
@@ -217,8 +217,12 @@ fn report_same_surfaces(
                 let message = format!("two values of `{name}` give the same surface");
                 Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
             }
-            Some(_) => Problem::new("two cases are identical", point.span.clone(), "this case")
-                .and(before.span.clone(), "is equal to this one"),
+            Some(_) => Problem::new(
+                "two cases are identical",
+                point.span.clone(),
+                "the same as the first case, after defaults are applied",
+            )
+            .and(before.span.clone(), "first case"),
         });
     }
 }
@@ -237,8 +241,8 @@ fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
     ]
 }
 
-/// Returns the canonical form of a surface, used to detect duplicate points. It has the number of
-/// the map instead of its name, the crop in nodes, and no keys without effect.
+/// Returns the canonical form of a recipe, used to detect duplicate points. It contains the number
+/// of the map instead of its name, the crop in nodes, and no keys without effect.
 fn canonical(params: &Params) -> Params {
     let mut params = params.clone();
     if let Origin::File(file) = &mut params.origin {
@@ -260,7 +264,8 @@ fn canonical(params: &Params) -> Params {
     params
 }
 
-/// Returns the surface for a file that cannot be read now, from the record of an earlier run.
+/// Returns the recipe of a surface whose file cannot be read now, from the record of an earlier
+/// run.
 fn recalled_surface(
     recalled: &RecordedFile,
     table: &FileTable,
@@ -310,15 +315,14 @@ enum FoundMap {
     RecordedFile(RecordedFile),
 }
 
-/// Reader of the files of a stage, which keeps the last map. Points that differ only in the
-/// preparation of a map therefore read its file once.
+/// Reader of the files of a stage. It keeps the last map, because parameter points that differ only
+/// in the preparation read the same map.
 struct FileCache<'a> {
     sources: &'a mut SurfaceFiles,
-    /// Path, channel, hash and map of the last reading. `path` and `channel` vary slowest in the
-    /// grid, so that one entry is enough.
+    /// Path, channel, hash and map of the file that was read last. One entry is enough, because
+    /// `path` and `channel` vary slowest among the parameter points.
     last: Option<(String, Option<ChannelChoice>, ContentHash, Rc<MapFile>)>,
-    /// Path of each file that a point reads, and the position of the path in the manifest, by the
-    /// content of the file.
+    /// For each file content: the path of the file, and the position of this path in the manifest.
     seen: BTreeMap<ContentHash, (String, Span)>,
 }
 
@@ -327,7 +331,8 @@ impl FileCache<'_> {
         FileCache { sources, last: None, seen: BTreeMap::new() }
     }
 
-    /// Reads a map, so that its problems are reported before a run.
+    /// Reads a map when the manifest is checked, so that problems with the file are reported before
+    /// a run.
     fn map(
         &mut self,
         path: &Spanned<String>,
@@ -341,7 +346,7 @@ impl FileCache<'_> {
             return Ok(FoundMap::Map(*content, Rc::clone(map)));
         }
         let refuse = |reason: String, label: &str| {
-            let message = format!("{:?} {reason}", path.value);
+            let message = format!("cannot read {:?}: {reason}", path.value);
             let problem = Problem::new(message, path.span.clone(), label);
             Err(match FileTable::layout().doc("path") {
                 Some(doc) => problem.help(doc),
@@ -354,9 +359,9 @@ impl FileCache<'_> {
                 if let Some(recalled) = self.sources.recall(Path::new(&path.value)) {
                     return Ok(FoundMap::RecordedFile(recalled));
                 }
-                return refuse(format!("cannot be read: {source}"), "relative to the manifest");
+                return refuse(source.to_string(), "the path is relative to the manifest");
             }
-            Err(error) => return refuse(format!("cannot be read: {error}"), "this file"),
+            Err(error) => return refuse(error.to_string(), "unreadable file"),
         };
         match MapFile::read(&bytes, channel) {
             Ok(map) => {
@@ -366,12 +371,12 @@ impl FileCache<'_> {
                 Ok(FoundMap::Map(content, map))
             }
             Err(MapFileError::Channel(error)) => Err(no_channel(path, table, &error)),
-            Err(error) => refuse(format!("cannot be read: {}", chain(&error)), "this file"),
+            Err(error) => refuse(chain(&error), "unreadable file"),
         }
     }
 
-    /// Refuses a path to a file whose content equals that of a file with another path, because the
-    /// surface would count twice.
+    /// Refuses a file with the same content as a file with another path, because the surface would
+    /// count twice.
     fn check_distinct(
         &mut self,
         content: ContentHash,
@@ -386,8 +391,9 @@ impl FileCache<'_> {
             return Some(());
         }
         let message = format!("{:?} and {other:?} have the same content", path.value);
-        let problem = Problem::new(message, path.span.clone(), "this file");
-        checks.reject(problem.and(span, "and this one"))
+        let problem = Problem::new(message, path.span.clone(), "repeated content")
+            .help("keep one of these paths: its surfaces would count twice");
+        checks.reject(problem.and(span, "same content"))
     }
 }
 
@@ -396,8 +402,12 @@ fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -
     let message = format!("{:?}: {error}", path.value);
     let channel = table.channel.written().map(|channel| &channel.span);
     let span = channel.unwrap_or(&path.span).clone();
+    let label = match error {
+        ChannelError::Ambiguous { .. } => "several channels have this name",
+        _ => "no such channel",
+    };
     let problem =
-        Problem::new(message, span, "this channel").and(path.span.clone(), "of this file");
+        Problem::new(message, span, "selected channel").and(path.span.clone(), "file to read");
     match error {
         ChannelError::Unknown { wanted, names } => {
             let names = names.iter().map(String::as_str);
@@ -405,10 +415,10 @@ fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -
             let meant = meant.map_or_else(String::new, |meant| format!("did you mean `{meant}`? "));
             let numbered = names.enumerate().map(|(index, name)| format!("{} `{name}`", index + 1));
             let all: Vec<_> = numbered.collect();
-            problem.help(format!("{meant}its channels are {}", all.join(", ")))
+            problem.help(format!("{meant}the channels of the file are {}", all.join(", ")))
         }
         ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
-            problem.help(format!("`asperity surface {}` lists them", path.value))
+            problem.help(format!("list the channels with `asperity surface {}`", path.value))
         }
     }
 }

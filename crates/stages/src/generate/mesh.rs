@@ -12,7 +12,8 @@ use asperity_manifest::keys::{Key, OnAxes};
 pub const MIN_NODES: u32 = 4;
 /// Maximum number of nodes per side of a cell.
 pub const MAX_NODES: u32 = 16384;
-/// Maximum number of waves along a side, and maximum of cutoff wavenumbers: two nodes per wave.
+/// Maximum number of waves along a side, with two nodes per wave. It also bounds cutoff
+/// wavenumbers.
 pub const MAX_WAVES: u32 = MAX_NODES / 2;
 
 /// Two values, one along x and one along y.
@@ -68,12 +69,13 @@ impl Mesh {
     }
 }
 
-/// A wave that the mesh must resolve, for [`check_waves`].
+/// Highest wavenumbers that the mesh must resolve, with the manifest key that sets them.
+/// [`check_waves`] checks them.
 pub struct Wave<'a> {
     /// The key and its value as in the manifest: `k_upper = 32`.
     pub written: String,
     pub span: &'a Span,
-    /// Maximum number of waves along x and along y.
+    /// Highest wavenumbers along x and y, in waves per side.
     pub waves: [u32; 2],
 }
 
@@ -109,9 +111,9 @@ fn single_side(
     side_span: Option<&Span>,
 ) -> Problem {
     let message = format!("`nodes = {nodes}` is a pair, but `side` is one number");
-    let problem = Problem::new(message, nodes_span.clone(), "along x and along y");
+    let problem = Problem::new(message, nodes_span.clone(), "numbers of nodes along x and y");
     let problem = match side_span {
-        Some(span) => problem.and(span.clone(), "one number"),
+        Some(span) => problem.and(span.clone(), "a square cell"),
         None => problem,
     };
     let square = square_cells(nodes.pair(), longer_side);
@@ -128,8 +130,8 @@ pub fn square_cells(counts: [u32; 2], longer_side: f64) -> OnAxes<f64> {
 fn single_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span) -> Problem {
     let side = OnAxes::Each(lengths);
     let message = format!("`side = {side}` is a pair, but `nodes` is one number");
-    let problem = Problem::new(message, side_span.clone(), "along x and along y")
-        .and(nodes_span.clone(), "one number");
+    let problem = Problem::new(message, side_span.clone(), "sides along x and y")
+        .and(nodes_span.clone(), "a square mesh");
     let longer_side = lengths[0].max(lengths[1]);
     let square = lengths.map(|length| f64::from(most) * (length / longer_side));
     let are_whole = square.iter().all(|nodes| nodes.fract() == 0.0);
@@ -141,8 +143,8 @@ fn single_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Spa
     })
 }
 
-/// Refuses waves that the mesh does not resolve, with fewer than two nodes per wave. If
-/// `phases_matter`, exactly two nodes per wave are refused too, because the extrema may fall
+/// Refuses wavenumbers with fewer than two nodes per wave, which the mesh does not resolve. If
+/// `phases_matter`, also refuses exactly two nodes per wave, because the extrema may then fall
 /// between the nodes.
 pub fn check_waves(
     wave: &Wave,

@@ -224,7 +224,7 @@ fn cutoff<'t>(
     if let Some(key) = key.written() {
         let message = format!("`{name}` and `{length_name}` exclude each other");
         let problem = Problem::new(message, written.span.clone(), "the wavelength")
-            .and(key.span.clone(), "follows from it");
+            .and(key.span.clone(), "follows from the other key");
         checks.report(length_name, problem);
         return None;
     }

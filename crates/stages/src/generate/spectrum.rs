@@ -253,7 +253,10 @@ fn file_source(
                 let (content, unit) = (recalled.content, written_unit(table));
                 return Some(Source::File { content, unit });
             }
-            return refuse(format!("cannot be read: {source}"), "relative to the manifest");
+            return refuse(
+                format!("cannot be read: {source}"),
+                "the path is relative to the manifest",
+            );
         }
         Err(error) => return refuse(format!("cannot be read: {error}"), "this file"),
     };
@@ -289,11 +292,11 @@ fn length_scale(
     let scale = spectrum.length_scale(&written_unit(table));
     if let (None, Some(written), Some(own)) = (scale, table.unit.written(), &spectrum.unit) {
         let message = format!(
-            "`unit = {:?}` cannot be converted from the unit {own:?} of the file",
+            "cannot convert the spectrum from {own:?}, the unit of the file, to `unit = {:?}`",
             written.value
         );
         let problem = Problem::new(message, written.span.clone(), "must be a unit of length")
-            .and(path.span.clone(), "has another unit");
+            .and(path.span.clone(), format!("has the unit {own:?}"));
         checks.report("unit", problem);
     }
     scale

@@ -197,7 +197,11 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
 /// Returns the number of bins per decade of area, and refuses `bins` for other quantities of loads.
 fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<u32> {
     if what != What::Clusters {
-        checks.forbidden("bins", &table.bins, "for surfaces and for `what = \"clusters\"`")?;
+        checks.forbidden(
+            "bins",
+            &table.bins,
+            "applies only to surfaces and to `what = \"clusters\"`",
+        )?;
     }
     let bins = checks.value_or("bins", &table.bins, DEFAULT_BINS_PER_DECADE)?;
     let written = table.bins.written().filter(|_| bins > MAX_BINS_PER_DECADE);

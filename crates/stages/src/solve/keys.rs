@@ -23,7 +23,7 @@ use asperity_manifest::keys::{Key, Section, Spanned, table};
 
 /// Maximum value of `max_pairs`.
 const MAX_PAIRS: u32 = 1_000_000;
-/// Maximum number of loads, summed over all points of a grid.
+/// Maximum number of loads, summed over all parameter points of a stage.
 const MAX_LOADS_OF_STAGE: usize = 1_000_000;
 
 /// Solution of the contact of surfaces under a sequence of loads.
@@ -43,8 +43,8 @@ pub struct SolveTable {
     /// Boundary condition at the edges of the cell.
     #[schemars(extend("default" = "periodic"), transform = swept)]
     pub boundary: Key<Boundary>,
-    /// Hardness of the material, in the unit of `hardness_unit`: no pressure exceeds it, and nodes
-    /// under this pressure yield. Every load must be below it, and loads can only increase. By
+    /// Hardness of the material, in the unit of `hardness_unit`: pressures are limited to it, and
+    /// nodes that reach it yield. Every load must be below it, and loads can only increase. By
     /// default the material is elastic.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub hardness: Key<f64>,
@@ -123,8 +123,8 @@ pub enum Method {
     Asperities,
 }
 
-/// Returns the blocks of loads of a stage, one for each point of its grid, or `None` after
-/// reporting problems.
+/// Returns the blocks of loads of a stage, one for each parameter point, or `None` after reporting
+/// problems.
 pub fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let blocks = blocks(section, &context.surfaces, context.problems)?;
     let recipes = blocks.into_iter().map(|block| Recipe::Solve(Arc::new(block)));
@@ -176,8 +176,11 @@ fn boundary(
     let message = format!(
         "the map of stage `{stage}` is not periodic, but its contact is solved as periodic"
     );
-    let span = table.boundary.written().map_or(&section.span, |written| &written.span);
-    let problem = Problem::new(message, span.clone(), "`boundary` is \"periodic\" here");
+    let (span, label) = match table.boundary.written() {
+        Some(written) => (&written.span, "`boundary` is \"periodic\" here"),
+        None => (&section.span, "`boundary` is \"periodic\" by default"),
+    };
+    let problem = Problem::new(message, span.clone(), label);
     checks.reject(problem.help(format!(
         "`boundary = \"free\"` presses the map as an isolated patch; `edges = \"mirror\"` or \
          `\"taper\"` in stage `{stage}` makes it periodic"
@@ -256,8 +259,8 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
     };
     if let Some(modulus) = table.effective_modulus.written() {
         let message = "`effective_modulus` and `bodies` exclude each other";
-        let problem = Problem::new(message, modulus.span.clone(), "the effective modulus")
-            .and(bodies.span.clone(), "follows from the bodies");
+        let problem = Problem::new(message, modulus.span.clone(), "gives the effective modulus")
+            .and(bodies.span.clone(), "also determines the effective modulus");
         checks.report("bodies", problem);
         return None;
     }
@@ -277,7 +280,7 @@ fn compliance(body: &Body) -> f64 {
     (1.0 - ratio * ratio) / decimal::nearest(body.youngs_modulus)
 }
 
-/// Refuses a `hardness_unit` other than the default if no point of the grid has a hardness.
+/// Refuses a `hardness_unit` other than the default if no parameter point has a hardness.
 fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
     let is_given = |table: &SolveTable| table.hardness.written().is_some();
     if section.points.iter().any(|point| is_given(&point.table)) {
@@ -288,13 +291,13 @@ fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
         let unit = point.table.hardness_unit.value();
         let is_other = unit.is_some_and(|unit| unit != checks.default_of("hardness_unit"));
         if is_other && !checks.is_reported("hardness") {
-            let why = "there is no `hardness` with this unit";
+            let why = "needs the key `hardness`";
             checks.forbidden("hardness_unit", &point.table.hardness_unit, why);
         }
     }
 }
 
-/// Returns the hardness of the material, if the material is not elastic.
+/// Returns the hardness of the material, or `Some(None)` if the material is elastic.
 fn hardness(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenHardness>> {
     let pressure = checks.optional_number("hardness", &table.hardness)?;
     let unit = checks.value("hardness_unit", &table.hardness_unit)?;
@@ -342,7 +345,7 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
         return;
     };
     let limit = of_hardness(slope) / pressure(1.0, block.load_unit, slope);
-    let problem = Problem::new(message, load, "not below the hardness");
+    let problem = Problem::new(message, load, "load that is not below the hardness");
     let problem = problem.and(hardness.span.clone(), "the hardness");
     checks.problems.push(problem.help(format!(
         "a material yields everywhere under a mean pressure equal to its hardness; each load must be \

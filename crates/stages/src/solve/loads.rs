@@ -1,6 +1,6 @@
 //! Keys of loads, of stored pressure fields and of histograms in `solve` stages.
 //!
-//! A block is the sequence of loads of one point of the grid on one surface.
+//! A block is the sequence of loads of one parameter point on one surface.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -119,7 +119,7 @@ fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
         (
             format!("`loads` must ascend: {after:?} follows {before:?}"),
             "not above the previous load",
-            "sort the loads: each one starts from the contact under the previous load",
+            "sort the loads and remove duplicates",
         )
     };
     checks.reject(Problem::new(message, list[index].span.clone(), label).help(help))
@@ -139,7 +139,7 @@ fn spaced(range: &LoadRange, written: &Spanned<Loads>, checks: &mut Checks) -> O
         let message = format!("`loads` must ascend: `to = {to:?}` is not above `from = {from:?}`");
         let problem = Problem::new(message, range.to.span.clone(), "not above `from`");
         return checks.reject(match range.from.written() {
-            Some(from) => problem.and(from.span.clone(), "`from`"),
+            Some(from) => problem.and(from.span.clone(), "start of the range"),
             None => problem,
         });
     }

@@ -156,7 +156,10 @@ fn cutoffs_are_waves_along_the_longer_side_or_wavelengths() {
         ),
         (
             "k_lower = 4\nk_upper = 8\nshortest_wavelength = 0.05\n",
-            ["`k_upper` and `shortest_wavelength` exclude each other", "follows from it"],
+            [
+                "`k_upper` and `shortest_wavelength` exclude each other",
+                "follows from the other key",
+            ],
         ),
         (
             "longest_wavelength = 5\nk_upper = 8\n",

@@ -313,7 +313,7 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
     if forms.is_empty() || repeated {
         let message =
             if repeated { "a term has the same form twice" } else { "a term has no form" };
-        let label = "must have each form once";
+        let label = "repeats a form";
         checks.report("terms", Problem::new(message, written.span.clone(), label));
         return None;
     }

@@ -99,7 +99,7 @@ fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
             channel.number, channel.name, path.value
         );
         let span = table.channel.written().map_or(&path.span, |channel| &channel.span);
-        let problem = Problem::new(message, span.clone(), "this channel");
+        let problem = Problem::new(message, span.clone(), "channel without heights");
         return checks.reject(problem.help(
             "choose another channel; if these are heights, set `override = true`, `unit` and \
              `height_scale`",
@@ -118,8 +118,8 @@ fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
         "`unit = {:?}` contradicts {:?}, whose lengths are read in \"m\"",
         written.value, path.value
     );
-    let problem = Problem::new(message, written.span.clone(), "this unit")
-        .and(path.span.clone(), "has another unit");
+    let problem = Problem::new(message, written.span.clone(), "contradicts the unit of the file")
+        .and(path.span.clone(), "has lengths in \"m\"");
     checks.reject(problem.help(
         "remove `unit`: lengths of a file with a unit are converted to metres; if the unit of the file is \
          wrong, `override = true` makes this the unit of `side` and of heights × `height_scale`",
@@ -141,7 +141,7 @@ fn sides_of_file(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<
             if !is_said {
                 let message =
                     format!("{:?} has sides in metres and heights without a unit", keys.path.value);
-                let problem = Problem::new(message, keys.path.span.clone(), "this file");
+                let problem = Problem::new(message, keys.path.span.clone(), "needs `height_scale`");
                 return checks.reject(problem.help(
                     "set the factor that converts its heights to metres: `height_scale = 1e-6` for \
                      micrometres, `height_scale = 1` for metres",
@@ -176,8 +176,8 @@ fn check_same(
         "`side = {}` contradicts {:?}, which has {said}{unit}",
         written.value, keys.path.value
     );
-    let problem = Problem::new(message, written.span.clone(), "this side")
-        .and(keys.path.span.clone(), "has other sides");
+    let problem = Problem::new(message, written.span.clone(), "contradicts the sides of the file")
+        .and(keys.path.span.clone(), "file with other sides");
     checks.reject(problem.help("remove `side`, or set `override = true` if the file is wrong"))
 }
 
@@ -199,8 +199,8 @@ fn check_both(
         "{:?} has different numbers of nodes along x and y, but `side` is one number",
         path.value
     );
-    let problem =
-        Problem::new(message, sides.span.clone(), "one number").and(path.span.clone(), "this map");
+    let problem = Problem::new(message, sides.span.clone(), "one number")
+        .and(path.span.clone(), "rectangular map");
     let counts = [nodes_x, nodes_y].map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
     checks.reject(problem.help(format!(
         "give the sides along the first and the second axis of the array; `side = {}` makes cells \
@@ -238,7 +238,8 @@ fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
     };
     if let Some(periodic) = table.periodic.written().filter(|periodic| periodic.value) {
         let message = "a part of a map is not periodic, and `periodic` is true";
-        let problem = Problem::new(message, written.span.clone(), "crops the map");
+        let problem =
+            Problem::new(message, written.span.clone(), "`crop` needs `periodic = false`");
         return checks.reject(problem.and(periodic.span.clone(), "must be `false` with `crop`"));
     }
     let [from, size] =
@@ -256,8 +257,9 @@ fn check_band(table: &FileTable, cutoffs: [Option<f64>; 2], checks: &mut Checks)
     }
     let message = format!("`low_pass = {low}` and `high_pass = {high}` leave no waves");
     let [low, high] = [&table.low_pass, &table.high_pass].map(Key::written);
-    let problem = Problem::new(message, low?.span.clone(), "removes shorter waves")
-        .and(high?.span.clone(), "removes longer ones");
+    let problem =
+        Problem::new(message, low?.span.clone(), "removes waves that are shorter than this")
+            .and(high?.span.clone(), "removes waves that are longer than this");
     checks.reject(
         problem
             .help("both are wavelengths: waves between `low_pass` and a longer `high_pass` remain"),
@@ -271,10 +273,14 @@ fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> 
     let open = table.periodic.written().filter(|periodic| !periodic.value);
     if let Some(open) = open {
         let message = format!("`resample = {}` needs a periodic map", written.value);
-        let problem = Problem::new(message, written.span.clone(), "interpolates Fourier modes")
-            .and(open.span.clone(), "the map is not periodic");
+        let problem = Problem::new(
+            message,
+            written.span.clone(),
+            "interpolates Fourier modes of a periodic map",
+        )
+        .and(open.span.clone(), "the map is not periodic");
         return checks.reject(problem.help(
-            "remove it; `low_pass` removes the short waves of a map that is not periodic and keeps its \
+            "remove `resample`; `low_pass` removes the short waves of a map that is not periodic and keeps its \
              nodes",
         ));
     }
