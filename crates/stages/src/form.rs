@@ -51,7 +51,7 @@ impl FromKey {
     }
 }
 
-/// The points of the grid of a stage, by kind of stage.
+/// Parameter points of a stage, by kind of stage.
 #[derive(Debug)]
 pub enum StagePoints {
     Generate(SurfacePoints),
@@ -245,7 +245,8 @@ impl StagePoints {
         recipes.filter(|recipes| !recipes.is_empty()).map(Work::Evaluate)
     }
 
-    /// Returns the kinds of rows that the stage can read, or `None` if they are those of its kind.
+    /// Returns the kinds of rows that the stage can read, or `None` if all stages of its kind read
+    /// the same ones.
     pub fn reads(&self) -> Option<Reads> {
         match self {
             StagePoints::Generate(points) => points.reads(),
@@ -254,7 +255,8 @@ impl StagePoints {
         }
     }
 
-    /// Returns the kind of rows that the stage makes, or `None` if it is the default of its kind.
+    /// Returns the kind of rows that the stage makes, or `None` for the default of its kind of
+    /// stage.
     pub fn row_kind(&self) -> Option<RowKind> {
         match self {
             StagePoints::Generate(points) if points.lack_heights() => Some(RowKind::Spectra),
@@ -339,8 +341,8 @@ impl Surfaces {
         }
     }
 
-    /// Returns the properties of the contacts of a `solve` stage: `stage` is named for each
-    /// histogram that one of its blocks does not count.
+    /// Returns the properties of the contacts of a `solve` stage: names `stage` in
+    /// `pressures_uncounted` or `gaps_uncounted` if one of its blocks does not count these values.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
         let lacks = |bins: fn(&solve::Params) -> Option<EqualBins>| {
             let lacks = |recipe: &Recipe| match recipe {
@@ -380,7 +382,7 @@ fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
 
 /// Data outside a stage that the checks of its keys need.
 pub struct CheckContext<'a> {
-    /// Seed of the study, the default of other seeds.
+    /// Seed of the study, used by stages without a key `seed`.
     pub seed: u64,
     /// Files of measured surfaces and of spectra.
     pub sources: &'a mut SurfaceFiles,
@@ -392,6 +394,6 @@ pub struct CheckContext<'a> {
     pub input: Option<&'a Table>,
     /// Properties of the surfaces and contacts that the stage reads.
     pub surfaces: Surfaces,
-    /// Problems of the manifest, to which checks add further ones.
+    /// Problems of the manifest. Checks add the problems that they find.
     pub problems: &'a mut Problems,
 }

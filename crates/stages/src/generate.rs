@@ -92,7 +92,8 @@ pub enum Heights {
     Keep,
     /// The heights are drawn, or read from their file, again when needed.
     Redraw,
-    /// There are no heights, so that `solve` and `measure` stages cannot read the surface.
+    /// No heights are drawn: modes alone describe the surface, and `solve` and `measure` stages
+    /// cannot read it.
     None,
 }
 
@@ -107,7 +108,8 @@ impl Heights {
 }
 
 impl Params {
-    /// Returns the recipe of another realization. Shapes and files have only one.
+    /// Returns the recipe of realization `number` with otherwise equal parameters. Shapes and files
+    /// have only one realization, so that their recipes stay unchanged.
     pub fn realization(&self, number: u32) -> Params {
         let mut params = self.clone();
         match &mut params.origin {
@@ -118,8 +120,8 @@ impl Params {
         params
     }
 
-    /// Draws or reads the surface. If its spectrum is in the table of another task, the returned
-    /// recipe names the measured surface.
+    /// Draws or reads the surface, and returns it with its recipe. If the spectrum is in the table
+    /// of another task, the returned recipe contains the name of the measured surface.
     fn draw_with_inputs(
         &self,
         inputs: &[Input],
@@ -143,8 +145,8 @@ impl Params {
         Params { heights, ..self.clone() }
     }
 
-    /// Returns the key after which the surface is named. It depends neither on the storage of the
-    /// heights nor on whether the manifest contains an anisotropy ratio of 1.
+    /// Returns the key from which the name of the surface is derived. It depends neither on the
+    /// storage of the heights nor on whether the manifest contains an anisotropy ratio of 1.
     fn surface_key(&self) -> TaskKey {
         let mut params = self.with(Heights::Redraw);
         if let Origin::Random { has_unit_ratio, .. } = &mut params.origin {
@@ -178,7 +180,7 @@ impl Params {
         grids::grid(self.nodes(), self.size())
     }
 
-    /// Returns the sides along x and y that the manifest gives, if it gives them.
+    /// Returns the sides along x and y, or `None` if the manifest does not give them.
     pub fn sides(&self) -> Option<[f64; 2]> {
         self.side.map(|PerAxis(sides)| sides)
     }
@@ -191,7 +193,8 @@ impl Params {
         self.origin.draw(self.sides(), sources, threads)
     }
 
-    /// Returns the row of this surface without its heights and without the columns about its file.
+    /// Returns a table with one row that describes `surface`, without heights and without the
+    /// columns about its file.
     pub fn described(&self, surface: &Surface) -> Table {
         let description = Description::from_surface(&self.origin, surface, &Threads::one());
         Table::new(1, description.row(self, surface.grid()))
@@ -218,7 +221,8 @@ impl Params {
     }
 }
 
-/// Returns the columns that distinguish a surface from others of the same method.
+/// Returns the parameter columns of the method that makes the surface, such as `hurst` and `seed`,
+/// without those that all surfaces have.
 pub fn own_columns(origin: &Origin) -> Vec<Column> {
     let mut origin = origin.clone();
     if let Origin::Spectrum { surface, .. } = &mut origin
@@ -230,7 +234,7 @@ pub fn own_columns(origin: &Origin) -> Vec<Column> {
     coordinates.map(|(column, _)| column).collect()
 }
 
-/// Returns one row with the coordinates that distinguish a surface from others of the same method.
+/// Returns one row with the columns [`own_columns`] and their values.
 pub fn own_row(origin: &Origin) -> Table {
     Table::row(&description::own_coordinates(origin))
 }
@@ -318,15 +322,15 @@ impl Stage for Params {
         Some(self.nodes())
     }
 
-    /// Returns the recipe with redrawn heights if the heights are stored, because both recipes
-    /// describe the same surface. Returns `None` for other recipes.
+    /// If the heights are stored, returns the recipe with redrawn heights, which describes the same
+    /// surface. Otherwise returns `None`.
     fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_heights = self.heights == Heights::Keep;
         keeps_heights.then(|| Recipe::Generate(self.with(Heights::Redraw)))
     }
 }
 
-/// Returns the table of these surfaces without rows.
+/// Returns a table without rows that has all columns of these surfaces.
 pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table {
     let mut columns = Vec::new();
     let mut add = |more: Vec<Column>| {
@@ -396,9 +400,9 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
     Ok(Some(parts.join(", ")))
 }
 
-/// Returns a phrase on the parameter points to which the theories do not apply, because their
-/// surfaces are not isotropic Gaussian roughness: their number, and the reason for the first of
-/// them. Returns `None` if there are no such points.
+/// Returns a warning about parameter points to which the theories of rough contact do not apply,
+/// because the surfaces are not isotropic Gaussian roughness. The warning gives the number of these
+/// points and the reason for the first one. Returns `None` if there are no such points.
 fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
     let points = caveats::points(surfaces)?;
     let others: Vec<_> = points.iter().filter(|point| !point.departures.is_empty()).collect();

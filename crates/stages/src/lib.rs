@@ -98,7 +98,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// Returns all columns that stages of a kind may add to the coordinates of their inputs.
+/// Returns all columns that stages of a kind may add to the parameter columns of their inputs.
 pub fn columns_of(kind: Kind) -> Vec<Column> {
     (kind.definition().columns)()
 }

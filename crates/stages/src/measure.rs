@@ -160,7 +160,8 @@ impl Stage for Params {
         }
     }
 
-    /// Omits the heights of pooled surfaces, because these are drawn again.
+    /// Returns all columns, but for pooled surfaces only light ones, because the heights are drawn
+    /// again.
     fn columns_read(&self) -> Columns {
         match self {
             Params::Contacts { .. }

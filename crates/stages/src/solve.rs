@@ -121,7 +121,7 @@ impl Params {
         }
     }
 
-    /// Returns the coordinates that all rows share, except the hardness.
+    /// Returns the parameter columns that all rows share, with their values, except the hardness.
     fn setting(&self) -> Vec<(Column, Value)> {
         let mut setting = vec![
             (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
@@ -161,8 +161,8 @@ pub enum Pressures {
     At(Vec<f64>),
 }
 
-/// Cost of computing the gap under one load, which takes a pair of double-precision transforms, in
-/// single-precision pairs of the solver.
+/// Cost of the gap under one load, in pairs of single-precision transforms. The gap takes one pair
+/// of double-precision transforms.
 const PAIRS_OF_GAP: f64 = 2.5;
 
 /// Cost of computing the flow along both axes under one load, in pairs of transforms. It was
@@ -256,8 +256,8 @@ impl Stage for Params {
         Footprint { work: 3.0 + work + gap, table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0) }
     }
 
-    /// Returns all coordinates except the loads. The hardness is included only in the given unit,
-    /// because the other unit depends on the surface.
+    /// Returns all parameter columns except the loads, with their values. The hardness is included
+    /// only in the given unit, because the value in the other unit depends on the surface.
     fn coordinates(&self) -> Vec<(Column, Value)> {
         let mut coordinates = self.setting();
         coordinates.extend(self.hardness.map(|given| given.coordinate()));
@@ -283,7 +283,8 @@ impl Stage for Params {
         Effort { seconds: effort.seconds + cost::preparation_seconds(&body, nodes), ..effort }
     }
 
-    /// Returns the same block without stored pressures.
+    /// Returns the recipe of the same block without stored pressures, or `None` if this block
+    /// stores none.
     fn identity_recipe(&self) -> Option<Recipe> {
         let keeps_pressures = self.pressures != Pressures::None;
         keeps_pressures

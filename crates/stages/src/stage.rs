@@ -34,7 +34,7 @@ pub struct Definition {
     /// Returns the kind of the stage's rows, given the kind of the rows that it reads; `None` if it
     /// depends on parameters.
     pub row_kind: fn(Option<RowKind>) -> Option<RowKind>,
-    /// Returns all columns that the stage may add to the coordinates of its inputs.
+    /// Returns all columns that the stage may add to the parameter columns of its inputs.
     pub columns: fn() -> Vec<Column>,
     /// Returns short statements that summarize a table of the stage.
     pub summary: fn(&TableSource) -> Result<Vec<String>, StageError>,
@@ -45,7 +45,7 @@ pub struct Definition {
 pub struct Reads {
     /// Accepted kinds of rows.
     pub rows: &'static [RowKind],
-    /// Description of the stages that have such rows, for messages.
+    /// Description, for messages, of the stages that make such rows.
     pub from: Cow<'static, str>,
 }
 
@@ -93,8 +93,8 @@ pub trait Stage {
         table
     }
 
-    /// Returns the coordinates that the task adds to the coordinates of its inputs, as far as they
-    /// are known before the task runs.
+    /// Returns the parameter columns, with their values, that the task adds to those of its inputs,
+    /// as far as they are known before the task runs.
     fn coordinates(&self) -> Vec<(Column, Value)> {
         Vec::new()
     }
@@ -120,8 +120,8 @@ pub trait Stage {
         None
     }
 
-    /// Returns the recipe with the name of each input and its number of tables filled in, or `None`
-    /// if the recipe does not contain them.
+    /// Returns the recipe with `inputs` filled in: the name of each input stage and the number of
+    /// its tables. Returns `None` if the recipe does not contain them.
     fn for_inputs(&self, _inputs: Vec<(String, usize)>) -> Option<Recipe> {
         None
     }
@@ -133,7 +133,8 @@ pub trait Stage {
     }
 }
 
-/// Returns an empty table with the coordinates of the inputs and the columns `own` of the stage.
+/// Returns an empty table with the parameter columns of the inputs and the columns `own` of the
+/// stage.
 ///
 /// # Errors
 /// Returns an error if the inputs have columns of the same name with different types.

@@ -1,4 +1,4 @@
-//! Rows of surfaces: their coordinates and descriptors.
+//! Table rows that describe generated surfaces: parameter columns and roughness descriptors.
 
 use arrow::array::ArrayRef;
 
@@ -20,13 +20,13 @@ use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
 
-/// Descriptors of a surface, for its row.
+/// Roughness descriptors of a surface, for the row of the surface in a table.
 pub struct Description {
     moments: Moments,
     rms_slope: f64,
     /// Effective number of modes of the surface; `None` for a map that is not periodic.
     effective_modes: Option<f64>,
-    /// Reference values of the spectrum, for a random self-affine surface.
+    /// Expected values for a random self-affine surface; `None` for other surfaces.
     expected: Option<Expected>,
     /// Descriptors that need heights on a mesh; `None` for a surface described by its modes alone.
     seen: Option<Seen>,
@@ -36,18 +36,17 @@ pub struct Description {
 struct Seen {
     skewness: Option<f64>,
     excess_kurtosis: Option<f64>,
-    /// Load of full contact, over E* × the rms slope of the row; `None` if no formula gives it.
+    /// Load of full contact in units of E* × `rms_slope`; `None` if no formula gives it.
     full_contact_load: Option<f64>,
 }
 
-/// Reference values of the spectrum of a random self-affine surface.
+/// Spectral moments that a random self-affine surface has on average, and its roll-off wavenumber.
 struct Expected {
-    /// Moments for the continuum of wavenumbers; `None` for an anisotropic spectrum, which has no
-    /// closed form.
+    /// Moments for a continuous spectrum; `None` for an anisotropic spectrum, which has no closed
+    /// form.
     continuum: Option<Continuum>,
     k_rolloff: f64,
-    /// Moments of the spectrum, summed over the modes of the cell with the expected power of each
-    /// mode.
+    /// Moments summed over the discrete modes of the cell, with the expected power of each mode.
     lattice: Moments,
 }
 
@@ -169,7 +168,8 @@ impl Expected {
     }
 }
 
-/// Returns the coordinates of a surface that are known before it is drawn.
+/// Returns the parameter columns of a surface with their values, as far as they are known before
+/// the surface is drawn.
 pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
     let rms_slope = rms_slope_given(&params.origin);
     let mut coordinates = coordinates_of(params, params.nodes(), params.size(), rms_slope);
@@ -189,7 +189,8 @@ fn rms_slope_given(origin: &Origin) -> Option<f64> {
     }
 }
 
-/// Returns whether the spectrum is in the table of another task that has not been read yet.
+/// Returns whether the spectrum of a surface comes from the table of another task and has not been
+/// read yet.
 fn is_unread(origin: &Origin) -> bool {
     matches!(origin, Origin::Spectrum { surface, .. } if surface.source.is_unread())
 }
@@ -200,7 +201,7 @@ pub fn columns_of_grid(params: &Params) -> Vec<Column> {
     cells.map(|(column, _)| column).collect()
 }
 
-/// Returns the column of the rms slope. Its meaning tells how the slope is computed.
+/// Returns the column of the rms slope. The meaning of the column states how the slope is computed.
 pub fn column_of_slope(origin: &Origin) -> Column {
     match origin {
         Origin::Spectrum { surface, .. } if surface.rms_slope.is_none() => RMS_SLOPE_OF_SURFACE,
@@ -209,7 +210,7 @@ pub fn column_of_slope(origin: &Origin) -> Column {
     }
 }
 
-/// Returns the coordinates of a surface in the order of the columns.
+/// Returns the parameter columns of a surface with their values, in the order of the table.
 fn coordinates_of(
     params: &Params,
     nodes: [usize; 2],
@@ -227,8 +228,8 @@ fn coordinates_of(
     coordinates
 }
 
-/// Returns the columns, with their values, for the keys of the preparation that the manifest
-/// contains.
+/// Returns the parameter columns of the preparation, with their values. Only keys that the manifest
+/// contains have a column.
 fn preparation_coordinates(preparation: &Preparation) -> Vec<(Column, Value)> {
     let mut columns = Vec::new();
     if let Some(Crop { from, size }) = preparation.crop {
@@ -279,7 +280,8 @@ pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column
     columns
 }
 
-/// Returns the coordinates that distinguish a surface from others of the same method.
+/// Returns the parameter columns of the method that makes the surface, such as `hurst` and `seed`,
+/// with their values. Columns that all surfaces have are left out.
 pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
     let real = |column: Column, value: f64| (column, Value::Real(value));

@@ -22,7 +22,7 @@ pub const AT_LEAST: u32 = 10;
 /// Text of the condition that all claims of the study are decided.
 const CLAIMS_DECIDED: &str = "claims decided";
 
-/// The number of surfaces for each point of the grid, the value of `realizations`.
+/// The number of surfaces at each parameter point, the value of `realizations`.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Realizations {
@@ -53,7 +53,7 @@ pub struct Growing {
 
 deserialize_either!(Realizations { whole => Number, table => Until });
 
-/// The surfaces of one point of the grid, which differ only by their realization.
+/// The surfaces of one parameter point, which differ only by the realization.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedSurfaces {
     /// Recipe of the first surface, which is realization 0.
@@ -142,7 +142,7 @@ impl fmt::Display for Limit {
     }
 }
 
-/// Multiplies a bound and rounds the product to three significant digits.
+/// Multiplies a bound by a factor and rounds the product to three significant digits.
 impl Mul<f64> for Limit {
     type Output = Limit;
 
@@ -158,8 +158,8 @@ impl Mul<f64> for Limit {
     }
 }
 
-/// Returns the number of surfaces at the start, and the adaptive sampling; `None` for a fixed
-/// number of surfaces.
+/// Returns the number of surfaces at the start, and the adaptive sampling (`None` for a fixed
+/// number of surfaces).
 pub fn realizations(
     key: &Key<Realizations>,
     checks: &mut Checks,

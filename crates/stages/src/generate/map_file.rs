@@ -23,7 +23,7 @@ pub struct Reader {
     pub version: u32,
 }
 
-/// The map of a file that the manifest selects.
+/// Number or name of the map to read from a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ChannelChoice {
@@ -38,11 +38,11 @@ pub enum ChannelChoice {
 pub struct MapFile {
     /// Reader of the file format; `None` for a NumPy array.
     pub reader: Option<Reader>,
-    /// The map of the file that was read.
+    /// Name and number of this map in the file.
     pub channel: ChannelRead,
     /// Physical quantity of the values of the map.
     pub quantity: Quantity,
-    /// Sides of the map, if the file contains them.
+    /// Sides of the map; `Size::Unknown` if the file gives none.
     pub size: Size,
     /// Number of nodes along x and y.
     pub nodes: [usize; 2],
@@ -158,8 +158,8 @@ impl MapFile {
         })
     }
 
-    /// Returns the map with scaled heights on a cell with the given sides, or with the sides of the
-    /// file.
+    /// Multiplies the heights by `height_scale` and returns the map with the sides `side` or, if
+    /// they are `None`, with the sides in the file.
     ///
     /// # Errors
     /// If sides are neither given nor in the file, or if a scaled height overflows.

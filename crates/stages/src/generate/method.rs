@@ -33,7 +33,7 @@ pub enum Method {
     FlatPunch,
 }
 
-/// The points of the grid of a `generate` stage, by method.
+/// Parameter points of a `generate` stage, by method.
 #[derive(Debug)]
 pub enum SurfacePoints {
     Random(Amplitude, Section<RandomTable>),
@@ -167,7 +167,7 @@ impl Method {
 }
 
 impl SurfacePoints {
-    /// Returns the surfaces of each point of the grid, or `None` after reporting problems.
+    /// Returns the surfaces of each parameter point, or `None` after reporting problems.
     pub fn surfaces(&self, context: &mut CheckContext) -> Option<Vec<PlannedSurfaces>> {
         match self {
             SurfacePoints::Random(amplitude, section) => {
@@ -200,8 +200,8 @@ impl SurfacePoints {
         })
     }
 
-    /// Returns the keys of adaptive sampling, if the number of surfaces is adaptive. All points of
-    /// the grid share them.
+    /// Returns the keys of adaptive sampling, or `None` for a fixed number of surfaces. All
+    /// parameter points of the stage share these keys.
     pub fn growing(&self) -> Option<&Growing> {
         let realizations = match self {
             SurfacePoints::Random(_, section) => &section.points.first()?.table.realizations,
@@ -215,7 +215,7 @@ impl SurfacePoints {
     }
 }
 
-/// Applies `surfaces` to each point of the grid and reports points with equal parameters. Returns
+/// Applies `surfaces` to each parameter point and reports points with equal parameters. Returns
 /// `None` if the surfaces of a point could not be determined.
 pub fn surfaces<T: KeyTable>(
     section: &Section<T>,

@@ -27,8 +27,8 @@ pub enum Origin {
         /// Parameters of the spectrum, slope, seed and realization.
         #[serde(flatten)]
         surface: RandomSurface,
-        /// True if the manifest gives the anisotropy ratio 1, which is then a coordinate of the
-        /// row. Omitted from recipes if false, so that existing keys stay valid.
+        /// True if the manifest gives the anisotropy ratio 1, which then has a parameter column.
+        /// Omitted from recipes if false, so that existing keys stay valid.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         has_unit_ratio: bool,
     },
@@ -62,13 +62,13 @@ pub struct MeasuredSurface {
     pub unit: String,
     /// Factor that converts the values of the file to heights in the unit of length.
     pub height_scale: f64,
-    /// Treatment of the edges of the map, which can make it periodic.
+    /// Treatment of the edges of the map: none, mirroring or tapering.
     #[serde(flatten)]
     pub edges: Edges,
     /// Reader of the file format; `None` for a NumPy array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reader: Option<Reader>,
-    /// The map of the file that the manifest selects; `None` for the first map of heights.
+    /// Number or name of the map to read; `None` for the first map of heights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channel: Option<ChannelChoice>,
     /// Crop, levelling, filling, filters and resampling, all applied before the treatment of the
@@ -87,7 +87,7 @@ pub struct InspectedMap {
     pub nodes: PerAxis<u32>,
     /// Sides of the prepared map along x and y.
     pub side: PerAxis<f64>,
-    /// The map that was read; `None` if the file could not be read.
+    /// Name and number of the map in the file; `None` if the file could not be read.
     pub channel: Option<ChannelRead>,
     /// Number of points of the cropped map that were not measured.
     pub missing: usize,
@@ -98,8 +98,8 @@ pub struct InspectedMap {
 }
 
 impl InspectedMap {
-    /// Returns the additional memory for reading a map that is larger than the prepared map, in
-    /// bytes per node of the prepared map.
+    /// Returns the additional memory for reading a file whose map is larger than the prepared map,
+    /// in bytes per node of the prepared map.
     pub fn extra_bytes_per_node(&self) -> f64 {
         let PerAxis([nodes_x, nodes_y]) = self.nodes;
         let prepared = f64::from(nodes_x) * f64::from(nodes_y);
@@ -108,11 +108,11 @@ impl InspectedMap {
     }
 }
 
-/// A measured surface after its preparation, and the map of the file that was read.
+/// A measured surface after its preparation, with the name and number of the map in the file.
 pub struct ReadSurface {
     /// The surface after its preparation.
     pub prepared: Prepared,
-    /// The map of the file that was read.
+    /// Name and number of the map in the file.
     pub channel: ChannelRead,
 }
 

@@ -27,7 +27,7 @@ const MAX_LOAD_STEP: f64 = 0.1 + 1e-9;
 const COPIED: [Column; 6] =
     [SATURATED_NODES, SATURATED_FRACTION, MEAN_GAP, MEAN_YIELDED_DEPTH, ENERGY, STOP];
 
-/// Sets of columns that only some tables of contacts have.
+/// Choice of the columns that only some tables of contacts have.
 #[derive(Debug, Clone, Copy)]
 pub struct OptionalColumns {
     pub rectangles: bool,
@@ -36,7 +36,7 @@ pub struct OptionalColumns {
     pub stiffness: bool,
 }
 
-/// Returns the columns of measured contacts, without coordinates.
+/// Returns the columns of measured contacts, without parameter columns.
 pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     let mut measures = CONTACT_MEASURES.to_vec();
     let gap = measures.iter().position(|column| *column == MEAN_GAP);

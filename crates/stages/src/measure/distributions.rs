@@ -52,7 +52,7 @@ impl Distribution {
         }
     }
 
-    /// Returns the columns without the coordinates of the loads.
+    /// Returns the columns without the parameter columns of the loads.
     pub fn columns(&self) -> &'static [Column] {
         match self {
             Distribution::Pressures => &PRESSURE_DISTRIBUTION,

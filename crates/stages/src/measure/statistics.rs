@@ -1,9 +1,9 @@
 //! Statistics of single surfaces: power spectra, autocorrelation, slopes and curvatures as
 //! functions of the scale, bearing curve, roughness parameters.
 //!
-//! A table has one row for each surface and wavenumber, lag, scale or height, with the coordinates
-//! of the surface. Heights are not prepared further: surfaces are levelled, filled and filtered
-//! when they are read. Maps that are not periodic are windowed only for spectra.
+//! A table has one row for each surface and wavenumber, lag, scale or height, with the parameter
+//! columns of the surface. Heights are not prepared further: surfaces are levelled, filled and
+//! filtered when they are read. Maps that are not periodic are windowed only for spectra.
 
 use std::f64::consts::TAU;
 
@@ -79,7 +79,7 @@ impl Statistic {
         }
     }
 
-    /// Returns the columns without the coordinates of the surface.
+    /// Returns the columns without the parameter columns of the surface.
     pub fn columns(&self) -> Vec<Column> {
         match self {
             Statistic::Spectrum => {
@@ -106,7 +106,8 @@ impl Statistic {
         }
     }
 
-    /// Returns the cost in pairs of transforms on the mesh of the surface.
+    /// Returns the cost of the statistic, in pairs of FFTs (forward and inverse) on the mesh of the
+    /// surface.
     pub fn pairs(&self) -> f64 {
         match self {
             Statistic::Autocorrelation => 5.0,

@@ -100,8 +100,8 @@ impl Block {
     /// in contact and none yields under all remaining loads.
     ///
     /// # Errors
-    /// Returns an error on interruption. The load may be solved again, unless the interruption came
-    /// during the computation of a flow.
+    /// Returns an error on interruption. The load may then be solved again, except after an
+    /// interruption during the computation of a flow.
     pub fn press(&mut self, watch: &dyn Watch) -> Result<Option<Outcome>, StageError> {
         let index = self.rows.count();
         if self.stays_in_full_contact || index == self.loads.len() {
@@ -157,8 +157,8 @@ impl Block {
         self.rows.save(&self.solver, out)
     }
 
-    /// Returns the table of the finished loads with the coordinates of the surface, given by its
-    /// row. Stored pressure fields are moved into the table.
+    /// Returns the table of the finished loads. The parameters of the surface are taken from the
+    /// one-row table `surface`. Stored pressure fields are moved into the table.
     pub fn table(&mut self, surface: &Table) -> Table {
         self.rows.table(&self.params, surface, &self.scales)
     }
@@ -171,8 +171,8 @@ const SECONDS_PER_NODE: f64 = 1e-8;
 
 /// Returns the memory per node of an asperity model, in bytes.
 ///
-/// It consists of the surface and its pressures. An explicit interaction also needs two maps, the
-/// factors of their kernel, and the work space of the transforms.
+/// The model needs the surface and the pressures. An explicit interaction also needs two maps, the
+/// factors of the kernel, and the work space of the transforms.
 pub fn asperity_bytes_per_node(interaction: Interaction) -> f64 {
     match interaction {
         Interaction::None | Interaction::MeanField => 24.0,

@@ -18,7 +18,7 @@ use asperity_contact::grid::Grid;
 use asperity_contact::solver::Watch;
 use asperity_tables::column::{Column, lists, optional_reals, reals, texts};
 
-/// Counts of pressures and gaps in bins, as far as they are requested.
+/// Counts of pressures and gaps in bins. Each of the two is counted only if requested.
 #[derive(Default)]
 pub struct Distributions {
     pressures: Option<Counted>,
@@ -166,8 +166,8 @@ impl Flows {
         ]
     }
 
-    /// Writes the flows to a checkpoint. Their number is omitted, because it equals the number of
-    /// loads.
+    /// Writes the flows to a checkpoint. The number of flows is omitted, because it equals the
+    /// number of loads.
     pub fn save(&self, out: &mut dyn Write) -> io::Result<()> {
         for flow in self.found.iter().flatten() {
             write_real(out, flow.map_or(-1.0, |flow| flow.conductivity))?;

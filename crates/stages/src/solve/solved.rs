@@ -38,7 +38,7 @@ pub struct Solved {
     of_asperities: Vec<(Column, ArrayRef)>,
 }
 
-/// Sets of columns that only some tables of loads have.
+/// Choice of the columns that only some tables of solved loads have.
 #[derive(Debug, Clone, Copy)]
 pub struct OptionalColumns {
     pub boundary: Boundary,
@@ -50,7 +50,7 @@ pub struct OptionalColumns {
     pub hardness: Option<PressureUnit>,
 }
 
-/// Returns the columns of solved loads, without the coordinates of surfaces.
+/// Returns the columns of solved loads, without the parameter columns of surfaces.
 pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     let OptionalColumns { boundary, asperities, flow, load_unit, hardness } = optional;
     let mut columns = SOLVED.to_vec();
@@ -264,8 +264,8 @@ impl Solved {
     /// Restores a new solver and an empty list of rows from a checkpoint.
     ///
     /// # Errors
-    /// Returns an error if the bytes are not a checkpoint of [`Solved::save`]. Solver and rows must
-    /// not be used then.
+    /// Returns an error if the bytes are not a checkpoint of [`Solved::save`]. After an
+    /// error, neither the solver nor the rows may be used.
     pub fn restore(&mut self, solver: &mut Solver, mut from: &[u8]) -> io::Result<()> {
         let from = &mut from;
         let mut format = [0; FORMAT.len()];

@@ -25,7 +25,7 @@ pub enum PressureUnit {
 
 impl PressureUnit {
     /// Returns the columns `load` and `pressure`. The column with the unit of the manifest is a
-    /// coordinate, and the other column is derived from it for each surface.
+    /// parameter, and the other column is derived from it for each surface.
     pub fn load_columns(self) -> [Column; 2] {
         let [reduced, absolute] = self.roles(Role::Load);
         [LOAD.with_role(reduced), PRESSURE.with_role(absolute)]
@@ -38,8 +38,8 @@ impl PressureUnit {
         [HARDNESS.with_role(absolute), HARDNESS_REDUCED.with_role(reduced)]
     }
 
-    /// Returns the roles of a reduced column and of its absolute column. The column with the unit
-    /// of the manifest has the role `given`.
+    /// Returns the roles of two columns with the same pressure: in units of E* × rms slope, and in
+    /// the unit of the moduli. The column with the unit of the manifest has the role `given`.
     fn roles(self, given: Role) -> [Role; 2] {
         match self {
             PressureUnit::Relative => [given, Role::Derived],
