@@ -80,8 +80,8 @@ impl fmt::Display for Problem {
     }
 }
 
-/// The problems of a manifest, collected without duplicates. A mistake that several points of a
-/// grid share counts once.
+/// The problems of a manifest, collected without duplicates. A mistake in several parameter points
+/// counts once.
 #[derive(Debug, Default)]
 pub struct Problems {
     found: Vec<Problem>,

@@ -6,7 +6,7 @@
 //! or take a pair.
 //!
 //! [`Layout`] collects these declarations as a JSON Schema. The [`reader`] validates each value
-//! against the schema and combines swept lists into the points of a grid, a [`Section`].
+//! against the schema and combines swept lists into parameter points, a [`Section`].
 //! [`Checks`](checks::Checks) take defaults from the schema and check keys against each other.
 
 pub mod checks;

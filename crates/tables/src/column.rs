@@ -38,17 +38,17 @@ pub struct Code {
     pub meaning: &'static str,
 }
 
-/// Role of a column in a study. The first four roles are coordinates: they identify the rows, and
-/// later stages copy them into their tables.
+/// Role of a column in a study. Columns of the first four roles identify the rows, and later stages
+/// copy these columns into their tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Parameter that is the same for all surfaces of a statistical ensemble.
     Parameter,
-    /// Coordinate that distinguishes the surfaces of an ensemble.
+    /// Column that distinguishes the surfaces of an ensemble, such as the seed.
     Surface,
-    /// Coordinate that distinguishes the states of one surface, such as the load.
+    /// Column that distinguishes the states of one surface, such as the load.
     Load,
-    /// Another form of a coordinate, for example in another unit. It does not distinguish rows.
+    /// Value that follows from an identifying column, for example the same load in another unit.
     Derived,
     Result,
     /// Large result, such as a map, which stays in the store and is not published.
@@ -118,12 +118,12 @@ impl Column {
     }
 }
 
-/// Name of the metadata entry with the role of a column. It is the only entry of a field that the
-/// file of a task stores.
+/// Metadata key for the role of a column. Task files store only this entry and omit those in
+/// [`WORDING`].
 pub(crate) const ROLE: &str = "role";
 pub(crate) const CODES: &str = "codes";
-/// Names of the metadata entries of a field that the file of a task does not store: unit, meaning
-/// and codes.
+/// Metadata keys of the unit, the meaning and the codes of a column. Task files omit these entries,
+/// so that a change of wording does not change stored results.
 pub(crate) const WORDING: [&str; 3] = ["unit", "meaning", CODES];
 
 /// Returns the metadata of the Arrow field of a column with this role, unit and meaning.
@@ -209,7 +209,7 @@ impl Role {
         Role::ALL.into_iter().find(|role| role.name() == name)
     }
 
-    /// Returns whether columns of this role are coordinates, which identify rows.
+    /// Returns whether columns of this role identify rows.
     pub fn is_coordinate(self) -> bool {
         matches!(self, Role::Parameter | Role::Surface | Role::Load | Role::Derived)
     }
@@ -217,7 +217,7 @@ impl Role {
     /// Returns whether a column of stacked tables gets this role, and not `other`, if it has this
     /// role in one table and `other` in another.
     ///
-    /// `Surface` prevails over `Parameter`, and all other coordinates prevail over `Derived`.
+    /// `Surface` prevails over `Parameter`, and all other identifying roles prevail over `Derived`.
     pub(crate) fn prevails_over(self, other: Role) -> bool {
         match other {
             Role::Parameter => self == Role::Surface,
@@ -227,7 +227,7 @@ impl Role {
     }
 }
 
-/// Value of a coordinate in one row.
+/// Value of an identifying column in one row.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Value {

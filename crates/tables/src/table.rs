@@ -218,7 +218,7 @@ impl Table {
         Ok(())
     }
 
-    /// Returns a table with only the coordinates, which are the columns that identify rows.
+    /// Returns a table with only the columns that identify rows.
     pub fn coordinates(&self) -> Table {
         self.keep(|_, role| role.is_some_and(Role::is_coordinate))
     }

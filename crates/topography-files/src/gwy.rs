@@ -91,7 +91,7 @@ enum Value<'a> {
     Text(&'a str),
     Doubles(&'a [u8]),
     Object(Object<'a>),
-    /// A value that is skipped, because no map has values of this type.
+    /// Value of a type that no map uses. It is skipped.
     Other,
 }
 

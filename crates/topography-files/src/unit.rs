@@ -83,8 +83,8 @@ pub fn length_ratio(from: &str, to: &str) -> Option<f64> {
     Some(to? / from?)
 }
 
-/// Returns the spelling of a unit without brackets around it and with one letter µ for all its
-/// spellings.
+/// Normalizes the spelling of a unit: strips brackets and quotes, and replaces all variants of µ by
+/// the micro sign.
 fn normal(text: &str) -> String {
     let text = text.trim().trim_matches(['[', ']', '(', ')', '"']).trim();
     // Greek letter mu instead of the micro sign. Below: `æm` in files of MS-DOS, `~m` in Nanoscope.

@@ -9,7 +9,7 @@ use super::{GridPoint, Key, KeyTable, Layout, Section, Spanned};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
 
-/// Reader of the values at one point of a grid, which reports their problems.
+/// Reader of the values at one parameter point. Reports problems with them.
 ///
 /// [`reader::read`](super::reader::read) has validated each value against the declaration of its
 /// key. If a method returns `None`, this function or the method has reported a problem.
@@ -149,7 +149,7 @@ impl<'a> Checks<'a> {
     }
 }
 
-/// Reports points of a grid with equal parameters, because their results would count twice.
+/// Reports parameter points with equal values, because their results would count twice.
 pub fn report_equal_points<'p, T, P: Serialize + 'p>(
     section: &Section<T>,
     params: impl IntoIterator<Item = &'p P>,

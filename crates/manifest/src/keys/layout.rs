@@ -28,7 +28,7 @@ pub mod declare {
         schema.insert(REQUIRED.to_owned(), true.into());
     }
 
-    /// Declares that a list of values is swept: each value gives points of a grid.
+    /// Declares that a list of values is swept: each value gives further parameter points.
     pub fn swept(schema: &mut Schema) {
         schema.insert(SWEPT.to_owned(), true.into());
     }

@@ -1,4 +1,5 @@
-//! Reads one table of a manifest: validates each value and combines swept lists into a grid.
+//! Reads one table of a manifest: validates each value and combines swept lists into a parameter
+//! grid.
 //!
 //! The grid is computed from TOML values, and only its points are deserialised. Swept values,
 //! values of cases and other values are therefore treated alike, each with its position in the
@@ -19,14 +20,14 @@ use crate::diagnostics::{Problem, Problems, Span, listed};
 
 type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
 
-/// Maximum number of points of a grid. A larger grid is probably a mistake, and its checks would
-/// take long.
+/// Maximum number of points of a parameter grid. A larger grid is probably a mistake, and checking
+/// it would take long.
 const MAX_POINTS: usize = 10_000;
-/// Maximum number of values in all points of a grid. A long list that each of many points contains
-/// would fill the memory.
+/// Maximum number of values in all points of a parameter grid. A long list that each of many points
+/// contains would fill the memory.
 const MAX_VALUES: usize = 1_000_000;
 
-/// A table of the manifest, as the points of its grid.
+/// A table of the manifest, expanded to the points of a parameter grid.
 #[derive(Debug)]
 pub struct Section<T> {
     /// Position of the name of the table.
@@ -40,7 +41,7 @@ pub struct Section<T> {
     pub may_be_swept: bool,
 }
 
-/// One point of the grid of a table.
+/// One point of a parameter grid: one value of each key of a table.
 #[derive(Debug)]
 pub struct GridPoint<T> {
     /// The values of the keys at this point.
@@ -62,8 +63,8 @@ pub fn deserialize<T: DeserializeOwned>(value: TomlSpanned<DeValue<'_>>) -> Resu
     T::deserialize(ValueDeserializer::from(value))
 }
 
-/// Reads a table, reports its problems, and returns the points of its grid. Keys that are not in
-/// the [`Layout`] of `T`, except `cases`, must have been removed from the table.
+/// Reads a table, reports problems, and returns the parameter points that the table describes. Keys
+/// that are not in the [`Layout`] of `T`, except `cases`, must have been removed from the table.
 pub fn read<T: KeyTable>(
     table: DeTable<'_>,
     span: Span,
@@ -189,7 +190,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
 
     fn cases(&mut self, value: TomlSpanned<DeValue<'i>>) {
         let span = value.span();
-        let help = "each table is a point of the grid: `cases = [{ … }, { … }]`";
+        let help = "each table is one parameter point: `cases = [{ … }, { … }]`";
         match value.into_inner() {
             DeValue::Array(cases) if !cases.is_empty() => {
                 let cases: Vec<_> = cases.into_iter().filter_map(|case| self.case(case)).collect();
@@ -326,7 +327,7 @@ impl<'i> Grid<'i> {
         axis.or_else(shared).map(TomlSpanned::span)
     }
 
-    /// Deserialises every point of the grid, or returns a problem if there are too many points.
+    /// Deserialises every parameter point, or returns a problem if there are too many points.
     fn spread<T: DeserializeOwned>(self, span: &Span) -> Result<Vec<GridPoint<T>>, Problem> {
         let cases = self.cases.unwrap_or_else(|| vec![(span.clone(), DeTable::new())]);
         let axes: Vec<Axis> = self.axes.into_values().collect();

@@ -402,10 +402,6 @@ fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -
     let message = format!("{:?}: {error}", path.value);
     let channel = table.channel.written().map(|channel| &channel.span);
     let span = channel.unwrap_or(&path.span).clone();
-    let label = match error {
-        ChannelError::Ambiguous { .. } => "several channels have this name",
-        _ => "no such channel",
-    };
     let problem =
         Problem::new(message, span, "selected channel").and(path.span.clone(), "file to read");
     match error {

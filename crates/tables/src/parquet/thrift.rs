@@ -111,7 +111,8 @@ impl Shape {
     }
 }
 
-/// Reader that passes over bytes of the compact protocol from a current position.
+/// Cursor over bytes in Thrift's compact protocol. It validates values and skips them without
+/// storing them.
 #[derive(Debug, Clone)]
 pub struct Walk<'a> {
     bytes: &'a [u8],
