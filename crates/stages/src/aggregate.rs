@@ -28,7 +28,8 @@ pub use groups::reduce as grouped;
 pub use statistics::Statistic;
 pub use theory::{Model, SPECTRUM_COLUMNS};
 
-/// Version of the numbers, which is part of every key; raise it whenever they change.
+/// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
+/// numbers change.
 pub const VERSION: u32 = 5;
 
 /// Definition of the kind of stage `aggregate`.
@@ -59,8 +60,8 @@ pub enum Params {
 /// Statistics of columns within groups.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Groups {
-    /// Columns whose values define a group; `None` for all coordinates except surface, seed and
-    /// realization.
+    /// Columns whose values define a group; `None` for all columns that identify rows, except
+    /// surface, seed and realization.
     pub group_by: Option<Vec<String>>,
     /// Columns whose statistics are computed.
     pub over: Vec<String>,
@@ -114,7 +115,8 @@ impl Stage for Params {
         InputScope::All
     }
 
-    /// Keeps the named columns and the coordinates, but all columns for theories and queries.
+    /// Returns the table with the columns that the task uses: the named columns and those that
+    /// identify rows. For theories and queries, all columns are kept.
     fn needed(&self, table: Table) -> Table {
         let Params::Groups(groups) = self else {
             return table;
@@ -143,7 +145,7 @@ impl Stage for Params {
         }
     }
 
-    /// Estimates 5 ms per load for each theory that integrates over summits.
+    /// Estimates the time of the task: 5 ms per load for each theory that integrates over summits.
     fn effort(&self, extent: Extent) -> Effort {
         let slow_models = match self {
             Params::Groups(groups) => {
@@ -170,7 +172,8 @@ pub struct Sql {
 }
 
 impl Sql {
-    /// Returns the query with the name of each input and its number of tables filled in.
+    /// Returns the query with the field `tables` set to the name and number of tables of each
+    /// input.
     pub fn for_inputs(&self, tables: Vec<(String, usize)>) -> Sql {
         Sql { tables, ..self.clone() }
     }

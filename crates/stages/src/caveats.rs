@@ -8,7 +8,7 @@ use asperity_tables::table::Table;
 /// Departures of the surfaces of one parameter point from isotropic Gaussian roughness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointDepartures {
-    /// Table of one row with the coordinates of the parameter point.
+    /// Table of one row with the parameter columns of the point.
     pub coordinates: Table,
     /// Description of each departure from isotropic Gaussian roughness.
     pub departures: Vec<String>,
@@ -18,9 +18,11 @@ pub struct PointDepartures {
 const DESCRIBED: [&str; 8] =
     ["m20", "m02", "m40", "m04", "m22", "skewness", "excess_kurtosis", "effective_modes"];
 
-/// Finds the departures at each parameter point of a table of surfaces.
+/// Returns the departures from isotropic Gaussian roughness at each parameter point of a table of
+/// surfaces.
 ///
-/// They are found from means over the surfaces of a point, because theories describe ensembles.
+/// Departures are found from means over the surfaces of a point, because theories describe
+/// ensembles.
 ///
 /// # Errors
 /// Returns an error if the table lacks the descriptors of surfaces.

@@ -208,11 +208,11 @@ pub const PRESSURE: Column = parameter(
 )
 .with_role(Role::Derived);
 
-/// Coordinates that only random surfaces have.
+/// Columns that identify random surfaces: spectrum, seed and realization.
 pub const RANDOM_SURFACE_COORDINATES: [Column; 6] =
     [HURST, K_LOWER, K_ROLLOFF, K_UPPER, SEED, REALIZATION];
 
-/// Coordinates that only analytic shapes have.
+/// Parameter columns that only analytic shapes have.
 pub const SHAPE_COORDINATES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
 
 #[cfg(test)]

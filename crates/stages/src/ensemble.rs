@@ -3,10 +3,10 @@
 //! The [`Role`] of each column decides how it groups rows. Rows that agree in every **parameter**
 //! belong to one ensemble. Within an ensemble, seed and realization identify the **surface**, and
 //! the load identifies the state of a surface. A manifest gives loads either in units of E* × rms
-//! slope or in pascals. The column in the given unit identifies rows; the other one is derived for
-//! each surface. Loads that differ only by rounding are equal. If two blocks or two stages have
-//! rows for the same surface under the same load, only the first row counts and the others are
-//! listed as repeated.
+//! slope or in pascals. The column in the unit of the manifest identifies loads; the column in the
+//! other unit is derived for each surface. Loads that differ only by rounding are equal. If two
+//! blocks of loads or two stages give rows for the same surface at the same load, only the first
+//! row counts. The others are listed in [`Ensemble::repeated`].
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -60,8 +60,8 @@ pub struct Load {
     /// Load in the unit of the manifest: E* × rms slope or pascals. It is the same for all
     /// surfaces.
     pub given: f64,
-    /// Reduced load p₀/(E* h′), averaged over the surfaces that have the load. One pressure in
-    /// pascals gives different reduced loads for surfaces of unequal rms slope.
+    /// Reduced load p₀/(E* h′), averaged over the surfaces with a row at this load, because one
+    /// pressure in pascals gives different reduced loads for surfaces of unequal rms slope.
     pub reduced: f64,
 }
 
@@ -71,18 +71,18 @@ pub struct Ensemble {
     pub point: ParameterPoint,
     /// Surfaces, in ascending order of seed and realization.
     pub members: Vec<Member>,
-    /// Loads that at least one surface has, in ascending order.
+    /// Loads at which at least one surface has a row, in ascending order.
     pub loads: Vec<Load>,
-    /// Rows with the same surface and load as an earlier row.
+    /// Indices of table rows with the same surface and load as an earlier row.
     pub repeated: Vec<usize>,
-    /// First row of the ensemble.
+    /// Index of the first table row of the ensemble.
     pub first: usize,
-    /// Row of each member (outer index) under each load (inner index), if there is one.
+    /// Index of the table row of each surface at each load, `[member][load]`; `None` without a row.
     rows: Vec<Vec<Option<usize>>>,
 }
 
 impl ParameterPoint {
-    /// Selects the parameters among the cells of a row.
+    /// Collects the cells whose column has the role [`Role::Parameter`].
     pub fn from_cells(cells: impl IntoIterator<Item = (Column, Value)>) -> ParameterPoint {
         let parameters = cells.into_iter();
         let parameters = parameters.filter(|(column, _)| column.role == Role::Parameter);
@@ -157,7 +157,8 @@ pub fn load_column(table: &Table) -> &'static str {
     }
 }
 
-/// Groups the rows of a table of loads into ensembles, in the order of their first rows.
+/// Groups the rows of a table of loads into ensembles, in the order of the first row of each
+/// ensemble.
 ///
 /// # Errors
 /// Returns an error if the table has no loads.
@@ -175,7 +176,7 @@ pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
         .collect())
 }
 
-/// Columns of the loads of a table.
+/// Columns of a table that hold loads.
 struct Loads<'a> {
     given: &'a Float64Array,
     /// Column of reduced loads, or `None` if the given loads are reduced.
@@ -183,8 +184,8 @@ struct Loads<'a> {
 }
 
 impl Loads<'_> {
-    /// Combines the loads of rows whose given load is `given`. Reduced loads that differ are
-    /// averaged.
+    /// Returns the load of rows that agree in the given load `given`. If the reduced loads of
+    /// `rows` differ, their mean is used.
     fn common(&self, given: f64, rows: impl Iterator<Item = usize> + Clone) -> Load {
         let Some(of_rows) = self.reduced else {
             let reduced = given;
@@ -226,22 +227,21 @@ impl Ensemble {
         }
     }
 
-    /// Returns the row of a surface under a load, given by their indices in `members` and `loads`;
-    /// `None` if the surface does not have the load.
+    /// Returns the index of the table row of surface `members[member]` at load `loads[load]`, or
+    /// `None` if there is no such row.
     pub fn row(&self, member: usize, load: usize) -> Option<usize> {
         self.rows[member][load]
     }
 
-    /// Returns the rows of all surfaces under a load, or `None` if a surface does not have the
-    /// load.
+    /// Returns the rows of all surfaces at a load, or `None` if a surface has no row at this load.
     ///
-    /// A surface has no rows beyond its first load in full contact, so that a mean over the
-    /// remaining surfaces would fall with the load.
+    /// A surface has no rows beyond its first load in full contact. A mean over the remaining
+    /// surfaces would be biased low, because the surfaces that reach full contact first drop out.
     pub fn complete(&self, load: usize) -> Option<Vec<usize>> {
         self.rows.iter().map(|states| states[load]).collect()
     }
 
-    /// Iterates over all surfaces and their loads, each with its row.
+    /// Iterates over all states as (surface, load, index of the table row).
     pub fn states(&self) -> impl Iterator<Item = (Member, Load, usize)> {
         let members = self.members.iter().zip(&self.rows);
         members.flat_map(|(&member, states)| {
@@ -252,7 +252,7 @@ impl Ensemble {
 }
 
 /// Removes rows that repeat the surface and load of an earlier row. Such rows occur if two stages
-/// share rows or two blocks share a load.
+/// share rows or two blocks of loads share a load.
 ///
 /// Loads that differ by rounding become equal. A table whose rows do not describe single surfaces
 /// is returned unchanged.
@@ -277,7 +277,8 @@ pub fn without_repeated_rows(table: &Table) -> Result<Table, TableError> {
     Ok(table.pick(&rows).replacing(load_column(table), reals(loads)))
 }
 
-/// Groups rows that agree in every column, in the order of their first rows.
+/// Returns groups of the indices of rows that agree in every column, in the order of the first row
+/// of each group.
 pub fn grouped(table: &Table) -> Vec<Vec<usize>> {
     let columns = table.batch().columns();
     if columns.is_empty() {
@@ -350,13 +351,13 @@ const REGION: [&str; 6] = [
     CROP_SIZE_Y.name,
 ];
 
-/// Numbers the sampling units of a table from 0, in the order of appearance, and returns the number
-/// for each row.
+/// Returns the number of the sampling unit of each row. Sampling units are numbered from 0, in the
+/// order of appearance.
 ///
 /// Rows of one sampling unit are not independent. The parameter points of a sweep share random
-/// numbers: the surface of one seed and realization has the same phases at every point, so that its
-/// rows are correlated and count as one sample. Statistics over rows of several points therefore
-/// count sampling units.
+/// numbers: the surface of one seed and realization has the same phases at every point. The rows of
+/// this surface are therefore correlated and count as one sample. Statistics over rows of several
+/// points therefore count sampling units.
 ///
 /// All rows with the same seed and realization are one unit, and so are all rows of one region of a
 /// file. Every other surface, and every row that does not describe a single surface, is a separate
@@ -398,7 +399,7 @@ enum Unit<'a> {
     Row(usize),
 }
 
-/// Numbers groups of equal rows and returns the number for each row.
+/// Returns a number for each row, which is the same for rows that agree in every column.
 fn numbered(table: &Table) -> Vec<usize> {
     let mut numbers = vec![0; table.rows()];
     for (number, rows) in grouped(table).into_iter().enumerate() {

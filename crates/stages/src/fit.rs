@@ -37,7 +37,8 @@ use asperity_tables::column::{Column, Role};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
 
-/// Version of the numbers, which is part of every key; raise it whenever they change.
+/// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
+/// numbers change.
 pub const VERSION: u32 = 7;
 
 /// Definition of the kind of stage `fit`.
@@ -80,7 +81,7 @@ impl Params {
     }
 }
 
-/// Returns the columns that fits may add to the coordinates of the fitted points.
+/// Returns the columns that fits may add to the parameter columns of the fitted points.
 pub fn columns() -> Vec<Column> {
     let columns = rows::columns(laws::parameters()).into_iter();
     let columns = columns.chain(meshes::COLUMNS);
@@ -122,9 +123,9 @@ impl Stage for Params {
 
     /// Estimates the time of the resamplings.
     ///
-    /// An iteration of least squares takes a microsecond per row. A simultaneous fit of all curves,
-    /// each with a root to find, takes thirty times as long as a fit of one curve. With free κ a
-    /// fit needs dozens of iterations, or hundreds if the data are almost straight.
+    /// An iteration of least squares takes a microsecond per row. A simultaneous fit of all curves
+    /// takes thirty times as long as a fit of one curve, because it finds a root for each curve.
+    /// With free κ a fit needs dozens of iterations, or hundreds if the data are almost straight.
     fn effort(&self, extent: Extent) -> Effort {
         let replicate = match &self.law {
             Law::Limits(choices) => {
@@ -218,7 +219,7 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
 /// Curves of a quantity against the load, for all surfaces of one parameter point under one
 /// correction of the area.
 pub struct CurvesOfPoint {
-    /// Row of the table with the coordinates of the point.
+    /// Index of the table row from which the parameters of the point are copied.
     pub row: usize,
     /// Name of the correction, if areas are corrected.
     pub correction: Option<String>,
@@ -226,7 +227,8 @@ pub struct CurvesOfPoint {
     pub members: Vec<Member>,
     /// Number of rows whose load did not converge.
     pub unconverged: usize,
-    /// Fitted quantity at the loads that all surfaces have, or an error if there are none.
+    /// Fitted quantity at the loads at which all surfaces have a row, or an error if there are no
+    /// such loads.
     pub curves: Result<Curves, FitError>,
 }
 
@@ -263,7 +265,8 @@ impl CurvesOfPoint {
         Ok(points.collect())
     }
 
-    /// Fits a law to the curves. The row gives the reason if there are no curves or the fit fails.
+    /// Fits a law to the curves. If there are no curves or the fit fails, [`Row::failure`] gives
+    /// the reason.
     pub fn fit(&self, law: impl FnOnce(&Curves) -> Result<Row, FitError>) -> Row {
         let curves = self.curves.as_ref().map_err(Clone::clone);
         let fitted = curves.and_then(law);
@@ -271,8 +274,8 @@ impl CurvesOfPoint {
     }
 }
 
-/// Returns the curves at the loads that all surfaces have, because a mean needs all surfaces. A
-/// surface has no rows beyond its first load in full contact.
+/// Returns the curves at the loads at which all surfaces have a row. A surface has no rows beyond
+/// its first load in full contact, and a mean over the remaining surfaces would be biased.
 fn curves(ensemble: &Ensemble, values: &Float64Array) -> Result<Curves, FitError> {
     let complete = ensemble.loads.iter().enumerate();
     let complete =

@@ -1,9 +1,9 @@
-//! Columns that hold the grid of a surface.
+//! Columns that hold the mesh of a surface: numbers of nodes and sides of the cell.
 //!
-//! A square has the columns `nodes` and `side`, a rectangle has `nodes_x`, `nodes_y`, `side_x` and
-//! `side_y`. A single set of columns would be simpler, but would rename the columns of existing
-//! tables of squares. In a table with both shapes, the row of a square has nulls in the columns of
-//! rectangles, and the row of a rectangle in the columns of squares.
+//! Square meshes use the columns `nodes` and `side`; rectangular meshes use `nodes_x`, `nodes_y`,
+//! `side_x` and `side_y`. A single set of columns would be simpler, but would rename the columns of
+//! existing tables. In a table with both shapes, each row has nulls in the columns of the other
+//! shape.
 
 use arrow::array::{Array, Float64Array, Int64Array};
 
@@ -13,7 +13,8 @@ use asperity_contact::grid::{Cell, Grid};
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
 
-/// Returns the columns that hold a grid, with their values.
+/// Returns the columns and values that describe a mesh with `nodes` nodes and a cell with sides
+/// `size`, each along x and y.
 pub fn coordinates(nodes: [usize; 2], size: [f64; 2]) -> Vec<(Column, Value)> {
     let is_square = nodes[0] == nodes[1] && size[0] == size[1];
     let [nodes_x, nodes_y] = nodes.map(|nodes| Value::Integer(nodes as i64));
@@ -30,7 +31,7 @@ pub fn has_rectangles(table: &Table) -> bool {
     table.has(NODES_X.name)
 }
 
-/// Lookup of the number of nodes of the surface in a row of a table.
+/// Lookup of the number of mesh nodes of the surface in each row of a table.
 #[derive(Clone, Copy)]
 pub struct Meshes<'a> {
     square: Option<&'a Int64Array>,
@@ -52,7 +53,7 @@ impl<'a> Meshes<'a> {
         })
     }
 
-    /// Returns the number of nodes along x and y of a row.
+    /// Returns the number of nodes along x and y of the surface in a row.
     pub fn nodes(&self, row: usize) -> [usize; 2] {
         let square = self.square.filter(|nodes| nodes.is_valid(row));
         let nodes = match (square, self.rectangle) {
@@ -63,14 +64,15 @@ impl<'a> Meshes<'a> {
         nodes.map(|nodes| nodes.unsigned_abs() as usize)
     }
 
-    /// Returns the number of nodes per side if the mesh of a row is square.
+    /// Returns the number of nodes per side of the surface in a row, or `None` if the mesh is not
+    /// square.
     pub fn of_square(&self, row: usize) -> Option<i64> {
         let square = self.square.filter(|nodes| nodes.is_valid(row))?;
         Some(square.value(row))
     }
 }
 
-/// Lookup of the grid of the surface in a row of a table.
+/// Lookup of the mesh and cell of the surface in each row of a table.
 #[derive(Clone, Copy)]
 pub struct Grids<'a> {
     meshes: Meshes<'a>,
@@ -79,7 +81,7 @@ pub struct Grids<'a> {
 }
 
 impl<'a> Grids<'a> {
-    /// Finds the columns that hold grids.
+    /// Finds the columns with the numbers of nodes and the sides of the cell.
     ///
     /// # Errors
     /// Returns an error if the table has neither the columns of squares nor those of rectangles.
@@ -95,10 +97,11 @@ impl<'a> Grids<'a> {
         })
     }
 
-    /// Returns the grid of a row.
+    /// Returns the mesh and cell of the surface in a row.
     ///
     /// # Errors
-    /// Returns an error if the numbers are not a valid grid; this program writes no such tables.
+    /// Returns an error if a number of nodes or a side is invalid. No table written by this program
+    /// contains such numbers.
     pub fn grid(&self, row: usize) -> Result<Grid, StageError> {
         let square = self.square.filter(|side| side.is_valid(row));
         let size = match (square, self.rectangle) {
@@ -110,7 +113,7 @@ impl<'a> Grids<'a> {
     }
 }
 
-/// Creates a grid of `nodes` nodes on a cell with sides `size`.
+/// Creates a mesh with `nodes` nodes on a cell with sides `size`, each along x and y.
 ///
 /// # Errors
 /// Returns an error if the number of nodes or the area of the cell is zero.

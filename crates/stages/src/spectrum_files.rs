@@ -11,7 +11,8 @@ use thiserror::Error;
 use asperity_tables::parquet::{NumberColumns, ParquetError};
 use asperity_topography_files::length_ratio;
 
-/// Maximum number of rows of a file, which exceeds the number of rings of the largest mesh.
+/// Maximum number of rows of a file. The spectrum of the largest mesh has fewer rows (one per ring
+/// of wavevectors).
 const MAX_ROWS: usize = 1 << 20;
 
 /// Names of the column of densities, in order of preference.
@@ -142,8 +143,8 @@ fn split(title: &str) -> (&str, Option<&str>) {
     unit.map_or((title, None), |(name, unit)| (name, Some(unit)))
 }
 
-/// Returns the unit of length of the wavenumbers, and the factor that converts densities to the
-/// fourth power of this unit.
+/// Returns the unit of length ℓ of the wavenumbers (1/ℓ), and the factor that converts densities to
+/// ℓ⁴. `units` are the units of wavenumbers and densities.
 fn unit_of(units: [Option<&str>; 2]) -> Result<Option<(String, f64)>, SpectrumFileError> {
     let [Some(wavenumber), Some(density)] = units else {
         return match units {

@@ -55,8 +55,8 @@ impl<'de> Deserialize<'de> for ContentHash {
 /// Properties of files when they were last read, by their paths in the manifest.
 pub type RecordedFiles = BTreeMap<PathBuf, RecordedFile>;
 
-/// Properties of a file when it was last read. They replace a file that cannot be read now in
-/// recipes and forecasts.
+/// Properties of a file when it was last read. Recipes and forecasts use them if the file cannot be
+/// read now.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedFile {
     pub content: ContentHash,
@@ -106,8 +106,8 @@ impl SurfaceFiles {
         Self { folder: folder.to_owned(), known, ..Self::default() }
     }
 
-    /// Returns the recorded properties of a file that cannot be read, and notes that they are used;
-    /// `None` if nothing is recorded.
+    /// Returns the recorded properties of a file that cannot be read, and adds the file to
+    /// [`SurfaceFiles::recalled`]. Returns `None` if nothing is recorded.
     pub fn recall(&mut self, path: &Path) -> Option<RecordedFile> {
         let recalled = self.known.get(path)?.clone();
         let paths = self.paths.entry(recalled.content);
@@ -159,12 +159,12 @@ impl SurfaceFiles {
         self.paths.get(content).map(PathBuf::as_path)
     }
 
-    /// Returns the path of the file with this content, whose hash is given in hexadecimal digits.
+    /// Returns the path of the file whose hash is `content`, in hexadecimal digits.
     pub fn path_of_hex(&self, content: &str) -> Option<&Path> {
         self.path_of(&ContentHash::from_hex(content)?)
     }
 
-    /// Returns the paths of all files by the hashes of their contents, as in the manifest.
+    /// Returns the paths of all files, as in the manifest, by content hash.
     pub fn paths(&self) -> &BTreeMap<ContentHash, PathBuf> {
         &self.paths
     }
@@ -178,7 +178,8 @@ impl SurfaceFiles {
 /// Reads a regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// Returns an error if the path is a folder or a device, or if the file is larger.
+/// Returns an error if the path is a folder or a device, or if the file has more than `limit`
+/// bytes.
 pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let refuse = |reason: String| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     // Check before opening: opening a pipe would wait for a writer.

@@ -25,7 +25,7 @@ use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
-/// Quantities that vanish at zero load. Their first slope is taken from the origin.
+/// Quantities that vanish at zero load. The slope at the first load is taken from the origin.
 const FROM_ZERO: [Column; 4] = [AREA_FRACTION, AREA_CORRECTED, CONTACT_NODES, ENERGY];
 
 /// Computes the statistics of each group, in ascending order of the columns that define groups.
@@ -72,11 +72,12 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     theory::with_theories(&reduced, &names.curve(), groups)
 }
 
-/// Selects groups that have as many rows as the largest group of their curve. A curve consists of
-/// the groups that differ only in the load.
+/// Returns the expression that selects groups with as many rows as the largest group of the same
+/// curve. A curve consists of the groups that differ only in the load.
 ///
-/// A surface has no rows beyond its first load in full contact, so that averages over the remaining
-/// surfaces would fall with the load. A curve therefore ends where the first of its surfaces ends.
+/// A surface has no rows beyond its first load in full contact. Averages over the remaining
+/// surfaces would be biased low, because the surfaces that reach full contact first drop out. A
+/// mean curve therefore ends at the first load at which a surface has no row.
 fn is_complete(names: &GroupNames) -> Result<Expr, StageError> {
     let count = || col(COUNT.name);
     let curve = names.keys_of_a_curve();
@@ -210,15 +211,16 @@ fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
     output
 }
 
-/// Pairs of columns that hold the same coordinate in two units. A manifest gives one of them.
+/// Pairs of columns that hold the same quantity in two units, of which a manifest gives one.
 const IN_TWO_UNITS: [[&str; 2]; 2] =
     [[LOAD.name, PRESSURE.name], [HARDNESS.name, HARDNESS_REDUCED.name]];
 
 /// Columns that define the groups.
 ///
-/// A derived column (see [`Role::Derived`]) holds a coordinate in another unit. If loads are given
-/// in pascals, the reduced load differs between surfaces and must not split groups. Groups are then
-/// distinguished by the coordinate from which the column is derived.
+/// A derived column (see [`Role::Derived`]) repeats another column in a different unit. If loads
+/// are given in pascals, the reduced load is derived: it differs between surfaces and must not
+/// split groups. Groups are then distinguished by the pressure, from which the reduced load is
+/// derived.
 struct GroupNames {
     /// Columns of the reduced table that describe a group, in order.
     shown: Vec<String>,
@@ -226,16 +228,16 @@ struct GroupNames {
     keys: Vec<String>,
     /// Shown columns that are derived from a shown key. Their values may differ within a group.
     derived: Vec<String>,
-    /// Shown columns that replace a key that is not shown, paired with the key. They are derived
-    /// from it and must not differ within a group.
+    /// Pairs (shown column, key that is not shown). The shown column is derived from the key and
+    /// must not differ within a group.
     stand_ins: Vec<(String, String)>,
     /// Key that is a load, if there is one.
     load: Option<String>,
 }
 
 impl GroupNames {
-    /// Resolves the columns of `group_by`. The default is every coordinate except those that
-    /// distinguish surfaces.
+    /// Resolves the columns of `group_by`. The default is all columns that identify rows, except
+    /// those that distinguish surfaces.
     fn new(table: &Table, groups: &Groups) -> GroupNames {
         let given = || table.coordinates().not_in_role(Role::Surface);
         let default = || given().names().into_iter().map(str::to_owned).collect();
@@ -280,7 +282,8 @@ impl GroupNames {
         shown.filter(|name| self.keys.contains(name) || stands_in(name)).cloned().collect()
     }
 
-    /// Returns the expressions of derived columns: the common value of a group, or else the mean.
+    /// Returns the expressions for the derived columns of a group: the common value of the rows or,
+    /// if they differ, the mean.
     fn within_groups(&self) -> Vec<Expr> {
         let mut expressions: Vec<Expr> = self.derived.iter().map(|name| common(name)).collect();
         let differs = self.stand_ins.iter();
@@ -332,8 +335,8 @@ fn is_mixed(name: &str) -> Expr {
     spread.gt(most * lit(decimal::RESOLUTION))
 }
 
-/// Returns the name of the flag for a column that differs within a group. Names of users' columns
-/// have no spaces.
+/// Returns the name of the intermediate column that flags groups in which a column differs. Names
+/// of users' columns have no spaces.
 fn mixed(name: &str) -> String {
     format!("{name} differs")
 }
@@ -376,7 +379,7 @@ pub fn named(name: &str, statistic: Statistic) -> String {
 /// Columns of the reduced table in addition to group columns and statistics of columns in `over`.
 pub const GROUP_COLUMNS: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
-/// Creates the reduced table, whose statistics inherit unit and meaning from their columns.
+/// Creates the reduced table. Each statistic inherits unit and meaning from the input column.
 fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {
     let schema = table.batch().schema();
     let own: HashMap<&str, Column> = GROUP_COLUMNS.map(|column| (column.name, column)).into();

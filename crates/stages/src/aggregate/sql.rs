@@ -45,9 +45,9 @@ pub fn query(tables: &[Table], sql: &Sql, memory: ByteSize) -> Result<Table, Sta
 /// Answers a query over tables. `names` are the names of all existing tables, and `meanings`
 /// describes columns of the answer that no table has.
 ///
-/// Only the columns that the query needs are read. Groups come in the order of their first rows,
-/// joined rows in the order of the left table, and rows that compare equal in a sort keep their
-/// order. The last digits do not depend on the number of cores.
+/// Only the columns that the query needs are read. Groups come in the order of the first row of
+/// each group, joined rows in the order of the left table, and rows that compare equal in a sort
+/// keep the order of the input. The last digits do not depend on the number of cores.
 ///
 /// # Errors
 /// Returns an error if the query cannot be parsed, or if it names a table or column that does not
@@ -120,8 +120,8 @@ fn check_names(statement: &Statement, names: &[String]) -> Result<(), QueryError
     }
 }
 
-/// Returns the metadata of a column of an answer: from the manifest, or else from the column of the
-/// same name and type in a table that the query reads.
+/// Returns the metadata of a column of an answer. They are taken from the manifest (`meanings`) or,
+/// without an entry there, from a column of the same name and type in a table that the query reads.
 fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[SchemaRef]) -> Metadata {
     if let Some(Meaning { unit, meaning }) = meanings.get(field.name()) {
         return described(Role::Result, unit, meaning);

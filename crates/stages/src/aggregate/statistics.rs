@@ -70,8 +70,8 @@ pub enum Statistic {
     Approach,
 }
 
-/// Statistics with a fixed name. The names of the others contain the decimals of a number: `q05` is
-/// the 5 % quantile, `q975` the 97.5 % quantile, `ci95` the 95 % confidence interval.
+/// Statistics with a fixed name. Names of quantiles and intervals contain the decimals of a number:
+/// `q05` is the 5 % quantile, `q975` the 97.5 % quantile, `ci95` the 95 % confidence interval.
 const WORDS: [(&str, Statistic); 11] = [
     ("mean", Statistic::Mean),
     ("sd", Statistic::Sd),
@@ -101,8 +101,8 @@ impl Statistic {
             .or_else(|| fraction_after("q", word).map(Statistic::Quantile))
     }
 
-    /// Returns the suffix of the statistic's column. Both columns of a confidence interval have
-    /// longer suffixes that begin with it.
+    /// Returns the suffix of the column of the statistic. For a confidence interval, it is the
+    /// common beginning of the suffixes of both columns.
     pub fn suffix(self) -> String {
         let known = WORDS.iter().find(|(_, statistic)| *statistic == self);
         match (known, self) {
@@ -228,8 +228,8 @@ pub fn ends(name: &str, level: f64) -> [Expr; 2] {
     ]
 }
 
-/// Returns the two-sided quantile of Student's t for each number of surfaces. Each distinct number
-/// is computed once.
+/// Returns the two-sided quantile of Student's t for each number of surfaces in the column. The
+/// quantile of each distinct number is computed once.
 fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
     let mut known: HashMap<u32, f64> = HashMap::new();
     let mut factor = |surfaces: f64| {

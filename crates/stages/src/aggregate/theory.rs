@@ -1,4 +1,5 @@
-//! Columns with the areas that theories predict, and with the approach of curves to full contact.
+//! Columns with predicted contact areas, and with the approach to full contact F = −ln[(1 − a) y
+//! √(2π)].
 
 use std::collections::BTreeMap;
 
@@ -94,7 +95,7 @@ impl Model {
     }
 
     /// Returns the prediction under a load > 0. `nayak` is Nayak's parameter α, which only asperity
-    /// models need.
+    /// models need. Returns `None` if an asperity model has no `nayak` or no solution at this load.
     fn predict(self, load: f64, nayak: Option<f64>) -> Option<Prediction> {
         if let Some(model) = self.asperities() {
             let contact = Asperities::new(model, nayak?).ok()?.at_load(load)?;
@@ -112,7 +113,8 @@ impl Model {
         Some(Prediction { area, slope })
     }
 
-    /// Returns F(y) = −ln[(1 − a) y √(2π)], or `None` if the predicted contact is full.
+    /// Returns F(y) = −ln[(1 − a) y √(2π)] for the predicted area a at the load y, or `None` if the
+    /// predicted contact is full.
     fn approach(self, load: f64, nayak: Option<f64>) -> Option<f64> {
         match self {
             Model::Persson => Some(persson::approach(load)),
@@ -155,7 +157,7 @@ pub fn with_theories(
     Ok(table.with(predicted))
 }
 
-/// Removes the intermediate columns of means and of the load of the group.
+/// Removes the intermediate columns, which hold means and the load of the group.
 fn hide_means(reduced: &Table, groups: &Groups) -> Table {
     let hidden: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
     let hidden = hidden.iter().map(String::as_str).chain([LOAD_OF_GROUP]);
@@ -170,10 +172,11 @@ fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
     table.beside(&one)
 }
 
-/// Computes F(y) of the mean curve of a column of areas.
+/// Computes F(y) = −ln[(1 − a) y √(2π)] from the mean a of a column of areas, for each row of
+/// `reduced`.
 ///
 /// The value is null at full contact. It is also null if a surface of the group has no row because
-/// it is beyond full contact: the mean of the other surfaces is not the mean of the group.
+/// it is beyond full contact: the mean of the other surfaces would be biased low.
 fn approach(
     reduced: &Table,
     names: &[String],
@@ -196,7 +199,7 @@ fn approach(
     Ok((named(name, Statistic::Approach), optional_reals(values)))
 }
 
-/// Numbers the curves, which differ in the columns `names`, and returns the number for each row.
+/// Returns the number of the curve of each row. Rows of one curve agree in the columns `names`.
 fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
     let columns: Vec<_> =
         names.iter().filter_map(|name| table.batch().column_by_name(name)).collect();

@@ -162,7 +162,7 @@ pub const STIFFNESS: Column = real(
      three loads did not converge",
 );
 
-/// Columns that only contact maps on rectangles have.
+/// Columns that only contact maps on rectangular meshes have.
 pub const SWITCHES_ALONG_AXES: [Column; 2] = [SWITCHES_X, SWITCHES_Y];
 
 /// Columns of every measured contact map.
@@ -190,7 +190,7 @@ pub const CONTACT_MEASURES: [Column; 21] = [
     STOP,
 ];
 
-/// Columns of every solved load.
+/// Columns of every load at which the contact was solved.
 pub const SOLVED: [Column; 12] = [
     EFFECTIVE_MODULUS,
     TOLERANCE,
@@ -249,7 +249,7 @@ pub const NOMINAL_DISPLACEMENT: Column = real(
      interaction",
 );
 
-/// Columns of loads that asperity models add.
+/// Columns that asperity models add to the rows of loads.
 pub const ASPERITY_COLUMNS: [Column; 5] = [
     CONTACTS,
     OVERLAPPING_CONTACTS,
@@ -298,7 +298,7 @@ pub const FLOW_STOP: Column =
         },
     ]);
 
-/// Columns of the flow under a load.
+/// Columns of the flow through the gap at a load.
 pub const FLOW: [Column; 6] = [
     FLOW_FACTOR_X,
     FLOW_FACTOR_Y,

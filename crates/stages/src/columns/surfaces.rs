@@ -89,7 +89,8 @@ pub const CHANNELS: Column = integer("channels", "1", "number of maps in the fil
 pub const FILLED_NODES: Column =
     integer("filled_nodes", "1", "number of missing points that received heights by `fill`");
 
-/// Coordinates that only measured surfaces have. A table has those that its manifest uses.
+/// Parameter columns that only measured surfaces have. A table contains those that the manifest
+/// uses.
 pub const MEASURED_SURFACE_COORDINATES: [Column; 16] = [
     CONTENT,
     UNIT,
@@ -147,7 +148,8 @@ pub const DESCRIPTORS: [Column; 14] = [
     ),
 ];
 
-/// Columns of the descriptors that follow from the spectrum of a random surface alone.
+/// Columns of descriptors that follow from the prescribed spectrum of a random surface, without the
+/// heights.
 pub const SPECTRUM_DESCRIPTORS: [Column; 5] = [
     real(
         "nayak_continuum",

@@ -81,7 +81,8 @@ impl Datum {
 }
 
 impl EvolutionChoices {
-    /// Fits all points: together if they share κ, and otherwise separately.
+    /// Fits all points and returns a row for each: together if the points share κ, otherwise
+    /// separately.
     pub fn fits(self, points: &[CurvesOfPoint], params: &Params) -> Vec<Row> {
         let alone = |kappa| {
             let points = points.iter();
@@ -95,8 +96,8 @@ impl EvolutionChoices {
         }
     }
 
-    /// Returns which tables one task reads: those of one parameter point, or of all points for the
-    /// smallest κ that makes the slopes of all points convex.
+    /// Returns the scope of the tables that one task reads. It is one parameter point, or all
+    /// points for the smallest κ that makes the slopes of all points convex.
     pub fn input_scope(self) -> InputScope {
         match self.kappa {
             Kappa::Given(_) | Kappa::Free => InputScope::ParameterPoint,
@@ -191,8 +192,8 @@ fn remove_interval_of_kappa(intervals: &mut Intervals) {
     }
 }
 
-/// Replaces the interval of κ, which is given in the fits of single points, by the interval from
-/// resampling all points together.
+/// Replaces the interval of κ by the interval from resampling all points together. The interval
+/// from the fit of a single point is meaningless, because κ is given there.
 fn replace_interval_of_kappa(intervals: &mut Intervals, of_kappa: &Intervals) {
     let of_all = of_kappa.intervals.as_ref();
     let kappa: Option<Interval> = of_all.and_then(|all| all.first().copied());

@@ -1,4 +1,4 @@
-//! The laws that can be fitted; this file has every `match` on them.
+//! Laws that can be fitted. Every `match` on laws is in this file.
 //!
 //! A law that has no settings is one variant of [`PlainLaw`] and one [`LawDefinition`]. Its
 //! numerics are in [`asperity_statistics`].
@@ -67,7 +67,8 @@ pub struct LawDefinition {
 pub enum Fits {
     /// Contact areas of the surfaces of one parameter point.
     Areas(FitOfCurves),
-    /// Mean gaps of the surfaces of one parameter point, which only measured contacts have.
+    /// Mean gaps of the surfaces of one parameter point. Only rows of measured contacts contain
+    /// mean gaps.
     Gaps(FitOfCurves),
     /// Contact areas on several meshes of the same surfaces, at all parameter points together.
     Meshes,
@@ -315,7 +316,8 @@ mod tests {
     use super::*;
     use crate::fit::contact_evolution::{Datum, Kappa};
 
-    /// Other texts would change the keys of all fits, which would then be computed again.
+    /// A different serialisation would change the keys of all stored fits, so that they would be
+    /// computed again.
     #[test]
     fn a_fit_is_written_as_it_always_was() {
         let written = |law: Law| {

@@ -26,8 +26,8 @@ pub use observations::{Group, groups};
 /// Name of the law in manifests and tables.
 pub const WORD: &str = "limits";
 
-/// Default window, which contains all practical loads: a periodic surface is in full contact under
-/// 10 E* × rms slope.
+/// Default window of loads. It contains all practical loads, because a periodic surface is in full
+/// contact at 10 E* × rms slope.
 pub const WINDOW: [f64; 2] = [0.0, 10.0];
 
 /// Maximum number of terms of a law, one more than the usual three limits.
@@ -35,7 +35,7 @@ pub const MAX_TERMS: usize = 4;
 /// Maximum number of combinations of forms that are fitted.
 pub const MAX_COMBINATIONS: usize = 64;
 
-/// Law Q = Q₀ + Σ cⱼ fⱼ(xⱼ) with the data that it is fitted to.
+/// Law Q = Q₀ + Σ cⱼ fⱼ(xⱼ), and the choice of data for the fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "limits")]
 pub struct LimitChoices {
@@ -47,8 +47,8 @@ pub struct LimitChoices {
     pub terms: Vec<Term>,
     /// Parameters that vary among the points of one fit.
     pub over: BTreeSet<String>,
-    /// Column with the standard error of the observable, if it is a fitted parameter. For rows
-    /// about surfaces the error follows from their scatter.
+    /// Column with the standard error of the observable, if it is a fitted parameter. `None` for
+    /// rows of single surfaces, whose scatter gives the error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
@@ -133,7 +133,7 @@ pub struct Outcome {
     pub comparison: Comparison,
 }
 
-/// Fits every group under every load.
+/// Fits every group of points at every load, and returns the table of fits.
 ///
 /// # Errors
 /// Returns an error if a column is missing.
@@ -147,7 +147,7 @@ pub fn run(table: &Table, choices: &LimitChoices, params: &Params) -> Result<Tab
     Ok(columns::table(table, choices, params, &lines))
 }
 
-/// Fits one group under one load with each combination of forms.
+/// Fits one group of points at one load with each combination of forms.
 fn lines<'a>(
     group: &'a Group,
     load: Option<f64>,

@@ -90,10 +90,10 @@ struct Observed {
 
 /// Areas of one parameter point on several meshes, by surface and load.
 pub struct RefinementsOfPoint {
-    /// Row of the table with the coordinates of the point.
+    /// Index of the table row from which the parameters of the point are copied.
     pub row: usize,
     refinements: BTreeMap<State, Result<Refinement, FitError>>,
-    /// Reduced load of each given load, by the bits of the given load.
+    /// Reduced loads, by the bits of the load in the unit of the manifest.
     reduced: BTreeMap<u64, f64>,
 }
 
@@ -109,7 +109,8 @@ struct Line {
     fit: Row,
 }
 
-/// Fits each surface under each load, and pooled surfaces and loads, of every parameter point.
+/// Fits the mesh error at every parameter point: for each surface and load, for all surfaces at
+/// each load, and for all surfaces and loads together.
 ///
 /// # Errors
 /// Returns an error if the input lacks the columns of measured contacts.
@@ -184,9 +185,9 @@ fn refinement((state, meshes): (State, Meshes)) -> (State, Result<Refinement, Fi
 }
 
 impl RefinementsOfPoint {
-    /// Returns two lists with one entry for each surface: the covariances of area and edge, and the
-    /// variances of the edge. They determine the common coefficient. Returns `None` if the point
-    /// has no valid refinement.
+    /// Returns [Cov(A, S_d Δx), Var(S_d Δx)], each with one entry per surface. These moments
+    /// determine the common coefficient c of A_N = A* + c S_d Δx. Returns `None` if the point has
+    /// no valid refinement.
     pub fn moments(&self) -> Option<[Vec<f64>; 2]> {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         for (&(member, _), refinement) in &self.refinements {

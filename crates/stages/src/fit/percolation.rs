@@ -105,7 +105,7 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// Returns the contacts of one surface, given by its index, under its loads in ascending order.
+    /// Returns the contacts of the surface with index `member`, at ascending loads.
     pub fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
         let rows = (0..ensemble.loads.len()).filter_map(|load| ensemble.row(member, load));
         rows.map(|row| self.interface(row)).collect()

@@ -15,7 +15,7 @@ use asperity_tables::column::{
 };
 use asperity_tables::table::Table;
 
-/// Maximum fraction of the data that may be left out because they have no logarithm.
+/// Maximum fraction of the data that may be left out of a fit because the logarithm is undefined.
 const MAX_MASKED_FRACTION: f64 = 0.2;
 
 /// Result of the fit of one parameter point.
@@ -26,15 +26,15 @@ pub struct Row {
     pub intervals: Option<Vec<Interval>>,
     /// Number of resamplings that could not be fitted.
     pub failed_replicates: usize,
-    /// Smallest κ for which the slope of this point is convex.
+    /// Smallest κ of the contact evolution law for which the slopes of this point are convex.
     pub own_kappa: Option<f64>,
     pub rms_residual: Option<f64>,
     pub r_squared: Option<f64>,
     pub reduced_chi_square: Option<f64>,
     pub data: usize,
-    /// Number of rows whose load did not converge.
+    /// Number of rows for which the solver did not converge.
     pub unconverged: usize,
-    /// Number of data that were left out because they have no logarithm.
+    /// Number of data that were left out because the logarithm is undefined.
     pub masked: Option<usize>,
     pub convex: Option<bool>,
     /// Reason why all values or some values are missing.
@@ -316,8 +316,8 @@ pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
     law.into_iter().chain(estimates).chain(quality).collect()
 }
 
-/// Creates the table of fits. For each fit, `fitted` holds its row in `coordinates` and its number
-/// of surfaces.
+/// Creates the table of fits. `fitted` holds, for each fit, the index of the row of `coordinates`
+/// with the parameters, and the number of surfaces.
 pub fn table(
     coordinates: &Table,
     fitted: &[(usize, usize)],

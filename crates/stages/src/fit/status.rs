@@ -1,7 +1,7 @@
 //! Codes of the column `status`, which describes how a fit ended.
 //!
-//! Tables hold only the codes. Their explanations are attached when a table is published or
-//! described, so that they can be reworded without computing fits again.
+//! Tables hold only the codes. The explanations of codes are attached when a table is published or
+//! described. They can therefore be reworded without computing fits again.
 
 use super::rows::STATUS;
 use asperity_statistics::FitError;

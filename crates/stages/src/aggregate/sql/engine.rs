@@ -254,8 +254,8 @@ impl Plan<'_> {
         OutputSize { rows, table }
     }
 
-    /// Counts the pairs of rows that a join matches, or returns `None` if it joins anything but
-    /// columns of tables.
+    /// Counts the pairs of rows that a join of `inputs` on the expressions `on` matches. Returns
+    /// `None` if an expression is not a column of a table.
     fn pairs(&self, inputs: &[OutputSize], on: [&[ExprIR]; 2]) -> Option<f64> {
         let counts = |side: usize| {
             let names = on[side].iter().map(|column| {
@@ -276,7 +276,7 @@ impl Plan<'_> {
 }
 
 impl Extent {
-    /// Replaces this extent by `rows` rows with this schema if they take more memory.
+    /// Replaces this extent by `rows` rows with this schema if those take more memory.
     fn extend(&mut self, rows: f64, schema: &Schema) {
         let bytes = rows * width(schema);
         if bytes > self.bytes {

@@ -17,8 +17,9 @@ use super::QueryError;
 /// Maximum length of a query in bytes. The syntax tree of any such query fits on the stack.
 const MAX_LENGTH: usize = 64 << 10;
 
-/// Maximum number of nested operations, and of `select`s in a query. The run time of polars grows
-/// at least with the square of this number, and its stack by about 80 kB for each level.
+/// Maximum nesting depth of operations, and maximum number of `select`s, in a query. The run time
+/// of polars grows at least with the square of the depth, and the stack by about 80 kB for each
+/// level.
 const MAX_DEPTH: usize = 500;
 
 /// Query that polars can execute.

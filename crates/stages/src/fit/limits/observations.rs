@@ -21,7 +21,7 @@ use asperity_tables::table::{Table, TableError};
 /// Points that are fitted together, with their common parameters.
 #[derive(Debug, Clone)]
 pub struct Group {
-    /// Row of the table with the parameters that the points share.
+    /// Index of the table row from which the common parameters of the points are copied.
     pub row: usize,
     /// Common ratio k_rolloff/k_lower of the points, if `k_lower` varies and `k_rolloff` is not
     /// among the varied parameters.
@@ -41,7 +41,7 @@ struct Observations {
     /// Value of the small parameter of each term.
     small: Vec<f64>,
     values: Values,
-    /// Loads that did not converge, with one entry for each affected surface.
+    /// Loads at which the solver did not converge, with one entry for each affected surface.
     unconverged_loads: Vec<f64>,
 }
 
@@ -64,12 +64,13 @@ impl Group {
         points.filter_map(with_parameters).collect()
     }
 
-    /// Returns the surfaces in ascending order. Their indices number the surfaces of all points.
+    /// Returns the surfaces in ascending order. The index of a surface in this list identifies it
+    /// at all points.
     fn members(&self) -> Vec<Member> {
         self.members.iter().copied().collect()
     }
 
-    /// Returns the number of rows under a load that did not converge.
+    /// Returns the number of rows at a load for which the solver did not converge.
     pub fn unconverged(&self, load: Option<f64>) -> usize {
         let loads = self.points.iter().flat_map(|point| &point.unconverged_loads);
         let here = loads.filter(|other| load.is_none_or(|load| decimal::is_same(load, **other)));
@@ -110,7 +111,7 @@ impl Observations {
     }
 }
 
-/// Returns the groups of a table, in the order of their first rows.
+/// Returns the groups of a table, in the order of the first row of each group.
 ///
 /// # Errors
 /// Returns an error if a column is missing.
@@ -158,8 +159,8 @@ pub fn groups(
     Ok(groups)
 }
 
-/// Returns k_rolloff/k_lower of a point if `k_lower` varies and `k_rolloff` is not among the varied
-/// parameters.
+/// Returns k_rolloff/k_lower of a point, or `None` if `k_lower` does not vary or `k_rolloff` is
+/// among the varied parameters.
 fn rolloff_ratio(point: &ParameterPoint, choices: &LimitChoices) -> Option<f64> {
     let varies = |name: &str| choices.over.contains(name);
     if !varies(K_LOWER.name) || varies(K_ROLLOFF.name) {
@@ -194,7 +195,7 @@ fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec
 /// Values of an observable under each load of one point.
 #[derive(Debug, Clone)]
 enum Values {
-    /// Values of the single surfaces, with NaN if a surface lacks the load.
+    /// Values of the single surfaces; NaN for a surface without a row at the load.
     Surfaces {
         members: Vec<Member>,
         /// Each load with the values of all surfaces, in the order of `members`.
@@ -204,8 +205,8 @@ enum Values {
     Estimates(Vec<(Option<f64>, Observed)>),
 }
 
-/// Data of a single point: its first row in the table, its parameters, its values, and its loads
-/// that did not converge.
+/// Data of a single point: (index of the first table row, parameters, values, loads at which the
+/// solver did not converge).
 type Found = (usize, ParameterPoint, Values, Vec<f64>);
 
 /// Reader of the points of a table.
@@ -265,7 +266,8 @@ impl<'a> Reader<'a> {
         Ok(found.collect())
     }
 
-    /// Computes the observable of every surface under each of its loads.
+    /// Returns each load of the ensemble with the observable of all surfaces, in the order of the
+    /// members; NaN for a surface without a row at the load.
     fn curves(&self, ensemble: &Ensemble, reduced: &Float64Array) -> Vec<(Option<f64>, Vec<f64>)> {
         let surfaces = ensemble.members.len();
         let mut states: Vec<(Option<f64>, Vec<f64>)> = ensemble

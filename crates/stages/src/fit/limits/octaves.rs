@@ -1,4 +1,5 @@
-//! Advice on another octave towards a limit: the new points, and their expected effect.
+//! Advice on another octave towards a limit: the new points, and the expected reduction of the
+//! standard error.
 //!
 //! Doubling some of the varied parameters gives a new point for every point. If this makes one
 //! small parameter smaller and leaves the others unchanged, it is a step towards the limit of this
@@ -22,14 +23,14 @@ pub struct Octave {
     pub term: String,
     /// Names of the doubled parameters.
     pub doubled: Vec<String>,
-    /// Varied parameters of the points that give new points by doubling.
+    /// Varied parameters of the points from which doubling gives new points.
     pub from: Vec<ParameterPoint>,
-    /// Expected standard error of the limit with the new points, divided by the present one; `None`
-    /// if it cannot be estimated.
+    /// Ratio of the standard error of the limit expected with the new points to the present
+    /// standard error; `None` if it cannot be estimated.
     pub error_ratio: Option<f64>,
 }
 
-/// Best fit of a group under a load, with the possible octaves towards each limit.
+/// Best fit of a group of points at a load, with the possible octaves towards each limit.
 #[derive(Debug, Clone)]
 pub struct FitWithOctaves {
     pub forms: Vec<FormChoice>,
@@ -41,8 +42,8 @@ pub struct FitWithOctaves {
     pub octaves: Vec<Octave>,
 }
 
-/// Fits one group under one load with the forms that have the smallest Akaike criterion, and finds
-/// the possible octaves. Returns `None` if no fit succeeds.
+/// Fits one group of points at one load with the forms that have the smallest Akaike criterion, and
+/// finds the possible octaves. Returns `None` if no fit succeeds.
 pub fn advise(
     group: &Group,
     load: Option<f64>,
