@@ -291,7 +291,7 @@ impl Table {
         self.keep(|name, _| is_common(name)).pick(&[0])
     }
 
-    /// Returns the table with additional columns after its own.
+    /// Returns the table with additional columns after the existing ones.
     pub fn with(&self, columns: Vec<(Column, ArrayRef)>) -> Table {
         let schema = self.0.schema_ref();
         let mut fields: Vec<Field> = schema.fields().iter().map(|f| f.as_ref().clone()).collect();

@@ -16,7 +16,7 @@ pub const FORMAT: Format =
 
 /// Length of the file header, in bytes.
 const FILE: usize = 64;
-/// Length of the wave header, in bytes.
+/// Length of the header of a data set (an Igor "wave"), in bytes.
 const WAVE: usize = 320;
 /// Length of a label, in bytes.
 const LABEL: usize = 32;
@@ -78,7 +78,7 @@ struct Wave {
     note: Entries,
 }
 
-/// Headers of the file and of the wave, with the byte order of their numbers.
+/// Headers of the file and of its data set, with the byte order of the numbers.
 struct Header<'a> {
     bytes: &'a [u8],
     order: ByteOrder,

@@ -182,13 +182,12 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Returns the raster with the conversion of each stored number to `scale` × number + `offset`.
+    /// Sets the conversion of stored numbers to heights: `scale` × number + `offset`.
     pub fn scaled(self, scale: f64, offset: f64) -> Raster<'a> {
         Raster { scale, offset, ..self }
     }
 
-    /// Returns the raster with the conversion of scaled numbers to metres: they are divided by
-    /// `per_metre`.
+    /// Sets the divisor that converts the scaled numbers to metres.
     ///
     /// A multiplication would be less accurate: ten micrometres would become 9.999999999999999e-6.
     pub fn in_metres(self, per_metre: f64) -> Raster<'a> {
@@ -213,7 +212,7 @@ impl<'a> Raster<'a> {
         Raster { missing, ..self }
     }
 
-    /// Returns the raster with points missing where the number in `mask` exceeds one half.
+    /// Declares points missing where the number in `mask` exceeds one half.
     pub fn masked(self, mask: Raster<'a>) -> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
     }

@@ -139,11 +139,11 @@ impl<'a> Checks<'a> {
         None
     }
 
-    /// Reports a problem, with the description of the key as its help.
+    /// Reports a problem. If it has no help, the description of the key becomes its help.
     pub fn report(&mut self, name: &str, problem: Problem) {
         let problem = match self.layout.doc(name) {
-            Some(doc) => problem.help(doc),
-            None => problem,
+            Some(doc) if problem.advice().is_none() => problem.help(doc),
+            _ => problem,
         };
         self.problems.push(problem);
     }

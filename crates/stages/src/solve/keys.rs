@@ -260,7 +260,8 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
     if let Some(modulus) = table.effective_modulus.written() {
         let message = "`effective_modulus` and `bodies` exclude each other";
         let problem = Problem::new(message, modulus.span.clone(), "gives the effective modulus")
-            .and(bodies.span.clone(), "also determines the effective modulus");
+            .and(bodies.span.clone(), "also determines the effective modulus")
+            .help("remove one of the two keys");
         checks.report("bodies", problem);
         return None;
     }

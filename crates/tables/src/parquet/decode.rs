@@ -173,7 +173,7 @@ pub(super) fn roles_as_json(schema: &Schema) -> String {
     serde_json::to_string(&roles.collect::<Vec<_>>()).expect("roles are plain text")
 }
 
-/// Selection of columns of a file: their indices and their schema.
+/// Selected columns of a file: their indices in the file, and a schema of only these columns.
 type ColumnSelection = (Arc<[usize]>, SchemaRef);
 
 /// Columns of a file and the Arrow metadata with which they are read.

@@ -31,7 +31,8 @@ pub trait Checkpoints: Sync {
     /// Returns true if it is time for the next checkpoint.
     fn is_due(&self) -> bool;
 
-    /// Replaces the checkpoint with the bytes that `write` writes. Ignores errors.
+    /// Replaces the checkpoint with the output of `write`. Ignores errors, because a task can also
+    /// start anew.
     fn keep(&self, write: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>);
 }
 

@@ -298,7 +298,10 @@ pub fn inspected(
     let grid = Grid::new(map.nodes, cell).expect("the file has as many numbers");
     let scan = match map.clone().scan(Some(cell.size()), keys.height_scale) {
         Ok(scan) => scan,
-        Err(error) => return refuse(keys, format!("cannot be read: {error}"), checks),
+        Err(error) => {
+            let help = "export the map again, and check `side` and `height_scale`";
+            return refuse(keys, &format!("cannot be read: {error}"), help, checks);
+        }
     };
     let before = spread(scan.heights());
     let crop = keys.table.crop.written();
@@ -329,10 +332,10 @@ pub fn inspected(
     })
 }
 
-/// Reports that a file cannot be used, with the description of `path`.
-fn refuse<T>(keys: &FileKeys, reason: String, checks: &mut Checks) -> Option<T> {
+/// Reports that a file cannot be used, and how to change the file or the manifest.
+fn refuse<T>(keys: &FileKeys, reason: &str, help: &str, checks: &mut Checks) -> Option<T> {
     let message = format!("{:?} {reason}", keys.path.value);
-    checks.refuse("path", message, &keys.path.span, "this file")
+    checks.reject(Problem::new(message, keys.path.span.clone(), "unusable map").help(help))
 }
 
 /// Returns the number of copies of the map along each axis of the prepared map.
@@ -356,7 +359,9 @@ fn check_nodes(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
         Some(_) => format!("has {found} in the cropped part"),
         None => format!("has {found}"),
     };
-    refuse(keys, format!("{found}; it must have from {MIN_NODES} to {max} here"), checks)
+    let help = "choose another part of the map with `crop`, or another file";
+    let reason = format!("{found}; it must have from {MIN_NODES} to {max} per side");
+    refuse(keys, &reason, help, checks)
 }
 
 /// Refuses a map with points that were not measured, unless `fill` names a method for them.
@@ -366,7 +371,8 @@ fn check_holes(keys: &FileKeys, scan: &Scan, checks: &mut Checks) -> Option<()> 
         return Some(());
     }
     if missing == points {
-        return refuse(keys, "has no measured point".to_owned(), checks);
+        let help = "choose another file or another `channel`";
+        return refuse(keys, "has no measured point", help, checks);
     }
     if keys.preparation.fill.unwrap_or_default() != Fill::Error {
         return Some(());
@@ -399,7 +405,8 @@ fn check_heights(keys: &FileKeys, levelled: &Scan, before: f64, checks: &mut Che
         (Some(Level::Plane | Level::Quadric), _) => "after levelling",
         _ => "after its edges are made periodic",
     };
-    refuse(keys, format!("is flat: it has no roughness {when}"), checks)
+    let reason = format!("is flat: it has no roughness {when}");
+    refuse(keys, &reason, "choose another file, another `channel` or a lower `level`", checks)
 }
 
 /// Refuses cutoff wavelengths shorter than two mesh steps or longer than the longer side.
