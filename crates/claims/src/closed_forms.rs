@@ -101,8 +101,8 @@ fn judged(statement: Statement, data: &'static str, bounds: Vec<Bound>) -> Claim
     }
 }
 
-/// Judges the tabulated density by counting summits: twenty small surfaces with one narrow spectrum
-/// have about 90 well resolved summits each.
+/// Judges the tabulated density of summits by counting summits: twenty small surfaces with one
+/// narrow spectrum have about 90 well resolved summits each.
 fn summits() -> Claim {
     let (nodes, surfaces) = (128, 20);
     let grid = Grid::square(nodes, 1.0).expect("a square mesh on a cell of unit side is valid");

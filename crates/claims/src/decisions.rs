@@ -18,7 +18,7 @@ use asperity_pipeline::study::Study;
 use asperity_statistics::intervals::Bound;
 use asperity_tables::table::{Table, TableError};
 
-/// Rule for a study that draws surfaces until claims are decided.
+/// Stopping rule of a study that adds surfaces until claims are decided.
 #[derive(Debug, Clone, Copy)]
 pub struct PaperClaims;
 

@@ -33,8 +33,8 @@ pub struct AreaCurves {
     pub spectrum: Spectrum,
     /// Name of the correction of the area.
     pub correction: String,
-    /// Ascending loads, in units of E* × rms slope, at which each surface has a row or is in full
-    /// contact already.
+    /// Ascending loads, in units of E* × rms slope, at which each surface has a row or is beyond
+    /// full contact.
     pub loads: Vec<f64>,
     /// The same loads in the unit of the manifest: reduced, or pressures in the unit of the
     /// modulus.
@@ -65,8 +65,8 @@ pub struct AtLoad {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverMeshes {
     pub name: String,
-    /// Covariance of A and S_d Δx, and variance of S_d Δx, each with one value per surface. Both
-    /// are taken over meshes and summed over loads.
+    /// [Cov(A_N, S_d Δx), Var(S_d Δx)] over meshes, summed over loads, each with one value per
+    /// surface.
     pub moments: [Vec<f64>; 2],
 }
 

@@ -50,7 +50,7 @@ const FINITE_SIZE: Statement = Statement {
 
 /// Loads between which the exponent d ln K/d ln y is computed, in units of E* × rms slope.
 const ENDS: [f64; 2] = [0.01, 0.05];
-/// Smallest k_lower, in waves per side, for which the cell counts as large.
+/// Smallest k_lower, in wavelengths per side of the cell, for which the cell counts as large.
 const GREAT_CELL: i64 = 8;
 /// Largest k_lower for which the exponent of K(y) is expected to grow with the size of the cell.
 const SMALL_CELL: i64 = 4;
@@ -147,8 +147,7 @@ fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
     is_rising.then(|| (other / stiffness).ln() / (other_load / load).ln())
 }
 
-/// Returns the logarithmic mean of the two loads next to `load`, and the stiffness K between these
-/// loads.
+/// Returns (logarithmic mean of the two loads next to `load`, stiffness K between these loads).
 fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)> {
     let index = gaps.at(load)?;
     let (before, after) = (index.checked_sub(1)?, index + 1);

@@ -1,6 +1,6 @@
-//! Claims on the influence of each cutoff: groups of curves, scatter and convergence (sections 5.2,
-//! 6 and 8). Also claims on the collapse of corrected areas on the bandwidth, a finding of
-//! asperity.
+//! Claims on the influence of each cutoff on the area: groups of curves, scatter and convergence
+//! (sections 5.2, 6 and 8). Also claims on the collapse of corrected areas on the bandwidth, a
+//! finding of asperity.
 //!
 //! The curves of the counted area form groups by k_lower, and those of the area corrected with the
 //! estimator `pi/8` form groups by k_upper (sections 5.2 and 8 of the paper). The area A corrected
@@ -185,8 +185,8 @@ fn no_trend_within_groups(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns [[smallest step of ln k_lower, smallest step of ln k_upper], [range of ln k_lower, range
-/// of ln k_upper]].
+/// Returns [smallest steps, ranges] of the cutoffs of these ensembles, each as [value for ln
+/// k_lower, value for ln k_upper].
 pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
     let cutoffs: [fn(&Spectrum) -> i64; 2] = [|one| one.k_lower, |one| one.k_upper];
     let steps_and_span = cutoffs.map(|cutoff| {
@@ -359,7 +359,7 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
     ]
 }
 
-/// Function that returns the abscissae x₁ and x₂ of a spectrum for a fit of ln A.
+/// Function from a spectrum to the abscissae [x₁, x₂] for a fit of ln A; `None` omits the spectrum.
 type Axes = fn(&Spectrum) -> Option<[f64; 2]>;
 
 fn ln_bandwidth(spectrum: &Spectrum) -> f64 {

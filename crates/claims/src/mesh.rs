@@ -139,8 +139,8 @@ fn edge_nodes(evidence: &Evidence) -> Claim {
     })
 }
 
-/// Returns [counted, corrected] area–load curves for each spectrum whose two curves have the same
-/// loads, starting near first contact.
+/// Returns [counted, corrected] area–load curves for each spectrum. Omits spectra whose two curves
+/// differ in the loads or do not start near first contact.
 fn with_error(evidence: &Evidence) -> Vec<[&AreaCurves; 2]> {
     let corrected = evidence.of_the_paper(OF_2015);
     let counted = evidence.of_the_paper(AS_COUNTED).into_iter();

@@ -1,4 +1,4 @@
-//! The setting in which claims are tested, and spectra on meshes.
+//! The setting in which claims are tested, and the spectrum and mesh of each surface.
 //!
 //! Claims compare spectra, meshes and corrections. If a study also varies the tolerance, modulus,
 //! slope or method, its rows repeat surfaces or mix two curves. Therefore claims use the rows with

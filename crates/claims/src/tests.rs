@@ -14,7 +14,7 @@ use asperity_tables::table::Table;
 
 mod open_questions;
 
-/// Artificial areas for a grid of cutoffs, with scatter between surfaces.
+/// Artificial areas for all combinations of cutoffs, with scatter between surfaces.
 struct Campaign {
     surfaces: u64,
     /// Relative scatter of a realization, the same in all spectra.
@@ -98,7 +98,7 @@ fn judgement<'a>(claims: &'a [Claim], name: &str) -> &'a Judgement {
     }
 }
 
-/// Returns the unmet requirement of the claim with this name, which must not be computed.
+/// Returns the unmet requirement of the claim with this name. Panics if the claim was computed.
 #[track_caller]
 fn lacking<'a>(claims: &'a [Claim], name: &str) -> &'a str {
     match &named(claims, name).outcome {

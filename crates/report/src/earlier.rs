@@ -22,8 +22,8 @@ const BASIS: [&str; 2] = ["id=\"basis\">", "</script>"];
 /// Text before and after the digest at the end of a page.
 const SEAL: [&str; 2] = ["<!-- blake3 ", " -->\n"];
 
-/// Contents of a page. A new page is compared with them before it replaces the page, because it may
-/// show less.
+/// Contents of a page. They are compared with a new page before it replaces this page, because the
+/// new page may show less.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Basis {
     /// Name of the study, which is empty for pages of earlier versions.
@@ -58,7 +58,7 @@ impl Basis {
         serde_json::from_str(json).ok()
     }
 
-    /// Lists the figures and rows that the existing page in the file `page` has and this page
+    /// Lists the figures and rows that the existing page in the file `page` has and this basis
     /// lacks. The list is empty if the file does not exist.
     pub fn lacks_of(&self, page: &Path) -> Vec<String> {
         let page = fs::read_to_string(page);

@@ -19,7 +19,7 @@ use asperity_tables::table::{Table, TableError};
 /// Parameter point of a group of surfaces: values as text, by name.
 pub type Point = BTreeMap<String, String>;
 
-/// Returns the grid of the surfaces at a point, if the point contains it.
+/// Returns the mesh of the surfaces at a point, or `None` if the point does not contain the mesh.
 pub fn grid(point: &Point) -> Option<Grid> {
     let number = |column: &Column| point.get(column.name)?.parse::<f64>().ok();
     let pair = |[either, x, y]: [Column; 3]| match number(&either) {
@@ -113,8 +113,9 @@ impl EnsembleCurves<'_> {
         self.table.has(column)
     }
 
-    /// Returns the means of a quantity at the loads that all surfaces have. A curve ends where the
-    /// first surface reaches full contact, because this surface has no rows at heavier loads.
+    /// Returns the means of a quantity at the loads at which all surfaces have a row. A curve ends
+    /// where the first surface reaches full contact, because this surface has no rows at heavier
+    /// loads.
     pub fn mean(&self, column: &str) -> Result<Vec<Mean>, TableError> {
         let values = self.table.reals(column)?;
         let means = self.complete().filter_map(|(load, rows)| {
@@ -180,7 +181,8 @@ impl EnsembleCurves<'_> {
     }
 
     /// Returns the mean ratio of a quantity to a quantity of another ensemble of the same surfaces.
-    /// Ratios are computed for each surface, at the loads that all surfaces have in both ensembles.
+    /// Ratios are computed for each surface, at the loads at which all surfaces have a row in both
+    /// ensembles.
     pub fn ratio(
         &self,
         column: &str,
@@ -206,7 +208,7 @@ impl EnsembleCurves<'_> {
         Ok(means.collect())
     }
 
-    /// Returns the loads that all surfaces have, with the row of each surface.
+    /// Returns the loads at which all surfaces have a row, each with the rows of the surfaces.
     fn complete(&self) -> impl Iterator<Item = (Load, Vec<usize>)> {
         let loads = self.rows.loads.iter().enumerate();
         loads.filter_map(|(index, &load)| Some((load, self.rows.complete(index)?)))
@@ -275,8 +277,8 @@ mod tests {
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
     const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
 
-    /// Returns two surfaces in two blocks of loads that share 0.2. The second surface has no row at
-    /// 0.4.
+    /// Returns a table of two surfaces with two blocks of loads that share the load 0.2. The second
+    /// surface has no row at 0.4.
     fn table() -> Table {
         let rows = [
             ("one", "a", 0.1, 0.10),

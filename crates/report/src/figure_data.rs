@@ -35,7 +35,7 @@ pub struct FinishedStage {
     pub name: String,
     pub kind: Kind,
     pub table: Table,
-    /// File of the table, if it contains exactly these rows.
+    /// Path of the published table, or `None` if it does not contain exactly these rows.
     pub path: Option<PathBuf>,
 }
 
@@ -156,7 +156,8 @@ impl<'a> FigureData<'a> {
         self.corrected.iter().filter(wanted)
     }
 
-    /// Returns means with error bars as separate points, with the label of the ensemble.
+    /// Returns a series of separate markers with error bars for means, with the label of the
+    /// ensemble.
     pub fn points(&self, ensemble: &EnsembleCurves, means: &[Mean]) -> Series {
         series(means, self.styles.markers(&ensemble.point)).named(self.label(ensemble))
     }
@@ -414,8 +415,8 @@ fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableErro
     Ok(points)
 }
 
-/// Returns the points of all planned random spectra. Coordinates that do not belong to the spectrum
-/// are those of the point `like`.
+/// Returns the points of all planned random spectra. Parameters that do not belong to the spectrum
+/// are copied from the point `like`.
 fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
     let mut spectra: Vec<&Spectrum> = Vec::new();
     let mut points = Vec::new();

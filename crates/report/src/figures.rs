@@ -1,6 +1,8 @@
-//! All figures of a page: first surfaces, then contact in the order of the paper.
+//! All figures of a page: first figures of surfaces, then figures of contact in the order of the
+//! paper.
 //!
-//! Each figure is a [`Definition`], whose function draws it from the tables of a study.
+//! Each figure is a [`Definition`] with a function that draws the figure from the tables of a
+//! study.
 
 mod area;
 mod contact_maps;
@@ -73,7 +75,7 @@ pub enum Drawn {
         /// Interactive maps below the figure, only on the page.
         sliders: Vec<LoadSlider>,
     },
-    /// The study has no data for the figure, or the data are lost.
+    /// The study has no data for the figure, or has lost the data.
     Missing {
         needs: &'static str,
         /// Lines of a manifest that would add the data; `None` if the data are lost.
@@ -129,7 +131,7 @@ impl DrawnFigure {
     }
 }
 
-/// A figure for which the study has no data or has lost them.
+/// A figure for which the study has no data or has lost the data.
 #[derive(Debug, Serialize)]
 pub struct MissingFigure {
     pub title: &'static str,

@@ -61,7 +61,7 @@ const PAGE: &str = "report.html";
 /// Pixels of a PNG file per pixel of the figure.
 const SCALE: f32 = 2.0;
 
-/// Files of a written report, with the figures drawn and missing.
+/// Paths of a written report, with the figures that it contains and those that could not be drawn.
 #[derive(Debug, Serialize)]
 pub struct Report {
     pub page: PathBuf,
@@ -149,7 +149,7 @@ impl Subject<'_> {
 }
 
 /// Writes the page `report.html` and the folder `figures` into a folder. If the study is incomplete
-/// or has lost its maps, an existing page that shows more is kept.
+/// or its maps are lost, an existing page that shows more results is kept.
 ///
 /// # Errors
 /// If a surface cannot be drawn, a file cannot be written, or the existing page shows more.
@@ -200,7 +200,8 @@ pub fn write(
     })
 }
 
-/// Draws a figure, or returns `None` if the study does not request it.
+/// Draws a figure, or returns `None` if the study has no stage of the special kind that the figure
+/// shows.
 fn draw(
     definition: &Definition,
     data: &FigureData,

@@ -53,7 +53,7 @@ struct Contents<'a> {
     font: String,
 }
 
-/// Row of the table of provenance: a stage with its numbers of tasks.
+/// Row of the provenance table: a stage, with the numbers of tasks.
 #[derive(Serialize)]
 struct StageOrigin<'a> {
     name: &'a str,
@@ -179,7 +179,7 @@ fn completeness(subject: &Subject) -> String {
     }
 }
 
-/// Returns the number of solved loads, and how many of them did not converge.
+/// Returns (number of solved loads, number of these that did not converge).
 fn converged(finished: &FinishedStages) -> (usize, usize) {
     let solved = finished.with(&["pairs", STOP.name]);
     let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());

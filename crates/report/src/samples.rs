@@ -27,8 +27,8 @@ use asperity_tables::store::TaskTables;
 
 /// Largest number of parameter points in one figure.
 pub const MOST: usize = 9;
-/// Number of nodes along the longer side of the drawing of a random surface, unless its shortest
-/// wave needs more.
+/// Number of nodes along the longer side of the drawing of a random surface, unless the shortest
+/// wavelength needs more.
 const NODES: usize = 512;
 
 /// First surface of a parameter point.
@@ -39,7 +39,7 @@ pub struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// Returns the file of a measured surface.
+    /// Returns the description of the surface if it is measured.
     pub fn file(&self) -> Option<&MeasuredSurface> {
         match &self.params.origin {
             Origin::File(file) => Some(file),
@@ -47,7 +47,7 @@ impl Sample<'_> {
         }
     }
 
-    /// Returns the spectrum and the realization of a random surface.
+    /// Returns the spectrum and the realization if the surface is random.
     pub fn random(&self) -> Option<&RandomSurface> {
         match &self.params.origin {
             Origin::Random { surface, .. } => Some(surface),
@@ -55,7 +55,7 @@ impl Sample<'_> {
         }
     }
 
-    /// Returns the heights, if the store has them.
+    /// Returns the stored heights, or `None` if the store does not have them.
     pub fn kept(&self, finished: &FinishedStages) -> Result<Option<Surface>, StageError> {
         let (store, key) = (finished.archive.store(), finished.plan.tasks[self.task].key);
         if self.params.heights != Heights::Keep || !store.has(key) {
@@ -66,8 +66,8 @@ impl Sample<'_> {
         self.params.surface(&table, sources, &Threads::one()).map(Some)
     }
 
-    /// Returns the heights. A random surface is drawn on a mesh just fine enough for a picture,
-    /// because its modes are the same on all meshes.
+    /// Returns the heights. A random surface is computed on a mesh just fine enough for a picture;
+    /// the modes of a surface are the same on all meshes.
     pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { surface, .. } => {
@@ -131,7 +131,7 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
 pub const FILE_IS_GONE: &str =
     "the file of a measured surface, which is missing or has changed; restore it";
 
-/// Half the range of heights in the distribution about their mean, in rms heights.
+/// Largest distance from the mean height in the height distribution, in rms heights.
 pub const RANGE: f64 = 5.0;
 /// Smallest and largest number of intervals of the distribution.
 const BINS: [f64; 2] = [30.0, 200.0];
@@ -157,7 +157,8 @@ pub struct MeasuredMap {
     pub slopes: [Vec<CurvePoint>; 2],
 }
 
-/// A measured map that is cropped and levelled, before missing points are filled and waves removed.
+/// A measured map that is cropped and levelled, before missing points are filled and wavelengths
+/// are filtered out.
 #[derive(Debug)]
 pub struct AsMeasured {
     pub map: ShownMap,
@@ -199,7 +200,7 @@ impl MeasuredMaps {
         Ok(MeasuredMaps::There(maps))
     }
 
-    /// Returns the maps. The slice is empty if a file is missing.
+    /// Returns the maps, or an empty slice if a file is missing.
     pub fn there(&self) -> &[MeasuredMap] {
         match self {
             MeasuredMaps::There(maps) => maps,

@@ -19,13 +19,13 @@ pub type Files = BTreeMap<String, String>;
 pub struct Styles {
     points: Vec<Point>,
     files: Files,
-    /// Coordinates that differ between points, with their values in ascending order.
+    /// Parameters that differ between points, each with the values in ascending order.
     varying: Vec<(String, Vec<String>)>,
     colour: Option<usize>,
     marker: Option<usize>,
 }
 
-/// Coordinates that follow from the file of a measured surface, and are not part of its label.
+/// Parameters that follow from the file of a measured surface, and are not part of the label.
 const FOLLOW_FROM_A_FILE: [&str; 5] =
     [CONTENT.name, NODES.name, NODES_X.name, NODES_Y.name, RMS_SLOPE.name];
 
@@ -97,8 +97,8 @@ impl Styles {
         self.files.get(point.get(CONTENT.name)?).map(String::as_str)
     }
 
-    /// Returns true if a coordinate differs between this point and another point with the same
-    /// file. Points without a file are compared with each other.
+    /// Returns true if the parameter `name` differs between this point and another point with the
+    /// same file. Points without a file are compared with each other.
     fn tells_apart(&self, name: &str, point: &Point) -> bool {
         let alike = |other: &&Point| self.file(other) == self.file(point);
         let mut others = self.points.iter().filter(alike);

@@ -15,7 +15,7 @@ const POINTS_TO_A_DECADE: f64 = 24.0;
 /// A curve of the surfaces of one parameter point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceCurve {
-    /// Parameter point, without the coordinate of the curve.
+    /// Parameter point, without the abscissa of the curve.
     pub point: Point,
     /// Direction of the distances, if the curve has one.
     pub along: Option<String>,
@@ -31,8 +31,8 @@ pub struct CurvePoint {
     pub weight: f64,
 }
 
-/// Point of a curve before averaging: sum of the values over the surfaces, number of surfaces, and
-/// weight of the point on the first surface.
+/// Point of a curve before averaging: (sum of the values over the surfaces, number of surfaces,
+/// weight of the point on the first surface).
 type Sum = (f64, usize, f64);
 
 /// Returns the curves of a table, in order of appearance. `weight` is the column of weights, if
@@ -75,7 +75,7 @@ fn mean((bits, (sum, count, weight)): (u64, Sum)) -> CurvePoint {
     CurvePoint { x: f64::from_bits(bits), y: sum / count as f64, weight }
 }
 
-/// Splits rows into runs of ascending coordinates. Each run is the curve of one surface.
+/// Splits row indices into runs of ascending abscissae. Each run is the curve of one surface.
 pub fn runs(coordinates: &[f64]) -> Vec<Range<usize>> {
     let mut starts: Vec<usize> = (0..coordinates.len())
         .filter(|&row| row == 0 || coordinates[row] <= coordinates[row - 1])
@@ -85,15 +85,15 @@ pub fn runs(coordinates: &[f64]) -> Vec<Range<usize>> {
 }
 
 impl SurfaceCurve {
-    /// Returns true if a surface has all coordinates of this curve.
+    /// Returns true if a surface agrees with the parameter point of this curve.
     pub fn is_of(&self, surface: &Point) -> bool {
         let own = self.point.iter();
         own.into_iter().all(|(name, value)| surface.get(name) == Some(value))
     }
 }
 
-/// Averages neighbouring points with their weights, so the means are about evenly spaced on a
-/// logarithmic axis.
+/// Averages neighbouring points with weights. Returns points (x, y) that are about evenly spaced on
+/// a logarithmic axis.
 pub fn thinned(points: &[CurvePoint]) -> Vec<(f64, f64)> {
     let bin = |point: &CurvePoint| (POINTS_TO_A_DECADE * point.x.log10()).floor() as i64;
     let joined = points.chunk_by(|one, other| bin(one) == bin(other));

@@ -63,8 +63,8 @@ impl Units {
         Ok(Units { by_surface })
     }
 
-    /// Returns the unit of the surfaces at a point. Surfaces with the spectrum of a measured
-    /// surface have the unit of that surface.
+    /// Returns the unit of the surfaces at a point. Random surfaces with the spectrum of a measured
+    /// surface have the unit of the measured surface.
     pub fn at<'a>(&'a self, point: &'a Point) -> Option<&'a str> {
         let own = point.get(UNIT.name);
         let of_model = || self.by_surface.get(point.get(SPECTRUM_OF.name)?);

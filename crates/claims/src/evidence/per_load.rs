@@ -19,7 +19,8 @@ use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
-/// One value per surface of a spectrum and load, for the loads that all surfaces have.
+/// One value per surface and load for one spectrum, at the loads at which all surfaces have a
+/// value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PerLoad {
     pub spectrum: Spectrum,

@@ -12,7 +12,7 @@ pub struct Axis {
     pub range: Option<[f64; 2]>,
 }
 
-/// Mapping of numbers to positions along an axis.
+/// Mapping of numbers to positions along an axis: linear, logarithmic or by octaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
     Linear,

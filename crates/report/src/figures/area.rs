@@ -269,8 +269,9 @@ pub type Quantity = fn(f64, f64) -> f64;
 pub const AREA: Quantity = |area, _| area;
 pub const SECANT: Quantity = |area, load| area / load;
 
-/// Returns the spacing of the points of a curve: logarithmic if the curve does not start at zero.
-/// Such a curve may be drawn on a logarithmic axis, where it needs closer points at light loads.
+/// Returns the spacing of the points of a curve over a range: logarithmic if the range does not
+/// start at zero, because the curve may then be drawn on a logarithmic axis, where it needs closer
+/// points at light loads.
 fn steps([from, _]: [f64; 2]) -> Spacing {
     if from > 0.0 { Spacing::Logarithmic } else { Spacing::Linear }
 }

@@ -1,5 +1,5 @@
-//! Contact maps of two surfaces at five loads, and all of them in one map (figs. 7 and 8). On the
-//! page, a slider shows more loads of each surface.
+//! Contact maps of two surfaces at five loads, and one map per surface that combines the loads
+//! (figs. 7 and 8). On the page, a slider shows more loads of each surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,7 +27,8 @@ use asperity_tables::table::Table;
 pub const CONTACT_MAPS: Definition =
     Definition { name: "contact-maps", title: "Contact maps", draw: draw_maps };
 
-/// Loads at which maps are drawn. If a study does not have one of them, the nearest load is used.
+/// Loads at which maps are drawn. If a study does not have one of these loads, the nearest load is
+/// used.
 pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 /// Pixels per side of a map.
 const PIXELS: usize = 256;
@@ -157,7 +158,7 @@ impl Pressed {
         Ok(())
     }
 
-    /// Returns the maps at the shown loads, and one map with all of them.
+    /// Returns the maps at the shown loads, and one map that combines them.
     fn panels(&self, label: Option<&str>) -> Vec<Panel> {
         let label = label.map_or_else(String::new, |label| format!("{label} · "));
         let shown = self.nearest();

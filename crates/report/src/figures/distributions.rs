@@ -150,7 +150,7 @@ const MARKERS: usize = 24;
 
 /// The densities of one parameter point.
 struct Distribution {
-    /// Parameter point, without the bin.
+    /// Parameter point, without the coordinate `bin`.
     point: Point,
     surfaces: usize,
     /// Ascending loads, each with the densities at ascending bins.
@@ -175,7 +175,7 @@ impl Distribution {
     }
 }
 
-/// Returns the distributions of a study over the coordinate `bin`, in order of appearance.
+/// Returns the distributions of a study over the column `bin`, in order of appearance.
 fn distributions(
     data: &FigureData,
     [bin, density]: [Column; 2],
@@ -275,8 +275,8 @@ fn select_markers(points: &[DataPoint], chart: &Chart) -> Vec<DataPoint> {
     apart.copied().collect()
 }
 
-/// Returns [middle of the last bin in which a density exceeds `share` × ρ, ρ], with the largest
-/// density ρ of all distributions at the load.
+/// Returns [x, ρ], where ρ is the largest density of all distributions at the load and x is the
+/// middle of the last bin in which a density exceeds `share` × ρ.
 fn extent(distributions: &[Distribution], load: f64, share: f64) -> Option<[f64; 2]> {
     let [_, highest] = range(distributions, load)?;
     let under = distributions.iter().filter_map(|one| one.under(load));

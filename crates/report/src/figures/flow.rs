@@ -138,7 +138,7 @@ fn chart(data: &FigureData, title: &str, column: Column) -> Result<Chart, TableE
     Ok(chart)
 }
 
-/// Returns the positive means of a flow. Error bars that reach below a tenth of the mean are
+/// Returns the positive means of a flow column. Error bars that reach below a tenth of the mean are
 /// removed: if only one surface has flow, the bar would end at zero except for rounding.
 fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, TableError> {
     let means = ensemble.mean(column.name)?.into_iter();

@@ -305,7 +305,8 @@ fn thinned(points: &[(f64, f64)], style: Style) -> Series {
     Series::new(joined.collect::<Vec<_>>(), style)
 }
 
-/// Returns the item of `all` for the parameter point of a row. Adds an empty item if there is none.
+/// Returns the item of `all` for the parameter point of a row, after adding an empty item if `all`
+/// has none.
 fn entry<'a>(table: &Table, row: usize, all: &'a mut Vec<Densities>) -> &'a mut Densities {
     let mut point = ensembles::point(table, row);
     point.remove(BIN.name);

@@ -137,8 +137,8 @@ fn at_light_load(coefficients: &[Coefficient]) -> impl Iterator<Item = &Coeffici
     coefficients.iter().filter(move |one| Some(one.load) == nearest)
 }
 
-/// Returns true if the parameter point `ensemble`, on one mesh, has the spectrum of `point`, which
-/// comprises all meshes.
+/// Returns true if the parameter point `ensemble` (one mesh) agrees with `point` (all meshes) in
+/// the spectrum.
 fn is_at(ensemble: &Point, point: &Point) -> bool {
     let spectrum = [
         "method",
@@ -185,10 +185,11 @@ const MOST: usize = 8;
 
 /// A fitted limit at one load.
 struct Limit {
-    /// Quantity, followed by its correction.
+    /// Fitted quantity, followed by the correction of the area.
     of: String,
     is_secant: bool,
-    /// Forms of the terms in which rows differ.
+    /// Functional forms of the terms of the fit, such as `1 / k_lower: power 2`. Only terms whose
+    /// form differs between rows are listed.
     forms: String,
     point: DataPoint,
 }
@@ -252,8 +253,7 @@ fn fitted(table: &Table) -> Result<Vec<Limit>, TableError> {
     Ok(limits.collect())
 }
 
-/// Returns, for each row, the forms of the terms whose forms differ between rows, such as `1 /
-/// k_lower: power 2`.
+/// Returns the text of [`Limit::forms`] for each row of a table of fits.
 fn forms(table: &Table) -> Result<Vec<String>, TableError> {
     let mut texts = vec![Vec::new(); table.rows()];
     for term in (1..).take_while(|term| table.has(&format!("term_{term}"))) {

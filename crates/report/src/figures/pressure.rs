@@ -1,6 +1,6 @@
 //! Area and mean gap against the mean pressure in the units of the study, and mean gap against the
-//! load, which the paper does not show. Growth of the mean contact pressure with the load (fig.
-//! 17).
+//! load, which the paper does not show. Also the growth of the mean contact pressure with the load
+//! (fig. 17).
 
 use arrow::array::Array;
 
@@ -104,7 +104,8 @@ fn modulus(ensemble: &EnsembleCurves) -> Option<f64> {
     modulus.filter(|&modulus| modulus != 1.0)
 }
 
-/// Returns points (mean pressure, mean of the quantity). Both lists must have the same loads.
+/// Returns points (mean pressure, mean of the quantity), paired by index: both lists must have the
+/// same loads.
 fn against(pressures: &[Mean], means: &[Mean]) -> Vec<DataPoint> {
     let pairs = pressures.iter().zip(means);
     pairs

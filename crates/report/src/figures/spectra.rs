@@ -203,15 +203,15 @@ fn laws(data: &FigureData, spectrum: &SurfaceCurve) -> Result<Vec<FittedLaw>, Ta
     Ok(laws)
 }
 
-/// Returns true if a row of a fit has all coordinates of a spectrum.
+/// Returns true if a row of a table of fits agrees with the parameter point of a spectrum.
 fn is_fit_of(table: &Table, row: usize, spectrum: &Point) -> bool {
     let point = ensembles::point(table, row);
     spectrum.iter().all(|(name, value)| point.get(name) == Some(value))
 }
 
 impl FittedLaw {
-    /// Reads a fitted law from a row. `points` are those of the spectrum; the points in the window
-    /// of the fit give the range and C₀. Returns `None` if the fit failed.
+    /// Reads a fitted law from a row. `points` are points of the spectrum; those in the window of
+    /// the fit give the range and C₀ of the law. Returns `None` if the fit failed.
     fn from_row(
         table: &Table,
         row: usize,

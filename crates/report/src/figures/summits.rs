@@ -138,8 +138,8 @@ fn figure(curves: &BTreeMap<Family, Curve>, data: &FigureData, quantity: &Quanti
     Figure::from_charts(vec![charts.collect()], [430.0, 340.0])
 }
 
-/// Returns true if the figure also shows the closed form for [`OTHER_HURST`]: if all spectra have
-/// the Hurst exponent [`PAPERS_HURST`].
+/// Returns true if the figure also shows the closed form for [`OTHER_HURST`]. It does so if all
+/// spectra have the Hurst exponent [`PAPERS_HURST`].
 fn has_other(curves: &BTreeMap<Family, Curve>) -> bool {
     let mut exponents = curves.keys().map(|family| f64::from_bits(family.hurst));
     exponents.all(|hurst| hurst == PAPERS_HURST)
