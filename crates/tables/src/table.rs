@@ -313,8 +313,8 @@ impl Table {
         Table::from_arrays(self.rows(), schema.as_ref().clone(), arrays.collect())
     }
 
-    /// Returns the table with the columns of `other` after its own. Both must have the same number
-    /// of rows.
+    /// Returns a table with the columns of `self`, then those of `other`. Both tables must have the
+    /// same number of rows.
     pub fn beside(&self, other: &Table) -> Table {
         let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
         let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();

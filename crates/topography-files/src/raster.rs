@@ -194,20 +194,19 @@ impl<'a> Raster<'a> {
         Raster { per_metre, ..self }
     }
 
-    /// Returns the raster with the direction of y reversed: the first stored number has the largest
-    /// y.
+    /// Reverses the direction of y. Unless it was reversed before, the first stored number then has
+    /// the largest y.
     pub fn upside_down(self) -> Raster<'a> {
         Raster { upside_down: !self.upside_down, ..self }
     }
 
-    /// Returns the raster with the direction of x reversed: the first stored number has the largest
-    /// x.
+    /// Reverses the direction of x. Unless it was reversed before, the first stored number then has
+    /// the largest x.
     pub fn mirrored(self) -> Raster<'a> {
         Raster { mirrored: !self.mirrored, ..self }
     }
 
-    /// Returns the raster with a marker of missing points, which is compared with the stored
-    /// numbers before they are scaled.
+    /// Sets the marker of missing points. It is compared with the stored numbers before scaling.
     pub fn missing(self, missing: Missing) -> Raster<'a> {
         Raster { missing, ..self }
     }

@@ -255,5 +255,5 @@ fn heights(
     let message = "surfaces with a measured spectrum cannot be pooled: they cannot be drawn again";
     let label = format!("stage `{stage}` reads the spectrum of another stage");
     let problem = Problem::new(message, table.pool.written()?.span.clone(), label);
-    checks.reject(problem.help("without `pool` each surface has its own histogram"))
+    checks.reject(problem.help("remove `pool`; each surface then has its own histogram"))
 }

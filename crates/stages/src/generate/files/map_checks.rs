@@ -261,8 +261,7 @@ fn check_band(table: &FileTable, cutoffs: [Option<f64>; 2], checks: &mut Checks)
         Problem::new(message, low?.span.clone(), "removes waves that are shorter than this")
             .and(high?.span.clone(), "removes waves that are longer than this");
     checks.reject(
-        problem
-            .help("both are wavelengths: waves between `low_pass` and a longer `high_pass` remain"),
+        problem.help("set `high_pass` above `low_pass`; the wavelengths between them remain"),
     )
 }
 
