@@ -258,8 +258,8 @@ fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableEr
 }
 
 impl AreaCurves {
-    /// Returns true if both have the same spectrum and correction. A `correct` stage with the
-    /// correction `none` repeats counted areas.
+    /// Returns true if both have the same spectrum and correction. Both can come from different
+    /// stages, because a `correct` stage with the correction `none` repeats counted areas.
     fn is_of(&self, other: &AreaCurves) -> bool {
         (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
     }

@@ -298,8 +298,8 @@ const ALPHA_ALONE_OF_BOTH: Statement = Statement {
     ..ALPHA_ALONE
 };
 
-/// Largest rms residual of ln A that counts as a collapse. A load is only tested if the rms
-/// deviation of ln A from its mean is larger, because otherwise any line fits.
+/// Largest rms residual of ln A that counts as a collapse. A load is tested only if the rms
+/// deviation of ln A from the mean is larger, because otherwise any line fits.
 const MOST_LEFT: f64 = 0.01;
 
 pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {

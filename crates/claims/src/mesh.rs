@@ -8,7 +8,8 @@
 //! To test that the term of the bandwidth is a logarithm, a parabola s ln ε + r (ln ε)² replaces
 //! it. The ratio κ″/κ′ of its derivatives with respect to ln ε, at the middle of the range of ln ε,
 //! is the exponent of a power with the same relative curvature. It is zero for a logarithm. A fit
-//! with a free exponent cannot test this, because it has no value where the exponent tends to zero.
+//! with a free exponent cannot test this, because the fit is singular where the exponent tends to
+//! zero.
 
 use crate::evidence::{AreaCurves, Evidence, KappaPoints};
 use crate::quantities::{Quantities, needs};

@@ -139,7 +139,7 @@ pub fn families<'a>(ensembles: &[&'a AreaCurves]) -> Vec<Vec<&'a AreaCurves>> {
 }
 
 /// Returns the index of a load in each ensemble. Returns `None` if an ensemble does not have the
-/// load, or if more than 80 % of its area is in contact at this load.
+/// load, or has more than 80 % of the area in contact at this load.
 pub fn below_four_fifths(family: &[&AreaCurves], load: f64) -> Option<Vec<usize>> {
     let indices: Option<Vec<usize>> = family.iter().map(|one| one.at(load)).collect();
     let mut members = family.iter().zip(indices.as_ref()?);
@@ -261,7 +261,7 @@ impl<'a> Step<'a> {
     }
 
     /// Returns the indices of a load in `lesser` and `greater`. Returns `None` if an ensemble does
-    /// not have the load, or if more than 80 % of its area is in contact at this load.
+    /// not have the load, or has more than 80 % of the area in contact at this load.
     pub fn at(&self, load: f64) -> Option<[usize; 2]> {
         let indices = [self.lesser.at(load)?, self.greater.at(load)?];
         let most = self.lesser.mean(indices[0]).max(self.greater.mean(indices[1]));

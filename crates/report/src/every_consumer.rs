@@ -1,5 +1,5 @@
 //! Tests that code that groups rows into ensembles uses each row exactly once. Each test table has
-//! two values of one parameter column, and each column is tested.
+//! two values of one coordinate (a column that identifies rows), and each coordinate is tested.
 
 use crate::ensembles as report;
 use crate::ensembles::Bars;

@@ -54,8 +54,8 @@ impl Series {
         }
     }
 
-    /// Creates a smooth curve over a range, with points evenly spaced on an axis with the spacing
-    /// `on`.
+    /// Creates a smooth curve of the function `of` over a range, with points evenly spaced on an
+    /// axis with the spacing `on`.
     pub fn curve(
         of: impl Fn(f64) -> f64,
         [from, to]: [f64; 2],

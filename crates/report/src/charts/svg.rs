@@ -27,7 +27,8 @@ pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
     format!("{tag} {size}>{maps}{}", &rest[1..])
 }
 
-/// Renumbers the clip paths of a drawing from zero. The drawing crate numbers them per process.
+/// Renumbers the clip paths of a drawing from zero. The drawing crate numbers clip paths per
+/// process, so that equal figures would differ.
 fn with_own_numbers(svg: &str, name: &str) -> String {
     const MARK: &str = "kuva-clip-";
     let mut known: Vec<&str> = Vec::new();

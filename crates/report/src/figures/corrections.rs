@@ -131,8 +131,8 @@ pub const COLLAPSE: Definition = Definition {
     draw: draw_collapse,
 };
 
-/// Loads of the collapse, from light contact to a third of the area, at which the secants differ
-/// clearly.
+/// Loads at which the collapse is drawn. They range from light contact to a third of the area,
+/// where the secants of the spectra differ clearly.
 const LOADS: [f64; 3] = [0.024, 0.06, 0.14];
 /// Largest relative distance of a study's load from one of [`LOADS`].
 const NEAR: f64 = 0.1;

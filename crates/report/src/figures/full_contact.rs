@@ -17,7 +17,8 @@ use asperity_contact::theory::persson;
 pub const ALL_LOADS: Definition =
     Definition { name: "area-full", title: "Contact area under all loads", draw: draw_all_loads };
 
-/// Distance of two letters, as a fraction of the axis, below which the second is placed lower.
+/// Distance between two letters, as a fraction of the axis length, below which the second letter is
+/// placed lower.
 const CLOSE: f64 = 0.03;
 
 fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
