@@ -57,7 +57,7 @@ class Table:
     >>> len(table), table["load"]
     (2, array([0.1, 0.2]))
     >>> table.column("mean_gap").meaning
-    'mean distance of the surfaces'
+    'mean gap between the surfaces'
     """
 
     def __init__(self, table: "_asperity.Table") -> None:
