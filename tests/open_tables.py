@@ -30,6 +30,9 @@ for path in tables:
         {"name": field.name} | {key.decode(): value.decode() for key, value in field.metadata.items()}
         for field in pq.read_schema(path)
     ]
+    for field in fields:
+        if "codes" in field:
+            field["codes"] = json.loads(field["codes"])
     for column in json.loads(pl.read_parquet_metadata(path)["asperity.columns"]):
         assert column.pop("type"), (path, column)
         assert column["meaning"] and column == fields.pop(0), (path, column)
