@@ -59,7 +59,8 @@ pub fn watched<T: Send + 'static>(
     }
 }
 
-/// Signal check for work in the Python thread itself, at most 20 times a second.
+/// Check for signals such as Ctrl-C, at most 20 times a second, for work that runs in the calling
+/// Python thread.
 pub struct Signals {
     last_check: Cell<Instant>,
     exception: Cell<Option<PyErr>>,

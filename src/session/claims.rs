@@ -89,9 +89,11 @@ pub struct ClaimSummary<'a> {
 pub struct QuantitySummary<'a> {
     pub label: &'a str,
     pub value: f64,
-    /// Lower end of the simultaneous interval for all quantities of the claim.
+    /// Lower end of the interval of this quantity, simultaneous with those of the other quantities
+    /// of the claim.
     pub lower: f64,
-    /// Upper end of the simultaneous interval for all quantities of the claim.
+    /// Upper end of the interval of this quantity, simultaneous with those of the other quantities
+    /// of the claim.
     pub upper: f64,
     /// Lower end of the interval for this quantity alone.
     pub least: f64,

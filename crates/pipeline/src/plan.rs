@@ -129,7 +129,8 @@ impl Plan {
         keys.collect()
     }
 
-    /// Returns whether this is the plan of the study `study` and has a stage named `table`.
+    /// Returns whether `study` is the study of this plan, and `table` is one of its stages or the
+    /// table of failures.
     pub fn has_table(&self, study: &str, table: &str) -> bool {
         let mut names = self.stages.iter().map(|stage| stage.name.as_str());
         self.study == study && (table == names::FAILURES || names.any(|name| name == table))

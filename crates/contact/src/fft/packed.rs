@@ -186,8 +186,10 @@ impl<T: Real> Packed<T> {
         pairs.iter().fold(0.0, |sum, pair| sum + pair.sum)
     }
 
-    /// Reads each filled row from the tiles in the form `from`, passes it to `rows`, and writes it
-    /// back in the form `to`.
+    /// Passes each filled row to `rows`.
+    ///
+    /// The tiles hold `from` before the pass and `to` after it: nothing, the rows, or the transforms
+    /// of the rows. Rows are transformed after reading and before writing as needed.
     pub fn pass(
         &self,
         from: Stored,

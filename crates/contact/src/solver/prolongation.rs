@@ -219,10 +219,11 @@ const INNER: f32 = 9.0 / 16.0;
 /// Weight of each of the two nodes beyond the nearest ones.
 const OUTER: f32 = -1.0 / 16.0;
 
-/// Number of nodes that are repeated before a row, for the interpolation near its beginning.
+/// Number of nodes from the end of a periodic row that are repeated before its beginning, for the
+/// interpolation there.
 const BEFORE: usize = 1;
 
-/// Number of nodes that are repeated after a row.
+/// Number of nodes from the beginning of a periodic row that are repeated after its end.
 const AFTER: usize = 2;
 
 /// Periodic map on every second node along both axes.

@@ -174,7 +174,7 @@ fn line(line: &str) -> Result<String, String> {
     }
 }
 
-/// Checks that a text is one option of `sbatch` that asperity does not set itself.
+/// Checks that a text is one option of `sbatch`, and not the long form of one that asperity sets.
 fn directive(option: &str) -> Result<String, String> {
     const OWN: [&str; 6] = ["array", "dependency", "job-name", "output", "parsable", "signal"];
     let option = line(option)?;

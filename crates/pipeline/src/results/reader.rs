@@ -289,8 +289,10 @@ impl PublishedStage {
         self.rows.contains_key(&key)
     }
 
-    /// Returns the rows of a task. Columns that the task lacks may be present, with nulls. Returns
-    /// `None` if the published table lacks the task or the rows are damaged.
+    /// Returns the rows of a task, or `None` if the published table lacks the task or the rows are
+    /// damaged.
+    ///
+    /// The table can also have columns of other tasks, which are null in these rows.
     pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
         self.own(self.rows.get(&key)?.clone())
     }

@@ -149,7 +149,8 @@ fn flowing(ensemble: &EnsembleCurves, column: Column) -> Result<Vec<Mean>, Table
     Ok(flowing.collect())
 }
 
-/// Returns the fitted loads above which the gap of each point does not percolate.
+/// Returns, for each parameter point, the fitted load above which the gap does not percolate, with
+/// the style of its line.
 fn thresholds(data: &FigureData, column: &str) -> Result<Vec<(f64, Style)>, TableError> {
     let mut thresholds = Vec::new();
     for stage in data.finished.with(&[column]) {

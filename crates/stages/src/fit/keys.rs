@@ -56,7 +56,7 @@ pub struct EvolutionTable {
 
 table!(EvolutionTable);
 
-/// Fit of a law that has no settings, only parameters.
+/// Keys of a `fit` stage whose law has no keys of its own.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {

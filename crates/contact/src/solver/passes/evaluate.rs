@@ -17,7 +17,8 @@ pub struct PressureInput<'a> {
     pub pressure: &'a [f64],
     /// Pressure at which nodes are saturated.
     pub hardness: f64,
-    /// Last steps, whose flags are updated.
+    /// Last step of each node; its lowest bits hold the [flags](crate::solver::flags) that the pass
+    /// updates.
     pub last_step: Band<'a, f32>,
     /// False to set the last steps to zero.
     pub keeps_steps: bool,
