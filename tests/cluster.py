@@ -268,7 +268,8 @@ once={folder}/once
 if [ "${{SLURM_ARRAY_TASK_ID:-}}" = 3 ] && mkdir "$once" 2> /dev/null; then
     mkdir -p {folder}/data/store/unfinished
     exec unshare --mount sh -c '
-        mount -t tmpfs -o size=4k full {folder}/data/store/unfinished && exec "$0" "$@"' {program} "$@"
+        mount -t tmpfs -o size=4k full {folder}/data/store/unfinished &&
+        head -c 4096 /dev/zero > {folder}/data/store/unfinished/full && exec "$0" "$@"' {program} "$@"
 fi
 exec {program} "$@"
 """)
