@@ -35,7 +35,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &[RowKind::Contacts],
-        from: Cow::Borrowed("`measure` stages that read contacts"),
+        from: Cow::Borrowed("`measure` stages that read `solve` stages"),
     },
     row_kind: |_| Some(RowKind::Corrections),
     columns: || CORRECTED.to_vec(),

@@ -47,7 +47,7 @@ pub const STAGE: Definition = Definition {
     version: VERSION,
     reads: Reads {
         rows: &[RowKind::Contacts, RowKind::Corrections],
-        from: Cow::Borrowed("either `measure` stages that read contacts or `correct` stages"),
+        from: Cow::Borrowed("either `measure` stages that read `solve` stages or `correct` stages"),
     },
     row_kind: |_| Some(RowKind::Fits),
     columns,

@@ -148,6 +148,6 @@ pub enum FitError {
         term: usize,
         exponent: f64,
     },
-    #[error("none of the {curves} curves has a least convex kappa: see the error of each curve")]
+    #[error("no curve has a smallest kappa with convex slopes (number of curves: {curves})")]
     NoCommonKappa { curves: usize },
 }

@@ -151,7 +151,10 @@ pub struct Crop {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum CropError {
-    #[error("the crop reaches from {from} to {to} along {axis}, the map from 0 to {side}")]
+    #[error(
+        "along {axis} the crop reaches from {from} to {to}, outside the map, which reaches from 0 to \
+         {side}; move or shrink the crop"
+    )]
     Outside { axis: char, from: f64, to: f64, side: f64 },
     #[error("the side of the crop along {axis} is {size}, less than the step {step} of the map")]
     Empty { axis: char, size: f64, step: f64 },
@@ -263,7 +266,8 @@ mod tests {
         let beyond = window([0.5, 1.0], [0.5, 3.2]).unwrap_err();
         assert_eq!(
             beyond.to_string(),
-            "the crop reaches from 1 to 4.2 along y, the map from 0 to 4"
+            "along y the crop reaches from 1 to 4.2, outside the map, which reaches from 0 to 4; move or \
+             shrink the crop"
         );
         assert!(matches!(
             window([-0.2, 0.0], [0.5, 1.0]),

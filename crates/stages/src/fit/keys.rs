@@ -208,7 +208,7 @@ impl FitPoints {
             Fits::Spectra => Some(Reads {
                 rows: &[RowKind::PowerSpectra],
                 from: format!(
-                    "`measure` stages with `what = \"spectrum\"`, where its law is `{}`",
+                    "`measure` stages with `what = \"spectrum\"` if its law is `{}`",
                     law.word
                 )
                 .into(),
@@ -217,7 +217,7 @@ impl FitPoints {
             Fits::Gaps(_) | Fits::Percolation => Some(Reads {
                 rows: &[RowKind::Contacts],
                 from: format!(
-                    "`measure` stages that read contacts, where its law is `{}`",
+                    "`measure` stages that read `solve` stages if its law is `{}`",
                     law.word
                 )
                 .into(),

@@ -191,8 +191,8 @@ fn check_cutoffs(
             let problem =
                 Problem::new(message, low.span.clone(), "larger").and(high.span.clone(), "smaller");
             return checks.reject(problem.help(
-                "swept lists are combined with each other; to list combinations, write \
-                 `cases = [{ k_lower = 1, k_upper = 32 }, …]`",
+                "choose lower cutoff ≤ roll-off ≤ upper cutoff; swept lists are combined with each \
+                 other, so list valid combinations as `cases = [{ k_lower = 1, k_upper = 32 }, …]`",
             ));
         }
     }

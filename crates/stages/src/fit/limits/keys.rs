@@ -270,8 +270,8 @@ fn error(
     if let Some(column) = column.filter(known) {
         return Some(Some(column));
     }
-    let message = format!("{:?} has no standard error among the fits", written.value);
-    let label = "must be one fitted parameter";
+    let message = format!("the fits have no standard error of {:?}", written.value);
+    let label = "must be the name of a fitted parameter, not an expression";
     checks.report("of", Problem::new(message, written.span.clone(), label));
     None
 }

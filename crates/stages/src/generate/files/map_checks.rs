@@ -173,11 +173,11 @@ fn check_same(
         [x, y] => format!("[{x:?}, {y:?}]"),
     };
     let message = format!(
-        "`side = {}` contradicts {:?}, which has {said}{unit}",
+        "`side = {}` contradicts {:?}, whose side is {said}{unit}",
         written.value, keys.path.value
     );
     let problem = Problem::new(message, written.span.clone(), "contradicts the sides of the file")
-        .and(keys.path.span.clone(), "file with other sides");
+        .and(keys.path.span.clone(), "the file gives a different side");
     checks.reject(problem.help("remove `side`, or set `override = true` if the file is wrong"))
 }
 
