@@ -188,8 +188,8 @@ impl<T: Real> Packed<T> {
 
     /// Passes each filled row to `rows`.
     ///
-    /// The tiles hold `from` before the pass and `to` after it: nothing, the rows, or the transforms
-    /// of the rows. Rows are transformed after reading and before writing as needed.
+    /// The tiles hold `from` before the pass and `to` after it: nothing, the rows, or the
+    /// transforms of the rows. Rows are transformed after reading and before writing as needed.
     pub fn pass(
         &self,
         from: Stored,

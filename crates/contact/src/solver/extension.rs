@@ -34,8 +34,8 @@ pub use rows::{ExtendedRows, ResidualRows, TransposeInput, TransposeOutput};
 
 use levels::{AddParent, Divide, JoinRows, MeansWithOuter, SumQuarters, TransposeInterpolation};
 
-/// Number of nodes along a side of the smallest blocks. With 2 instead of 4, the solver needs hardly
-/// fewer iterations.
+/// Number of nodes along a side of the smallest blocks. With 2 instead of 4, the solver needs
+/// hardly fewer iterations.
 const SIDE: usize = 4;
 
 /// Weight of the [outer value](self) in the mean of a block, as a fraction of the nodes of the
