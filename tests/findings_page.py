@@ -198,7 +198,7 @@ def slope():
                          "corrected-slope-is-convex", "persson-slope-is-concave", "slope-crosses-perssons-near-half",
                          "least-convex-kappa", "least-convex-kappa-depends-on-k-lower", "law-fits-below-a-fifth"])}
 {figure(CAMPAIGN, "slope", "Slope of the contact area (fig. 6)")}
-The next table gives the parameters β and μ of the [contact evolution law](theory/laws.md), eq. (cel_derivative). As in the
+The next table gives the parameters β and μ of the [contact evolution law](theory/laws.md), eq. (9). As in the
 paper, the law is fitted to slopes up to a load of 0.06 with κ = 1.1 √(2π). The intervals come from 1000 resamples of whole
 surfaces.
 

@@ -132,7 +132,7 @@ def load_leaving(noncontact: ArrayLike) -> Any:
 def approach(load: ArrayLike) -> Any:
     """Returns F(y) = −ln[(1 − a) y √(2π)], which tends to 2y² near full contact.
 
-    Eq. (full_area_approx) of Yastrebov, Anciaux & Molinari, *Int. J. Solids Struct.* 52 (2015) 83.
+    Eq. (10) of Yastrebov, Anciaux & Molinari, *Int. J. Solids Struct.* 52 (2015) 83.
 
     Examples
     --------

@@ -271,7 +271,7 @@ const MISPRINTS: [Statement; 9] = [
     misprint(
         "asymptote-of-itself",
         "section 5.1",
-        "the prediction (area_persson_as) “only slightly deviates from its asymptotics”",
+        "the prediction (7) “only slightly deviates from its asymptotics”",
         "eq. (6) is meant; it deviates by 0.24 % at the load 0.06",
     ),
 ];

@@ -1,7 +1,7 @@
 //! Persson's error function with a scaled load, for the approach to full contact.
 //!
-//! Persson 2001 gives 1 − a = erfc(√2 y). Fig. near_full_contact of Yastrebov, Anciaux & Molinari
-//! 2015 describes computed curves by erfc(β√2 y). The non-contact fraction decreases over orders of
+//! Persson 2001 gives 1 − a = erfc(√2 y). Fig. 10 of Yastrebov, Anciaux & Molinari 2015
+//! describes computed curves by erfc(β√2 y). The non-contact fraction decreases over orders of
 //! magnitude. The fit therefore minimises the squared residuals of ln(1 − a), which gives all
 //! decades equal weight. Residuals of a would give weight to the lightest loads of the window only.
 //! Because β is not exactly constant, the fit also returns the factor that reproduces each area.
