@@ -174,15 +174,21 @@ fn line(line: &str) -> Result<String, String> {
     }
 }
 
-/// Checks that a text is one option of `sbatch`, and not the long form of one that asperity sets.
+/// Checks that a text is one option of `sbatch` that asperity does not set itself.
 fn directive(option: &str) -> Result<String, String> {
     const OWN: [&str; 6] = ["array", "dependency", "job-name", "output", "parsable", "signal"];
+    /// Short forms of those options that have one.
+    const SHORT: [(char, &str); 4] =
+        [('a', "array"), ('d', "dependency"), ('J', "job-name"), ('o', "output")];
     let option = line(option)?;
     if !option.starts_with('-') {
         return Err("must be an option of `sbatch`, such as `--constraint=avx2`".to_owned());
     }
-    let long = option.trim_start_matches('-').split(['=', ' ']).next();
-    match long.filter(|name| OWN.contains(name)) {
+    let own = match option.strip_prefix("--") {
+        Some(long) => OWN.into_iter().find(|own| long.split(['=', ' ']).next() == Some(*own)),
+        None => SHORT.into_iter().find(|(short, _)| option[1..].starts_with(*short)).map(|of| of.1),
+    };
+    match own {
         Some(name) => Err(format!("must not be `--{name}`, which asperity sets")),
         None => Ok(option),
     }
@@ -314,6 +320,16 @@ directives = [\"constraint=avx2\", \"--array=1-4\"]
 [clustre]
 "
         ));
+    }
+
+    #[test]
+    fn options_that_asperity_sets_are_refused_in_their_long_and_short_form() {
+        for own in ["--array=1-4", "-a 1-4", "--job-name x", "-Jx", "-o log", "-d after:1"] {
+            assert!(directive(own).unwrap_err().contains("which asperity sets"), "{own}");
+        }
+        for other in ["--constraint=avx2", "-C avx2", "--array-size"] {
+            assert_eq!(directive(other).as_deref(), Ok(other));
+        }
     }
 
     #[test]
