@@ -189,9 +189,10 @@ fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     warn(&format!("error: {}", chain(failure)));
-    match failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse) {
-        true => ExitCode::from(2),
-        false => ExitCode::from(1),
+    if failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse) {
+        ExitCode::from(2)
+    } else {
+        ExitCode::from(1)
     }
 }
 

@@ -73,8 +73,5 @@ pub fn power_spectrum<'py>(
 }
 
 fn boundary(is_periodic: bool) -> Boundary {
-    match is_periodic {
-        true => Boundary::Periodic,
-        false => Boundary::Free,
-    }
+    if is_periodic { Boundary::Periodic } else { Boundary::Free }
 }

@@ -58,9 +58,12 @@ pub fn asperities<'py>(
     let values = values.as_slice()?.to_vec();
     let at_separations = at == "separation";
     let contacts: Vec<Option<Contact>> = py.detach(|| {
-        let contacts = values.iter().map(|&value| match at_separations {
-            true => Some(asperities.at_separation(value)),
-            false => asperities.at_load(value),
+        let contacts = values.iter().map(|&value| {
+            if at_separations {
+                Some(asperities.at_separation(value))
+            } else {
+                asperities.at_load(value)
+            }
         });
         contacts.collect()
     });
@@ -175,10 +178,7 @@ pub fn corrected_area(
     }
     let touches = contact.as_slice()?.iter();
     let pressures: Vec<f64> = touches.map(|touches| f64::from(u8::from(*touches))).collect();
-    let boundary = match is_periodic {
-        true => Boundary::Periodic,
-        false => Boundary::Free,
-    };
+    let boundary = if is_periodic { Boundary::Periodic } else { Boundary::Free };
     let map = ContactMap::from_pressures(shape, &pressures).with_boundary(boundary);
     let counted = ContactArea::from_map(&map).counted();
     let [lower, upper] = counted.bounds();

@@ -124,16 +124,15 @@ fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
 fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
     let deciding = &judgement.bounds[judgement.deciding];
-    let interval = match deciding.is_exact() {
-        true => "exact".to_owned(),
-        false => {
-            // This interval decides the verdict.
-            let [low, high] = match judgement.verdict {
-                Verdict::DoesNotHold => deciding.simultaneous(all),
-                Verdict::Holds | Verdict::CannotSay => deciding.one_sided(),
-            };
-            format!("{} … {}", short(low), short(high))
-        }
+    let interval = if deciding.is_exact() {
+        "exact".to_owned()
+    } else {
+        // This interval decides the verdict.
+        let [low, high] = match judgement.verdict {
+            Verdict::DoesNotHold => deciding.simultaneous(all),
+            Verdict::Holds | Verdict::CannotSay => deciding.one_sided(),
+        };
+        format!("{} … {}", short(low), short(high))
     };
     let others = others(all, judgement);
     let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
@@ -263,11 +262,10 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
 /// Returns the path of the figure, and the command that draws it if it does not exist.
 fn figure_path(printer: &ClaimPrinter, figure: &str) -> String {
     let path = printer.study.figures.join(format!("{figure}.svg"));
-    match path.exists() {
-        true => path.display().to_string(),
-        false => {
-            format!("{} (run `asperity report {}`)", path.display(), printer.manifest.display())
-        }
+    if path.exists() {
+        path.display().to_string()
+    } else {
+        format!("{} (run `asperity report {}`)", path.display(), printer.manifest.display())
     }
 }
 
@@ -293,9 +291,12 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
         .bounds
         .iter()
         .map(|bound| {
-            let range = |[low, high]: [f64; 2]| match bound.is_exact() {
-                true => "exact".to_owned(),
-                false => format!("{} … {}", short(low), short(high)),
+            let range = |[low, high]: [f64; 2]| {
+                if bound.is_exact() {
+                    "exact".to_owned()
+                } else {
+                    format!("{} … {}", short(low), short(high))
+                }
             };
             [
                 bound.label.clone(),

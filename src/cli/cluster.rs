@@ -257,10 +257,7 @@ fn queued(queue: &Queue) -> String {
         return "queue: no jobs of this study\n".to_owned();
     }
     let reasons: Vec<&str> = reasons.iter().map(String::as_str).collect();
-    let why = match reasons.is_empty() {
-        true => String::new(),
-        false => format!(" ({})", reasons.join(", ")),
-    };
+    let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let last = finish.as_ref().map_or_else(String::new, |finish| format!(", last job {finish}"));
     format!("queue: {} running, {waiting} waiting{why}{last}\n", counted(*running, "array element"))
 }

@@ -420,9 +420,10 @@ fn option_item(arg: &Arg) -> String {
         .filter(|word| !word.is_hide_set())
         .map(|word| format!("`{}`", word.get_name()))
         .collect();
-    let words = match arg.get_action().takes_values() && !words.is_empty() {
-        true => format!(" One of {}.", words.join(", ")),
-        false => String::new(),
+    let words = if arg.get_action().takes_values() && !words.is_empty() {
+        format!(" One of {}.", words.join(", "))
+    } else {
+        String::new()
     };
     let default = arg.get_default_values().first().filter(|_| arg.get_action().takes_values());
     let default = default
@@ -433,8 +434,5 @@ fn option_item(arg: &Arg) -> String {
 /// Joins a text into one line and adds a full stop if it has none.
 fn sentence(text: &str) -> String {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    match text.ends_with(['.', '!', '?']) {
-        true => text,
-        false => text + ".",
-    }
+    if text.ends_with(['.', '!', '?']) { text } else { text + "." }
 }

@@ -408,9 +408,10 @@ fn printed(
         let is_whole = layout == ColumnLayout::Everything || name == COMMAND.name;
         printed.push(Printed {
             name: name.to_owned(),
-            cells: match is_whole || table.rows() == 1 {
-                true => whole_cells(array.as_ref(), shown),
-                false => cells(array.as_ref(), shown),
+            cells: if is_whole || table.rows() == 1 {
+                whole_cells(array.as_ref(), shown)
+            } else {
+                cells(array.as_ref(), shown)
             },
             alignment: match array.data_type() {
                 DataType::Utf8 => CellAlignment::Left,

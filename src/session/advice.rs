@@ -209,10 +209,7 @@ impl<'a> Costs<'a> {
     /// Returns the expected core-seconds of all tasks of a parameter point after doubling the
     /// parameters `doubled`.
     fn seconds_of(&self, point: &ParameterPoint, doubled: &[String]) -> f64 {
-        let factor = |name: &str| match doubled.iter().any(|one| one == name) {
-            true => 2,
-            false => 1,
-        };
+        let factor = |name: &str| if doubled.iter().any(|one| one == name) { 2 } else { 1 };
         let both = factor(NODES.name);
         let factors = [both * factor(NODES_X.name), both * factor(NODES_Y.name)];
         let tasks = self.tasks.get(point).into_iter().flatten();

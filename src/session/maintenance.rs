@@ -116,10 +116,7 @@ pub fn prune(
         plans.push(adaptive_sampling::maximum_plan(session.study()?));
     }
     // The exclusive lock keeps the store unchanged between listing and deleting.
-    let lock = match options.delete {
-        true => Some(lock_exclusively(data, options.force)?),
-        false => None,
-    };
+    let lock = if options.delete { Some(lock_exclusively(data, options.force)?) } else { None };
     let unneeded = data_folder::unneeded(&plans, data, &HostState::here())?;
     let pruned = Pruned::count(&unneeded, options.delete);
     if let Some(lock) = &lock {
@@ -182,14 +179,15 @@ fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
             let metadata = verify_whole(path)?;
             // The table of failures belongs to no stage.
             let of_stage = (stage != names::FAILURES).then_some(stage.as_str());
-            match metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {
-                true => Ok(()),
-                false => Err(StoreError::Damaged {
+            if metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {
+                Ok(())
+            } else {
+                Err(StoreError::Damaged {
                     path: path.clone(),
                     source: ParquetError::Foreign {
                         owner: format!("stage `{stage}` of study `{study}`"),
                     },
-                }),
+                })
             }
         }
         FileKind::Owner { .. }

@@ -191,10 +191,7 @@ pub(super) fn write_report(
         let (study, plan) = (&reading.study, &reading.plan);
         owner::check(session.manifest(), study, plan, &reading.reader)?;
     }
-    let existing = match options.replace {
-        true => Existing::Replace,
-        false => Existing::Keep,
-    };
+    let existing = if options.replace { Existing::Replace } else { Existing::Keep };
     if let Some(folder) = &options.output {
         check_folder(folder, &reading.plan.study, existing)?;
     }
@@ -232,9 +229,10 @@ impl TableFile {
     /// Returns an error if no file and no task matches, if several tasks match, or if the file is
     /// damaged.
     pub fn read(what: &Path, data: &DataFolder) -> Result<TableFile, SessionError> {
-        let path = match what.is_file() {
-            true => what.to_owned(),
-            false => data.open_read_only()?.path(names::finished(&what.to_string_lossy(), data)?),
+        let path = if what.is_file() {
+            what.to_owned()
+        } else {
+            data.open_read_only()?.path(names::finished(&what.to_string_lossy(), data)?)
         };
         let (table, metadata) = read_whole(&path, Columns::All)?;
         Ok(TableFile { path, table, metadata })

@@ -263,10 +263,8 @@ impl<'a> PreparedRun<'a> {
         let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &settled.computed));
         outcome.append(settled);
         // If tables of tasks cannot be stored, tables of stages cannot be stored either.
-        let tables = match outcome.halted {
-            true => Ok(None),
-            false => self.publish(&mut outcome, stop).map(Some),
-        };
+        let tables =
+            if outcome.halted { Ok(None) } else { self.publish(&mut outcome, stop).map(Some) };
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
         }

@@ -151,9 +151,12 @@ impl Reason<'_> {
     /// Returns a phrase for each cause; causes in earlier stages begin with the
     /// name of the stage.
     pub fn phrases(&self) -> Vec<String> {
-        let phrase = |cause: &NamedCause| match cause.stage == self.stage {
-            true => cause.why.to_string(),
-            false => format!("earlier stage `{}`: {}", cause.stage, cause.why),
+        let phrase = |cause: &NamedCause| {
+            if cause.stage == self.stage {
+                cause.why.to_string()
+            } else {
+                format!("earlier stage `{}`: {}", cause.stage, cause.why)
+            }
         };
         self.causes.iter().map(phrase).collect()
     }

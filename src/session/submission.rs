@@ -249,9 +249,10 @@ impl Session<'_> {
         }
         let report = self.run(&options.run, stop)?;
         let is_whole = !report.outcome.interrupted && !report.outcome.halted;
-        let page = match options.report && is_whole {
-            true => Some(self.report(&ReportOptions::default())?),
-            false => None,
+        let page = if options.report && is_whole {
+            Some(self.report(&ReportOptions::default())?)
+        } else {
+            None
         };
         let outcome = FinishOutcome::Done(Box::new(report), page);
         Ok(Finished { silent, outcome })
@@ -290,13 +291,12 @@ pub(super) fn queued(study: &str) -> Result<Vec<Queued>, SessionError> {
 /// Submits a job array of the given elements, unless there are none, and then the last job, whose
 /// argument is the number of the round.
 fn submit_round(folder: &Path, elements: Vec<u32>, round: u32) -> Result<Round, SessionError> {
-    let array = match elements.is_empty() {
-        true => None,
-        false => {
-            let numbers = sizing::ranges(elements.iter().copied());
-            let script = Submission::element_script(folder);
-            Some(slurm::submit(&script, Some(&numbers), None, &[])?)
-        }
+    let array = if elements.is_empty() {
+        None
+    } else {
+        let numbers = sizing::ranges(elements.iter().copied());
+        let script = Submission::element_script(folder);
+        Some(slurm::submit(&script, Some(&numbers), None, &[])?)
     };
     let script = Submission::finish_script(folder);
     let finish = match slurm::submit(&script, None, array, &[round.to_string()]) {

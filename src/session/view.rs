@@ -346,10 +346,7 @@ fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, Se
 
 /// Formats a load as users write it: `0.1`, `1e8`.
 fn load_as_typed(load: f64) -> String {
-    match (1e-4..1e6).contains(&load) {
-        true => short(load),
-        false => format!("{load:e}"),
-    }
+    if (1e-4..1e6).contains(&load) { short(load) } else { format!("{load:e}") }
 }
 
 impl FromStr for Coordinate {

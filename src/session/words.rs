@@ -9,9 +9,10 @@ pub fn short(number: f64) -> String {
     if number == 0.0 || (1e-4..1e6).contains(&magnitude) {
         let digits = (5 - magnitude.max(1e-300).log10().floor() as i32).clamp(0, 9) as usize;
         let text = format!("{number:.*}", if number == 0.0 { 0 } else { digits });
-        match text.contains('.') {
-            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-            false => text,
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
         }
     } else {
         format!("{number:.5e}")

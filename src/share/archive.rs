@@ -85,10 +85,7 @@ impl<W: Write + Seek> Archive<W> {
     /// Returns an error if the file cannot be read or the archive cannot be written.
     pub fn add(&mut self, path: &str, source: &Source) -> io::Result<()> {
         let is_table = path.ends_with(".parquet");
-        let method = match is_table {
-            true => CompressionMethod::Stored,
-            false => CompressionMethod::Deflated,
-        };
+        let method = if is_table { CompressionMethod::Stored } else { CompressionMethod::Deflated };
         let options = SimpleFileOptions::default()
             .compression_method(method)
             .last_modified_time(DateTime::default())

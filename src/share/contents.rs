@@ -267,9 +267,10 @@ impl Contents {
         let about = about.to_owned();
         let is_own = [CHECKSUMS, research_object::FILE].contains(&&*path);
         let file = File { source, role, about };
-        match is_own || self.files.insert(path.clone(), file).is_some() {
-            true => Err(ShareError::Clash { path }),
-            false => Ok(()),
+        if is_own || self.files.insert(path.clone(), file).is_some() {
+            Err(ShareError::Clash { path })
+        } else {
+            Ok(())
         }
     }
 }

@@ -158,9 +158,10 @@ fn reference(id: &str) -> Value {
 
 /// Returns the URL of a license, which for SPDX identifiers is on spdx.org.
 fn license_address(license: &str) -> String {
-    match license.contains("://") {
-        true => license.to_owned(),
-        false => format!("https://spdx.org/licenses/{}", address(license)),
+    if license.contains("://") {
+        license.to_owned()
+    } else {
+        format!("https://spdx.org/licenses/{}", address(license))
     }
 }
 
@@ -171,9 +172,8 @@ fn author_address(index: usize) -> String {
 /// Encodes a path as a relative URL (RFC 3986).
 fn address(path: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte);
-    let letters = path.bytes().map(|byte| match plain(byte) {
-        true => char::from(byte).to_string(),
-        false => format!("%{byte:02X}"),
+    let letters = path.bytes().map(|byte| {
+        if plain(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") }
     });
     letters.collect()
 }

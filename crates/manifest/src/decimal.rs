@@ -21,9 +21,10 @@ pub fn nearest(value: f64) -> f64 {
 
 /// Formats a number as users write it: `0.1`, `2e9`.
 pub fn written(value: f64) -> String {
-    match (1e-4..1e6).contains(&value.abs()) || value == 0.0 {
-        true => value.to_string(),
-        false => format!("{value:e}"),
+    if (1e-4..1e6).contains(&value.abs()) || value == 0.0 {
+        value.to_string()
+    } else {
+        format!("{value:e}")
     }
 }
 

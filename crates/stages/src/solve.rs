@@ -244,10 +244,11 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
-        let gap = match self.flow {
+        let gap = if self.flow {
             // The gap, the pressure, and the gap with closed contact.
-            true => 24.0 + flow::BYTES_PER_NODE,
-            false => self.gap_bins.map_or(0.0, |_| 16.0),
+            24.0 + flow::BYTES_PER_NODE
+        } else {
+            self.gap_bins.map_or(0.0, |_| 16.0)
         };
         let work = match self.asperities {
             Some(interaction) => 4.0 + block::asperity_bytes_per_node(interaction),

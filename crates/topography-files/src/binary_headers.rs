@@ -157,9 +157,10 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let wavelength = factor("wavelength", single(168)?)?;
     let obliquity = factor("obliquity factor", single(176)?)?;
     let step = single(184)?;
-    let size = match step == 0.0 {
-        true => Size::Unknown,
-        false => Size::metres(nodes.map(|count| count as f64 * step))?,
+    let size = if step == 0.0 {
+        Size::Unknown
+    } else {
+        Size::metres(nodes.map(|count| count as f64 * step))?
     };
     let stored = Cursor::at(bytes, header + intensities).rest();
     let raster = Raster::rows(nodes, Element::I32, ByteOrder::Big, stored)?;
@@ -368,12 +369,11 @@ fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let header = SurHeader::read(&mut Cursor::at(bytes, 12))?;
     let mut cursor = Cursor::at(bytes, 512);
     cursor.skip(header.extra)?;
-    let stored = match is_compressed {
-        true => {
-            let needed = map_bytes(header.nodes, header.element);
-            Cow::Owned(sur_decompressed(&mut cursor, needed)?)
-        }
-        false => Cow::Borrowed(cursor.rest()),
+    let stored = if is_compressed {
+        let needed = map_bytes(header.nodes, header.element);
+        Cow::Owned(sur_decompressed(&mut cursor, needed)?)
+    } else {
+        Cow::Borrowed(cursor.rest())
     };
     Ok(vec![header.channel(stored)?])
 }
@@ -424,9 +424,10 @@ impl SurHeader {
     fn channel<'a>(&self, stored: Cow<'a, [u8]>) -> Result<Channel<'a>, FormatError> {
         let nodes = self.nodes;
         let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
-        let raster = match self.has_missing {
-            true => raster.missing(Missing::Value(f64::from(self.lowest) - 2.0)),
-            false => raster,
+        let raster = if self.has_missing {
+            raster.missing(Missing::Value(f64::from(self.lowest) - 2.0))
+        } else {
+            raster
         };
         // As in Gwyddion, an inversion negates the heights and may mirror the map along one axis.
         let raster = match self.inversion {

@@ -65,10 +65,8 @@ fn channel<'a>(
     };
     // Gwyddion uses the magnitude of a negative side.
     let sides = [field.real("xreal")?.abs(), field.real("yreal")?.abs()];
-    let size = match sides.contains(&0.0) {
-        true => Size::Unknown,
-        false => Size::new(sides, &unit("si_unit_xy"))?,
-    };
+    let size =
+        if sides.contains(&0.0) { Size::Unknown } else { Size::new(sides, &unit("si_unit_xy"))? };
     Ok(Channel::new(title, unit("si_unit_z"), size, raster))
 }
 

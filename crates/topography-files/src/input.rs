@@ -145,18 +145,20 @@ pub fn utf8_or_latin1(bytes: &[u8]) -> String {
 
 /// Returns the value, or an error about the entry `entry` if the value is not finite.
 pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
-    match value.is_finite() {
-        true => Ok(value),
-        false => Err(FormatError::value(entry, value, "a finite number")),
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(FormatError::value(entry, value, "a finite number"))
     }
 }
 
 /// Returns the value, or an error about the entry `entry` if the value is zero or not finite and
 /// therefore cannot be a scale factor.
 pub fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
-    match value.is_finite() && value != 0.0 {
-        true => Ok(value),
-        false => Err(FormatError::value(entry, value, "a finite number other than zero")),
+    if value.is_finite() && value != 0.0 {
+        Ok(value)
+    } else {
+        Err(FormatError::value(entry, value, "a finite number other than zero"))
     }
 }
 

@@ -309,10 +309,7 @@ fn at_least_one<'a>(
     entry: &str,
 ) -> Result<Vec<Channel<'a>>, FormatError> {
     let channels: Vec<Channel<'a>> = channels.into_iter().collect::<Result<_, _>>()?;
-    match channels.is_empty() {
-        true => Err(FormatError::missing(entry)),
-        false => Ok(channels),
-    }
+    if channels.is_empty() { Err(FormatError::missing(entry)) } else { Ok(channels) }
 }
 
 fn attempts(tried: &[(&'static str, FormatError)]) -> String {

@@ -128,10 +128,7 @@ impl<'a> File<'a> {
         };
         let scan = checked_nodes(scan)?;
         let of_scan = map_bytes(scan, element);
-        match length == of_scan || (needed > length && length >= of_scan) {
-            true => Ok(scan),
-            false => Ok(own),
-        }
+        if length == of_scan || (needed > length && length >= of_scan) { Ok(scan) } else { Ok(own) }
     }
 
     /// Returns the size of a map of `nodes` nodes. The entry `Scan Size` of the image is the size
@@ -149,10 +146,7 @@ impl<'a> File<'a> {
             })?;
             // A scan that was stopped early has fewer lines than the slow axis size covers.
             let full = self.scan.map_or(nodes[1] as f64, |scan| scan[1] as f64);
-            let share = match image.is_square() {
-                true => 1.0,
-                false => (nodes[1] as f64 / full).min(1.0),
-            };
+            let share = if image.is_square() { 1.0 } else { (nodes[1] as f64 / full).min(1.0) };
             return Size::new([x, slow * ratio * share], &Unit::parse(&unit));
         }
         let grown = [0, 1].map(|axis| nodes[axis] as f64 / own[axis] as f64);

@@ -236,9 +236,10 @@ fn variable<'a>(cursor: &mut Cursor<'a>, wide: bool) -> Result<Variable<'a>, For
     let kind = whole(cursor)?;
     // The length in bytes is ignored: it follows from the dimensions.
     whole(cursor)?;
-    let begin = match wide {
-        true => usize::try_from(u64::from_be_bytes(cursor.array()?)).unwrap_or(usize::MAX),
-        false => whole(cursor)? as usize,
+    let begin = if wide {
+        usize::try_from(u64::from_be_bytes(cursor.array()?)).unwrap_or(usize::MAX)
+    } else {
+        whole(cursor)? as usize
     };
     Ok(Variable { name, dimensions, attributes, kind, begin })
 }

@@ -97,9 +97,10 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     let nodes = [rows as usize, columns as usize];
     let heights = element.decode(data);
     // An array without columns may claim so many rows that a loop over them would not end.
-    match columns_first && !heights.is_empty() {
-        true => Ok((nodes, transposed(&heights, nodes))),
-        false => Ok((nodes, heights)),
+    if columns_first && !heights.is_empty() {
+        Ok((nodes, transposed(&heights, nodes)))
+    } else {
+        Ok((nodes, heights))
     }
 }
 

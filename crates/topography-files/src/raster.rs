@@ -273,10 +273,7 @@ impl<'a> Raster<'a> {
             let x = if self.mirrored { nodes_x - 1 - i } else { i };
             values.extend((0..nodes_y).map(|j| {
                 let y = if self.upside_down { nodes_y - 1 - j } else { j };
-                self.value(match self.lines_along_x {
-                    true => stored(y, x),
-                    false => stored(x, y),
-                })
+                self.value(if self.lines_along_x { stored(y, x) } else { stored(x, y) })
             }));
         }
         values
@@ -291,10 +288,7 @@ impl<'a> Raster<'a> {
             Missing::From(marker) => stored >= marker,
         };
         let value = (self.scale * stored + self.offset) / self.per_metre;
-        match is_missing || !value.is_finite() {
-            true => f64::NAN,
-            false => value,
-        }
+        if is_missing || !value.is_finite() { f64::NAN } else { value }
     }
 }
 

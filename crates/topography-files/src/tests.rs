@@ -34,10 +34,8 @@ fn shows_the_map(sample: &Sample) {
     assert_eq!(file.format().name(), *format);
     assert_eq!(file.first_heights(), Some(0), "{format}");
     let channel = &file.channels()[0];
-    let (quantity, unit) = match sample.sides.is_some() {
-        true => (Quantity::Height, 1e-9),
-        false => (Quantity::Unitless, 1.0),
-    };
+    let (quantity, unit) =
+        if sample.sides.is_some() { (Quantity::Height, 1e-9) } else { (Quantity::Unitless, 1.0) };
     assert_eq!(channel.quantity(), &quantity, "{format}");
     let map = channel.map();
     assert_eq!(map.nodes(), [3, 2], "{format}");
@@ -51,10 +49,11 @@ fn shows_the_map(sample: &Sample) {
     for (node, expected) in EXPECTED.iter().enumerate() {
         let height = map.heights()[node];
         assert_eq!(map.missing()[node], height.is_nan(), "{format}");
-        match sample.lacks_last_point && node == 5 {
-            true => assert!(height.is_nan(), "{format}: the last point is {height}"),
+        if sample.lacks_last_point && node == 5 {
+            assert!(height.is_nan(), "{format}: the last point is {height}");
+        } else {
             // Single precision holds seven digits.
-            false => assert!((height / unit - expected).abs() < 1e-5, "{format}: {height}"),
+            assert!((height / unit - expected).abs() < 1e-5, "{format}: {height}");
         }
     }
 }

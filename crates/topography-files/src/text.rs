@@ -117,9 +117,10 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
     if block.lines > 0 {
         blocks.push(block);
     }
-    match blocks.is_empty() {
-        true => Err((0, FormatError::unsupported("the text has no lines of numbers"))),
-        false => Ok(blocks),
+    if blocks.is_empty() {
+        Err((0, FormatError::unsupported("the text has no lines of numbers")))
+    } else {
+        Ok(blocks)
     }
 }
 
@@ -187,23 +188,19 @@ impl Notation {
             Notation::CommasBetween => ',',
             Notation::Points | Notation::DecimalCommas => ';',
         };
-        let numbers: Option<Vec<f64>> = match line.contains(separator) {
-            true => {
-                // A separator may end the line. An empty cell within the line is a missing point.
-                let line = line.strip_suffix(separator).unwrap_or(line);
-                let cells = line.split(separator);
-                cells.map(|cell| self.cell(cell.trim())).collect()
-            }
-            false => line.split_whitespace().map(|word| self.number(word)).collect(),
+        let numbers: Option<Vec<f64>> = if line.contains(separator) {
+            // A separator may end the line. An empty cell within the line is a missing point.
+            let line = line.strip_suffix(separator).unwrap_or(line);
+            let cells = line.split(separator);
+            cells.map(|cell| self.cell(cell.trim())).collect()
+        } else {
+            line.split_whitespace().map(|word| self.number(word)).collect()
         };
         numbers.map_or(Line::Words, Line::Numbers)
     }
 
     fn cell(self, cell: &str) -> Option<f64> {
-        match cell.is_empty() {
-            true => Some(f64::NAN),
-            false => self.number(cell),
-        }
+        if cell.is_empty() { Some(f64::NAN) } else { self.number(cell) }
     }
 
     fn number(self, word: &str) -> Option<f64> {
@@ -336,9 +333,10 @@ impl Axis {
     fn index_of(&self, name: &str, coordinate: f64) -> Result<usize, FormatError> {
         let steps = (coordinate - self.first) / self.step;
         let node = steps.round();
-        match (steps - node).abs() <= TOLERANCE && node >= 0.0 && node < self.nodes as f64 {
-            true => Ok(node as usize),
-            false => Err(FormatError::value(name, coordinate, "a node of the grid")),
+        if (steps - node).abs() <= TOLERANCE && node >= 0.0 && node < self.nodes as f64 {
+            Ok(node as usize)
+        } else {
+            Err(FormatError::value(name, coordinate, "a node of the grid"))
         }
     }
 }

@@ -260,12 +260,11 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
         if name.trim() == "bufferLabel" {
             buffers.push(Entries::default());
         }
-        match name.trim() == "data" {
-            true => {
-                header.insert(name, value);
-                return Ok((header, buffers, offset));
-            }
-            false => buffers.last_mut().unwrap_or(&mut header).insert(name, value),
+        if name.trim() == "data" {
+            header.insert(name, value);
+            return Ok((header, buffers, offset));
+        } else {
+            buffers.last_mut().unwrap_or(&mut header).insert(name, value)
         }
     }
     Err(FormatError::missing("data"))
@@ -322,9 +321,12 @@ fn text_sdf(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let nodes = header.nodes;
     let count = nodes[0] * nodes[1];
     let words = matrix.split_ascii_whitespace();
-    let number = |word: &str| match word.eq_ignore_ascii_case("bad") {
-        true => Ok(f64::NAN),
-        false => word.parse().map_err(|_| FormatError::value("height", word, "a number or BAD")),
+    let number = |word: &str| {
+        if word.eq_ignore_ascii_case("bad") {
+            Ok(f64::NAN)
+        } else {
+            word.parse().map_err(|_| FormatError::value("height", word, "a number or BAD"))
+        }
     };
     let heights: Vec<f64> = words.map(number).collect::<Result<_, _>>()?;
     if heights.len() != count {

@@ -167,10 +167,7 @@ fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
         node = child.ok_or_else(|| FormatError::missing(path.join("/")))?;
     }
     let text = node.text().unwrap_or_default().trim();
-    match text.is_empty() {
-        true => Err(FormatError::missing(path.join("/"))),
-        false => Ok(text.to_owned()),
-    }
+    if text.is_empty() { Err(FormatError::missing(path.join("/"))) } else { Ok(text.to_owned()) }
 }
 
 fn number(root: Node<'_, '_>, path: &[&str], otherwise: f64) -> Result<f64, FormatError> {

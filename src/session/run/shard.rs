@@ -120,9 +120,10 @@ impl<'a> Ledger<'a> {
         let written = receipt.write(folder);
         let outcome = outcome?;
         // On a full disk, the run has reported the cause already.
-        match outcome.halted {
-            true => drop(written),
-            false => written?,
+        if outcome.halted {
+            drop(written)
+        } else {
+            written?
         }
         Ok(outcome)
     }

@@ -86,11 +86,10 @@ impl ValuePath<'_> {
                 let verb = if self.is_item { "holds" } else { "is" };
                 if let Some(must) = out_of_bounds(value, schema) {
                     let shown = shown(value);
-                    let label = match words.contains(&shown.as_str()) {
-                        true => {
-                            format!("write \"{shown}\" in quotes for the word; a number {must}")
-                        }
-                        false => must,
+                    let label = if words.contains(&shown.as_str()) {
+                        format!("write \"{shown}\" in quotes for the word; a number {must}")
+                    } else {
+                        must
                     };
                     problems.push(problem(format!("`{path}` {verb} {shown}"), label));
                 }
@@ -264,9 +263,10 @@ fn expected(alternatives: &[&Value]) -> String {
         }
         if is("object") {
             let keys = key_names(one);
-            parts.push(match keys.is_empty() {
-                true => "a table".to_owned(),
-                false => format!("a table `{{ {} }}`", keys.join(", ")),
+            parts.push(if keys.is_empty() {
+                "a table".to_owned()
+            } else {
+                format!("a table `{{ {} }}`", keys.join(", "))
             });
         }
     }
@@ -337,9 +337,10 @@ fn out_of_bounds(value: &DeValue<'_>, schema: &Value) -> Option<String> {
     let upper = bound("maximum", "exclusiveMaximum");
     let number = number(value);
     if let (DeValue::Integer(_), None) = (value, whole(value)) {
-        return Some(match is_type(&schema, "integer") {
-            true => format!("must be at most {}", i64::MAX),
-            false => "must have an exponent, as in 1e20".to_owned(),
+        return Some(if is_type(&schema, "integer") {
+            format!("must be at most {}", i64::MAX)
+        } else {
+            "must have an exponent, as in 1e20".to_owned()
         });
     }
     if is_type(&schema, "integer") {

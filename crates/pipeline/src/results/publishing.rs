@@ -131,10 +131,11 @@ impl Publisher<'_> {
             return Ok(table(kept.len()));
         }
         let tasks = parts.tasks()?;
-        let digest = match kept.is_empty() {
-            true => digest_of(&tasks),
+        let digest = if kept.is_empty() {
+            digest_of(&tasks)
+        } else {
             // With another digest, the table is rewritten once the store has all its tasks.
-            false => Digest::from_params(&(digest_of(&tasks), &kept)).to_string(),
+            Digest::from_params(&(digest_of(&tasks), &kept)).to_string()
         };
         let mut published = table(tasks.len());
         if !tasks.is_empty() && !is_there(&digest) {

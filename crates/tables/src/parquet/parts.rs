@@ -163,9 +163,10 @@ impl TableFile {
         let is_exact = |group: &&Statistics| {
             matches!(group, Statistics::Int64(_)) && group.null_count_opt() == Some(0)
         };
-        match ends.iter().all(|end| *end == ends[0]) {
-            false => Some(false),
-            true => statistics.iter().all(is_exact).then_some(true),
+        if ends.iter().all(|end| *end == ends[0]) {
+            statistics.iter().all(is_exact).then_some(true)
+        } else {
+            Some(false)
         }
     }
 
