@@ -9,6 +9,7 @@
 //! against the schema and combines swept lists into parameter points, a [`Section`].
 //! [`Checks`](checks::Checks) take defaults from the schema and check keys against each other.
 
+pub mod bounds;
 pub mod checks;
 pub mod expected_keys;
 pub mod layout;

@@ -14,8 +14,8 @@ use asperity_contact::topography::preparation::{Crop, Preparation, spread};
 use asperity_contact::topography::surface::Scan;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::keys::bounds::QUANTITY;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::validation::QUANTITY;
 use asperity_manifest::keys::{Key, OnAxes, Spanned};
 use asperity_topography_files::{Quantity, Size, is_metre};
 
