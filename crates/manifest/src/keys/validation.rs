@@ -1,5 +1,5 @@
-//! Validates a TOML value against the schema of its key: types, words, keys of tables and lengths of
-//! lists, and [`bounds`](super::bounds) of numbers. All mistakes in a value are reported.
+//! Validates a TOML value against the schema of its key: types, words, keys of tables, lengths of
+//! lists and [bounds](super::bounds) of numbers. All mistakes in a value are reported.
 
 use serde_json::{Map, Value};
 use serde_spanned::Spanned as TomlSpanned;

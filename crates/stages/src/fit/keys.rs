@@ -56,7 +56,7 @@ pub struct EvolutionTable {
 
 table!(EvolutionTable);
 
-/// Keys of a `fit` stage whose law has no keys of its own.
+/// Keys that all laws without further keys have in a `fit` stage.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LawTable {
