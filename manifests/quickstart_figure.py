@@ -25,7 +25,7 @@ area = pl.col("area_corrected")
 means = (
     surfaces.group_by(*spectrum, "load")
     .agg(mean=area.mean(), sem=area.std() / area.count().sqrt(), count=area.count())
-    # A surface has no row beyond full contact, so the mean ends with the first of them.
+    # Where a load failed on some surface, the mean would belong to another ensemble.
     .filter(pl.col("count") == pl.col("count").max().over(spectrum))
     .sort(*spectrum, "load")
 )

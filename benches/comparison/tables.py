@@ -17,26 +17,21 @@ def read(data: Path, loads: list[float], folder: Path) -> None:
     table = parquet.read_table(data / "results/peers/contact.parquet").to_pylist()
     rows = {row["load"]: row for row in table}
     key = table[0]["task"]
-    stored = parquet.read_table(
-        data / f"store/{key[:2]}/{key}.parquet", columns=["load", "contact"]
-    )
-    maps = {row["load"]: row["contact"] for row in stored.to_pylist()}
-    last = table[-1]
-    cells = last["nodes"] ** 2
-    full = np.packbits(np.ones(cells, dtype=bool), bitorder="little").tobytes()
+    maps = {}
+    for file in (data / f"store/{key[:2]}").glob(f"{key}-{16 * '?'}.parquet"):
+        stored = parquet.read_table(file, columns=["load", "contact"])
+        maps |= {row["load"]: row["contact"] for row in stored.to_pylist()}
     with open(folder / "rows.jsonl", "w") as lines, open(folder / "maps.bin", "wb") as bits:
         for load in loads:
-            # asperity ends a sweep at the first load in full contact.
-            beyond = last["stop"] == "full-contact" and load > last["load"]
-            row = {"pairs": 0, "contact_nodes": cells} if beyond else rows[load]
-            bits.write(full if beyond else maps[load])
+            row = rows[load]
+            bits.write(maps[load])
             line = {
                 "load": load,
                 "cpu_seconds": None,
                 "iterations": None,
                 "pairs": row["pairs"],
                 "contact_nodes": row["contact_nodes"],
-                "converged": beyond or row["stop"] != "pair-limit",
+                "converged": row["stop"] != "pair-limit",
             }
             print(json.dumps(line), file=lines)
 

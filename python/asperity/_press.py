@@ -76,8 +76,7 @@ def press(
     Returns
     -------
     Contact
-        A table, and maps for each load: ``pressure(i)``, ``gap(i)``, ``displacement(i)``, ``contact(i)``. Loads
-        after the first load with full contact are omitted.
+        A table, and maps for each load: ``pressure(i)``, ``gap(i)``, ``displacement(i)``, ``contact(i)``.
 
     Raises
     ------

@@ -13,7 +13,7 @@ use super::console::duration;
 use super::tables::write_json;
 use super::terminal::stdout;
 use super::{Failure, print_json};
-use crate::session::status::{Change, GrowingStage, Reason, Sharing, StageCount, StageStatus, Why};
+use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus};
 use crate::session::words::counted;
 use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
 
@@ -134,7 +134,12 @@ impl<'a, S> StudyJson<'a, S> {
 
 /// Returns the reasons why the tasks of a stage will run, each as a phrase.
 fn reasons(stage: &StageStatus) -> Vec<String> {
-    stage.reasons.iter().map(|reason| reason.phrases().join("; ")).collect()
+    let reasons = stage.reasons.iter().map(|reason| {
+        let remaining = reason.remaining.iter().map(String::as_str);
+        let rows = remaining.map(|rows| format!("{rows}: ")).collect::<String>();
+        rows + &reason.phrases().join("; ")
+    });
+    reasons.collect()
 }
 
 fn plan_table(stages: &[StageStatus]) -> String {
@@ -169,8 +174,10 @@ pub struct ExplainArguments {
     /// Print the result as JSON.
     ///
     /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons": [{"tasks",
-    /// "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …], "core_hours", "growing"}`, where
-    /// `growing` is as in `plan --json`.
+    /// "rows", "remaining", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …],
+    /// "core_hours", "growing"}`. `rows` is the number of loads to compute, or null for tasks that
+    /// compute whole tables, and `remaining` says how they are computed. `growing` is as in `plan
+    /// --json`.
     #[arg(long)]
     json: bool,
 }
@@ -208,28 +215,18 @@ fn explained(stage: &StageStatus) -> String {
     text.push('\n');
     for reason in stage.reasons.iter().take(MAX_REASONS) {
         let tasks = counted(reason.tasks, "task");
+        let rows = reason.remaining.iter().map(|rows| format!(", {rows}")).collect::<String>();
         let cost = match stage.reasons.as_slice() {
             [_] => String::new(),
             _ => format!(", {}", core_hours(reason.seconds)),
         };
-        text += &format!("  {tasks}{cost}: {}\n", reason.phrases().join("; "));
+        text += &format!("  {tasks}{rows}{cost}: {}\n", reason.phrases().join("; "));
     }
     let more = stage.reasons.len().saturating_sub(MAX_REASONS);
     if more > 0 {
         text += &format!("  and {}\n", counted(more, "other reason"));
     }
-    if kind.name() == "solve" && stage.reasons.iter().any(|reason| changes_loads(reason, name)) {
-        text += "  note: all loads of a changed list are solved again; to keep the results, leave the \
-                 list as it\n  was and add a second `solve` stage with the other loads\n";
-    }
     text
-}
-
-/// Returns whether a changed list of loads of the stage itself makes its tasks run.
-fn changes_loads(reason: &Reason, stage: &str) -> bool {
-    let is_loads = |field: &Change| field.field == "loads";
-    let mut own = reason.causes.iter().filter(|cause| cause.stage == stage);
-    own.any(|cause| matches!(cause.why, Why::Changed { fields } if fields.iter().any(is_loads)))
 }
 
 /// Returns a line for each adaptive stage and the expected time of the missing tasks.

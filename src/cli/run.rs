@@ -57,10 +57,10 @@ pub struct RunArguments {
     #[arg(long, value_name = "NAME", requires = "shard")]
     job: Option<String>,
 
-    /// Interval between checkpoints of a block of loads, in seconds (default: 600).
+    /// Interval at which finished loads of a surface are stored, in seconds (default: 60).
     ///
-    /// If the process ends early, the next run continues from the last checkpoint. The bytes of the
-    /// tables do not depend on checkpoints.
+    /// If the process ends early, the next run solves only the loads that are not stored. The bytes
+    /// of the tables do not depend on this interval.
     #[arg(long, value_name = "SECONDS")]
     checkpoint_every: Option<u32>,
 

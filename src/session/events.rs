@@ -9,10 +9,11 @@ use bytesize::ByteSize;
 
 use asperity_manifest::diagnostics::{chain, counted};
 use asperity_pipeline::forecast::CostModel;
+use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::study::Warning;
 use asperity_stages::Kind;
-use asperity_tables::store::StoreError;
+use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::Table;
 
 pub use asperity_pipeline::forecast::memory::MemoryLimit;
@@ -60,6 +61,8 @@ pub struct Batch<'a> {
     pub plan: &'a Plan,
     /// Indices of the tasks to compute.
     pub tasks: &'a [usize],
+    /// Store before the run, which may have some rows of the tasks.
+    pub store: &'a Store,
     /// Number of tasks of the plan that are in the store and not in `tasks`.
     pub cached: usize,
 }
@@ -213,10 +216,11 @@ struct Expected {
 impl RunProgress {
     /// Starts to measure the progress of a batch of tasks.
     pub fn new(batch: Batch<'_>) -> RunProgress {
-        let cost = CostModel::default();
+        let remaining = Remaining::new(batch.plan, batch.tasks, batch.store);
+        let cost = CostModel::default().for_remaining(remaining);
         let expected = |&task: &usize| {
             let kind = batch.plan.tasks[task].recipe.kind();
-            let seconds = cost.seconds(&batch.plan.tasks[task]);
+            let seconds = cost.seconds(batch.plan, task);
             (task, Expected { kind, seconds })
         };
         let tasks: HashMap<usize, Expected> = batch.tasks.iter().map(expected).collect();

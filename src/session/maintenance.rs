@@ -129,14 +129,13 @@ pub fn prune(
 fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, StoreError> {
     let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
-    let keys = plan.map(Plan::keys);
+    let keys = plan.map(Plan::table_keys);
     found.retain(|found| match &found.what {
-        FileKind::Task(key) => keys.as_ref().is_none_or(|keys| keys.contains(key)),
+        FileKind::Task(file) => keys.as_ref().is_none_or(|keys| keys.contains(&file.key)),
         FileKind::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
         FileKind::Owner { .. }
         | FileKind::Record { .. }
         | FileKind::Cluster { .. }
-        | FileKind::Checkpoint(_)
         | FileKind::Quarantined
         | FileKind::Unfinished => false,
     });
@@ -162,7 +161,7 @@ fn check(table: &StoredFile, store: &Store) -> Option<Finding> {
         return Some(Finding { cause, quarantined: None });
     }
     let quarantined = match table.what {
-        FileKind::Task(key) => store.quarantine(key),
+        FileKind::Task(_) => store.quarantine(&table.path),
         _ => quarantine(&table.path),
     };
     match quarantined {
@@ -174,7 +173,7 @@ fn check(table: &StoredFile, store: &Store) -> Option<Finding> {
 fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
     let path = &table.path;
     match &table.what {
-        FileKind::Task(key) => store.verify(*key),
+        FileKind::Task(file) => store.verify(file),
         FileKind::Stage { study, stage } => {
             let metadata = verify_whole(path)?;
             // The table of failures belongs to no stage.
@@ -193,7 +192,6 @@ fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
         FileKind::Owner { .. }
         | FileKind::Record { .. }
         | FileKind::Cluster { .. }
-        | FileKind::Checkpoint(_)
         | FileKind::Quarantined
         | FileKind::Unfinished => Ok(()),
     }
@@ -244,7 +242,6 @@ fn kind(file: &StoredFile) -> String {
     match file.what {
         FileKind::Task(_) => stage().unwrap_or_else(|| "unreadable".to_owned()),
         FileKind::Stage { .. } | FileKind::Owner { .. } => "results".to_owned(),
-        FileKind::Checkpoint(_) => "checkpoints".to_owned(),
         FileKind::Record { .. } => "plans".to_owned(),
         FileKind::Cluster { .. } => "cluster".to_owned(),
         FileKind::Quarantined => "set aside".to_owned(),

@@ -1,5 +1,6 @@
 //! Search for stages and claims by name, and for tasks by their key or its first digits.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::{DataFolder, SessionError};
@@ -68,18 +69,18 @@ pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> 
     Ok(key.ok_or_else(none)?)
 }
 
-/// Returns the index of the planned task whose key begins with `word`, finished or not.
+/// Returns the indices of the planned tasks whose tables have the key that begins with `word`,
+/// finished or not. Several tasks share a key if they compute rows of the same series.
 ///
 /// # Errors
-/// Returns an error if the word is not hexadecimal, or if not exactly one task of the study
-/// matches.
-pub fn planned(word: &str, plan: &Plan) -> Result<usize, TaskNameError> {
-    let key = only(&digits(word)?, plan.keys())?;
-    let task = key.and_then(|key| plan.task_of(key));
-    task.ok_or_else(|| TaskNameError::NotPlanned {
+/// Returns an error if the word is not hexadecimal, or if not exactly one key of the study matches.
+pub fn planned(word: &str, plan: &Plan) -> Result<Vec<usize>, TaskNameError> {
+    let keys: BTreeSet<TaskKey> = plan.tasks.iter().map(|task| task.table.key).collect();
+    let key = only(&digits(word)?, keys)?.ok_or_else(|| TaskNameError::NotPlanned {
         word: word.to_owned(),
         study: plan.study.clone(),
-    })
+    })?;
+    Ok((0..plan.tasks.len()).filter(|&task| plan.tasks[task].table.key == key).collect())
 }
 
 fn suggestion(name: &str, known: &[String]) -> String {

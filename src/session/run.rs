@@ -50,14 +50,15 @@ pub struct RunOptions {
     pub replace: bool,
     /// Name of the scheduler job, recorded in the receipt of a shard.
     pub job: Option<String>,
-    /// Interval between checkpoints of a long block of loads; default: ten minutes. After the end
-    /// of the process, the next run continues from the last checkpoint.
+    /// Interval at which the finished loads of a surface are stored while its other loads are
+    /// solved; default: one minute. After the end of the process, the next run solves only the
+    /// loads that are not stored.
     pub checkpoint_every: Option<Duration>,
 }
 
-/// Default interval between checkpoints. A run that is killed loses at most the work of this
-/// interval.
-const CHECKPOINT_EVERY: Duration = Duration::from_secs(600);
+/// Default interval at which finished loads are stored. A run that is killed loses at most the work
+/// of this interval.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 
 /// Tasks of a study that a run computes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -90,7 +91,7 @@ impl Selection {
     ) -> Result<Vec<usize>, TaskNameError> {
         Ok(match self {
             Selection::Missing => missing.to_vec(),
-            Selection::Task(key) => runner::with_missing_inputs(plan, planned(key, plan)?, store),
+            Selection::Task(key) => runner::with_missing_inputs(plan, &planned(key, plan)?, store),
             Selection::Shard(shard) => shard.tasks(plan, missing),
         })
     }
@@ -186,7 +187,7 @@ impl RunReport {
     /// Summarizes the run for JSON output.
     pub fn summary(&self) -> RunSummary<'_> {
         let damaged = self.outcome.damaged.iter().map(|damage| DamagedTask {
-            task: self.sampled.plan.tasks[damage.task].key,
+            task: self.sampled.plan.tasks[damage.task].table.key,
             cause: &damage.cause,
             quarantined: &damage.quarantined,
         });
@@ -321,11 +322,11 @@ impl<'a> PreparedRun<'a> {
         let mut outcome = RunOutcome::default();
         loop {
             for (task, cause) in self.sampled.take_damaged() {
-                let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
+                let damage = Damage::quarantine(task, &self.store, cause)?;
                 outcome.damaged.extend(damage);
             }
             let mut missing = self.sampled.deciding_tasks();
-            missing.retain(|&task| !self.store.has(self.plan().tasks[task].key));
+            missing.retain(|&task| !self.store.has(&self.plan().tasks[task].table));
             let round = self.compute(&missing, stop)?;
             if round.computed.is_empty() {
                 return Ok(outcome);
@@ -361,6 +362,7 @@ impl<'a> PreparedRun<'a> {
         self.session.notify(Event::Begun(Batch {
             plan: self.plan(),
             tasks: wanted,
+            store: &self.store,
             cached: self.plan().tasks.len() - without,
         }));
         let outcome = runner::run(
@@ -390,7 +392,7 @@ impl<'a> PreparedRun<'a> {
         Resources {
             cores: memory::threads(plan, wanted, room, self.jobs),
             room,
-            checkpoint_every: self.checkpoint_every,
+            store_rows_every: self.checkpoint_every,
         }
     }
 
@@ -410,7 +412,7 @@ impl<'a> PreparedRun<'a> {
         };
         let mut tasks = Vec::new();
         for (task, cause) in tables {
-            let damage = Damage::quarantine(self.plan(), task, &self.store, cause)?;
+            let damage = Damage::quarantine(task, &self.store, cause)?;
             outcome.damaged.extend(damage);
             tasks.push(task);
         }

@@ -16,6 +16,7 @@ use asperity_pipeline::cluster::receipts::{self, Receipt};
 use asperity_pipeline::cluster::slurm::{Queued, SlurmError};
 use asperity_pipeline::cluster::submission::job_name;
 use asperity_pipeline::forecast::CostModel;
+use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::forecast::{self, memory};
 use asperity_pipeline::plan::reasons::changes::Cause;
 use asperity_pipeline::plan::reasons::record::Record;
@@ -61,6 +62,10 @@ pub struct StageStatus<'a> {
 #[derive(Debug, Serialize)]
 pub struct Reason<'a> {
     pub tasks: usize,
+    /// Number of rows that these tasks compute; `None` if they compute whole tables.
+    pub rows: Option<usize>,
+    /// Descriptions of these rows, one for each way in which they are computed.
+    pub remaining: Vec<String>,
     /// Expected core-seconds of these tasks.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
@@ -180,10 +185,10 @@ impl Status {
         Status {
             warnings: study.warnings(),
             reasons: Reasons::new(&plan, &now, record, &missing, store),
+            cost: CostModel::default().for_remaining(Remaining::new(&plan, &missing, store)),
             plan,
             adaptive: stages,
             missing,
-            cost: CostModel::default(),
         }
     }
 
@@ -206,8 +211,12 @@ impl Status {
             stage: &self.plan.stages[cause.stage].name,
             why: &cause.why,
         };
+        let remaining = self.cost.remaining();
+        let kind = self.plan.tasks[group.tasks[0]].recipe.kind();
         Reason {
             tasks: group.tasks.len(),
+            rows: remaining.rows(&group.tasks),
+            remaining: remaining.phrases(kind, &group.tasks),
             seconds: self.cost.seconds_of(&self.plan, &group.tasks),
             causes: group.causes.iter().map(named).collect(),
             stage,
@@ -226,8 +235,11 @@ impl Status {
         let at_once = counts.iter().map(|count| count.to_run).max();
         let solved = self.missing.iter().map(|&task| &self.plan.tasks[task]);
         let solved = solved.filter(|task| task.recipe.kind() == Kind::Solve);
-        let meshes = solved.map(|task| task.nodes[0] * task.nodes[1]);
-        let each = meshes.map(Threads::useful_for).max().unwrap_or(1);
+        // The loads of a surface are solved in parallel, and so are the parts of a large mesh.
+        let useful = solved.map(|task| {
+            Threads::useful_for(task.nodes[0] * task.nodes[1]).max(task.rows)
+        });
+        let each = useful.max().unwrap_or(1);
         Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }
 
@@ -337,7 +349,9 @@ impl Session<'_> {
             }
         });
         let cores: usize = at_work.iter().map(|receipt| receipt.threads).sum();
-        let cost = measured(&self.all_receipts()?);
+        let store = self.data.open_read_only()?;
+        let remaining = Remaining::new(plan, &missing, &store);
+        let cost = measured(&self.all_receipts()?).for_remaining(remaining);
         let core_hours_left = cost.seconds_of(plan, &missing) / 3600.0;
         let seconds = own.iter().fold(0.0, |sum, receipt| sum + receipt.seconds);
         let failures = own.iter().rev().flat_map(|receipt| receipt.failed.clone());

@@ -24,7 +24,6 @@ use asperity_stages::generate::{self, PerAxis};
 use asperity_stages::grids::Grids;
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_stages::{Kind, StageError};
-use asperity_tables::parquet::Columns;
 use asperity_tables::store::files::{Existing, write_file};
 use asperity_tables::store::key::{Provenance, TaskKey};
 use asperity_tables::store::{Store, StoreError};
@@ -98,7 +97,11 @@ impl Session<'_> {
     ) -> Result<Picture, SessionError> {
         let tables = self.tables()?;
         let task = chosen_task(stage, coordinates, options.load, &tables.table(stage)?)?;
-        if !tables.reading.reader.store().has(task) {
+        let plan = &tables.reading.plan;
+        let is_stored = plan.task_of(task).is_some_and(|planned| {
+            tables.reading.reader.store().has(&plan.tasks[planned].table)
+        });
+        if !is_stored {
             return Err(SessionError::NoMaps {
                 task,
                 store: self.data.store(),
@@ -208,7 +211,7 @@ fn draw(
     store: &Store,
     sources: &SurfaceFiles,
 ) -> Result<Picture, SessionError> {
-    let (table, provenance) = store.read_with_provenance(key, Columns::All)?;
+    let (table, provenance) = store.read_with_provenance(key)?;
     let kind = Kind::ALL.into_iter().find(|kind| kind.name() == provenance.stage);
     let finished = FinishedTask { key, table, provenance };
     let load = options.load;

@@ -202,21 +202,21 @@ impl Contents {
 
     fn add_store(&mut self, reading: &StudyResults) -> Result<(), ShareError> {
         let store = reading.reader.store();
-        let keys: BTreeSet<_> = reading.plan.keys().into_iter().collect();
-        let all = keys.len();
-        let mut there = 0;
-        for key in keys {
-            if !store.has(key) {
-                continue;
-            }
-            store.verify(key)?;
-            let path = store::path(Path::new("data/store"), key);
-            let path = path.to_string_lossy().into_owned();
-            let source = Source::File(store.path(key));
-            self.add(path, source, Role::Other, "table of one task, with its maps")?;
+        let tasks = &reading.plan.tasks;
+        let (mut files, mut there) = (BTreeSet::new(), 0);
+        for task in tasks.iter().filter(|task| store.has(&task.table)) {
+            files.extend(store.files(&task.table)?);
             there += 1;
         }
-        self.stored = Some((there, all));
+        for file in files {
+            store.verify(&file)?;
+            let folder = store::path(Path::new("data/store"), file.key);
+            let path = folder.with_file_name(file.to_string());
+            let path = path.to_string_lossy().into_owned();
+            let source = Source::File(store.path_of(&file));
+            self.add(path, source, Role::Other, "table of one task, with its maps")?;
+        }
+        self.stored = Some((there, tasks.len()));
         Ok(())
     }
 

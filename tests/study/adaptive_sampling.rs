@@ -100,7 +100,7 @@ fn a_damaged_table_that_the_number_depends_on_is_computed_again() {
     let files = bench.files();
     let area = bench.table("small", "area");
     let task = area.texts("task").unwrap().value(0).to_owned();
-    let path = bench.path(&format!("data/store/{}/{task}.parquet", &task[..2]));
+    let path = bench.file_of(&task);
     std::fs::write(&path, "nothing").unwrap();
     assert_eq!(planned(&bench, &manifest)["holds"], Value::Null);
     bench.run(&manifest);
@@ -143,7 +143,7 @@ fn prune_keeps_the_surfaces_that_were_drawn_where_a_table_that_asked_for_them_is
     let before = bench.files();
     let areas = bench.table("small", "area");
     let task = areas.texts("task").unwrap().value(0).to_owned();
-    let missing = bench.data().join(format!("store/{}/{task}.parquet", &task[..2]));
+    let missing = bench.file_of(&task);
     std::fs::remove_file(missing).unwrap();
     let path = bench.write(&manifest);
     let output = bench.output(&["prune", "--yes", path.to_str().unwrap()]);

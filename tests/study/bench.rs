@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 use asperity::tables::parquet;
 use asperity::tables::parquet::Columns;
+use asperity::tables::store::Store;
 use asperity::tables::store::users::Writer;
 use asperity::tables::table::Table;
 use serde_json::Value;
@@ -118,14 +119,33 @@ impl Bench {
         parquet::decode(file, Columns::All).expect("a table of results").0
     }
 
-    /// Reads the table of the first task of a stage, with its maps.
+    /// Reads everything that the store has under the key of the first task of a stage, with maps.
     pub fn with_maps(&self, study: &str, stage: &str) -> Table {
         let table = self.table(study, stage);
         let key = table.texts("task").expect("tables name their tasks");
-        let key = key.value(0);
-        let store = self.data().join("store").join(&key[..2]);
-        let file = File::open(store.join(format!("{key}.parquet"))).expect("a finished task");
-        parquet::decode(file, Columns::All).expect("a table of the store").0
+        let key = key.value(0).parse().expect("the key of a task");
+        let store = Store::open_read_only(&self.data().join("store")).expect("a store");
+        store.read_with_provenance(key).expect("a finished task").0
+    }
+
+    /// Returns the path of the only file in the store whose name begins with the key of a task.
+    pub fn file_of(&self, task: &str) -> PathBuf {
+        let folder = self.data().join("store").join(&task[..2]);
+        let files = fs::read_dir(&folder).expect("the task has a folder");
+        let names = files.map(|file| file.expect("the folder can be listed").file_name());
+        let mut own = names.filter(|name| name.to_string_lossy().starts_with(task));
+        let name = own.next().expect("the task has a file");
+        assert!(own.next().is_none(), "{task} has several files");
+        folder.join(name)
+    }
+
+    /// Reads the published tables of a study, by file name.
+    pub fn published(&self, study: &str) -> BTreeMap<PathBuf, Vec<u8>> {
+        let mut files = BTreeMap::new();
+        let folder = self.data().join("results").join(study);
+        collect(&folder, &folder, &mut files);
+        files.retain(|name, _| name.extension().is_some_and(|ending| ending == "parquet"));
+        files
     }
 
     /// Reads every file of the data folder, by its relative path.

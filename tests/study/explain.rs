@@ -206,8 +206,7 @@ fn missing_damaged_and_uncomputed_tables_have_different_reasons() {
         let tasks = bench.table("small", "corrected");
         tasks.texts("task").unwrap().value(8 * row).to_owned()
     };
-    let path = |task: &str| bench.path(&format!("data/store/{}/{task}.parquet", &task[..2]));
-    let (gone, damaged) = (path(&task(0)), path(&task(1)));
+    let (gone, damaged) = (bench.file_of(&task(0)), bench.file_of(&task(1)));
     fs::remove_file(&gone).unwrap();
     fs::rename(&damaged, damaged.with_extension("parquet.damaged")).unwrap();
     let explained = explain(&bench, STUDY);

@@ -192,7 +192,10 @@ loads = [0.4, 0.99, 1.27, 1.5]
     }
     let stops = yields.texts("stop").unwrap();
     assert_eq!([1, 2].map(|row| stops.value(row)), ["full-contact", "converged"]);
-    assert_eq!(wave(1e3).rows(), 2);
+    let stops = wave(1e3);
+    let stops = stops.texts("stop").unwrap();
+    let expected = ["converged", "full-contact", "full-contact", "full-contact"];
+    assert_eq!(stops.iter().flatten().collect::<Vec<_>>(), expected);
 }
 
 #[test]

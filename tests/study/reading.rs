@@ -80,10 +80,7 @@ fn each_task_is_read_from_where_it_is() {
     let whole = rows(&bench, "area").0;
     let tasks = bench.table("small", "area");
     let tasks = tasks.texts("task").unwrap();
-    let stored = |row: usize| {
-        let key = tasks.value(row);
-        bench.data().join("store").join(&key[..2]).join(format!("{key}.parquet"))
-    };
+    let stored = |row: usize| bench.file_of(tasks.value(row));
     // One task exists only in the published table, others only in the store …
     bench.run(&STUDY.replace("realizations = 2", "realizations = 1"));
     fs::remove_file(stored(0)).unwrap();

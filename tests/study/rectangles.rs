@@ -271,9 +271,10 @@ fn squares_in_a_study_with_rectangles_keep_their_columns() {
     let (all, of_squares) = (tables(&bench), tables(&other));
     for stage in ["surfaces", "contact", "area", "corrected"] {
         for key in other.table("rough", stage).texts("task").unwrap().iter().flatten() {
-            let path = Path::new("store").join(&key[..2]).join(format!("{key}.parquet"));
-            assert!(of_squares.contains_key(&path), "{path:?}");
-            assert!(all.get(&path) == of_squares.get(&path), "{stage}: {path:?}");
+            let path = other.file_of(key);
+            let path = path.strip_prefix(other.data()).unwrap();
+            assert!(of_squares.contains_key(path), "{path:?}");
+            assert!(all.get(path) == of_squares.get(path), "{stage}: {path:?}");
         }
     }
 }

@@ -98,8 +98,6 @@ pub struct Asperities {
     mean_height: f64,
     summits: Vec<Summit>,
     body: Option<Body>,
-    /// Last two loads with the displacements of the summits under them, most recent first.
-    known: Vec<(f64, Vec<f64>)>,
     pressure: Vec<f64>,
 }
 
@@ -128,7 +126,6 @@ impl Asperities {
             mean_height: heights.iter().sum::<f64>() / heights.len() as f64,
             summits,
             body: (interaction == Interaction::Explicit).then(|| Body::new(grid)),
-            known: Vec::new(),
             pressure: vec![0.0; heights.len()],
         })
     }
@@ -139,7 +136,7 @@ impl Asperities {
     }
 
     /// Solves for the forces of the summits under a load y = p₀/(E* h′), and updates
-    /// [`Asperities::pressure()`].
+    /// [`Asperities::pressure()`]. The result does not depend on loads that were solved before.
     pub fn press(&mut self, load: f64, settings: &Settings) -> AsperityOutcome {
         let found = self.equilibrium(load, settings);
         let area = nominal_area(self.grid);

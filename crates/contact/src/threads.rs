@@ -6,13 +6,18 @@
 //!
 //! Idle threads sleep. A task borrows cores for one pass over the mesh, so a surface that starts
 //! while others are running gets its cores within milliseconds.
+//!
+//! Items that do not depend on each other, such as the loads of a surface, are better computed at
+//! the same time: [`Threads::share`] lends a core for whole items.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
+
+mod share;
 
 /// Number of nodes of a pass for each thread.
 ///
@@ -177,7 +182,7 @@ impl Threads {
 
 impl Cores {
     fn change<V>(&self, change: impl FnOnce(&mut InUse) -> V) -> V {
-        change(&mut self.in_use.lock().expect("no panic happens while it is held"))
+        change(&mut locked(&self.in_use))
     }
 
     /// Lends free cores to a task and returns their number: at most `most`, and at most
@@ -192,6 +197,21 @@ impl Cores {
             lent
         })
     }
+
+    /// Takes back `lent` cores if more cores are in use than there are. Returns whether it did.
+    fn take_back_if_overbooked(&self, lent: usize) -> bool {
+        self.change(|in_use| {
+            let is_overbooked = in_use.tasks.max(1) + in_use.lent > self.count;
+            if is_overbooked {
+                in_use.lent -= lent;
+            }
+            is_overbooked
+        })
+    }
+}
+
+fn locked<V>(mutex: &Mutex<V>) -> MutexGuard<'_, V> {
+    mutex.lock().expect("no panic happens while it is held")
 }
 
 /// Running task, which keeps one core until it is dropped.
@@ -229,6 +249,21 @@ pub struct Workers<'a> {
 }
 
 impl Workers<'_> {
+    /// Returns the borrowed cores if more cores are in use than there are. Returns whether it did.
+    fn give_way(&mut self) -> bool {
+        let gives_way = self.cores.is_some_and(|cores| cores.take_back_if_overbooked(self.helpers));
+        if gives_way {
+            self.count_time();
+            self.helpers = 0;
+        }
+        gives_way
+    }
+
+    fn count_time(&self) {
+        let helper_time = self.begun.elapsed().as_nanos() as u64 * self.helpers as u64;
+        self.helper_time.fetch_add(helper_time, Ordering::Relaxed);
+    }
+
     /// Divides `pieces` (at least one) consecutive pieces of work into blocks of about equal size.
     /// Returns the index of the first piece of each block.
     pub fn cuts(&self, pieces: usize) -> Vec<usize> {
@@ -253,10 +288,7 @@ impl Workers<'_> {
             states.push(new_state());
         }
         let waiting = Mutex::new(blocks.iter_mut());
-        let next = || {
-            let mut waiting = waiting.lock().expect("no panic happens while it is held");
-            waiting.next()
-        };
+        let next = || locked(&waiting).next();
         let run_blocks = |states: &mut V| {
             while let Some(block) = next() {
                 work(states, block);
@@ -279,8 +311,7 @@ impl Drop for Workers<'_> {
     fn drop(&mut self) {
         if let Some(cores) = self.cores {
             cores.change(|in_use| in_use.lent -= self.helpers);
-            let helper_time = self.begun.elapsed().as_nanos() as u64 * self.helpers as u64;
-            self.helper_time.fetch_add(helper_time, Ordering::Relaxed);
+            self.count_time();
         }
     }
 }

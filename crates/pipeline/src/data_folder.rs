@@ -3,7 +3,7 @@
 //! Unneeded files are tables of tasks that no named study has, damaged files in quarantine, and
 //! unfinished files of killed processes.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -12,6 +12,7 @@ use crate::plan::Plan;
 use crate::plan::reasons::record::Record;
 use crate::{cluster, results};
 use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::series::TableRef;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{Store, StoreError, listing};
@@ -94,7 +95,10 @@ pub fn unneeded(
     data: &DataFolder,
     moment: &HostState,
 ) -> Result<Vec<StoredFile>, StoreError> {
-    let keys: HashSet<TaskKey> = plans.iter().flat_map(Plan::keys).collect();
+    let tasks = plans.iter().flat_map(|plan| &plan.tasks);
+    let mut tables: HashMap<TaskKey, Vec<&TableRef>> = HashMap::new();
+    tasks.for_each(|task| tables.entry(task.table.key).or_default().push(&task.table));
+    let store = data.open_read_only()?;
     let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
     found.extend(Record::files(&data.records())?);
@@ -103,7 +107,9 @@ pub fn unneeded(
         FileKind::Quarantined => false,
         FileKind::Unfinished => !moment.is_abandoned(&found.path),
         _ if plans.is_empty() => true,
-        FileKind::Task(key) | FileKind::Checkpoint(key) => keys.contains(key),
+        FileKind::Task(file) => tables.get(&file.key).is_some_and(|tables| {
+            tables.iter().any(|table| store.holds_some_of(file, table))
+        }),
         FileKind::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
         FileKind::Owner { study } | FileKind::Record { study } | FileKind::Cluster { study } => {
             plans.iter().any(|plan| plan.study == *study)

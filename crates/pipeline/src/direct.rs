@@ -27,7 +27,7 @@ use toml::Table as Keys;
 
 use crate::study::{Study, Work};
 use asperity_contact::grid::{Boundary, Grid};
-use asperity_contact::solver::Outcome;
+use asperity_contact::solver::{Outcome, Solver};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::Moments;
@@ -35,7 +35,7 @@ use asperity_contact::topography::surface::{Surface, SurfaceError};
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::generate::growth::PlannedSurfaces;
-use asperity_stages::solve::block::Block;
+use asperity_stages::solve::{Contact, SolvedLoad};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Recipe, StageError, grids, solve};
 use asperity_tables::column::Value;
@@ -104,13 +104,16 @@ pub struct Map {
     pub is_periodic: bool,
 }
 
-/// Contact of one surface under a sequence of increasing loads.
+/// Contact of one surface, which is solved under one load after the other.
 ///
 /// Pressures are in the unit of the effective modulus, lengths in the unit of the sides. The
 /// contact map of every finished load is kept in memory, one bit per node. The pressures are kept
 /// too, unless [`Pressing::without_fields`] was called.
 pub struct Pressing {
-    block: Block,
+    contact: Contact,
+    solver: Solver,
+    /// Finished loads.
+    loads: Vec<SolvedLoad>,
     row: Table,
     keeps_fields: bool,
     /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
@@ -134,7 +137,7 @@ impl Pressing {
     /// # Errors
     /// Returns the same errors as [`Pressing::new`].
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
-        let params = block(keys)?;
+        let params = loads(keys)?;
         if params.boundary == Boundary::Periodic && !map.is_periodic {
             return Err(DirectError::NotPeriodic);
         }
@@ -143,10 +146,12 @@ impl Pressing {
         let mut row = grids::coordinates(grid.nodes(), grid.cell().size());
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
         let threads = Threads::for_mesh(cores, grid.count());
-        let mut block = Block::new(&params, map.surface, rms_slope, None, threads)?;
-        block.set_threads(Threads::one());
+        let (contact, mut solver) = Contact::new(&params, map.surface, rms_slope, threads)?;
+        solver.set_threads(Threads::one());
         Ok(Pressing {
-            block,
+            contact,
+            solver,
+            loads: Vec::new(),
             cores,
             row: Table::row(&row),
             keeps_fields: true,
@@ -159,40 +164,43 @@ impl Pressing {
         Pressing { keeps_fields: false, ..self }
     }
 
-    /// Solves the contact under the next load. Returns `None` after the last load, or if the
-    /// previous load has led to full contact.
+    /// Solves the contact under the next load. Returns `None` after the last load.
     ///
     /// # Errors
     /// Returns an error if `interrupted` returned true. The call can then be repeated.
     pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Option<Outcome>, StageError> {
-        let outcome = self.on_threads(|block| block.press(&interrupted))?;
-        if outcome.is_some() && self.keeps_fields {
-            let pressure = self.block.solver().pressure().iter().copied();
+        let Some(&load) = self.contact.loads().get(self.count()) else { return Ok(None) };
+        let solved =
+            self.on_threads(|contact, solver| contact.solve(solver, load, &interrupted))?;
+        if self.keeps_fields {
+            let pressure = self.solver.pressure().iter().copied();
             self.pressures.push(pressure.filter(|p| *p > 0.0).collect());
         }
-        Ok(outcome)
+        let outcome = solved.outcome;
+        self.loads.push(solved);
+        Ok(Some(outcome))
     }
 
     /// Returns the number of finished loads.
     pub fn count(&self) -> usize {
-        self.block.count()
+        self.loads.len()
     }
 
     /// Returns the mesh of the surface.
     pub fn grid(&self) -> Grid {
-        self.block.grid()
+        self.contact.grid()
     }
 
     /// Returns a table with a row for each finished load: the table of a `solve` stage without the
     /// parameter columns of the surface.
-    pub fn table(&mut self) -> Table {
-        self.block.table(&self.row)
+    pub fn table(&self) -> Table {
+        self.contact.table(&self.row, self.loads.clone())
     }
 
     /// Returns the contact map under the load with index `load`, row-major: true for nodes in
     /// contact. Returns `None` if the load is not finished.
     pub fn contact(&self, load: usize) -> Option<Vec<bool>> {
-        let bytes = self.block.contact(load)?;
+        let bytes = &self.loads.get(load)?.contact;
         let is_set = |node: usize| bytes[node / 8] >> (node % 8) & 1 == 1;
         Some((0..self.grid().count()).map(is_set).collect())
     }
@@ -200,7 +208,7 @@ impl Pressing {
     /// Returns the pressures under the load with index `load`, row-major. Returns `None` if the
     /// load is not finished or its pressures were not kept.
     pub fn pressure(&self, load: usize) -> Option<Vec<f64>> {
-        let unit = self.block.scales().pressure();
+        let unit = self.contact.scales().pressure();
         let mut pressure = self.reduced_pressure(load)?;
         pressure.iter_mut().for_each(|p| *p *= unit);
         Some(pressure)
@@ -212,7 +220,7 @@ impl Pressing {
     /// Returns `None` if the load is not finished or its pressures were not kept.
     pub fn displacement(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
-        let displacement = self.on_threads(|block| block.solver().displacement_under(&pressure));
+        let displacement = self.on_threads(|_, solver| solver.displacement_under(&pressure));
         Some(self.in_length(displacement))
     }
 
@@ -222,17 +230,17 @@ impl Pressing {
     /// Returns `None` if the load is not finished or its pressures were not kept.
     pub fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
-        let gap = self.on_threads(|block| block.solver().gap_under(&pressure));
+        let gap = self.on_threads(|_, solver| solver.gap_under(&pressure));
         Some(self.in_length(gap))
     }
 
     /// Runs `work` on all cores. The threads end before the method returns, so that the process can
     /// be forked between calls.
-    fn on_threads<T>(&mut self, work: impl FnOnce(&mut Block) -> T) -> T {
+    fn on_threads<T>(&mut self, work: impl FnOnce(&Contact, &mut Solver) -> T) -> T {
         let nodes = self.grid().count();
-        self.block.set_threads(Threads::for_mesh(self.cores, nodes));
-        let done = work(&mut self.block);
-        self.block.set_threads(Threads::one());
+        self.solver.set_threads(Threads::for_mesh(self.cores, nodes));
+        let done = work(&self.contact, &mut self.solver);
+        self.solver.set_threads(Threads::one());
         done
     }
 
@@ -247,7 +255,7 @@ impl Pressing {
     }
 
     fn in_length(&self, mut reduced: Vec<f64>) -> Vec<f64> {
-        let unit = self.block.scales().length();
+        let unit = self.contact.scales().length();
         reduced.iter_mut().for_each(|value| *value *= unit);
         reduced
     }
@@ -285,23 +293,23 @@ fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     }
 }
 
-/// Returns the parameters of the single block of loads that these keys of a `solve` stage describe.
-/// They do not depend on the surface.
-fn block(keys: &Keys) -> Result<solve::Params, KeyErrors> {
+/// Returns the parameters of the loads that these keys of a `solve` stage describe. They do not
+/// depend on the surface.
+fn loads(keys: &Keys) -> Result<solve::Params, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
     let study =
         study([("surface", stage("generate", &placeholder_surface())), ("contact", contact)])?;
     match study.stages[1].work.recipes() {
         // `Pressing` solves for pressures of nodes and knows no asperity models.
-        [Recipe::Solve(block)] if block.asperities.is_some() => {
+        [Recipe::Solve(params)] if params.asperities.is_some() => {
             Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]))
         }
-        [Recipe::Solve(block)] if block.flow => {
+        [Recipe::Solve(params)] if params.flow => {
             Err(KeyErrors(vec![only_in_manifests("flow = true")]))
         }
-        [Recipe::Solve(block)] => Ok(block.as_ref().clone()),
-        several => Err(expected_one(several.len(), "blocks of loads")),
+        [Recipe::Solve(params)] => Ok(params.as_ref().clone()),
+        several => Err(expected_one(several.len(), "parameter points")),
     }
 }
 
@@ -409,7 +417,7 @@ mod tests {
         let keys = table("nodes = 64\nhurst = 1.7\nk_lower = 2\nk_upper = 16");
         let message = surface(&keys).unwrap_err().to_string();
         assert!(message.contains("`hurst`") && message.contains("1.7"), "{message}");
-        let message = block(&table("loads = [0.2, 0.1]")).unwrap_err().to_string();
+        let message = loads(&table("loads = [0.2, 0.1]")).unwrap_err().to_string();
         assert!(message.contains("ascend"), "{message}");
     }
 
@@ -423,13 +431,13 @@ mod tests {
     #[test]
     fn asperities_are_not_pressed_as_if_every_node_were_solved() {
         let keys = table("loads = [0.1]\nmethod = \"asperities\"");
-        let message = block(&keys).unwrap_err().to_string();
+        let message = loads(&keys).unwrap_err().to_string();
         assert!(message.contains("`method = \"asperities\"`"), "{message}");
     }
 
     #[test]
     fn a_hardness_in_either_unit_is_held_against_no_slope() {
         let keys = table("loads = [0.1]\nhardness = 1e-9");
-        assert!(block(&keys).unwrap().hardness.is_some());
+        assert!(loads(&keys).unwrap().hardness.is_some());
     }
 }

@@ -5,10 +5,12 @@
 //! roughly.
 
 pub mod memory;
+pub mod remaining;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
+use self::remaining::Remaining;
 use crate::plan::{Plan, Task};
 use asperity_contact::solver::cost;
 use asperity_stages::{Effort, Extent};
@@ -19,22 +21,40 @@ use asperity_tables::table::{Table, TableError};
 #[derive(Debug, Default)]
 pub struct CostModel {
     seconds_per_pair: RefCell<BTreeMap<[usize; 2], f64>>,
+    /// Rows that remain of tasks that are stored in part.
+    remaining: Remaining,
 }
 
 impl CostModel {
     /// Creates a model from the measured core-seconds of a pair of transforms, by mesh.
     pub fn measured(seconds_per_pair: BTreeMap<[usize; 2], f64>) -> CostModel {
-        CostModel { seconds_per_pair: RefCell::new(seconds_per_pair) }
+        CostModel { seconds_per_pair: RefCell::new(seconds_per_pair), ..CostModel::default() }
     }
 
-    /// Estimates the core-seconds of a task.
-    pub fn seconds(&self, task: &Task) -> f64 {
-        self.seconds_on(task, task.nodes)
+    /// Limits the cost of tasks to the rows that remain of them.
+    pub fn for_remaining(self, remaining: Remaining) -> CostModel {
+        CostModel { remaining, ..self }
     }
 
-    /// Estimates the core-seconds that a task would take on a mesh of `nodes`.
+    /// Returns the rows that remain of tasks.
+    pub fn remaining(&self) -> &Remaining {
+        &self.remaining
+    }
+
+    /// Estimates the core-seconds of what remains of a task.
+    pub fn seconds(&self, plan: &Plan, task: usize) -> f64 {
+        let planned = &plan.tasks[task];
+        let remaining = self.remaining.effort(plan, task, extent(planned, planned.nodes));
+        let effort = remaining.unwrap_or_else(|| effort(planned, planned.nodes));
+        self.in_seconds(effort, planned.nodes)
+    }
+
+    /// Estimates the core-seconds that a whole task would take on a mesh of `nodes`.
     pub fn seconds_on(&self, task: &Task, nodes: [usize; 2]) -> f64 {
-        let effort = effort(task, nodes);
+        self.in_seconds(effort(task, nodes), nodes)
+    }
+
+    fn in_seconds(&self, effort: Effort, nodes: [usize; 2]) -> f64 {
         let in_pairs = match effort.pairs {
             0.0 => 0.0,
             pairs => pairs * self.seconds_per_pair(nodes),
@@ -44,7 +64,7 @@ impl CostModel {
 
     /// Estimates the core-seconds of several tasks of a plan in total.
     pub fn seconds_of(&self, plan: &Plan, tasks: &[usize]) -> f64 {
-        let seconds = tasks.iter().map(|&task| self.seconds(&plan.tasks[task]));
+        let seconds = tasks.iter().map(|&task| self.seconds(plan, task));
         // Not `sum`, which returns −0.0 for an empty iterator.
         seconds.fold(0.0, |sum, seconds| sum + seconds)
     }
@@ -61,8 +81,12 @@ pub fn expected_pairs(task: &Task) -> f64 {
     effort(task, task.nodes).pairs
 }
 
+fn extent(task: &Task, nodes: [usize; 2]) -> Extent {
+    Extent { nodes, rows: task.rows, tables: task.inputs.len() }
+}
+
 fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
-    let extent = Extent { nodes, rows: task.rows, tables: task.inputs.len() };
+    let extent = extent(task, nodes);
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 
@@ -102,9 +126,9 @@ pub fn worklist(
             tasks.len(),
             vec![
                 (STAGE, texts(tasks.clone().map(|_| stage))),
-                (TASK, texts(tasks.clone().map(|&task| plan.tasks[task].key.to_string()))),
+                (TASK, texts(tasks.clone().map(|&task| plan.tasks[task].table.key.to_string()))),
                 (STATE, texts(tasks.clone().map(state))),
-                (CORE_SECONDS, reals(tasks.clone().map(|&task| cost.seconds(&plan.tasks[task])))),
+                (CORE_SECONDS, reals(tasks.clone().map(|&task| cost.seconds(plan, task)))),
             ],
         );
         let coordinates = tasks.map(|&task| plan.coordinates(task));

@@ -1,8 +1,13 @@
 //! The plan of a study: the list of its tasks, made without reading any file.
 //!
-//! A task computes one table, such as one surface or one block of loads. The key of the task
-//! identifies the table and depends on everything that decides its content. More surfaces, another
-//! block or another cutoff add tasks and leave the keys of the other tasks unchanged.
+//! A task computes one table, such as one surface or the contact of a surface under its loads. The
+//! key of a task depends on everything that decides the content of its table. More surfaces or
+//! another cutoff add tasks and leave the keys of the other tasks unchanged.
+//!
+//! The rows of some tables do not depend on each other, such as the rows of loads. The store keeps
+//! such rows as a [series](asperity_tables::store::series) under a key of their own, which does not
+//! depend on the values of the rows. Further loads change the keys of the tasks, but not the keys
+//! of the series, so only the new rows are computed.
 
 pub mod reasons;
 
@@ -12,8 +17,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
-use asperity_stages::{InputScope, Recipe, Work};
+use asperity_stages::{InputScope, Recipe, Series, Work};
 use asperity_tables::store::key::{Digest, Provenance, TaskKey};
+use asperity_tables::store::series::TableRef;
 use asperity_tables::table::{Table, TableError};
 
 pub use asperity_stages::Kind;
@@ -43,7 +49,7 @@ pub use asperity_stages::Kind;
 /// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);
 /// assert_eq!([few.tasks.len(), more.tasks.len()], [1, 2]);
 /// // The task of the smaller study keeps its key, so that its finished table is reused.
-/// assert!(more.task_of(few.tasks[0].key).is_some());
+/// assert!(more.keys().contains(&few.tasks[0].key));
 /// # Ok::<(), asperity_pipeline::study::ManifestErrors>(())
 /// ```
 #[derive(Debug)]
@@ -57,19 +63,59 @@ pub struct Plan {
 
 #[derive(Debug)]
 pub struct Task {
-    /// Key of the task's table in the store.
+    /// Key of the task: a hash of everything that decides its table.
     pub key: TaskKey,
+    /// Table of the task in the store: a whole table under the key of the task, or rows of a series
+    /// under the key of the series. Users know tasks by the key of their table.
+    pub table: TableRef,
     /// Stage parameters that decide the table.
     pub recipe: Recipe,
     /// Indices of the tasks whose tables this task reads, in order.
     pub inputs: Vec<usize>,
-    /// Key of the task without the parameters that later stages do not read; see [`TaskKey::new`].
-    /// The keys of tasks that read this task depend on it.
+    /// Key of the task without the parameters that later stages do not read and without parts; see
+    /// [`TaskKey::new`].
     identity: TaskKey,
     /// Numbers of nodes of the surface along x and y.
     pub nodes: [usize; 2],
     /// Number of rows per surface in the task's table, or in the tables that the task pools.
     pub rows: usize,
+}
+
+impl Task {
+    /// Returns the key on which the keys of the tasks that read this task depend. It covers the
+    /// values of the rows and those parts that `reader` reads.
+    fn identity_for(&self, reader: &Recipe) -> TaskKey {
+        self.with_parts_of(self.identity, reader)
+    }
+
+    /// Returns the key on which the key of a series depends whose rows are computed from single
+    /// rows of this task. It does not cover the values of the rows.
+    fn series_identity_for(&self, reader: &Recipe) -> TaskKey {
+        match self.table.series {
+            None => self.identity_for(reader),
+            Some(_) => self.with_parts_of(self.table.key, reader),
+        }
+    }
+
+    fn with_parts_of(&self, key: TaskKey, reader: &Recipe) -> TaskKey {
+        let parts = self.table.series.iter().flat_map(|series| &series.parts);
+        let read = parts.filter(|of| reader.reads_part(&of.part));
+        let names: Vec<&str> = read.map(|of| of.part.name.as_str()).collect();
+        if names.is_empty() {
+            return key;
+        }
+        TaskKey::new("parts", 1, Digest::from_params(&names), &[key])
+    }
+}
+
+/// Returns the rows of a recipe that reads the tasks `inputs`, and the recipe that they share, if
+/// the rows do not depend on each other.
+fn series(recipe: &Recipe, inputs: &[usize], tasks: &[Task]) -> Option<Series> {
+    let input = match inputs {
+        [input] => tasks[*input].table.series.as_deref(),
+        _ => None,
+    };
+    recipe.series(input)
 }
 
 /// A stage and the tasks whose tables form its table.
@@ -106,27 +152,44 @@ impl Plan {
         Plan { study: study.name.clone(), tasks: builder.tasks, stages: builder.stages }
     }
 
-    /// Returns the provenance of a task's table: stage, version, parameters and inputs.
+    /// Returns the provenance of a task's table: stage, version, parameters and inputs. The
+    /// parameters of a series lack the values of the rows.
     pub fn provenance(&self, task: usize) -> Provenance {
-        let Task { recipe, inputs, .. } = &self.tasks[task];
-        let inputs = || inputs.iter().map(|&input| &self.tasks[input]);
+        let Task { recipe, inputs, table, .. } = &self.tasks[task];
+        let series = self.series(task);
+        let shared = series.as_ref().map_or(recipe, |series| &series.recipe);
+        let identity = |&input: &usize| match table.series {
+            None => self.tasks[input].identity_for(recipe),
+            Some(_) => self.tasks[input].series_identity_for(recipe),
+        };
         Provenance {
             stage: recipe.kind().name().to_owned(),
             version: recipe.kind().version(),
-            recipe: serde_json::to_string(recipe).expect("parameters are plain data"),
-            inputs: inputs().map(|input| input.key).collect(),
-            input_identities: inputs().map(|input| input.identity).collect(),
+            recipe: serde_json::to_string(shared).expect("parameters are plain data"),
+            inputs: inputs.iter().map(|&input| self.tasks[input].table.key).collect(),
+            input_identities: inputs.iter().map(identity).collect(),
         }
+    }
+
+    /// Returns the rows of a task and the recipe that they share, if they do not depend on each
+    /// other.
+    fn series(&self, task: usize) -> Option<Series> {
+        let Task { recipe, inputs, .. } = &self.tasks[task];
+        series(recipe, inputs, &self.tasks)
     }
 
     pub fn keys(&self) -> HashSet<TaskKey> {
         self.tasks.iter().map(|task| task.key).collect()
     }
 
-    /// Returns the keys of a stage's tasks, in the order of the tasks.
-    pub fn keys_of(&self, stage: &PlannedStage) -> Vec<TaskKey> {
-        let keys = stage.tasks.iter().map(|&task| self.tasks[task].key);
-        keys.collect()
+    /// Returns the keys of the tables of all tasks.
+    pub fn table_keys(&self) -> HashSet<TaskKey> {
+        self.tasks.iter().map(|task| task.table.key).collect()
+    }
+
+    /// Returns the tables of a stage's tasks, in the order of the tasks.
+    pub fn tables_of(&self, stage: &PlannedStage) -> Vec<&TableRef> {
+        stage.tasks.iter().map(|&task| &self.tasks[task].table).collect()
     }
 
     /// Returns whether `study` is the study of this plan, and `table` is one of its stages or the
@@ -136,9 +199,9 @@ impl Plan {
         self.study == study && (table == names::FAILURES || names.any(|name| name == table))
     }
 
-    /// Returns the index of the task with the given key.
+    /// Returns the index of the first task whose table has the given key.
     pub fn task_of(&self, key: TaskKey) -> Option<usize> {
-        self.tasks.iter().position(|task| task.key == key)
+        self.tasks.iter().position(|task| task.table.key == key)
     }
 
     /// Returns the first stage that contains a task.
@@ -254,7 +317,8 @@ impl Builder {
     }
 
     fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
-        let read: Vec<TaskKey> = inputs.iter().map(|&i| self.tasks[i].identity).collect();
+        let read = inputs.iter().map(|&input| self.tasks[input].identity_for(&recipe));
+        let read: Vec<TaskKey> = read.collect();
         let (stage, version) = (recipe.kind().name(), recipe.kind().version());
         let key = TaskKey::new(stage, version, digests.whole, &read);
         if let Some(&task) = self.known.get(&key) {
@@ -265,8 +329,19 @@ impl Builder {
         let nodes = recipe.mesh();
         let nodes = nodes.unwrap_or_else(|| first.map_or([0; 2], |first| first.nodes));
         let rows = recipe.rows(first.map_or(0, |first| first.rows));
+        let table = match series(&recipe, &inputs, &self.tasks) {
+            None => key.into(),
+            Some(Series { recipe: shared, rows }) => {
+                let inputs = inputs.iter();
+                let read = inputs.map(|&input| self.tasks[input].series_identity_for(&recipe));
+                let read: Vec<TaskKey> = read.collect();
+                let key = TaskKey::new(stage, version, Digest::from_params(&shared), &read);
+                TableRef { key, series: Some(rows.into()) }
+            }
+        };
         self.tasks.push(Task {
             key,
+            table,
             nodes,
             rows,
             identity: TaskKey::new(stage, version, digests.identity, &read),

@@ -137,7 +137,7 @@ impl StudyResults {
         let description = described(&self.empty_tables, &self.study, &stage.name)?;
         let path = path(&self.folder, &plan.study, &stage.name);
         let mut published = TableSource::open(&path);
-        let stored = stage.tasks_where(&reader.store().have(&plan.keys_of(stage)));
+        let stored = stage.tasks_where(&reader.store().have(&plan.tables_of(stage)));
         let rows = |tasks, table, digest, is_published| StageRows {
             stage: stage.name.clone(),
             path: path.clone(),
@@ -158,9 +158,9 @@ impl StudyResults {
         }
         let mut parts = TableParts::within(usize::MAX);
         for &task in &stage.tasks {
-            let key = plan.tasks[task].key;
-            let published = reader.published_table(&stage.name, key);
-            match published.map_or_else(|| reader.light(key), Ok) {
+            let table = &plan.tasks[task].table;
+            let published = reader.published_table(&stage.name, table);
+            match published.map_or_else(|| reader.light(table), Ok) {
                 Err(StoreError::Read { source, .. })
                     if source.kind() == std::io::ErrorKind::NotFound => {}
                 read => parts.add(task, read)?,

@@ -7,6 +7,8 @@
 //! quarantined and recomputed.
 
 mod queue;
+pub mod rows;
+
 use std::collections::{BTreeSet, HashMap};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -15,7 +17,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bytesize::ByteSize;
-use queue::{MemoryBudget, Ready, ReadyTasks};
+use queue::{BusySeries, MemoryBudget, Ready, ReadyTasks};
+use rows::{NoRows, RowWriter};
 
 use crate::forecast::memory;
 use crate::plan::{Plan, Task};
@@ -24,13 +27,13 @@ use asperity_contact::threads::Threads;
 use asperity_manifest::diagnostics::words_of_panic;
 use asperity_stages::fit::status;
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{Context, Input, StageError};
+use asperity_stages::{Context, FinishedRows, Input, Recipe, StageError};
 use asperity_tables::parallel;
 use asperity_tables::parquet::Columns;
-use asperity_tables::store::checkpoints::StoredCheckpoints;
 use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::series::TableRef;
 use asperity_tables::store::{Store, StoreError};
-use asperity_tables::table::TableError;
+use asperity_tables::table::{Table, TableError};
 
 /// Observer of task progress.
 pub trait TaskObserver: Sync {
@@ -43,20 +46,20 @@ pub trait TaskObserver: Sync {
     fn finished(&self, task: usize, helped: Duration);
 }
 
-/// Returns the tasks whose tables the store lacks.
+/// Returns the tasks whose tables, or rows of them, the store lacks.
 pub fn missing(plan: &Plan, store: &Store) -> Vec<usize> {
-    let keys: Vec<TaskKey> = plan.tasks.iter().map(|task| task.key).collect();
-    let have = store.have(&keys).into_iter().enumerate();
+    let tables: Vec<&TableRef> = plan.tasks.iter().map(|task| &task.table).collect();
+    let have = store.have(&tables).into_iter().enumerate();
     have.filter_map(|(task, is_there)| (!is_there).then_some(task)).collect()
 }
 
-/// Returns `task` and all tasks without a table that it depends on, directly or indirectly.
-pub fn with_missing_inputs(plan: &Plan, task: usize, store: &Store) -> Vec<usize> {
-    let mut wanted = BTreeSet::from([task]);
-    let mut next = vec![task];
+/// Returns `tasks` and all tasks without a table that they depend on, directly or indirectly.
+pub fn with_missing_inputs(plan: &Plan, tasks: &[usize], store: &Store) -> Vec<usize> {
+    let mut wanted: BTreeSet<usize> = tasks.iter().copied().collect();
+    let mut next = tasks.to_vec();
     while let Some(task) = next.pop() {
         for &input in &plan.tasks[task].inputs {
-            if !store.has(plan.tasks[input].key) && wanted.insert(input) {
+            if !store.has(&plan.tasks[input].table) && wanted.insert(input) {
                 next.push(input);
             }
         }
@@ -71,8 +74,8 @@ pub struct Resources {
     pub cores: NonZeroUsize,
     /// Memory that the running tasks may take together.
     pub room: ByteSize,
-    /// Interval at which a long task saves a checkpoint.
-    pub checkpoint_every: Duration,
+    /// Interval at which a long task stores its finished rows.
+    pub store_rows_every: Duration,
 }
 
 /// Computes the tasks `missing`. Stops early if `interrupted` is set. If the system refuses to
@@ -102,6 +105,9 @@ pub fn run(
 /// Minimum number of inputs for which one published table is read instead of many stored tables.
 const MANY_INPUTS: usize = 8;
 
+/// Maximum number of damaged files of one table that are recomputed before the run gives up.
+const MAX_DAMAGED: usize = 8;
+
 struct Run<'a> {
     plan: &'a Plan,
     stages: Vec<&'a str>,
@@ -110,10 +116,12 @@ struct Run<'a> {
     observer: &'a dyn TaskObserver,
     interrupted: &'a AtomicBool,
     threads: Threads,
-    checkpoint_every: Duration,
+    store_rows_every: Duration,
     memory: ByteSize,
     ready: ReadyTasks,
     room: MemoryBudget,
+    /// Series of which a task is computing rows.
+    busy: BusySeries,
     dependents: Vec<Vec<usize>>,
     /// Number of missing inputs that each task waits for; `usize::MAX` for a task that is not part
     /// of this run.
@@ -132,7 +140,7 @@ impl<'a> Run<'a> {
         missing: &[usize],
         reader: &'a ResultReader,
         sources: &'a SurfaceFiles,
-        Resources { room, checkpoint_every, .. }: Resources,
+        Resources { room, store_rows_every, .. }: Resources,
         observer: &'a dyn TaskObserver,
         interrupted: &'a AtomicBool,
     ) -> Run<'a> {
@@ -153,10 +161,11 @@ impl<'a> Run<'a> {
             sources,
             observer,
             interrupted,
-            checkpoint_every,
+            store_rows_every,
             memory: room,
             ready: ReadyTasks::default(),
             room: MemoryBudget::new(room.0, sizes),
+            busy: BusySeries::default(),
             dependents: plan.dependents(),
             waits_for: waits_for.collect(),
             has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
@@ -167,16 +176,22 @@ impl<'a> Run<'a> {
     }
 
     /// Computes ready tasks until none is left. A task that does not fit into memory is postponed
-    /// until another task has released memory.
+    /// until another task has released memory, and a task that adds rows to a series until no other
+    /// task does.
     fn work(&self) {
         while let Some((next, _at_work)) = self.ready.next() {
+            let series = |task: usize| self.plan.tasks[task].table.key;
             let task = match next {
+                Ready::Waiting(task) if !self.busy.enter(series(task), task) => continue,
                 Ready::Waiting(task) if !self.room.enter(task) => continue,
                 Ready::Waiting(task) | Ready::Admitted(task) => task,
             };
             self.attempt(task);
             for next in self.room.leave(task) {
                 self.ready.push(Ready::Admitted(next));
+            }
+            for next in self.busy.leave(series(task)) {
+                self.ready.push(Ready::Waiting(next));
             }
         }
     }
@@ -208,19 +223,47 @@ impl<'a> Run<'a> {
     }
 
     fn compute(&self, task: usize, threads: &Threads) -> Result<(), TaskError> {
-        let Task { recipe, inputs, .. } = &self.plan.tasks[task];
         let size = memory::of_task(self.plan, task, self.threads.count());
         if !memory::is_available(size) {
             let takes = size.display().si().to_string();
             return Err(TaskError::Memory { takes });
         }
+        let (store, planned) = (self.reader.store(), &self.plan.tasks[task]);
+        let Some(series) = planned.table.series.as_deref() else {
+            let inputs = self.inputs(task, None, threads)?;
+            let table = self.run(task, &planned.recipe, &inputs, &NoRows, None, threads)?;
+            store.publish(&self.plan.provenance(task), &table)?;
+            return Ok(());
+        };
+        for group in rows::to_compute(planned, series, store)? {
+            let inputs = self.inputs(task, Some(&group.values), threads)?;
+            let every = self.store_rows_every;
+            let writer = RowWriter::new(store, self.plan, task, series.column, &group, every);
+            let (recipe, stored) = (group.recipe(&planned.recipe), group.stored(planned, store)?);
+            let table = self.run(task, &recipe, &inputs, &writer, stored.as_ref(), threads)?;
+            writer.write(&group.values, &table)?;
+        }
+        Ok(())
+    }
+
+    /// Reads the inputs of a task. If `rows` is given, reads only the rows with these values from
+    /// inputs whose rows are independent.
+    fn inputs(
+        &self,
+        task: usize,
+        rows: Option<&[f64]>,
+        threads: &Threads,
+    ) -> Result<Vec<Input<'_>>, TaskError> {
+        let Task { recipe, inputs, .. } = &self.plan.tasks[task];
         let columns = recipe.columns_read();
         let many = inputs.len() >= MANY_INPUTS && columns == Columns::Light;
         let mut held = 0.0;
         let read = inputs.iter().enumerate().map(|(index, &input)| {
-            let mut read = match many.then(|| self.published(input)).flatten() {
+            let table = self.plan.tasks[input].table.with_parts(|part| recipe.reads_part(part));
+            let table = rows.map_or(table.clone(), |rows| table.restricted(rows));
+            let mut read = match many.then(|| self.published(input, &table)).flatten() {
                 Some(table) => table,
-                None => self.read(input, columns, threads)?,
+                None => self.read(input, &table, columns, threads)?,
             };
             if columns == Columns::Light {
                 read.table = recipe.needed(read.table);
@@ -235,50 +278,63 @@ impl<'a> Run<'a> {
             }
             Ok(read)
         });
-        let inputs = read.collect::<Result<Vec<_>, TaskError>>()?;
-        let (store, key) = (self.reader.store(), self.plan.tasks[task].key);
-        let checkpoints = StoredCheckpoints::new(store, key, self.checkpoint_every);
+        read.collect()
+    }
+
+    /// Runs a recipe and checks its table.
+    fn run(
+        &self,
+        task: usize,
+        recipe: &Recipe,
+        inputs: &[Input],
+        finished: &dyn FinishedRows,
+        stored: Option<&Table>,
+        threads: &Threads,
+    ) -> Result<Table, TaskError> {
         let context = Context {
             sources: self.sources,
             memory: self.memory,
             threads,
-            checkpoints: &checkpoints,
+            finished,
+            stored,
+            reserve: &|bytes| self.room.reserve(task, bytes),
             interrupted: &|| self.is_stopped(),
             advance: &|share| self.observer.advanced(task, share),
         };
-        let table = recipe.run(&inputs, &context)?;
+        let table = recipe.run(inputs, &context)?;
         table
             .check_finite()
             .map_err(|found| TaskError::NotFinite { found, is_query: recipe.query().is_some() })?;
-        store.publish(&self.plan.provenance(task), &table)?;
-        checkpoints.remove();
-        Ok(())
+        Ok(table)
     }
 
     /// Returns the table of a task from the published table of its stage, or `None` if the
-    /// published table lacks the task.
-    fn published(&self, task: usize) -> Option<Input<'_>> {
-        let Task { key, recipe, .. } = &self.plan.tasks[task];
-        let table = self.reader.published_table(self.stages[task], *key)?;
-        Some(Input { recipe, table })
+    /// published table lacks rows of it.
+    fn published(&self, task: usize, table: &TableRef) -> Option<Input<'_>> {
+        let table = self.reader.published_table(self.stages[task], table)?;
+        Some(Input { recipe: &self.plan.tasks[task].recipe, table })
     }
 
     fn read(
         &self,
         task: usize,
+        table: &TableRef,
         columns: Columns,
         threads: &Threads,
     ) -> Result<Input<'_>, TaskError> {
-        let Task { key, recipe, .. } = &self.plan.tasks[task];
         let store = self.reader.store();
-        let table = match store.read(*key, columns) {
-            Err(cause) if cause.is_recomputable() => {
-                self.recompute(task, cause, threads)?;
-                store.read(*key, columns)?
+        let mut read = store.read(table, columns);
+        // Each time, one damaged file is quarantined.
+        for _ in 0..MAX_DAMAGED {
+            match read {
+                Err(cause) if cause.is_recomputable() => {
+                    self.recompute(task, cause, threads)?;
+                    read = store.read(table, columns);
+                }
+                _ => break,
             }
-            read => read?,
-        };
-        Ok(Input { recipe, table: status::with_codes(table) })
+        }
+        Ok(Input { recipe: &self.plan.tasks[task].recipe, table: status::with_codes(read?) })
     }
 
     /// Recomputes a table that existed when the run started but is damaged. Two tasks that read the
@@ -289,7 +345,7 @@ impl<'a> Run<'a> {
         cause: StoreError,
         threads: &Threads,
     ) -> Result<(), TaskError> {
-        if let Some(damage) = Damage::quarantine(self.plan, task, self.reader.store(), cause)? {
+        if let Some(damage) = Damage::quarantine(task, self.reader.store(), cause)? {
             self.outcome_mut(|outcome| outcome.damaged.push(damage));
         }
         match self.compute(task, threads) {
@@ -300,7 +356,7 @@ impl<'a> Run<'a> {
             Err(TaskError::Stage(StageError::Interrupted)) => Err(StageError::Interrupted.into()),
             Err(error) => {
                 self.fail(task, error);
-                Err(TaskError::Upstream(self.plan.tasks[task].key))
+                Err(TaskError::Upstream(self.plan.tasks[task].table.key))
             }
         }
     }
@@ -320,7 +376,7 @@ impl<'a> Run<'a> {
         }
         let root = match &error {
             TaskError::Upstream(root) => *root,
-            _ => self.plan.tasks[task].key,
+            _ => self.plan.tasks[task].table.key,
         };
         self.outcome_mut(|outcome| {
             let mut failures = vec![(task, error)];
@@ -401,15 +457,15 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Quarantines the damaged file of a task. Returns `None` if another process has already done
-    /// so.
+    /// Quarantines the damaged file of a task. Returns `None` if the file is missing or another
+    /// process has already replaced it.
     pub fn quarantine(
-        plan: &Plan,
         task: usize,
         store: &Store,
         cause: StoreError,
     ) -> Result<Option<Damage>, StoreError> {
-        let quarantined = store.quarantine(plan.tasks[task].key)?;
+        let StoreError::Damaged { path, .. } = &cause else { return Ok(None) };
+        let quarantined = store.quarantine(path)?;
         Ok(quarantined.map(|quarantined| Damage { task, cause, quarantined }))
     }
 }
@@ -495,7 +551,7 @@ loads = [0.1]
         let means = Resources {
             cores: NonZeroUsize::new(2).unwrap(),
             room: ByteSize(u64::MAX),
-            checkpoint_every: Duration::MAX,
+            store_rows_every: Duration::MAX,
         };
         let missing = missing(&plan, &store);
         let stopped = AtomicBool::new(false);

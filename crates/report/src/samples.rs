@@ -57,11 +57,11 @@ impl Sample<'_> {
 
     /// Returns the stored heights, or `None` if the store does not have them.
     pub fn kept(&self, finished: &FinishedStages) -> Result<Option<Surface>, StageError> {
-        let (store, key) = (finished.archive.store(), finished.plan.tasks[self.task].key);
-        if self.params.heights != Heights::Keep || !store.has(key) {
+        let (store, table) = (finished.archive.store(), &finished.plan.tasks[self.task].table);
+        if self.params.heights != Heights::Keep || !store.has(table) {
             return Ok(None);
         }
-        let table = store.read(key, Columns::All).map_err(StageError::Store)?;
+        let table = store.read(table, Columns::All).map_err(StageError::Store)?;
         let sources = finished.sources;
         self.params.surface(&table, sources, &Threads::one()).map(Some)
     }
@@ -82,7 +82,7 @@ impl Sample<'_> {
             }
             Origin::Spectrum { .. } if self.params.origin.reads_stage() => {
                 let store = finished.archive.store();
-                let table = store.read(finished.plan.tasks[self.task].key, Columns::All);
+                let table = store.read(&finished.plan.tasks[self.task].table, Columns::All);
                 let table = table.map_err(StageError::Store)?;
                 self.params.surface(&table, finished.sources, &Threads::one())
             }
@@ -103,8 +103,8 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
         _ => None,
     });
     let surfaces: Vec<_> = surfaces.collect();
-    let keys = surfaces.iter().map(|(task, _)| plan.tasks[*task].key);
-    let have = archive.have(&keys.collect::<Vec<_>>());
+    let tables = surfaces.iter().map(|(task, _)| &plan.tasks[*task].table);
+    let have = archive.have(&tables.collect::<Vec<_>>());
     let mut seen: Vec<ensemble::ParameterPoint> = Vec::new();
     let mut first = Vec::new();
     for ((task, params), _) in surfaces.into_iter().zip(have).filter(|(_, is_there)| *is_there) {
@@ -121,7 +121,7 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
     };
     let samples = (0..shown).map(|index| {
         let (task, params) = first[spread(index)];
-        let table = archive.light(plan.tasks[task].key)?;
+        let table = archive.light(&plan.tasks[task].table)?;
         Ok(Sample { task, params, point: ensembles::point(&table, 0) })
     });
     samples.collect()

@@ -5,8 +5,8 @@
 //! the load identifies the state of a surface. A manifest gives loads either in units of E* × rms
 //! slope or in pascals. The column in the unit of the manifest identifies loads; the column in the
 //! other unit is derived for each surface. Loads that differ only by rounding are equal. If two
-//! blocks of loads or two stages give rows for the same surface at the same load, only the first
-//! row counts. The others are listed in [`Ensemble::repeated`].
+//! stages give rows for the same surface at the same load, only the first row counts. The others are
+//! listed in [`Ensemble::repeated`].
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -235,8 +235,8 @@ impl Ensemble {
 
     /// Returns the rows of all surfaces at a load, or `None` if a surface has no row at this load.
     ///
-    /// A surface has no rows beyond its first load in full contact. A mean over the remaining
-    /// surfaces would be biased low, because the surfaces that reach full contact first drop out.
+    /// A surface can lack a row because the load failed or was not requested for it. A mean over the
+    /// remaining surfaces would belong to another ensemble.
     pub fn complete(&self, load: usize) -> Option<Vec<usize>> {
         self.rows.iter().map(|states| states[load]).collect()
     }
@@ -252,7 +252,7 @@ impl Ensemble {
 }
 
 /// Removes rows that repeat the surface and load of an earlier row. Such rows occur if two stages
-/// share rows or two blocks of loads share a load.
+/// share rows.
 ///
 /// Loads that differ by rounding become equal. A table whose rows do not describe single surfaces
 /// is returned unchanged.

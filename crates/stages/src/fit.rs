@@ -274,8 +274,8 @@ impl CurvesOfPoint {
     }
 }
 
-/// Returns the curves at the loads at which all surfaces have a row. A surface has no rows beyond
-/// its first load in full contact, and a mean over the remaining surfaces would be biased.
+/// Returns the curves at the loads at which all surfaces have a row. A mean over some surfaces
+/// would belong to another ensemble.
 fn curves(ensemble: &Ensemble, values: &Float64Array) -> Result<Curves, FitError> {
     let complete = ensemble.loads.iter().enumerate();
     let complete =

@@ -7,7 +7,7 @@
 //! | module | content |
 //! |---|---|
 //! | [`generate`] | draws random surfaces, creates shapes, reads measured surfaces |
-//! | [`solve`] | solves the contact of surfaces under blocks of loads |
+//! | [`solve`] | solves the contact of surfaces under loads |
 //! | [`measure`] | measures contact maps and surfaces |
 //! | [`correct`] | corrects contact areas for the mesh |
 //! | [`fit`] | fits laws to single parameter points, and limits of observables to all points |
@@ -48,8 +48,8 @@ use asperity_tables::column::Column;
 
 pub use form::CheckContext;
 pub use stage::{
-    Context, Definition, Effort, Extent, Footprint, Input, InputScope, Reads, Stage, StageError,
-    Work, beside_coordinates, stacked,
+    Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope, Reads, Series,
+    Stage, StageError, Work, beside_coordinates, stacked,
 };
 
 /// Kind of a stage, as given by `kind =` in a manifest.
@@ -176,11 +176,12 @@ impl RowKind {
 pub enum Recipe {
     /// Parameters for drawing or reading one surface.
     Generate(generate::Params),
-    /// Parameters for solving the contact of one surface under one block of loads.
+    /// Parameters for solving the contact of one surface under loads.
     Solve(Arc<solve::Params>),
-    /// Parameters for measuring one solved block, one surface, or all surfaces of a point.
+    /// Parameters for measuring one surface under its loads, one surface, or all surfaces of a
+    /// point.
     Measure(measure::Params),
-    /// Parameters for correcting the areas of one measured block.
+    /// Parameters for correcting the areas of one surface under its loads.
     Correct(Arc<correct::Params>),
     /// Parameters for fitting one parameter point, or all points together.
     Fit(Arc<fit::Params>),

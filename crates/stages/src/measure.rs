@@ -18,13 +18,14 @@ use super::columns::*;
 use super::stage::range;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
-    RowKind, Stage, StageError, beside_coordinates, generate, grids, stacked,
+    RowKind, Series, Stage, StageError, beside_coordinates, generate, grids, stacked,
 };
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::height_distribution::{Histogram, HistogramPool};
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;
+use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
 use contacts::OptionalColumns;
@@ -169,6 +170,40 @@ impl Stage for Params {
             | Params::Heights { .. }
             | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
+        }
+    }
+
+    /// Returns the rows of the input: every load is measured by itself, except for the stiffness,
+    /// which is a difference between loads.
+    fn series(&self, input: Option<&SeriesRows>) -> Option<Series> {
+        let is_by_load = matches!(
+            self,
+            Params::Contacts { stiffness: false } | Params::Distribution(_)
+        );
+        let input = input.filter(|_| is_by_load)?;
+        Some(Series {
+            recipe: Recipe::Measure(*self),
+            rows: SeriesRows {
+                column: input.column,
+                values: input.values.clone(),
+                parts: Vec::new(),
+            },
+        })
+    }
+
+    /// Returns the same recipe: its rows are those of its input.
+    fn restricted(&self, _: &[f64], _: &dyn Fn(&Part) -> bool) -> Option<Recipe> {
+        Some(Recipe::Measure(*self))
+    }
+
+    /// Returns true for the parts that the measurement copies or counts.
+    fn reads_part(&self, part: &Part) -> bool {
+        let reads = |column: Column| part.columns.contains(&column.name);
+        match self {
+            Params::Contacts { .. } => reads(FLOW_STOP),
+            Params::Distribution(Distribution::Pressures) => reads(PRESSURE_COUNTS),
+            Params::Distribution(Distribution::Gaps) => reads(GAP_COUNTS),
+            _ => false,
         }
     }
 

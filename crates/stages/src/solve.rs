@@ -1,44 +1,50 @@
-//! Stages that solve the contact of surfaces under blocks of loads.
+//! Stages that solve the contact of surfaces under loads.
+//!
+//! Each load is solved on its own: its row is a function of the surface, the load and the settings.
+//! The rows of a table are therefore a series, of which the store keeps single rows. Flow, stored
+//! pressures and counts in bins are parts of the rows, and can be added later.
 
-pub mod block;
+mod asperities;
+mod contact;
 pub mod keys;
 mod loads;
-mod maps;
-mod solved;
+mod parallel;
+mod parts;
+mod rows;
+#[cfg(test)]
+mod tests;
 pub mod units;
 
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-use self::block::Block;
-use self::solved::OptionalColumns;
+pub use self::contact::Contact;
+use self::rows::OptionalColumns;
+pub use self::rows::SolvedLoad;
 pub use self::units::{GivenHardness, PressureUnit};
 use crate::columns::*;
 use crate::stage::range;
 use crate::{
-    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
-    StageError, beside_coordinates,
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
+    Stage, StageError, beside_coordinates,
 };
 use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;
-use asperity_contact::flow;
 use asperity_contact::grid::Boundary;
-use asperity_contact::solver::{HalfSpace, Hardness, Settings, Watch, cost};
+use asperity_contact::solver::{HalfSpace, Hardness, Settings, cost};
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
+use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::{Table, TableError};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
-pub const VERSION: u32 = 16;
+pub const VERSION: u32 = 17;
 
 /// Definition of the kind of stage `solve`.
 pub const STAGE: Definition = Definition {
@@ -55,19 +61,21 @@ pub const STAGE: Definition = Definition {
             load_unit: PressureUnit::Relative,
             hardness: Some(PressureUnit::Absolute),
         };
-        [&solved::columns(all)[..], &heavy].concat()
+        [&rows::columns(all)[..], &heavy].concat()
     },
     summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
-/// Parameters of one block of loads. Within a block, each load starts from earlier solutions.
+/// Parameters of the loads on one surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
     /// Effective elastic modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
     /// Unit of `loads` and `pressures`.
     pub load_unit: PressureUnit,
-    /// Loads, positive and in ascending order. There is at least one.
+    /// Loads, positive and in ascending order. There is at least one, except in the recipe that
+    /// all loads share.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<f64>,
     /// Largest accepted gap in contact and penetration outside contact, in units of rms slope ×
     /// mesh step.
@@ -139,6 +147,15 @@ impl Params {
         setting
     }
 
+    /// Returns the column of the load in the unit of the manifest.
+    fn load_column(&self) -> Column {
+        let [reduced, absolute] = self.load_unit.load_columns();
+        match self.load_unit {
+            PressureUnit::Relative => reduced,
+            PressureUnit::Absolute => absolute,
+        }
+    }
+
     fn keeps_pressures_at(&self, load: f64) -> bool {
         match &self.pressures {
             Pressures::None => false,
@@ -161,59 +178,27 @@ pub enum Pressures {
     At(Vec<f64>),
 }
 
-/// Cost of the gap under one load, in pairs of single-precision transforms. The gap takes one pair
-/// of double-precision transforms.
-const PAIRS_OF_GAP: f64 = 2.5;
-
-/// Cost of computing the flow along both axes under one load, in pairs of transforms. It was
-/// measured on 512² and 1024² nodes, from light loads to loads near percolation; a sealed gap takes
-/// almost no time.
-const PAIRS_OF_FLOW: f64 = 900.0;
+/// Memory for the contact map of a load and other results, in bytes per node.
+const WORK_BYTES_PER_NODE: f64 = 3.0;
 
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Solve
     }
 
-    /// Solves the contact of one surface under the loads. Ends early if every node is in contact
-    /// and none yields under all remaining loads.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         let [Input { recipe: Recipe::Generate(drawn), table }] = inputs else {
-            unreachable!("the plan gives one surface to each block of loads")
+            unreachable!("the plan gives one surface to each task")
         };
         let surface = drawn.surface(table, context.sources, context.threads)?;
-        if let Some(interaction) = self.asperities {
-            return block::press_asperities(self, interaction, (surface, table), context);
+        match self.asperities {
+            Some(interaction) => asperities::solve(self, interaction, surface, table, context),
+            None => contact::solve(self, surface, table, context),
         }
-        let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
-        let nodes = surface.grid().nodes();
-        let checkpoint = context.checkpoints.last();
-        let threads = context.threads.clone();
-        let mut block = Block::new(self, surface, rms_slope, checkpoint.as_deref(), threads)?;
-        drop(checkpoint);
-        let loads = block.loads().to_vec();
-        let expected =
-            |loads: &[f64]| cost::expected_pairs(&self.body(), nodes, loads, self.tolerance);
-        while block.has_next_load() {
-            let [before, after] = [0, 1].map(|more| expected(&loads[..block.count() + more]));
-            let watch = LoadWatch {
-                context,
-                expected: after - before,
-                finished: [before, after].map(|pairs| pairs / expected(&loads)),
-                last_report: Cell::new(Instant::now()),
-            };
-            block.press(&watch)?;
-            (context.advance)(watch.finished[1]);
-            if block.has_next_load() && context.checkpoints.is_due() {
-                let save = &mut |out: &mut dyn Write| block.save(out);
-                context.checkpoints.keep(save);
-            }
-        }
-        Ok(block.table(table))
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let columns = solved::columns(OptionalColumns {
+        let columns = rows::columns(OptionalColumns {
             boundary: self.boundary,
             asperities: self.asperities.is_some(),
             flow: self.flow,
@@ -232,7 +217,7 @@ impl Stage for Params {
         Columns::All
     }
 
-    /// Returns the memory of the solver and of the maps in the table: one bit per node and load,
+    /// Returns the memory of one solver and of the maps in the table: one bit per node and load,
     /// and the stored pressure fields with their null flags.
     ///
     /// The measured peak, without the memory of the idle program, is 61.5 bytes per node for ten
@@ -244,17 +229,14 @@ impl Stage for Params {
             Pressures::All => loads,
             Pressures::At(loads) => loads.len() as f64,
         };
-        let gap = if self.flow {
-            // The gap, the pressure, and the gap with closed contact.
-            24.0 + flow::BYTES_PER_NODE
-        } else {
-            self.gap_bins.map_or(0.0, |_| 16.0)
-        };
-        let work = match self.asperities {
-            Some(interaction) => 4.0 + block::asperity_bytes_per_node(interaction),
+        let solver = match self.asperities {
+            Some(interaction) => 4.0 + asperities::bytes_per_node(interaction),
             None => self.body().bytes_per_node(self.tolerance),
         };
-        Footprint { work: 3.0 + work + gap, table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0) }
+        Footprint {
+            work: WORK_BYTES_PER_NODE + solver + self.part_bytes_per_node(),
+            table: loads / 8.0 + kept * (8.0 + 1.0 / 8.0),
+        }
     }
 
     /// Returns all parameter columns except the loads, with their values. The hardness is included
@@ -272,54 +254,40 @@ impl Stage for Params {
     fn effort(&self, extent: Extent) -> Effort {
         let (body, nodes) = (self.body(), extent.nodes);
         if let Some(interaction) = self.asperities {
-            return block::asperity_effort(interaction, self.loads.len(), nodes);
+            return asperities::effort(interaction, self.loads.len(), nodes);
         }
         let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
-        let gaps = match (self.flow, self.gap_bins) {
-            (true, _) => PAIRS_OF_GAP + PAIRS_OF_FLOW,
-            (false, Some(_)) => PAIRS_OF_GAP,
-            (false, None) => 0.0,
-        };
-        let effort = Effort::pairs(pairs + gaps * self.loads.len() as f64);
+        let effort = Effort::pairs(pairs + self.pairs_of_parts() * self.loads.len() as f64);
         Effort { seconds: effort.seconds + cost::preparation_seconds(&body, nodes), ..effort }
     }
 
-    /// Returns the recipe of the same block without stored pressures, or `None` if this block
-    /// stores none.
+    /// Returns the recipe without parts, or `None` if this recipe has none.
     fn identity_recipe(&self) -> Option<Recipe> {
-        let keeps_pressures = self.pressures != Pressures::None;
-        keeps_pressures
-            .then(|| Recipe::Solve(Arc::new(Params { pressures: Pressures::None, ..self.clone() })))
-    }
-}
-
-/// Watch that reports the progress of a block while one of its loads is solved.
-struct LoadWatch<'a> {
-    context: &'a Context<'a>,
-    /// Expected pairs of transforms of the load.
-    expected: f64,
-    /// Finished fraction of the block before and after the load.
-    finished: [f64; 2],
-    last_report: Cell<Instant>,
-}
-
-/// Minimum time between two progress reports. On small meshes a report takes longer than an
-/// iteration.
-const REPORT_INTERVAL: Duration = Duration::from_millis(200);
-
-impl Watch for LoadWatch<'_> {
-    fn is_interrupted(&self) -> bool {
-        (self.context.interrupted)()
+        let identity = self.with_parts(|_| false);
+        (identity != *self).then(|| Recipe::Solve(Arc::new(identity)))
     }
 
-    fn spent(&self, pairs: u32) {
-        if self.last_report.get().elapsed() < REPORT_INTERVAL {
-            return;
-        }
-        self.last_report.set(Instant::now());
-        let [before, after] = self.finished;
-        let done = (f64::from(pairs) / self.expected).min(1.0);
-        (self.context.advance)(before + done * (after - before));
+    /// Returns the loads, whose rows do not depend on each other.
+    fn series(&self, _: Option<&SeriesRows>) -> Option<Series> {
+        let shared = Params { loads: Vec::new(), ..self.with_parts(|_| false) };
+        Some(Series {
+            recipe: Recipe::Solve(Arc::new(shared)),
+            rows: SeriesRows {
+                column: self.load_column().name,
+                values: self.loads.clone(),
+                parts: parts::requested(self),
+            },
+        })
+    }
+
+    fn restricted(&self, values: &[f64], wanted: &dyn Fn(&Part) -> bool) -> Option<Recipe> {
+        let restricted = Params { loads: values.to_vec(), ..self.clone() };
+        Some(Recipe::Solve(Arc::new(restricted.with_parts(wanted))))
+    }
+
+    /// Returns the stored pressures.
+    fn source_part(&self) -> Option<Part> {
+        Some(parts::pressures())
     }
 }
 

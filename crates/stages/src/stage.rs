@@ -21,7 +21,7 @@ use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::checkpoints::Checkpoints;
+use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::{Table, TableError};
 
 /// Properties of a kind of stage that do not depend on parameters.
@@ -131,6 +131,54 @@ pub trait Stage {
     fn identity_recipe(&self) -> Option<Recipe> {
         None
     }
+
+    /// Returns the rows of the table and the recipe that they share, if the rows do not depend on
+    /// each other. The store then keeps single rows, and a table with further rows computes only
+    /// these. Otherwise returns `None`, and the whole table is stored under one key.
+    ///
+    /// `input` are the rows of the input, if there is a single input whose rows are independent.
+    fn series(&self, _input: Option<&SeriesRows>) -> Option<Series> {
+        None
+    }
+
+    /// Returns the recipe that computes only the rows with these values, and of the parts only
+    /// those that `wanted` accepts. Only called if [`Stage::series`] returns rows.
+    fn restricted(&self, _values: &[f64], _wanted: &dyn Fn(&Part) -> bool) -> Option<Recipe> {
+        None
+    }
+
+    /// Returns the part from which the other parts can be computed, so that stored rows with this
+    /// part need not be computed again for another part.
+    fn source_part(&self) -> Option<Part> {
+        None
+    }
+
+    /// Returns whether the task reads a part of the rows of its inputs. Parts that a task does not
+    /// read are not part of its key.
+    fn reads_part(&self, part: &Part) -> bool {
+        self.columns_read() == Columns::All || !part.is_heavy
+    }
+}
+
+/// Rows that do not depend on each other.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// Recipe without the values of the rows and without parts. The key of the rows is computed
+    /// from it.
+    pub recipe: Recipe,
+    pub rows: SeriesRows,
+}
+
+/// Receiver of the finished rows of a running task, so that they are kept if the process ends.
+pub trait FinishedRows: Sync {
+    /// Returns whether it is time to store the finished rows.
+    fn are_due(&self) -> bool;
+
+    /// Stores all finished rows: a table with the rows of these values, in ascending order.
+    ///
+    /// # Errors
+    /// Returns an error if the disk is full or the folder is not writable.
+    fn keep(&self, values: &[f64], rows: &Table) -> Result<(), StoreError>;
 }
 
 /// Returns an empty table with the parameter columns of the inputs and the columns `own` of the
@@ -180,8 +228,14 @@ pub struct Context<'a> {
     /// Threads that the task may use.
     pub threads: &'a Threads,
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
-    /// Store of the intermediate states of a long task.
-    pub checkpoints: &'a dyn Checkpoints,
+    /// Receiver of finished rows while the task is running.
+    pub finished: &'a dyn FinishedRows,
+    /// Stored rows of the task with their [source part](Stage::source_part), if the task only adds
+    /// other parts to them.
+    pub stored: Option<&'a Table>,
+    /// Reserves memory, in bytes, for another worker on the same surface until the task ends.
+    /// Returns false if the memory is not free.
+    pub reserve: &'a (dyn Fn(u64) -> bool + Sync),
     /// Callback that receives the finished fraction of the task, from 0 to 1.
     pub advance: &'a (dyn Fn(f64) + Sync),
 }
@@ -427,7 +481,7 @@ pub enum StageError {
          stage; set `heights = \"keep\"`"
     )]
     NotKept,
-    /// A table that a query reads is damaged.
+    /// A table that a query reads is damaged, or finished rows cannot be stored.
     #[error(transparent)]
     Store(StoreError),
     #[error("cannot answer the query")]

@@ -5,10 +5,10 @@
 //! If two of them compute the same table, it does not matter whose file is kept. A file contains a
 //! digest of its bytes and the recipe from which its key was computed. Reading verifies both.
 
-pub mod checkpoints;
 pub mod files;
 pub mod key;
 pub mod listing;
+pub mod series;
 pub mod users;
 
 use std::collections::BTreeMap;
@@ -19,6 +19,7 @@ use std::sync::Arc;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
 use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
 use crate::store::key::{Provenance, TaskKey};
+use crate::store::series::{FileName, KnownRows, TableRef};
 use crate::store::users::Lock;
 use crate::table::Table;
 
@@ -31,19 +32,20 @@ const STAGING: &str = "unfinished";
 pub struct Store {
     root: PathBuf,
     unflushed: Arc<Unflushed>,
+    known_rows: Arc<KnownRows>,
     _lock: Arc<Lock>,
 }
 
 /// Source of the tables of finished tasks, without maps.
 pub trait TaskTables {
-    /// Returns, for each of the tasks in the given order, whether it is finished.
-    fn have(&self, keys: &[TaskKey]) -> Vec<bool>;
+    /// Returns, for each of the tables in the given order, whether all of its rows exist.
+    fn have(&self, tables: &[&TableRef]) -> Vec<bool>;
 
     /// Reads the table of a finished task, without maps.
     ///
     /// # Errors
     /// Returns an error if the table is missing or unreadable.
-    fn light(&self, key: TaskKey) -> Result<Table, StoreError>;
+    fn light(&self, table: &TableRef) -> Result<Table, StoreError>;
 }
 
 /// Error of reading, writing or locking the files of a store or of results.
@@ -125,6 +127,7 @@ impl Store {
         Ok(Store {
             root: root.to_owned(),
             unflushed: Arc::default(),
+            known_rows: Arc::default(),
             _lock: Arc::new(Lock::share(root)?),
         })
     }
@@ -134,42 +137,61 @@ impl Store {
         path(&self.root, key)
     }
 
-    /// Returns, for each of the tasks in the given order, whether it is finished.
+    /// Returns, for each of the tables in the given order, whether all of its rows exist.
     ///
-    /// If many of the tasks have their tables in the same folder, the folder is listed. On a
-    /// parallel file system, this takes about as long as looking up one file.
-    pub fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
+    /// If many of the tables are in the same folder, the folder is listed. On a parallel file
+    /// system, this takes about as long as looking up one file.
+    pub fn have(&self, tables: &[&TableRef]) -> Vec<bool> {
         const MANY: usize = 16;
         let mut folders: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
-        for (index, key) in keys.iter().enumerate() {
-            folders.entry(key.first_byte()).or_default().push(index);
+        for (index, table) in tables.iter().enumerate() {
+            folders.entry(table.key.first_byte()).or_default().push(index);
         }
-        let mut have = vec![false; keys.len()];
+        let mut have = vec![false; tables.len()];
         for wanted in folders.into_values() {
-            let folder = self.path(keys[wanted[0]]);
+            let folder = self.path(tables[wanted[0]].key);
             let listed = match folder.parent() {
                 Some(folder) if wanted.len() >= MANY => listing::finished_in(folder).ok(),
                 _ => None,
             };
             for index in wanted {
+                let table = tables[index];
                 have[index] = match &listed {
-                    Some(finished) => finished.contains(&keys[index]),
-                    None => self.has(keys[index]),
+                    Some(finished) => {
+                        let names = finished.get(&table.key).map_or(&[][..], Vec::as_slice);
+                        self.is_complete(table, names)
+                    }
+                    None => self.has(table),
                 };
             }
         }
         have
     }
 
-    pub fn has(&self, key: TaskKey) -> bool {
-        self.path(key).is_file()
+    /// Returns whether all rows of a table exist.
+    pub fn has(&self, table: &TableRef) -> bool {
+        match table.series {
+            None => self.path(table.key).is_file(),
+            Some(_) => {
+                self.files_of(table.key).is_ok_and(|names| self.is_complete(table, &names))
+            }
+        }
+    }
+
+    /// Returns whether the files `names` hold all rows of a table.
+    fn is_complete(&self, table: &TableRef, names: &[FileName]) -> bool {
+        match table.series {
+            None => names.iter().any(|name| name.rows.is_none()),
+            Some(_) => self.missing_rows_among(table, names).is_empty(),
+        }
     }
 
     /// Returns true if a damaged file of the task is in quarantine.
     pub fn has_damaged(&self, key: TaskKey) -> bool {
-        let mut name = self.path(key).into_os_string();
-        name.push(files::DAMAGED);
-        Path::new(&name).is_file()
+        let path = self.path(key);
+        let digits = key.to_string();
+        let names = path.parent().map(files::names).and_then(Result::ok).unwrap_or_default();
+        names.iter().any(|name| name.starts_with(&digits) && name.contains(files::DAMAGED))
     }
 
     /// Returns the finished tasks whose keys begin with the given hexadecimal digits. There must be
@@ -182,40 +204,68 @@ impl Store {
             return Ok(Vec::new());
         };
         let names = files::names(&folder)?;
-        let keys = names.iter().filter_map(|name| name.strip_suffix(".parquet"));
-        let meant = keys.filter(|key| key.starts_with(digits));
-        Ok(meant.filter_map(|key| key.parse().ok()).collect())
+        let meant = names.iter().filter(|name| name.starts_with(digits));
+        let files = meant.filter_map(|name| name.parse::<FileName>().ok());
+        let mut keys: Vec<TaskKey> = files.map(|file| file.key).collect();
+        keys.dedup();
+        Ok(keys)
     }
 
     /// Reads the table of a finished task.
     ///
     /// # Errors
-    /// Returns an error if the file is missing, unreadable or damaged, or if its content does not
+    /// Returns an error if a file is missing, unreadable or damaged, or if its content does not
     /// belong to the key.
-    pub fn read(&self, key: TaskKey, columns: Columns) -> Result<Table, StoreError> {
-        Ok(self.read_with_provenance(key, columns)?.0)
+    pub fn read(&self, table: &TableRef, columns: Columns) -> Result<Table, StoreError> {
+        match &table.series {
+            None => Ok(read_keyed(&self.path(table.key), table.key, columns)?.0),
+            Some(series) => {
+                // A task that has just finished may have replaced small files by a larger one.
+                let mut read = self.read_series(table, series, columns);
+                for _ in 0..2 {
+                    match read {
+                        Err(StoreError::Read { ref source, .. })
+                            if source.kind() == io::ErrorKind::NotFound =>
+                        {
+                            read = self.read_series(table, series, columns);
+                        }
+                        _ => break,
+                    }
+                }
+                Ok(read?.0)
+            }
+        }
     }
 
-    /// Reads the table of a finished task and its provenance.
+    /// Reads everything that is stored under a key: a whole table, or all rows of a series. Also
+    /// returns the provenance.
     ///
     /// # Errors
     /// Returns the same errors as [`Store::read`].
-    pub fn read_with_provenance(
-        &self,
-        key: TaskKey,
-        columns: Columns,
-    ) -> Result<(Table, Provenance), StoreError> {
-        read_keyed(&self.path(key), key, columns)
-    }
-
-    /// Verifies the digest of the file of a task, and checks that its content belongs to the key.
-    /// The rows are not decoded, because the digest covers them.
-    ///
-    /// # Errors
-    /// Returns the same errors as [`Store::read`].
-    pub fn verify(&self, key: TaskKey) -> Result<(), StoreError> {
+    pub fn read_with_provenance(&self, key: TaskKey) -> Result<(Table, Provenance), StoreError> {
         let path = self.path(key);
-        provenance_of(&path, key, files::verify_whole(&path)?).map(drop)
+        if path.is_file() { read_keyed(&path, key, Columns::All) } else { self.read_all_rows(key) }
+    }
+
+    /// Verifies the digest of a file, and checks that its content belongs to its name. The rows are
+    /// not decoded, because the digest covers them.
+    ///
+    /// # Errors
+    /// Returns the same errors as [`Store::read`].
+    pub fn verify(&self, name: &FileName) -> Result<(), StoreError> {
+        let path = self.path_of(name);
+        series::provenance_of(&path, name, &files::verify_whole(&path)?).map(drop)
+    }
+
+    /// Returns the names of the files that together hold the table of a finished task.
+    ///
+    /// # Errors
+    /// Returns an error if the folder cannot be listed.
+    pub fn files(&self, table: &TableRef) -> Result<Vec<FileName>, StoreError> {
+        match table.series {
+            None => Ok(vec![FileName { key: table.key, rows: None }]),
+            Some(_) => self.files_of(table.key),
+        }
     }
 
     /// Stores the table of a finished task under the key that its provenance gives.
@@ -223,10 +273,19 @@ impl Store {
     /// # Errors
     /// Returns an error if the disk is full or the folder is not writable.
     pub fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
-        let path = self.path(provenance.key());
-        let bytes = parquet::encode(table, &provenance.metadata());
-        write_file(&path, &bytes, Existing::Keep, &self.staging())?;
-        self.unflushed.add(&path)
+        self.write(&self.path(provenance.key()), table, &provenance.metadata(), Existing::Keep)
+    }
+
+    fn write(
+        &self,
+        path: &Path,
+        table: &Table,
+        metadata: &Metadata,
+        existing: Existing,
+    ) -> Result<(), StoreError> {
+        let bytes = parquet::encode(table, metadata);
+        write_file(path, &bytes, existing, &self.staging())?;
+        self.unflushed.add(path)
     }
 
     /// Flushes the folders of all stored tables, so that no table is lost in a power cut. The
@@ -244,34 +303,38 @@ impl Store {
         self.root.join(STAGING)
     }
 
-    /// Renames the damaged file of a task, so that the table can be recomputed.
+    /// Renames a damaged file of the store, so that its rows can be recomputed.
     ///
     /// Returns the new path, or `None` if another process has already replaced the file.
     ///
     /// # Errors
     /// Returns an error if the folder is not writable.
-    pub fn quarantine(&self, key: TaskKey) -> Result<Option<PathBuf>, StoreError> {
-        let path = self.path(key);
-        let Some(quarantined) = files::quarantine(&path)? else {
+    pub fn quarantine(&self, path: &Path) -> Result<Option<PathBuf>, StoreError> {
+        let Some(quarantined) = files::quarantine(path)? else {
             return Ok(None);
         };
         // Another process may have replaced the damaged file just before it was renamed.
-        if read_keyed(&quarantined, key, Columns::Light).is_err() {
+        let name = path.file_name().and_then(|name| name.to_str()?.parse::<FileName>().ok());
+        let is_sound = name.is_some_and(|name| {
+            let metadata = files::verify_whole(&quarantined);
+            metadata.is_ok_and(|of| series::provenance_of(&quarantined, &name, &of).is_ok())
+        });
+        if !is_sound {
             return Ok(Some(quarantined));
         }
-        let back = std::fs::rename(&quarantined, &path);
-        back.map_err(|source| StoreError::Write { path, source })?;
+        let back = std::fs::rename(&quarantined, path);
+        back.map_err(|source| StoreError::Write { path: path.to_owned(), source })?;
         Ok(None)
     }
 }
 
 impl TaskTables for Store {
-    fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
-        Store::have(self, keys)
+    fn have(&self, tables: &[&TableRef]) -> Vec<bool> {
+        Store::have(self, tables)
     }
 
-    fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
-        self.read(key, Columns::Light)
+    fn light(&self, table: &TableRef) -> Result<Table, StoreError> {
+        self.read(table, Columns::Light)
     }
 }
 
@@ -285,23 +348,15 @@ pub fn path(root: &Path, key: TaskKey) -> PathBuf {
     path
 }
 
-/// Reads a table and its provenance, and checks that the file belongs to the task.
+/// Reads a whole table and its provenance, and checks that the file belongs to the task.
 fn read_keyed(
     path: &Path,
     key: TaskKey,
     columns: Columns,
 ) -> Result<(Table, Provenance), StoreError> {
     let (table, metadata) = read_whole(path, columns)?;
-    Ok((table, provenance_of(path, key, metadata)?))
-}
-
-/// Returns the provenance in the metadata of a file, and checks that the file belongs to the task.
-fn provenance_of(path: &Path, key: TaskKey, metadata: Metadata) -> Result<Provenance, StoreError> {
-    let stated = Provenance::from_metadata(&metadata).filter(|stated| stated.key() == key);
-    stated.filter(|_| metadata.key == Some(key)).ok_or_else(|| StoreError::Damaged {
-        path: path.to_owned(),
-        source: ParquetError::Foreign { owner: format!("task {key}") },
-    })
+    let name = FileName { key, rows: None };
+    Ok((table, series::provenance_of(path, &name, &metadata)?))
 }
 
 #[cfg(test)]
@@ -329,21 +384,21 @@ mod tests {
         let store = Store::open(&folder.path().join("store")).unwrap();
         let made = provenance("{}");
         let table = Table::new(2, vec![(AREA, reals([0.25, 0.5]))]);
-        assert!(!store.has(made.key()));
+        assert!(!store.has(&made.key().into()));
         store.publish(&made, &table).unwrap();
         (folder, store, made.key(), table.without_wording())
     }
 
     fn is_damaged(store: &Store, key: TaskKey) -> bool {
-        let read = store.read(key, Columns::All);
+        let read = store.read(&key.into(), Columns::All);
         matches!(read, Err(StoreError::Damaged { .. }))
     }
 
     #[test]
     fn a_published_table_is_read_back() {
         let (_folder, store, key, table) = fixture();
-        assert!(store.has(key));
-        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+        assert!(store.has(&key.into()));
+        assert_eq!(store.read(&key.into(), Columns::All).unwrap(), table);
     }
 
     #[test]
@@ -356,10 +411,14 @@ mod tests {
         let absent: Vec<TaskKey> = (0..20_000).filter_map(shares_its_folder).collect();
         assert!(absent.len() > 30, "enough for the folder to be listed");
         let keys = [&absent[..9], &[key], &absent[9..]].concat();
-        let one_by_one: Vec<bool> = keys.iter().map(|&key| store.has(key)).collect();
-        assert_eq!(store.have(&keys), one_by_one);
-        assert_eq!(store.have(&absent), vec![false; absent.len()]);
-        assert!(store.have(&keys)[9]);
+        let have = |keys: &[TaskKey]| {
+            let tables: Vec<TableRef> = keys.iter().map(|&key| key.into()).collect();
+            store.have(&tables.iter().collect::<Vec<_>>())
+        };
+        let one_by_one: Vec<bool> = keys.iter().map(|&key| store.has(&key.into())).collect();
+        assert_eq!(have(&keys), one_by_one);
+        assert_eq!(have(&absent), vec![false; absent.len()]);
+        assert!(have(&keys)[9]);
     }
 
     #[test]
@@ -367,7 +426,7 @@ mod tests {
         let (_folder, store, key, table) = fixture();
         let other = Table::new(1, vec![(AREA, reals([9.0]))]);
         store.publish(&provenance("{}"), &other).unwrap();
-        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+        assert_eq!(store.read(&key.into(), Columns::All).unwrap(), table);
     }
 
     #[test]
@@ -421,21 +480,21 @@ mod tests {
         let (_folder, store, key, table) = fixture();
         for number in ["", "-2"] {
             fs::write(store.path(key), "not a table").unwrap();
-            let quarantined = store.quarantine(key).unwrap().unwrap();
+            let quarantined = store.quarantine(&store.path(key)).unwrap().unwrap();
             let name = format!("{key}.parquet.damaged{number}");
             assert_eq!(quarantined.file_name().unwrap().to_str(), Some(name.as_str()));
             assert_eq!(fs::read(quarantined).unwrap(), b"not a table");
-            assert!(!store.has(key));
+            assert!(!store.has(&key.into()));
             store.publish(&provenance("{}"), &table).unwrap();
         }
-        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+        assert_eq!(store.read(&key.into(), Columns::All).unwrap(), table);
     }
 
     #[test]
     fn a_sound_file_is_not_quarantined() {
         let (_folder, store, key, table) = fixture();
-        assert_eq!(store.quarantine(key).unwrap(), None);
-        assert_eq!(store.read(key, Columns::All).unwrap(), table);
+        assert_eq!(store.quarantine(&store.path(key)).unwrap(), None);
+        assert_eq!(store.read(&key.into(), Columns::All).unwrap(), table);
     }
 
     #[test]

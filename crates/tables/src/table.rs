@@ -269,6 +269,18 @@ impl Table {
         Table::from_arrays(rows.len(), schema, arrays.collect())
     }
 
+    /// Returns a table of the rows with the given indices, with nulls in place of `None`.
+    pub(crate) fn pick_or_null(&self, rows: &[Option<usize>]) -> Table {
+        let index = |row: usize| u32::try_from(row).expect("a table has fewer than 2³² rows");
+        let indices = UInt32Array::from_iter(rows.iter().map(|row| row.map(index)));
+        let arrays =
+            self.0.columns().iter().map(|array| {
+                take(array, &indices, None).expect("the indices lie within the table")
+            });
+        let schema = self.0.schema_ref().as_ref().clone();
+        Table::from_arrays(rows.len(), schema, arrays.collect())
+    }
+
     /// Returns a table of the columns with the given indices, in the order of the indices.
     pub(crate) fn project(&self, columns: &[usize]) -> Table {
         let batch = self.0.project(columns);

@@ -79,7 +79,7 @@ impl Asperities {
         };
         let [step_x, step_y] = steps(self.grid);
         let step = step_x.min(step_y);
-        let mut displacements = extrapolate(&self.known, load, self.summits.len());
+        let mut displacements = vec![0.0; self.summits.len()];
         let mut mixing = Mixing::default();
         let mut pairs = 0;
         loop {
@@ -100,8 +100,6 @@ impl Asperities {
                 (pairs >= settings.pair_limit).then_some(Stop::PairLimit)
             };
             if let Some(stop) = stop {
-                self.known.insert(0, (load, displacements.clone()));
-                self.known.truncate(2);
                 return equilibrium(balance, &displacements, residual, pairs, stop);
             }
             mixing.monitor(residual);
@@ -126,20 +124,6 @@ fn equilibrium(
         residual,
         pairs,
         stop,
-    }
-}
-
-/// Returns the displacements of `count` summits under `load`, extrapolated linearly from the last
-/// two loads in `known`.
-fn extrapolate(known: &[(f64, Vec<f64>)], load: f64, count: usize) -> Vec<f64> {
-    match known {
-        [] => vec![0.0; count],
-        [(before, last)] => last.iter().map(|u| u * load / before).collect(),
-        [(one, last), (two, earlier), ..] => {
-            let weight = (load - one) / (one - two);
-            let pairs = last.iter().zip(earlier);
-            pairs.map(|(last, earlier)| last + weight * (last - earlier)).collect()
-        }
     }
 }
 

@@ -130,16 +130,14 @@ fn a_uniform_displacement_moves_the_plane_and_nothing_else() {
 }
 
 #[test]
-fn loads_before_are_a_guess_and_change_nothing() {
+fn a_load_does_not_depend_on_loads_before_it() {
     let (grid, heights) = rough(128, 4, 16);
     let explicit = press(grid, &heights, Interaction::Explicit, 0.02);
-    let mut swept = Asperities::new(grid, &heights, Interaction::Explicit).unwrap();
-    for load in [0.005, 0.01, 0.015] {
-        swept.press(load, &SETTINGS);
+    let mut pressed = Asperities::new(grid, &heights, Interaction::Explicit).unwrap();
+    for load in [0.005, 0.1, 0.015] {
+        pressed.press(load, &SETTINGS);
     }
-    let last = swept.press(0.02, &SETTINGS);
-    assert!((last.area_fraction / explicit.area_fraction - 1.0).abs() < 1e-9);
-    assert_eq!(last.contacts, explicit.contacts);
+    assert_eq!(pressed.press(0.02, &SETTINGS), explicit);
 }
 
 #[test]

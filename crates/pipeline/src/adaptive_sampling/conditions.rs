@@ -124,14 +124,14 @@ fn read(
     task_tables: &impl TaskTables,
 ) -> Result<Result<Vec<Table>, Condition>, StoreError> {
     let lines = || tasks.iter().flat_map(|&task| input_chain(plan, task)).collect();
-    let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
-    if task_tables.have(&keys).contains(&false) {
+    let references: Vec<_> = tasks.iter().map(|&task| &plan.tasks[task].table).collect();
+    if task_tables.have(&references).contains(&false) {
         return Ok(Err(Condition::open(lines())));
     }
     let mut tables = Vec::with_capacity(tasks.len());
     let mut damaged = Vec::new();
-    for (&task, key) in tasks.iter().zip(keys) {
-        match task_tables.light(key) {
+    for (&task, reference) in tasks.iter().zip(references) {
+        match task_tables.light(reference) {
             Ok(table) => tables.push(table),
             Err(error) if error.is_recomputable() => damaged.push((task, error)),
             Err(error) => return Err(error),

@@ -133,7 +133,7 @@ fn seconds_by_surface(
     let (surfaces, mut after) = (plan.surfaces(), 0.0);
     let mut by_surface: HashMap<TaskKey, f64> = HashMap::new();
     for &task in missing {
-        let seconds = cost.seconds(&plan.tasks[task]);
+        let seconds = cost.seconds(plan, task);
         match surfaces[task] {
             Some(surface) => *by_surface.entry(surface).or_default() += seconds,
             None => after += seconds,

@@ -57,7 +57,7 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
         _ => None,
     });
     let known = tasks.zip(softest).filter_map(|(tasks, softest)| {
-        let key = |task: &usize| plan.tasks[*task].key.to_string();
+        let key = |task: &usize| plan.tasks[*task].table.key.to_string();
         let softest = softest?;
         Some(tasks.iter().map(move |task| (key(task), softest)))
     });

@@ -138,7 +138,7 @@ impl Failures<'_> {
     }
 
     fn row(&self, task: usize, outcome: &str, reason: String) -> Result<Table, TableError> {
-        let key = self.plan.tasks[task].key;
+        let key = self.plan.tasks[task].table.key;
         let stage = self.plan.stage_of(task);
         let values = [
             stage.map_or_else(String::new, |stage| stage.name.clone()),
@@ -169,7 +169,7 @@ impl Failures<'_> {
     ) -> Result<Table, TableError> {
         let mut left = self.ends(before)?;
         left.retain(|(_, task, _)| {
-            tried.binary_search(task).is_err() && !store.has(self.plan.tasks[*task].key)
+            tried.binary_search(task).is_err() && !store.has(&self.plan.tasks[*task].table)
         });
         let now = self.ends(now)?;
         let mut waits = vec![false; self.plan.tasks.len()];

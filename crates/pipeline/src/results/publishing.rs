@@ -116,7 +116,7 @@ impl Publisher<'_> {
             finished,
             quarantined: None,
         };
-        let have = self.reader.store().have(&plan.keys_of(stage));
+        let have = self.reader.store().have(&plan.tables_of(stage));
         let stored = stage.tasks_where(&have);
         let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources, description);
         let there = written_for(&path);
@@ -198,15 +198,14 @@ impl Publisher<'_> {
         part: &TablePart,
         kept: &[TaskKey],
     ) -> Result<Table, StoreError> {
-        let key = |&(task, _): &(usize, usize)| self.sampled.plan.tasks[task].key;
-        let first = key(&part.tasks[0]);
-        if kept.contains(&first) {
-            return self.reader.light(first);
+        let tables = part.tasks.iter().map(|&(task, _)| &self.sampled.plan.tasks[task].table);
+        let first = &self.sampled.plan.tasks[part.tasks[0].0];
+        if kept.contains(&first.key) {
+            return self.reader.light(&first.table);
         }
-        let keys = part.tasks.iter().map(key);
-        match self.reader.published_consecutive(&stage.name, keys) {
+        match self.reader.published_consecutive(&stage.name, tables) {
             Some((_, table)) => Ok(table),
-            None => self.reader.stored(first),
+            None => self.reader.stored(&first.table),
         }
     }
 
@@ -220,24 +219,24 @@ impl Publisher<'_> {
         have: &[bool],
     ) -> Result<(TableParts, Vec<TaskKey>), StoreError> {
         let (mut parts, mut kept) = (TableParts::within(self.room), Vec::new());
-        let key = |task: usize| self.sampled.plan.tasks[task].key;
+        let planned = &self.sampled.plan.tasks;
         let mut next = 0;
         while let Some(&task) = stage.tasks.get(next) {
             next += 1;
             if have[next - 1] {
                 let stored = stage.tasks.iter().zip(have).skip(next - 1);
-                let stored = stored.map_while(|(&task, stored)| stored.then(|| key(task)));
+                let stored = stored.map_while(|(&task, stored)| stored.then_some(&planned[task].table));
                 if let Some((rows, table)) = self.reader.published_consecutive(&stage.name, stored)
                 {
                     let tasks = &stage.tasks[next - 1..][..rows.len()];
                     parts.add_all(tasks, &rows, table);
                     next += rows.len() - 1;
                 } else {
-                    parts.add(task, self.reader.stored(key(task)))?;
+                    parts.add(task, self.reader.stored(&planned[task].table))?;
                 }
-            } else if let Some(rows) = self.reader.rows_of(key(task)) {
+            } else if let Some(rows) = self.reader.rows_of(&planned[task].table) {
                 parts.add(task, Ok(rows))?;
-                kept.push(key(task));
+                kept.push(planned[task].key);
             }
         }
         Ok((parts, kept))
@@ -459,7 +458,7 @@ pub struct RowContext<'a> {
 impl RowContext<'_> {
     fn rows(self, part: TablePart, table: Table) -> KeyedRows {
         let keys = part.tasks.iter().flat_map(|(task, rows)| {
-            let key = self.plan.tasks[*task].key.to_string();
+            let key = self.plan.tasks[*task].table.key.to_string();
             std::iter::repeat_n(key, *rows)
         });
         KeyedRows {

@@ -23,6 +23,7 @@ use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::listing::FileKind;
+use asperity_tables::store::series::{SeriesRows, TableRef};
 use asperity_tables::store::{Store, StoreError, TaskTables};
 use asperity_tables::table::{Stacking, Table};
 
@@ -64,8 +65,8 @@ impl ResultReader {
     }
 
     /// Reads the table of a task from the store, without maps.
-    pub fn stored(&self, key: TaskKey) -> Result<Table, StoreError> {
-        self.store.light(key).map(status::with_codes)
+    pub fn stored(&self, table: &TableRef) -> Result<Table, StoreError> {
+        self.store.light(table).map(status::with_codes)
     }
 
     /// Returns the results folder of the study.
@@ -75,29 +76,29 @@ impl ResultReader {
 
     /// Returns the published rows of a task, without the columns that publishing adds. Returns
     /// `None` if no published table has the task.
-    pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
+    pub fn rows_of(&self, table: &TableRef) -> Option<Table> {
         let mut published = self.published();
-        published.find_map(|(_, published)| published.rows_of(key)).map(status::with_codes)
+        published.find_map(|(_, published)| published.rows_of(table)).map(status::with_codes)
     }
 
     /// Returns the table of a task, without maps, from the published table of its stage. Returns
     /// `None` if the published table lacks the task.
-    pub fn published_table(&self, stage: &str, key: TaskKey) -> Option<Table> {
+    pub fn published_table(&self, stage: &str, table: &TableRef) -> Option<Table> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
-        file.published()?.table_of(key).map(status::with_codes)
+        file.published()?.table_of(table).map(status::with_codes)
     }
 
-    /// Reads the tables of the first tasks of `keys` together, from the published table of a stage,
-    /// as [`PublishedStage::leading_tables`] does.
-    pub fn published_consecutive(
+    /// Reads the first of the tables `tables` together, from the published table of a stage, as
+    /// [`PublishedStage::leading_tables`] does.
+    pub fn published_consecutive<'a>(
         &self,
         stage: &str,
-        keys: impl Iterator<Item = TaskKey>,
+        tables: impl Iterator<Item = &'a TableRef>,
     ) -> Option<(Vec<usize>, Table)> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
-        let (rows, table) = file.published()?.leading_tables(keys)?;
+        let (rows, table) = file.published()?.leading_tables(tables)?;
         Some((rows, status::with_codes(table)))
     }
 
@@ -136,17 +137,17 @@ impl ResultReader {
 }
 
 impl TaskTables for ResultReader {
-    fn have(&self, keys: &[TaskKey]) -> Vec<bool> {
-        let mut have = self.store.have(keys);
-        for (key, have) in keys.iter().zip(&mut have).filter(|(_, have)| !**have) {
-            *have = self.published().any(|(_, published)| published.has(*key));
+    fn have(&self, tables: &[&TableRef]) -> Vec<bool> {
+        let mut have = self.store.have(tables);
+        for (table, have) in tables.iter().zip(&mut have).filter(|(_, have)| !**have) {
+            *have = self.published().any(|(_, published)| published.has(table));
         }
         have
     }
 
-    fn light(&self, key: TaskKey) -> Result<Table, StoreError> {
-        self.stored(key).or_else(|error| {
-            if error.is_recomputable() { self.rows_of(key).ok_or(error) } else { Err(error) }
+    fn light(&self, table: &TableRef) -> Result<Table, StoreError> {
+        self.stored(table).or_else(|error| {
+            if error.is_recomputable() { self.rows_of(table).ok_or(error) } else { Err(error) }
         })
     }
 }
@@ -186,7 +187,8 @@ pub const MISSING_COLUMNS: &str = "lacking";
 /// at a time.
 const READ_AT_ONCE: usize = 1 << 18;
 
-/// Published table of a stage. The rows of each task are consecutive.
+/// Published table of a stage. The rows of each task are consecutive. If a stage reads several
+/// stages with rows of the same series, the rows of the series are in several ranges.
 #[derive(Debug)]
 pub struct PublishedStage {
     pub kind: String,
@@ -195,7 +197,7 @@ pub struct PublishedStage {
     own: Vec<usize>,
     /// Row group that was read last, with the index of its first row.
     last: Mutex<Option<(usize, Table)>>,
-    rows: HashMap<TaskKey, Range<usize>>,
+    rows: HashMap<TaskKey, Vec<Range<usize>>>,
     /// Columns that are missing in the tables of some tasks. `None` if the file does not list them.
     missing: Option<MissingColumns>,
 }
@@ -285,48 +287,85 @@ impl PublishedStage {
         self.rows.keys().copied()
     }
 
-    pub fn has(&self, key: TaskKey) -> bool {
-        self.rows.contains_key(&key)
+    /// Returns whether the published table has all rows of a table.
+    pub fn has(&self, table: &TableRef) -> bool {
+        match table.series {
+            None => self.rows.contains_key(&table.key),
+            Some(_) => self.rows_of(table).is_some(),
+        }
     }
 
-    /// Returns the rows of a task, or `None` if the published table lacks the task or the rows are
+    /// Returns the rows of a table, or `None` if the published table lacks some of them or they are
     /// damaged.
     ///
-    /// The table can also have columns of other tasks, which are null in these rows.
-    pub fn rows_of(&self, key: TaskKey) -> Option<Table> {
-        self.own(self.rows.get(&key)?.clone())
+    /// The published table can also have columns of other tasks, which are null in these rows.
+    pub fn rows_of(&self, table: &TableRef) -> Option<Table> {
+        self.chosen(table, |rows| self.own(rows))
     }
 
-    /// Returns the table of a task with the columns that it has in the store, without maps. Returns
-    /// `None` if the published table lacks the task, or if these columns are unknown.
-    pub fn table_of(&self, key: TaskKey) -> Option<Table> {
+    /// Returns a table with the columns that it has in the store, without maps. Returns `None` if
+    /// the published table lacks some of its rows, or if these columns are unknown.
+    pub fn table_of(&self, table: &TableRef) -> Option<Table> {
         let missing = self.missing.as_ref()?;
-        let rows = self.rows.get(&key)?;
-        self.slice(rows.clone(), missing)
+        self.chosen(table, |rows| self.slice(rows, missing))
     }
 
-    /// Reads the first tasks of `keys` together: as many as are consecutive in this table, have the
-    /// same columns, and have few enough rows for one read. Returns the number of rows of each
-    /// task, and one table with all these rows.
-    pub fn leading_tables(
+    /// Reads the ranges of a key with `read`, and chooses the rows that belong to `table`.
+    fn chosen(
         &self,
-        keys: impl Iterator<Item = TaskKey>,
+        table: &TableRef,
+        read: impl Fn(Range<usize>) -> Option<Table>,
+    ) -> Option<Table> {
+        let ranges = self.rows.get(&table.key)?;
+        let Some(series) = &table.series else {
+            return read(ranges.first()?.clone());
+        };
+        let parts = ranges.iter().map(|range| series.among(&read(range.clone())?));
+        let parts = parts.collect::<Option<Vec<Table>>>()?;
+        let rows = Table::stack(&parts).ok()?;
+        let rows = if parts.len() > 1 { series.sorted(&rows)? } else { rows };
+        series.is_whole(&rows).then_some(rows)
+    }
+
+    /// Reads the first of the tables `tables` together: as many as are consecutive in this table,
+    /// have the same columns, and have few enough rows for one read. Returns the number of rows of
+    /// each, and one table with all these rows.
+    pub fn leading_tables<'a>(
+        &self,
+        tables: impl Iterator<Item = &'a TableRef>,
     ) -> Option<(Vec<usize>, Table)> {
         let missing = self.missing.as_ref()?;
-        let mut keys = keys.map_while(|key| self.rows.get(&key));
-        let first = keys.next()?;
-        let end = missing.end_from(first.start);
-        let mut rows = vec![first.len()];
-        let mut all = first.clone();
-        for next in keys {
+        let range = |table: &TableRef| match self.rows.get(&table.key)?.as_slice() {
+            [range] => Some(range.clone()),
+            _ => None,
+        };
+        let mut tables = tables.map_while(|table| Some((table, range(table)?)));
+        let (first, mut all) = tables.next()?;
+        let end = missing.end_from(all.start);
+        let mut found = vec![(first, all.len())];
+        for (table, next) in tables {
             let is_much = next.end - all.start > READ_AT_ONCE;
             if next.start != all.end || next.end > end || is_much {
                 break;
             }
-            rows.push(next.len());
+            found.push((table, next.len()));
             all.end = next.end;
         }
-        Some((rows, self.slice(all, missing)?))
+        let whole = self.slice(all, missing)?;
+        let mut rows = Vec::new();
+        let mut start = 0;
+        for (table, count) in found {
+            let part = whole.slice(start..start + count);
+            let is_it = |series: &SeriesRows| {
+                series.is_whole(&part) && series.among(&part).is_some_and(|own| own.rows() == count)
+            };
+            if !table.series.as_deref().is_none_or(is_it) {
+                break;
+            }
+            rows.push(count);
+            start += count;
+        }
+        (!rows.is_empty()).then(|| (rows, whole.slice(0..start)))
     }
 
     /// Returns the rows `rows`, whose tasks all lack the same columns, without these columns.
@@ -369,18 +408,18 @@ fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
     ranges.get(next).is_some_and(|range| range.contains(&row))
 }
 
-/// Finds the rows of each task in the column of keys. Returns `None` if the rows of a task are not
-/// consecutive, because the table was then written by another program.
+/// Finds the rows of each task in the column of keys. Returns `None` if the column holds anything
+/// but keys, because the table was then written by another program.
 fn rows(
     source: &TableSource,
     column: usize,
-) -> Result<Option<HashMap<TaskKey, Range<usize>>>, StoreError> {
-    let mut rows: HashMap<TaskKey, Range<usize>> = HashMap::new();
+) -> Result<Option<HashMap<TaskKey, Vec<Range<usize>>>>, StoreError> {
+    let mut rows: HashMap<TaskKey, Vec<Range<usize>>> = HashMap::new();
     let mut last = String::new();
     let (mut start, mut end) = (0, 0);
-    let add = |rows: &mut HashMap<_, _>, task: &str, range: Range<usize>| {
+    let add = |rows: &mut HashMap<TaskKey, Vec<_>>, task: &str, range: Range<usize>| {
         let key = task.parse().ok();
-        range.is_empty() || key.is_some_and(|key: TaskKey| rows.insert(key, range).is_none())
+        range.is_empty() || key.map(|key| rows.entry(key).or_default().push(range)).is_some()
     };
     for part in source.parts(&[column]) {
         let part = part?;
@@ -415,6 +454,10 @@ mod tests {
         digit.to_string().repeat(32)
     }
 
+    fn whole(digit: char) -> TableRef {
+        key(digit).parse::<TaskKey>().unwrap().into()
+    }
+
     /// Returns the tables of two tasks: two rows without a column `gap`, and one row whose `gap` is
     /// null.
     fn pieces() -> [Table; 2] {
@@ -446,10 +489,9 @@ mod tests {
     fn tables_of_tasks_come_back_with_the_columns_that_they_had() {
         let published = published(true);
         for (digit, piece) in ['a', 'b'].into_iter().zip(pieces()) {
-            let table = published.table_of(key(digit).parse().unwrap());
-            assert_eq!(table, Some(piece));
+            assert_eq!(published.table_of(&whole(digit)), Some(piece));
         }
-        assert_eq!(published.table_of(key('c').parse().unwrap()), None);
+        assert_eq!(published.table_of(&whole('c')), None);
     }
 
     #[test]
@@ -469,8 +511,8 @@ mod tests {
         let table = stacked.clone().with(vec![(TASK, keys)]);
         let published = PublishedStage::from_source(table.into(), &metadata).unwrap().unwrap();
         let first = |digits: &[char]| {
-            let keys = digits.iter().map(|&digit| key(digit).parse().unwrap());
-            published.leading_tables(keys)
+            let tables: Vec<TableRef> = digits.iter().map(|&digit| whole(digit)).collect();
+            published.leading_tables(tables.iter())
         };
         let both = stacked.slice(0..4).without(&["gap"]);
         assert_eq!(first(&['a', 'b', 'c']), Some((vec![2, 2], both)));
@@ -483,15 +525,33 @@ mod tests {
     #[test]
     fn a_table_that_does_not_tell_what_is_lacking_has_rows_alone() {
         let published = published(false);
-        let key = key('a').parse().unwrap();
-        assert_eq!(published.table_of(key), None);
-        assert_eq!(published.rows_of(key).unwrap().names(), ["area", "gap"]);
+        assert_eq!(published.table_of(&whole('a')), None);
+        assert_eq!(published.rows_of(&whole('a')).unwrap().names(), ["area", "gap"]);
     }
 
     #[test]
-    fn a_table_whose_tasks_are_mixed_is_none_of_ours() {
-        let mixed = Table::new(3, vec![(TASK, texts([key('a'), key('b'), key('a')]))]);
-        assert_eq!(rows(&mixed.into(), 0).unwrap(), None);
+    fn rows_of_a_series_are_found_by_their_values_in_several_ranges() {
+        let tasks = texts(['a', 'a', 'b', 'a'].map(key));
+        let area = reals([0.3, 0.5, 9.0, 0.4]);
+        let table = Table::new(4, vec![(AREA, area), (TASK, tasks)]);
+        let entries = vec![
+            (KIND.to_owned(), "measure".to_owned()),
+            (MISSING_COLUMNS.to_owned(), "[]".to_owned()),
+        ];
+        let metadata = Metadata { key: None, entries };
+        let published = PublishedStage::from_source(table.into(), &metadata).unwrap().unwrap();
+        let areas = |values: &[f64]| {
+            let series = SeriesRows { column: "area", values: values.to_vec(), parts: vec![] };
+            let table = TableRef { series: Some(series.into()), ..whole('a') };
+            Some(published.table_of(&table)?.reals("area").unwrap().values().to_vec())
+        };
+        assert_eq!(areas(&[0.3, 0.4]), Some(vec![0.3, 0.4]));
+        assert_eq!(areas(&[0.3, 0.4, 0.5]), Some(vec![0.3, 0.4, 0.5]));
+        assert_eq!(areas(&[0.3, 0.6]), None);
+    }
+
+    #[test]
+    fn a_table_without_keys_is_none_of_ours() {
         let unknown = Table::new(1, vec![(TASK, texts(["a"]))]);
         assert_eq!(rows(&unknown.into(), 0).unwrap(), None);
     }

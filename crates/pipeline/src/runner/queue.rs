@@ -1,6 +1,10 @@
-//! Queue of ready tasks for the workers, and the memory budget that running tasks share.
+//! Queue of ready tasks for the workers, the memory budget that running tasks share, and the series
+//! to which they add rows.
 
+use std::collections::HashMap;
 use std::sync::{Condvar, Mutex, MutexGuard};
+
+use asperity_tables::store::key::TaskKey;
 
 /// A task whose inputs exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +83,8 @@ pub struct MemoryBudget {
 
 struct Memory {
     free: u64,
+    /// Memory that running tasks have reserved in addition to their own, by task.
+    additional: HashMap<usize, u64>,
     /// Tasks that did not fit, in the order in which they were tried.
     waiting: Vec<usize>,
 }
@@ -89,7 +95,11 @@ impl MemoryBudget {
     pub fn new(size: u64, parts: impl Iterator<Item = u64>) -> MemoryBudget {
         MemoryBudget {
             parts: parts.map(|part| part.min(size)).collect(),
-            state: Mutex::new(Memory { free: size, waiting: Vec::new() }),
+            state: Mutex::new(Memory {
+                free: size,
+                additional: HashMap::new(),
+                waiting: Vec::new(),
+            }),
         }
     }
 
@@ -104,11 +114,22 @@ impl MemoryBudget {
         enters
     }
 
+    /// Reserves further memory for a running task until the task ends. Returns false if the memory
+    /// is not free.
+    pub fn reserve(&self, task: usize, bytes: u64) -> bool {
+        let mut state = self.state();
+        let fits = state.admit(bytes);
+        if fits {
+            *state.additional.entry(task).or_default() += bytes;
+        }
+        fits
+    }
+
     /// Releases the memory of a task and reserves it for waiting tasks. Returns the tasks that may
     /// start now.
     pub fn leave(&self, task: usize) -> Vec<usize> {
         let mut state = self.state();
-        state.free += self.parts[task];
+        state.free += self.parts[task] + state.additional.remove(&task).unwrap_or(0);
         let waiting = std::mem::take(&mut state.waiting).into_iter();
         let (begin, waiting) = waiting.partition(|&task| state.admit(self.parts[task]));
         state.waiting = waiting;
@@ -127,6 +148,37 @@ impl Memory {
             self.free -= part;
         }
         fits
+    }
+}
+
+/// Series to which running tasks add rows.
+///
+/// Two tasks that add rows to the same series run one after the other, because both may lack the
+/// same rows.
+#[derive(Default)]
+pub struct BusySeries(Mutex<HashMap<TaskKey, Vec<usize>>>);
+
+impl BusySeries {
+    /// Marks the series of a task as busy. Returns false if it is busy already; the task is then
+    /// returned later by [`BusySeries::leave`].
+    pub fn enter(&self, series: TaskKey, task: usize) -> bool {
+        let mut busy = self.0.lock().expect("no panic happens while it is held");
+        match busy.get_mut(&series) {
+            Some(waiting) => {
+                waiting.push(task);
+                false
+            }
+            None => {
+                busy.insert(series, Vec::new());
+                true
+            }
+        }
+    }
+
+    /// Marks the series as free, and returns the tasks that wait for it.
+    pub fn leave(&self, series: TaskKey) -> Vec<usize> {
+        let mut busy = self.0.lock().expect("no panic happens while it is held");
+        busy.remove(&series).unwrap_or_default()
     }
 }
 

@@ -123,17 +123,17 @@ impl Pressed {
             let Recipe::Solve(params) = &task.recipe else {
                 continue;
             };
-            if task.inputs != [sample.task] || archive.have(&[task.key]) == [false] {
+            if task.inputs != [sample.task] || archive.have(&[&task.table]) == [false] {
                 continue;
             }
             let point = ensemble::ParameterPoint::from_cells(params.coordinates());
             if *first.get_or_insert_with(|| point.clone()) != point {
                 continue;
             }
-            if !archive.store().has(task.key) {
+            if !archive.store().has(&task.table) {
                 return Ok(None);
             }
-            pressed.add(&archive.store().read(task.key, Columns::All)?)?;
+            pressed.add(&archive.store().read(&task.table, Columns::All)?)?;
         }
         pressed.unit = data.units.at(&pressed.point).map(str::to_owned);
         Ok(Some(pressed))

@@ -75,9 +75,8 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
 /// Returns the expression that selects groups with as many rows as the largest group of the same
 /// curve. A curve consists of the groups that differ only in the load.
 ///
-/// A surface has no rows beyond its first load in full contact. Averages over the remaining
-/// surfaces would be biased low, because the surfaces that reach full contact first drop out. A
-/// mean curve therefore ends at the first load at which a surface has no row.
+/// At a load at which some surfaces have no row, because it failed or was not requested for them,
+/// the mean over the others belongs to another ensemble. A mean curve leaves such loads out.
 fn is_complete(names: &GroupNames) -> Result<Expr, StageError> {
     let count = || col(COUNT.name);
     let curve = names.keys_of_a_curve();

@@ -175,8 +175,8 @@ fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
 /// Computes F(y) = −ln[(1 − a) y √(2π)] from the mean a of a column of areas, for each row of
 /// `reduced`.
 ///
-/// The value is null at full contact. It is also null if a surface of the group has no row because
-/// it is beyond full contact: the mean of the other surfaces would be biased low.
+/// The value is null at full contact. It is also null if a surface of the group has no row: the
+/// mean of the other surfaces would belong to another ensemble.
 fn approach(
     reduced: &Table,
     names: &[String],

@@ -56,7 +56,7 @@ pub struct MeasureTable {
     pub pool: Key<bool>,
     /// `true` adds the incremental stiffness of the interface to `"contacts"`: the derivative of
     /// the mean pressure with respect to the approach of the bodies. It is a finite difference
-    /// between neighbouring loads of a block that differ by at most 10 %. For loads only.
+    /// between neighbouring loads of the stage that differ by at most 10 %. For loads only.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
 }

@@ -123,42 +123,42 @@ pub enum Method {
     Asperities,
 }
 
-/// Returns the blocks of loads of a stage, one for each parameter point, or `None` after reporting
+/// Returns the recipes of a stage, one for each parameter point, or `None` after reporting
 /// problems.
 pub fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    let blocks = blocks(section, &context.surfaces, context.problems)?;
-    let recipes = blocks.into_iter().map(|block| Recipe::Solve(Arc::new(block)));
+    let points = points(section, &context.surfaces, context.problems)?;
+    let recipes = points.into_iter().map(|params| Recipe::Solve(Arc::new(params)));
     Some(recipes.collect())
 }
 
-fn blocks(
+fn points(
     section: &Section<SolveTable>,
     surfaces: &Surfaces,
     problems: &mut Problems,
 ) -> Option<Vec<Params>> {
     check_hardness_unit(section, problems);
-    let mut blocks = Vec::with_capacity(section.points.len());
+    let mut points = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
         let checks = &mut Checks::new(section, point, problems);
         let boundary = boundary(&point.table, surfaces, section, checks);
-        let block = block(&point.table, checks).zip(boundary);
-        let block = block.map(|(block, boundary)| Params { boundary, ..block });
-        if let Some(block) = &block {
-            check_bearing(&point.table, block, surfaces, checks);
+        let params = params(&point.table, checks).zip(boundary);
+        let params = params.map(|(params, boundary)| Params { boundary, ..params });
+        if let Some(params) = &params {
+            check_bearing(&point.table, params, surfaces, checks);
         }
-        loads += block.as_ref().map_or(0, |block| block.loads.len());
+        loads += params.as_ref().map_or(0, |params| params.loads.len());
         if loads > MAX_LOADS_OF_STAGE {
             let message = format!("the stage has more than {MAX_LOADS_OF_STAGE} loads");
             let label = "swept lists are combined with each other";
             problems.push(Problem::new(message, section.span.clone(), label));
             return None;
         }
-        blocks.push(block);
+        points.push(params);
     }
-    let blocks = blocks.into_iter().collect::<Option<Vec<_>>>()?;
-    report_equal_points(section, &blocks, problems);
-    Some(blocks)
+    let points = points.into_iter().collect::<Option<Vec<_>>>()?;
+    report_equal_points(section, &points, problems);
+    Some(points)
 }
 
 /// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
@@ -187,7 +187,7 @@ fn boundary(
     )))
 }
 
-fn block(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
+fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
     let loads = loads::loads(table, checks);
     let load_unit = checks.value("load_unit", &table.load_unit);
@@ -314,23 +314,23 @@ fn softest_body(table: &SolveTable) -> Option<f64> {
 
 /// Reports a largest load that is not below the hardness. Hardness and load in different units are
 /// compared with the rms slopes to which the surfaces are scaled, if these are known.
-fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks: &mut Checks) {
-    let (Some(hardness), Some(&largest)) = (block.hardness, block.loads.last()) else {
+fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, checks: &mut Checks) {
+    let (Some(hardness), Some(&largest)) = (params.hardness, params.loads.last()) else {
         return;
     };
-    let slopes = if hardness.unit == block.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
+    let slopes = if hardness.unit == params.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
     let pressure = |value: f64, unit: PressureUnit, slope: f64| match unit {
         PressureUnit::Absolute => value,
-        PressureUnit::Relative => decimal::nearest(value * block.effective_modulus * slope),
+        PressureUnit::Relative => decimal::nearest(value * params.effective_modulus * slope),
     };
-    let of_load = |slope: f64| pressure(largest, block.load_unit, slope);
+    let of_load = |slope: f64| pressure(largest, params.load_unit, slope);
     let of_hardness = |slope: f64| pressure(hardness.pressure, hardness.unit, slope);
     let mut slopes = slopes.into_iter().flatten();
     let Some(slope) = slopes.find(|slope| of_load(*slope) >= of_hardness(*slope)) else {
         return;
     };
     let shown = |value: f64, unit: PressureUnit| match unit {
-        PressureUnit::Relative if hardness.unit != block.load_unit => {
+        PressureUnit::Relative if hardness.unit != params.load_unit => {
             let pressure = decimal::written(pressure(value, unit, slope));
             let value = decimal::written(value);
             format!("{value}, a pressure of {pressure} where the rms slope is {slope}")
@@ -339,13 +339,13 @@ fn check_bearing(table: &SolveTable, block: &Params, surfaces: &Surfaces, checks
     };
     let message = format!(
         "`loads` holds {}, but `hardness` is {}",
-        shown(largest, block.load_unit),
+        shown(largest, params.load_unit),
         shown(hardness.pressure, hardness.unit)
     );
     let Some((load, hardness)) = span_of_largest_load(table).zip(table.hardness.written()) else {
         return;
     };
-    let limit = of_hardness(slope) / pressure(1.0, block.load_unit, slope);
+    let limit = of_hardness(slope) / pressure(1.0, params.load_unit, slope);
     let problem = Problem::new(message, load, "load that is not below the hardness");
     let problem = problem.and(hardness.span.clone(), "the hardness");
     checks.problems.push(problem.help(format!(

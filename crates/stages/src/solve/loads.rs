@@ -1,6 +1,4 @@
 //! Keys of loads, of stored pressure fields and of histograms in `solve` stages.
-//!
-//! A block is the sequence of loads of one parameter point on one surface.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -14,15 +12,15 @@ use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::positive_items;
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 
-/// Maximum number of loads in a block.
+/// Maximum number of loads of a parameter point.
 const MAX_LOADS: u32 = 100_000;
 /// Maximum number of bins of a histogram.
 const MAX_BINS: u32 = 10_000;
-/// Maximum number of bins of a histogram, summed over the loads of a block: the number of nodes of
-/// a map of 4096².
-const MAX_BINS_OF_BLOCK: usize = 1 << 24;
+/// Maximum number of bins of a histogram, summed over the loads of a parameter point: the number
+/// of nodes of a map of 4096².
+const MAX_BINS_OF_POINT: usize = 1 << 24;
 
-/// The loads of a block, the value of `loads`.
+/// The loads of a parameter point, the value of `loads`.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Loads {
@@ -92,7 +90,7 @@ pub struct Bins {
     pub to: f64,
 }
 
-/// Returns the loads of a block in ascending order, or `None` after reporting problems.
+/// Returns the loads of a parameter point in ascending order, or `None` after reporting problems.
 pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
     let written = checks.required("loads", &table.loads)?;
     match &written.value {
@@ -165,7 +163,7 @@ fn spaced(range: &LoadRange, written: &Spanned<Loads>, checks: &mut Checks) -> O
 }
 
 /// Returns the loads under which pressure fields are stored. The manifest may give them with
-/// rounding errors; the result contains the exact loads of the block.
+/// rounding errors; the result contains exact values of `loads`.
 pub fn pressures(
     table: &SolveTable,
     loads: Option<&[f64]>,
@@ -186,7 +184,7 @@ pub fn pressures(
     Some(Pressures::At(chosen))
 }
 
-/// Returns the load of the block that equals a listed load up to rounding errors. Reports a listed
+/// Returns the value of `loads` that equals a listed load up to rounding errors. Reports a listed
 /// load that equals none.
 fn chosen(load: &Spanned<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64> {
     let value = decimal::nearest(load.value);
@@ -212,9 +210,9 @@ pub fn bins(
     };
     let Bins { count, to } = written.value;
     let loads = loads.map_or(0, <[f64]>::len);
-    if loads.saturating_mul(count as usize) > MAX_BINS_OF_BLOCK {
+    if loads.saturating_mul(count as usize) > MAX_BINS_OF_POINT {
         let message = format!("`{name}` has {count} bins under each of {loads} loads");
-        let label = format!("must be at most {MAX_BINS_OF_BLOCK} bins under all loads together");
+        let label = format!("must be at most {MAX_BINS_OF_POINT} bins under all loads together");
         return checks.refuse(name, message, &written.span, label);
     }
     Some(Some(EqualBins { count, to: decimal::nearest(to) }))

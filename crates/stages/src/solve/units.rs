@@ -91,7 +91,7 @@ impl Scales {
     }
 
     /// Converts a pressure of the manifest to units of E* × h′. The result is rounded, so that
-    /// blocks with either unit have equal loads.
+    /// loads in either unit are equal.
     pub fn reduced_pressure(&self, given: f64, unit: PressureUnit) -> f64 {
         match unit {
             PressureUnit::Relative => given,

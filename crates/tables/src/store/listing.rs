@@ -1,14 +1,15 @@
 //! Listings of the files in a store and in results folders. The kind of a file is known from its
 //! name.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use super::files::{DAMAGED, names};
 use super::key::TaskKey;
 use super::users::UNFINISHED;
-use super::{STAGING, StoreError, checkpoints, path};
+use super::series::FileName;
+use super::{STAGING, StoreError, path};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredFile {
@@ -20,9 +21,7 @@ pub struct StoredFile {
 /// Kind of a file according to its name and folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FileKind {
-    Task(TaskKey),
-    /// Checkpoint of a task that is running or was interrupted.
-    Checkpoint(TaskKey),
+    Task(FileName),
     Stage {
         study: String,
         stage: String,
@@ -52,15 +51,12 @@ pub fn store_files(root: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = Vec::new();
     for folder in folders(root)? {
         let table = |name: &str| {
-            let key: TaskKey = name.strip_suffix(".parquet")?.parse().ok()?;
-            (path(root, key) == folder.join(name)).then_some(FileKind::Task(key))
+            let file: FileName = name.parse().ok()?;
+            let is_in_its_folder = path(root, file.key).parent() == Some(&folder);
+            is_in_its_folder.then_some(FileKind::Task(file))
         };
         files.extend(known(&folder, table)?);
     }
-    files.extend(known(&root.join(checkpoints::FOLDER), |name| {
-        let key = name.strip_suffix(checkpoints::ENDING)?.parse().ok()?;
-        Some(FileKind::Checkpoint(key))
-    })?);
     Ok(files)
 }
 
@@ -100,12 +96,12 @@ pub fn known(
     Ok(found.collect())
 }
 
-/// Returns the tasks whose tables are in a folder. If the folder does not exist, there are none.
+/// Returns the files with tables in a folder, by key. If the folder does not exist, there are none.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
-pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
-    let mut finished = HashSet::new();
+pub(crate) fn finished_in(folder: &Path) -> io::Result<HashMap<TaskKey, Vec<FileName>>> {
+    let mut finished: HashMap<TaskKey, Vec<FileName>> = HashMap::new();
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(finished),
         entries => entries?,
@@ -113,13 +109,12 @@ pub(crate) fn finished_in(folder: &Path) -> io::Result<HashSet<TaskKey>> {
     for entry in entries {
         let entry = entry?;
         let name = entry.file_name();
-        let key = name.to_str().and_then(|name| name.strip_suffix(".parquet"));
-        let Some(key) = key.and_then(|key| key.parse().ok()) else {
+        let Some(file) = name.to_str().and_then(|name| name.parse::<FileName>().ok()) else {
             continue;
         };
         // The entry itself says whether it is a plain file. Only links need another system call.
         if entry.file_type()?.is_file() || entry.path().is_file() {
-            finished.insert(key);
+            finished.entry(file.key).or_default().push(file);
         }
     }
     Ok(finished)
@@ -153,7 +148,7 @@ mod tests {
             ours.extend(what.map(|what| StoredFile { path, bytes: 5, what }));
         };
         let folder = &digits[..2];
-        write(folder, &format!("{digits}.parquet"), Some(FileKind::Task(key)));
+        write(folder, &format!("{digits}.parquet"), Some(FileKind::Task(FileName { key, rows: None })));
         write(folder, &format!("{digits}.parquet.damaged"), Some(FileKind::Quarantined));
         write(folder, &format!("{digits}.parquet.damaged-2"), Some(FileKind::Quarantined));
         write("unfinished", ".unfinished-Xy", Some(FileKind::Unfinished));

@@ -19,6 +19,7 @@ use asperity_tables::store::files::{Existing, write_whole};
 use asperity_tables::store::key::Digest;
 use asperity_tables::store::listing;
 use asperity_tables::store::listing::{FileKind, StoredFile};
+use asperity_tables::store::series::Part;
 
 /// Maximum size in bytes of a record that is read, enough for tens of thousands of points.
 const MAX_BYTES: u64 = 64 << 20;
@@ -185,9 +186,20 @@ impl PointRecord {
         PointRecord {
             fields,
             realizations,
-            identity: Digest::from_params(&recipe.identity()).to_string(),
+            identity: Digest::from_params(&read_by_some_stage(recipe)).to_string(),
         }
     }
+}
+
+/// Returns the recipe without the parameters that no later stage reads. Parts of rows that some
+/// later stages read remain, so that a change of them is a cause for these stages.
+fn read_by_some_stage(recipe: &Recipe) -> Recipe {
+    let source = recipe.source_part();
+    let series = recipe.series(None).filter(|_| source.is_some());
+    let values = series.map(|series| series.rows.values);
+    let wanted = |part: &Part| Some(part) != source.as_ref();
+    let restricted = values.and_then(|values| recipe.restricted(&values, &wanted));
+    restricted.unwrap_or_else(|| recipe.identity().into_owned())
 }
 
 /// Returns the members of a JSON object, with values as JSON texts. If the only value is itself an

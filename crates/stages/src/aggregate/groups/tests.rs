@@ -286,7 +286,7 @@ fn a_line_through_the_rows_of_a_group_has_their_slope_and_intercept() {
 }
 
 #[test]
-fn a_row_in_two_blocks_counts_once() {
+fn a_row_in_two_stages_counts_once() {
     let named = table().with(vec![(SURFACE, texts(["a", "a", "b", "b", "c", "c", "d", "d"]))]);
     let twice = Table::stack(&[named.clone(), named.clone()]).unwrap();
     let asked = groups(&[Statistic::Mean, Statistic::Sd]);
@@ -295,7 +295,7 @@ fn a_row_in_two_blocks_counts_once() {
 }
 
 #[test]
-fn a_curve_ends_where_its_first_surface_is_in_full_contact() {
+fn a_curve_leaves_out_loads_at_which_a_surface_has_no_row() {
     // The second surface of the first spectrum has no second load.
     let shorter = table().pick(&[0, 1, 2, 4, 5, 6, 7]);
     let reduced = reduce(&shorter, &groups(&[Statistic::Mean])).unwrap();

@@ -46,9 +46,8 @@ struct Observations {
 }
 
 impl Group {
-    /// Returns the points at which the observable is known for all surfaces under a load. A surface
-    /// has no rows beyond its first load in full contact, and a mean over the remaining surfaces
-    /// would be biased.
+    /// Returns the points at which the observable is known for all surfaces under a load. A mean
+    /// over some surfaces would belong to another ensemble.
     pub fn points_under(&self, load: Option<f64>) -> Vec<LimitPoint> {
         let points = self.points.iter();
         let members = &self.members();

@@ -1,0 +1,266 @@
+//! Contact of one surface, which is solved under single loads.
+
+use super::parallel::LoadTask;
+use super::parts::{AddedParts, LoadParts, StoredLoads, counted};
+use super::rows::{SolvedLoad, contact_map};
+use super::units::{Scales, SurfaceHardness};
+use super::{Params, WORK_BYTES_PER_NODE, parts, rows};
+use crate::columns::RMS_SLOPE;
+use crate::{Context, StageError};
+use asperity_contact::flow;
+use asperity_contact::grid::Grid;
+use asperity_contact::solver::{HalfSpace, Solver, Stop, Watch, cost};
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::surface::Surface;
+use asperity_tables::table::Table;
+
+/// Contact of one surface. Any of its solvers can solve any load, and the result is the same.
+///
+/// A solver works with dimensionless numbers: it receives heights in units of side × rms slope and
+/// returns pressures in units of E* × rms slope.
+pub struct Contact {
+    params: Params,
+    grid: Grid,
+    scales: Scales,
+    hardness: Option<SurfaceHardness>,
+    /// Displacement of each node under unit pressure, if displacements are absolute.
+    under_unit_pressure: Option<Vec<f64>>,
+    /// Root mean square height in the solver's unit of length. It is 1 for a flat surface, and if
+    /// no gaps are counted.
+    rms_height: f64,
+}
+
+impl Contact {
+    /// Prepares the contact of a surface with this rms slope, and its first solver.
+    ///
+    /// # Errors
+    /// Returns an error if the heaviest load exceeds the hardness of the material.
+    pub fn new(
+        params: &Params,
+        surface: Surface,
+        rms_slope: f64,
+        threads: Threads,
+    ) -> Result<(Contact, Solver), StageError> {
+        let grid = surface.grid();
+        let scales = Scales::new(grid, rms_slope, params.effective_modulus);
+        let hardness = params.hardness.map(|given| scales.hardness(given)).transpose()?;
+        let bound = hardness.map(|hardness| hardness.reduced);
+        if let (Some(bound), Some(&heaviest)) = (bound, params.loads.last()) {
+            bound.check_load(scales.reduced_pressure(heaviest, params.load_unit))?;
+        }
+        let heights = scales.reduced_heights(surface);
+        let body = HalfSpace { boundary: params.boundary, hardness: bound };
+        let mut solver = body.solver_with_threads(threads, grid, &heights);
+        let contact = Contact {
+            params: params.clone(),
+            grid,
+            scales,
+            hardness,
+            under_unit_pressure: solver.displacement_under_unit_pressure(),
+            rms_height: params.gap_bins.map_or(1.0, |_| rms(&heights)),
+        };
+        Ok((contact, solver))
+    }
+
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// Returns all loads in the unit of the manifest.
+    pub fn loads(&self) -> &[f64] {
+        &self.params.loads
+    }
+
+    /// Returns the factors between the units of the solver and of the user.
+    pub fn scales(&self) -> &Scales {
+        &self.scales
+    }
+
+    /// Solves the load `given`, in the unit of the manifest.
+    ///
+    /// # Errors
+    /// Returns an error on interruption. The load may then be solved again.
+    pub fn solve(
+        &self,
+        solver: &mut Solver,
+        given: f64,
+        watch: &dyn Watch,
+    ) -> Result<SolvedLoad, StageError> {
+        let load = self.scales.reduced_pressure(given, self.params.load_unit);
+        let outcome = solver.press(load, &self.params.settings(), watch);
+        if outcome.stop == Stop::Interrupted {
+            return Err(StageError::Interrupted);
+        }
+        let pressures = solver.pressure();
+        let contact = contact_map(solver.threads(), self.scales.nodes, pressures);
+        // By reciprocity, ⟨u⟩ = ⟨u₁ p⟩, where u₁ is the displacement under unit pressure.
+        let displacement = self.under_unit_pressure.as_ref().map(|displacement| {
+            let sum: f64 = displacement.iter().zip(pressures).map(|(u, p)| u * p).sum();
+            sum / pressures.len() as f64
+        });
+        let keep = self.params.keeps_pressures_at(given);
+        let parts = if keep || self.params.reads_pressures() {
+            let stored = pressures.iter().map(|p| p * self.scales.pressure()).collect();
+            self.parts(solver, stored, keep, watch)?
+        } else {
+            LoadParts::default()
+        };
+        Ok(SolvedLoad { given, load, outcome, contact, displacement, asperities: None, parts })
+    }
+
+    /// Computes the parts of a load from its stored pressures, without solving it. `row` is the row
+    /// of the load among the stored ones.
+    ///
+    /// # Errors
+    /// Returns an error on interruption.
+    pub fn add_parts(
+        &self,
+        solver: &mut Solver,
+        stored: &StoredLoads,
+        row: usize,
+        watch: &dyn Watch,
+    ) -> Result<AddedParts, StageError> {
+        let parts = self.parts(solver, stored.pressures(row), false, watch)?;
+        Ok(AddedParts { load: self.params.loads[row], mean_gap: stored.mean_gap(row), parts })
+    }
+
+    /// Computes the parts of a load from its pressures in the unit of the moduli.
+    fn parts(
+        &self,
+        solver: &mut Solver,
+        stored: Vec<f64>,
+        keep: bool,
+        watch: &dyn Watch,
+    ) -> Result<LoadParts, StageError> {
+        if !self.params.reads_pressures() {
+            return Ok(LoadParts { pressures: keep.then_some(stored), ..LoadParts::default() });
+        }
+        let kept = keep.then(|| stored.clone());
+        let mut parts = LoadParts { pressures: kept, ..LoadParts::default() };
+        let pressures = self.reduced_pressures(stored);
+        parts.pressure_counts = self.params.pressure_bins.map(|bins| {
+            let in_contact = pressures.iter().filter(|pressure| **pressure > 0.0);
+            counted(bins, in_contact.copied())
+        });
+        if !self.params.reads_gap() {
+            return Ok(parts);
+        }
+        let mut gap = solver.gap_under(&pressures);
+        parts.gap_counts = self.params.gap_bins.map(|bins| {
+            let apart = gap.iter().zip(&pressures).filter(|(_, pressure)| **pressure == 0.0);
+            counted(bins, apart.map(|(gap, _)| gap.max(0.0) / self.rms_height))
+        });
+        if self.params.flow {
+            // Nodes in contact are closed, even if their gap is positive within the tolerance.
+            for (gap, pressure) in gap.iter_mut().zip(&pressures) {
+                *gap = if *pressure > 0.0 { 0.0 } else { *gap };
+            }
+            drop(pressures);
+            let is_interrupted = || watch.is_interrupted();
+            let flow = flow::flow_through_interruptible(self.grid, &gap, &is_interrupted);
+            parts.flow = Some(flow.ok_or(StageError::Interrupted)?);
+        }
+        Ok(parts)
+    }
+
+    /// Converts stored pressures to units of E* × rms slope. Saturated nodes get exactly the
+    /// hardness, which rounding would miss.
+    fn reduced_pressures(&self, mut stored: Vec<f64>) -> Vec<f64> {
+        let unit = self.scales.pressure();
+        let hardness = self.hardness.map_or(f64::INFINITY, |hardness| hardness.reduced.pressure());
+        for pressure in &mut stored {
+            let is_saturated = *pressure >= hardness * unit;
+            *pressure = if is_saturated { hardness } else { *pressure / unit };
+        }
+        stored
+    }
+
+    /// Returns the table of solved loads. The parameters of the surface are taken from the one-row
+    /// table `surface`.
+    pub fn table(&self, surface: &Table, loads: Vec<SolvedLoad>) -> Table {
+        rows::table(&self.params, &self.scales, self.hardness, surface, loads)
+    }
+
+    /// Returns a table with only the load and the parts of each row.
+    pub fn table_of_parts(&self, rows: Vec<AddedParts>) -> Table {
+        parts::table(&self.params, self.scales.length(), rows)
+    }
+}
+
+/// Solves the contact of one surface under the loads, or only adds parts to stored rows of the
+/// loads. `row` is the row of the surface in the table of its stage.
+///
+/// # Errors
+/// Returns an error if the heaviest load exceeds the hardness of the material, or on interruption.
+pub fn solve(
+    params: &Params,
+    surface: Surface,
+    row: &Table,
+    context: &Context,
+) -> Result<Table, StageError> {
+    let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
+    let (nodes, count) = (surface.grid().nodes(), surface.grid().count() as f64);
+    let (contact, mut solver) = Contact::new(params, surface, rms_slope, context.threads.clone())?;
+    let per_node = params.body().sibling_bytes_per_node(params.tolerance)
+        + params.part_bytes_per_node()
+        + WORK_BYTES_PER_NODE;
+    let sibling = |solver: &Solver| {
+        (context.reserve)((per_node * count) as u64)
+            .then(|| solver.sibling(context.threads.clone()))
+    };
+    if let Some(stored) = context.stored {
+        let stored = StoredLoads::new(stored)?;
+        let task = LoadTask::new(context, &params.loads, vec![1.0; params.loads.len()]);
+        return task.run(
+            &mut solver,
+            sibling,
+            |solver, index, watch| contact.add_parts(solver, &stored, index, watch),
+            |rows| contact.table_of_parts(rows),
+        );
+    }
+    let cost = |load: &f64| {
+        cost::expected_pairs(&params.body(), nodes, &[*load], params.tolerance)
+            + params.pairs_of_parts()
+    };
+    let task = LoadTask::new(context, &params.loads, params.loads.iter().map(cost).collect());
+    task.run(
+        &mut solver,
+        sibling,
+        |solver, index, watch| contact.solve(solver, params.loads[index], watch),
+        |loads| contact.table(row, loads),
+    )
+}
+
+/// Returns the root mean square of the heights about their mean, or 1 for a flat surface.
+fn rms(heights: &[f64]) -> f64 {
+    let nodes = heights.len() as f64;
+    let mean = heights.iter().sum::<f64>() / nodes;
+    let squares: f64 = heights.iter().map(|height| (height - mean).powi(2)).sum();
+    if squares > 0.0 { (squares / nodes).sqrt() } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::tests::{params, surface};
+    use crate::solve::{GivenHardness, PressureUnit};
+
+    #[test]
+    fn saturated_nodes_have_exactly_the_hardness_after_they_were_stored() {
+        let hardness = GivenHardness { pressure: 0.8, unit: PressureUnit::Relative };
+        for effective_modulus in [1.0, 1.1, 3.0, 210e9, 1e-7] {
+            let params = Params { effective_modulus, hardness: Some(hardness), ..params() };
+            let (contact, mut solver) =
+                Contact::new(&params, surface(), 0.7, Threads::one()).unwrap();
+            let solved = contact.solve(&mut solver, 0.3, &|| false).unwrap();
+            let unit = contact.scales().pressure();
+            let stored = solver.pressure().iter().map(|p| p * unit).collect();
+            let reduced = contact.reduced_pressures(stored);
+            let saturated = reduced.iter().filter(|pressure| **pressure == 0.8).count();
+            assert_eq!(saturated, solved.outcome.saturated_nodes);
+            assert!(saturated > 0);
+            let pairs = reduced.iter().zip(solver.pressure());
+            assert!(pairs.into_iter().all(|(one, p)| (one - p).abs() <= f64::EPSILON * p));
+        }
+    }
+}
