@@ -157,7 +157,7 @@ pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failu
 #[derive(clap::Args)]
 pub struct ShowArguments {
     /// Key of a finished task (at least its first 4 digits), or a Parquet file of the store or the
-    /// results.
+    /// results. If the rows of the task are in several files, the first of them is shown.
     #[arg(value_name = "KEY|FILE")]
     what: PathBuf,
 

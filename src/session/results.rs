@@ -232,7 +232,12 @@ impl TableFile {
         let path = if what.is_file() {
             what.to_owned()
         } else {
-            data.open_read_only()?.path(names::finished(&what.to_string_lossy(), data)?)
+            let store = data.open_read_only()?;
+            let key = names::finished(&what.to_string_lossy(), data)?;
+            // Rows of a series may be in several files, of which the first is shown.
+            let mut files = store.files_of(key)?;
+            files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));
+            files.first().map_or_else(|| store.path(key), |file| store.path_of(file))
         };
         let (table, metadata) = read_whole(&path, Columns::All)?;
         Ok(TableFile { path, table, metadata })

@@ -236,9 +236,8 @@ impl Status {
         let solved = self.missing.iter().map(|&task| &self.plan.tasks[task]);
         let solved = solved.filter(|task| task.recipe.kind() == Kind::Solve);
         // The loads of a surface are solved in parallel, and so are the parts of a large mesh.
-        let useful = solved.map(|task| {
-            Threads::useful_for(task.nodes[0] * task.nodes[1]).max(task.rows)
-        });
+        let useful =
+            solved.map(|task| Threads::useful_for(task.nodes[0] * task.nodes[1]).max(task.rows));
         let each = useful.max().unwrap_or(1);
         Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }

@@ -98,9 +98,9 @@ impl Session<'_> {
         let tables = self.tables()?;
         let task = chosen_task(stage, coordinates, options.load, &tables.table(stage)?)?;
         let plan = &tables.reading.plan;
-        let is_stored = plan.task_of(task).is_some_and(|planned| {
-            tables.reading.reader.store().has(&plan.tasks[planned].table)
-        });
+        let is_stored = plan
+            .task_of(task)
+            .is_some_and(|planned| tables.reading.reader.store().has(&plan.tasks[planned].table));
         if !is_stored {
             return Err(SessionError::NoMaps {
                 task,

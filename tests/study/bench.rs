@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 use asperity::tables::parquet;
 use asperity::tables::parquet::Columns;
 use asperity::tables::store::Store;
+use asperity::tables::store::series::FileName;
 use asperity::tables::store::users::Writer;
 use asperity::tables::table::Table;
 use serde_json::Value;
@@ -137,6 +138,25 @@ impl Bench {
         let name = own.next().expect("the task has a file");
         assert!(own.next().is_none(), "{task} has several files");
         folder.join(name)
+    }
+
+    /// Reads every file of the data folder, by its relative path, and all rows of a series together,
+    /// by the key of the series: an interrupted task may have stored them in several files.
+    pub fn content(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        let root = self.data().join("store");
+        let store = Store::open_read_only(&root).expect("a store");
+        let merged = self.files().into_iter().map(|(path, bytes)| {
+            let name = path.file_name().and_then(|name| name.to_str()?.parse::<FileName>().ok());
+            match name.filter(|name| name.rows.is_some()) {
+                None => (path, bytes),
+                Some(name) => {
+                    let (table, _) = store.read_with_provenance(name.key).expect("rows");
+                    let path = path.with_file_name(name.key.to_string());
+                    (path, parquet::encode(&table, &parquet::Metadata::default()))
+                }
+            }
+        });
+        merged.collect()
     }
 
     /// Reads the published tables of a study, by file name.

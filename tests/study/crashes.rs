@@ -57,12 +57,12 @@ fn survives(together: usize, seed: u64) {
         let runs = (0..together).map(|_| start(&bench)).collect();
         if kill_at_random(runs, whole, &mut random) {
             bench.run(&study());
-            assert_same_files(&bench.files(), &undisturbed.files());
+            assert_same_files(&bench.content(), &undisturbed.content());
             bench = Bench::new();
         }
     }
     bench.run(&study());
-    assert_same_files(&bench.files(), &undisturbed.files());
+    assert_same_files(&bench.content(), &undisturbed.content());
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_disk_that_fills_up_fifty_times_ends_with_the_same_bytes() {
     assert_eq!(failures, TIMES);
     disk.resize(2 * blocks);
     bench.run(&study());
-    assert_same_files(&bench.files(), &undisturbed.files());
+    assert_same_files(&bench.content(), &undisturbed.content());
 }
 
 /// Simulates a full disk with `ulimit -f`, which needs no special permissions.
@@ -126,7 +126,7 @@ fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
         assert!(bench.output(&["verify"]).status.success());
     }
     bench.run(&study());
-    assert_same_files(&bench.files(), &undisturbed.files());
+    assert_same_files(&bench.content(), &undisturbed.content());
 }
 
 #[test]

@@ -268,7 +268,10 @@ fn one_stage_can_be_asked_for_and_a_wrong_name_is_met_with_the_right_one() {
     let manifest = path.to_str().unwrap();
     let one = bench.output(&["explain", manifest, "area"]);
     let printed = String::from_utf8_lossy(&one.stdout).into_owned();
-    assert!(printed.contains("4 tasks: earlier stage `surfaces`: hurst 0.8 → 0.7"), "{printed}");
+    assert!(
+        printed.contains("4 tasks, 16 loads to measure: earlier stage `surfaces`: hurst 0.8 → 0.7"),
+        "{printed}"
+    );
     assert!(!printed.contains("light"), "{printed}");
     let wrong = bench.output(&["explain", manifest, "aera"]);
     assert_eq!(wrong.status.code(), Some(2));

@@ -24,8 +24,8 @@ impl Blocked {
         let table = undisturbed.table("small", stage);
         let key = table.texts("task").unwrap().value(0).to_owned();
         let bench = Bench::new();
-        let obstacle = bench.data().join("store").join(&key[..2]);
-        let obstacle = obstacle.join(format!("{key}.parquet"));
+        let file = undisturbed.file_of(&key);
+        let obstacle = bench.data().join(file.strip_prefix(undisturbed.data()).unwrap());
         fs::create_dir_all(&obstacle).unwrap();
         Blocked { bench, key, obstacle }
     }

@@ -141,16 +141,12 @@ fn a_block_that_is_split_into_two_stages_or_merged_solves_nothing() {
         let counts = bench.run(second);
         let solved = counts.iter().filter(|(name, _)| !["corrected", "mean"].contains(&&***name));
         assert!(solved.map(|(_, count)| count).all(is_idle), "{counts:?}");
-        assert_same_files(&bench.published("loads"), &{
-            let bench = Bench::new();
-            bench.run(first);
-            bench.run(second);
-            bench.published("loads")
-        });
         let mut fresh = from_nothing(second, &[]);
         let mut found = bench.published("loads");
         // The table of a stage that is gone stays.
-        [&mut fresh, &mut found].map(|files| files.remove(&PathBuf::from("middle.parquet")));
+        for files in [&mut fresh, &mut found] {
+            files.remove(&PathBuf::from("middle.parquet"));
+        }
         assert_same_files(&found, &fresh);
     }
 }
@@ -185,9 +181,7 @@ fn requested_columns_are_computed_without_the_rows_that_exist() {
     assert_eq!(bench.table("loads", "contact"), rows);
 
     let from_stored = and(&with(loads), &format!("{flow}\n{counts}"));
-    let [(4, words)] = &remaining(&bench, &from_stored, "contact")[..] else {
-        panic!("four rows")
-    };
+    let [(4, words)] = &remaining(&bench, &from_stored, "contact")[..] else { panic!("four rows") };
     assert!(words.ends_with("of 4 loads, from stored pressures"), "{words}");
     bench.run(&from_stored);
     assert_same_files(&bench.published("loads"), &from_nothing(&from_stored, &[]));

@@ -24,7 +24,7 @@ fn shard(bench: &Bench, manifest: &Path, shard: &str) -> Output {
 
 /// Reads every file outside `cluster/`.
 fn finished(bench: &Bench) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = bench.files();
+    let mut files = bench.content();
     files.retain(|path, _| !path.starts_with("cluster"));
     files
 }

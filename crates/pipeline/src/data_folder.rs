@@ -12,8 +12,8 @@ use crate::plan::Plan;
 use crate::plan::reasons::record::Record;
 use crate::{cluster, results};
 use asperity_tables::store::key::TaskKey;
-use asperity_tables::store::series::TableRef;
 use asperity_tables::store::listing::{FileKind, StoredFile};
+use asperity_tables::store::series::{self, TableRef};
 use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{Store, StoreError, listing};
 
@@ -98,7 +98,6 @@ pub fn unneeded(
     let tasks = plans.iter().flat_map(|plan| &plan.tasks);
     let mut tables: HashMap<TaskKey, Vec<&TableRef>> = HashMap::new();
     tasks.for_each(|task| tables.entry(task.table.key).or_default().push(&task.table));
-    let store = data.open_read_only()?;
     let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
     found.extend(Record::files(&data.records())?);
@@ -108,7 +107,7 @@ pub fn unneeded(
         FileKind::Unfinished => !moment.is_abandoned(&found.path),
         _ if plans.is_empty() => true,
         FileKind::Task(file) => tables.get(&file.key).is_some_and(|tables| {
-            tables.iter().any(|table| store.holds_some_of(file, table))
+            tables.iter().any(|table| series::holds_some_of(&found.path, file, table))
         }),
         FileKind::Stage { study, stage } => plans.iter().any(|plan| plan.has_table(study, stage)),
         FileKind::Owner { study } | FileKind::Record { study } | FileKind::Cluster { study } => {

@@ -33,7 +33,7 @@ pub use publishing::{PublishedTable, publish};
 
 /// Version of the format of published tables. Increase it when the format of their metadata
 /// changes, so that existing tables are rewritten.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// Name of the folder with a study's figures, beside its tables.
 pub const FIGURES: &str = "figures";

@@ -176,10 +176,8 @@ impl Stage for Params {
     /// Returns the rows of the input: every load is measured by itself, except for the stiffness,
     /// which is a difference between loads.
     fn series(&self, input: Option<&SeriesRows>) -> Option<Series> {
-        let is_by_load = matches!(
-            self,
-            Params::Contacts { stiffness: false } | Params::Distribution(_)
-        );
+        let is_by_load =
+            matches!(self, Params::Contacts { stiffness: false } | Params::Distribution(_));
         let input = input.filter(|_| is_by_load)?;
         Some(Series {
             recipe: Recipe::Measure(*self),

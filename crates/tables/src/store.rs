@@ -172,9 +172,7 @@ impl Store {
     pub fn has(&self, table: &TableRef) -> bool {
         match table.series {
             None => self.path(table.key).is_file(),
-            Some(_) => {
-                self.files_of(table.key).is_ok_and(|names| self.is_complete(table, &names))
-            }
+            Some(_) => self.files_of(table.key).is_ok_and(|names| self.is_complete(table, &names)),
         }
     }
 

@@ -65,7 +65,7 @@ impl Remaining {
             let mut columns: Vec<String> = Vec::new();
             if !group.is_new {
                 let parts = group.parts.iter().flat_map(|part| &part.columns);
-                columns.extend(parts.map(|column| format!("`{column}`")));
+                columns.extend(parts.map(|column| (*column).to_owned()));
             }
             *counts.entry((!group.is_new, group.from_stored, columns)).or_default() +=
                 group.values.len();

@@ -56,7 +56,10 @@ impl Reasons {
             let mut groups = Groups::default();
             for (&task, &set) in tasks.filter(|(task, _)| is_missing[**task]) {
                 let unchanged = (set == EMPTY).then(|| {
-                    cause_of_missing(counterparts[stage], store.has_damaged(plan.tasks[task].table.key))
+                    cause_of_missing(
+                        counterparts[stage],
+                        store.has_damaged(plan.tasks[task].table.key),
+                    )
                 });
                 groups.add(task, (set, unchanged), |(set, unchanged)| match unchanged {
                     Some(why) => vec![Cause { stage, why }],

@@ -11,7 +11,7 @@ use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::owner::Owner;
 use crate::results::reader::ResultReader;
-use crate::results::reader::{KIND, MISSING_COLUMNS, MissingColumns};
+use crate::results::reader::{KIND, MISSING_COLUMNS, MissingColumns, PARTS, light_parts};
 use crate::results::{PATH, ResultsError, TASK, described, digest, file};
 use crate::study::EmptyTables;
 use asperity_stages::columns::CONTENT;
@@ -225,7 +225,8 @@ impl Publisher<'_> {
             next += 1;
             if have[next - 1] {
                 let stored = stage.tasks.iter().zip(have).skip(next - 1);
-                let stored = stored.map_while(|(&task, stored)| stored.then_some(&planned[task].table));
+                let stored =
+                    stored.map_while(|(&task, stored)| stored.then_some(&planned[task].table));
                 if let Some((rows, table)) = self.reader.published_consecutive(&stage.name, stored)
                 {
                     let tasks = &stage.tasks[next - 1..][..rows.len()];
@@ -267,10 +268,19 @@ fn metadata(
             entry("finished", finished.to_string()),
             entry("columns", columns),
             entry(MISSING_COLUMNS, missing),
+            entry(PARTS, parts_of(plan, stage)),
             entry("digest", digest),
             entry("version", env!("CARGO_PKG_VERSION").to_owned()),
         ],
     }
+}
+
+/// Returns the names of the parts of rows whose columns the table of a stage has, if all of its
+/// tasks have the same ones.
+fn parts_of(plan: &Plan, stage: &PlannedStage) -> String {
+    let mut parts = stage.tasks.iter().map(|&task| light_parts(&plan.tasks[task].table));
+    let first = parts.next().unwrap_or_default();
+    if parts.all(|other| other == first) { first } else { "various".to_owned() }
 }
 
 fn written_for(path: &Path) -> Option<String> {

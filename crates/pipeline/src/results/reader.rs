@@ -183,6 +183,16 @@ pub const KIND: &str = "kind";
 /// Name of the metadata entry that has the [`MissingColumns`] of a published table.
 pub const MISSING_COLUMNS: &str = "lacking";
 
+/// Name of the metadata entry that has the [`light_parts`] of the tables of a published table.
+pub const PARTS: &str = "parts";
+
+/// Returns the names of those parts of the rows of a table whose columns published tables have.
+pub fn light_parts(table: &TableRef) -> String {
+    let parts = table.series.iter().flat_map(|series| &series.parts);
+    let light = parts.filter(|of| !of.part.is_heavy).map(|of| of.part.name.as_str());
+    light.collect::<Vec<_>>().join(" ")
+}
+
 /// Maximum number of rows of a table that is read as a whole. Larger tables are read one row group
 /// at a time.
 const READ_AT_ONCE: usize = 1 << 18;
@@ -200,6 +210,8 @@ pub struct PublishedStage {
     rows: HashMap<TaskKey, Vec<Range<usize>>>,
     /// Columns that are missing in the tables of some tasks. `None` if the file does not list them.
     missing: Option<MissingColumns>,
+    /// Names of the parts whose columns the rows have.
+    parts: String,
 }
 
 /// Columns that the tables of some tasks lack, each with the row ranges of these tasks. In these
@@ -276,6 +288,7 @@ impl PublishedStage {
             last: Mutex::default(),
             rows,
             missing: missing.and_then(|words| serde_json::from_str(words).ok()),
+            parts: metadata.get(PARTS).unwrap_or_default().to_owned(),
         }))
     }
 
@@ -320,6 +333,9 @@ impl PublishedStage {
         let Some(series) = &table.series else {
             return read(ranges.first()?.clone());
         };
+        if light_parts(table) != self.parts {
+            return None;
+        }
         let parts = ranges.iter().map(|range| series.among(&read(range.clone())?));
         let parts = parts.collect::<Option<Vec<Table>>>()?;
         let rows = Table::stack(&parts).ok()?;
@@ -357,7 +373,9 @@ impl PublishedStage {
         for (table, count) in found {
             let part = whole.slice(start..start + count);
             let is_it = |series: &SeriesRows| {
-                series.is_whole(&part) && series.among(&part).is_some_and(|own| own.rows() == count)
+                light_parts(table) == self.parts
+                    && series.is_whole(&part)
+                    && series.among(&part).is_some_and(|own| own.rows() == count)
             };
             if !table.series.as_deref().is_none_or(is_it) {
                 break;

@@ -29,7 +29,11 @@ pub struct RowGroup {
 ///
 /// # Errors
 /// Returns an error if the store cannot be listed.
-pub fn to_compute(task: &Task, series: &SeriesRows, store: &Store) -> Result<Vec<RowGroup>, StoreError> {
+pub fn to_compute(
+    task: &Task,
+    series: &SeriesRows,
+    store: &Store,
+) -> Result<Vec<RowGroup>, StoreError> {
     let groups = missing_groups(task, series, &|table| store.missing_rows(table))?;
     if !groups.is_empty() {
         return Ok(groups);
@@ -158,7 +162,8 @@ impl<'a> RowWriter<'a> {
         // Parts come first: rows count as stored once the columns of all rows are there.
         let parts = &self.group.parts;
         for part in parts {
-            let columns: Vec<&str> = [self.column].into_iter().chain(part.columns.clone()).collect();
+            let columns: Vec<&str> =
+                [self.column].into_iter().chain(part.columns.clone()).collect();
             publish(Some(part), &rows.only(&columns))?;
         }
         if self.group.is_new {

@@ -127,9 +127,11 @@ pub fn measure(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     if stiffness {
         columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
     }
-    let copied = COPIED.iter().chain(&FLOW).map(|column| column.name);
-    let copied = solved.only(&copied.collect::<Vec<_>>());
-    Ok(solved.coordinates().with(columns).beside(&copied))
+    let [copied, flows] = [&COPIED[..], &FLOW].map(|columns| {
+        let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
+        solved.only(&names)
+    });
+    Ok(solved.coordinates().with(columns).beside(&copied).beside(&flows))
 }
 
 /// Computes the stiffness at each load of a block, in units of E* over the longer side.

@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use arrow::array::{Array, ArrayRef, AsArray, Float64Array, Float64Builder, LargeListArray};
+use arrow::array::{ArrayRef, AsArray, Float64Array, Float64Builder, LargeListArray};
 use arrow::buffer::NullBuffer;
 use arrow::datatypes::Float64Type;
 
@@ -289,6 +289,8 @@ pub fn table(params: &Params, length: f64, rows: Vec<AddedParts>) -> Table {
 
 #[cfg(test)]
 mod tests {
+    use arrow::array::Array;
+
     use super::*;
     use crate::solve::tests::params;
 

@@ -7,8 +7,8 @@ use std::{fs, io};
 
 use super::files::{DAMAGED, names};
 use super::key::TaskKey;
-use super::users::UNFINISHED;
 use super::series::FileName;
+use super::users::UNFINISHED;
 use super::{STAGING, StoreError, path};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -148,7 +148,11 @@ mod tests {
             ours.extend(what.map(|what| StoredFile { path, bytes: 5, what }));
         };
         let folder = &digits[..2];
-        write(folder, &format!("{digits}.parquet"), Some(FileKind::Task(FileName { key, rows: None })));
+        write(
+            folder,
+            &format!("{digits}.parquet"),
+            Some(FileKind::Task(FileName { key, rows: None })),
+        );
         write(folder, &format!("{digits}.parquet.damaged"), Some(FileKind::Quarantined));
         write(folder, &format!("{digits}.parquet.damaged-2"), Some(FileKind::Quarantined));
         write("unfinished", ".unfinished-Xy", Some(FileKind::Unfinished));

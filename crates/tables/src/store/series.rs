@@ -20,9 +20,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::{Arc, Mutex};
 
+use super::files::Existing;
 use super::key::{Provenance, TaskKey};
 use super::listing::finished_in;
-use super::files::Existing;
 use super::{Store, StoreError, files};
 use crate::parquet::{Columns, Metadata, ParquetError};
 use crate::table::Table;
@@ -278,8 +278,7 @@ impl Store {
     pub(super) fn missing_rows_among(&self, table: &TableRef, names: &[FileName]) -> MissingRows {
         let Some(series) = &table.series else { return MissingRows::default() };
         let missing = |part: Option<&Part>, values: &[f64]| {
-            let exact =
-                FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
+            let exact = FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
             if names.contains(&exact) {
                 return Vec::new();
             }
@@ -326,7 +325,7 @@ impl Store {
         let names = self.files_of(key)?;
         let (mut column, mut values, mut parts) = (None, Vec::new(), HashMap::new());
         for name in &names {
-            let (own, stored) = self.stated_rows(name)?;
+            let (own, stored) = stated_rows(&self.path_of(name), name)?;
             match name.rows.as_ref().and_then(|rows| rows.part.clone()) {
                 None => values.extend(stored),
                 Some(part) => parts.entry(part).or_insert_with(Vec::new).extend(stored),
@@ -346,7 +345,8 @@ impl Store {
         let mut parts: Vec<_> = parts.into_iter().collect();
         parts.sort_by(|one, other| one.0.cmp(&other.0));
         for (name, values) in parts {
-            let (cells, _) = read(Some(&Part { name, columns: Vec::new(), is_heavy: false }), &sorted(values))?;
+            let (cells, _) =
+                read(Some(&Part { name, columns: Vec::new(), is_heavy: false }), &sorted(values))?;
             let path = self.path(key);
             let (known, wanted) =
                 (values_in(&cells, &column, &path)?, values_in(&rows, &column, &path)?);
@@ -424,17 +424,9 @@ impl Store {
         if let Some(known) = lock().get(name) {
             return Some(known.clone());
         }
-        let values: Arc<[f64]> = self.stated_rows(name).ok()?.1.into();
+        let values: Arc<[f64]> = stated_rows(&self.path_of(name), name).ok()?.1.into();
         lock().insert(name.clone(), values.clone());
         Some(values)
-    }
-
-    /// Reads which rows a file states to have: the column that identifies them, and their values.
-    fn stated_rows(&self, name: &FileName) -> Result<(String, Vec<f64>), StoreError> {
-        let path = self.path_of(name);
-        let table = files::open_table(&path)?;
-        provenance_of(&path, name, table.metadata())?;
-        rows_in(table.metadata()).ok_or_else(|| not_found(&path))
     }
 
     /// Returns the names of the files with rows of a series, sorted.
@@ -451,17 +443,6 @@ impl Store {
         self.path(name.key).with_file_name(name.to_string())
     }
 
-    /// Returns whether a file holds rows of a table, or a part of these rows.
-    pub fn holds_some_of(&self, file: &FileName, table: &TableRef) -> bool {
-        let Some(series) = &table.series else { return file.rows.is_none() };
-        let wanted = |part: Option<&Part>, values: &[f64]| {
-            is_of(file, part)
-                && self.rows_of(file).is_some_and(|own| own.iter().any(|v| contains(values, *v)))
-        };
-        let mut parts = series.parts.iter();
-        wanted(None, &series.values) || parts.any(|of| wanted(Some(&of.part), &of.values))
-    }
-
     /// Stores rows of a series, or one part of these rows. `table` has the rows with exactly the
     /// given values. Returns the name of the file.
     ///
@@ -475,8 +456,7 @@ impl Store {
         part: Option<&Part>,
         table: &Table,
     ) -> Result<FileName, StoreError> {
-        let name =
-            FileName { key: provenance.key(), rows: Some(RowsName::new(part, values)) };
+        let name = FileName { key: provenance.key(), rows: Some(RowsName::new(part, values)) };
         let mut metadata = provenance.metadata();
         metadata.entries.extend(entries(column, values, part));
         // A file of this name that cannot be read counts as missing, so it is replaced.
@@ -489,6 +469,24 @@ impl Store {
     pub fn remove_superseded(&self, name: &FileName) {
         let _ = std::fs::remove_file(self.path_of(name));
     }
+}
+
+/// Returns whether the file `path` of the name `file` holds rows of a table, or a part of them.
+pub fn holds_some_of(path: &Path, file: &FileName, table: &TableRef) -> bool {
+    let Some(series) = &table.series else { return file.rows.is_none() };
+    let Ok((_, stored)) = stated_rows(path, file) else { return false };
+    let wanted = |part: Option<&Part>, values: &[f64]| {
+        is_of(file, part) && stored.iter().any(|value| contains(values, *value))
+    };
+    let mut parts = series.parts.iter();
+    wanted(None, &series.values) || parts.any(|of| wanted(Some(&of.part), &of.values))
+}
+
+/// Reads which rows a file states to have: the column that identifies them, and their values.
+fn stated_rows(path: &Path, name: &FileName) -> Result<(String, Vec<f64>), StoreError> {
+    let table = files::open_table(path)?;
+    provenance_of(path, name, table.metadata())?;
+    rows_in(table.metadata()).ok_or_else(|| not_found(path))
 }
 
 /// Listing of a store for many questions about missing rows. Each folder is listed once.
@@ -587,10 +585,8 @@ mod tests {
         let rows = values.iter().flat_map(|value| vec![*value; 1 + usize::from(*value == 0.5)]);
         let rows: Vec<f64> = rows.collect();
         let areas = rows.iter().map(|value| 2.0 * value);
-        let table = Table::new(
-            rows.len(),
-            vec![(LOAD, reals(rows.iter().copied())), (AREA, reals(areas))],
-        );
+        let table =
+            Table::new(rows.len(), vec![(LOAD, reals(rows.iter().copied())), (AREA, reals(areas))]);
         store.publish_rows(&provenance(), "load", values, None, &table).unwrap();
     }
 
