@@ -15,7 +15,7 @@ use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::Spectrum;
 
 /// Cutoffs of the spectra, k_lower and k_upper.
-const SPECTRA: [(u32, u32); 3] = [(1, 32), (4, 64), (16, 128)];
+const SPECTRA: [(u32, u32); 4] = [(1, 32), (4, 64), (16, 128), (4, 32)];
 
 fn main() {
     // `cargo bench` passes `--bench`; a number sets the nodes per side.
@@ -26,12 +26,18 @@ fn main() {
     for (k_lower, k_upper) in SPECTRA {
         let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
         let heights = heights(grid, k_lower, k_upper);
-        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
         let before = bare_pair(grid);
-        let begun = Instant::now();
-        let pairs: u32 =
-            loads().map(|load| solver.press(load, &Settings::default(), &|| false).pairs).sum();
-        let seconds = begun.elapsed().as_secs_f64();
+        let mut seconds = 0.0;
+        let mut pairs = 0;
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
+        for load in loads().step_by(6) {
+            let begun = Instant::now();
+            let outcome = solver.press(load, &Settings::default(), &|| false);
+            seconds += begun.elapsed().as_secs_f64();
+            pairs += outcome.pairs;
+            print!("{} ", outcome.pairs);
+        }
+        println!();
         let bare = 0.5 * (before + bare_pair(grid));
         let pair = seconds / f64::from(pairs);
         println!(
@@ -78,13 +84,19 @@ fn bodies() -> [(&'static str, HalfSpace); 5] {
 fn ten_loads(nodes: usize, body: HalfSpace, threads: Threads) -> (u32, f64) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
     let heights = heights(grid, 4, nodes as u32 / 16);
+    let mut seconds = 0.0;
+    let mut pairs = 0;
     let mut solver = body.solver(grid, &heights);
     solver.set_threads(threads);
-    let begun = Instant::now();
-    let loads = (1..=10).map(|i| 0.01 * f64::from(i));
-    let outcomes = loads.map(|load| solver.press(load, &Settings::default(), &|| false));
-    let pairs = outcomes.map(|outcome| outcome.pairs).sum();
-    (pairs, begun.elapsed().as_secs_f64())
+    for load in (1..=10).map(|i| 0.01 * f64::from(i)) {
+        let begun = Instant::now();
+        let outcome = solver.press(load, &Settings::default(), &|| false);
+        seconds += begun.elapsed().as_secs_f64();
+        pairs += outcome.pairs;
+        print!("{} ", outcome.pairs);
+    }
+    println!();
+    (pairs, seconds)
 }
 
 /// Returns the loads of the 2015 campaign: fifty linear, forty geometric.

@@ -4,8 +4,9 @@
 //! The gap at a node of the mesh is g = u − h − δ, with the displacement u of the elastic body, the
 //! height h of the rough surface and the rigid offset δ. The pressure p and the gap satisfy p ≥ 0,
 //! g ≥ 0 and p g = 0 at every node, and δ is such that the mean pressure equals the load. The body
-//! is an [`ElasticOperator`]. There is no friction and no adhesion, so the solution is unique. It
-//! does not depend on earlier loads, which only provide an initial guess.
+//! is an [`ElasticOperator`]. There is no friction and no adhesion, so the solution is unique. The
+//! result depends on the surface, the load and the settings only, to the last bit: every load is
+//! solved as if it were the first.
 //!
 //! A material with a [`Hardness`] H yields: the pressure is bounded, 0 ≤ p ≤ H, and where p = H the
 //! gap may be negative, by the depth that the material has yielded. A node is out of contact, in
@@ -40,9 +41,10 @@
 //! - The *offset* is the mean of the stored gaps in contact, so that δ = reference + offset.
 //! - The *residual* of a node is its stored gap minus the offset.
 
-use super::elasticity;
+use std::sync::Arc;
+
 use super::elasticity::ElasticOperator;
-use super::fft::{Kernel, Scratch, Transform};
+use super::fft::Scratch;
 use super::threads::Threads;
 
 mod balance;
@@ -51,43 +53,43 @@ pub mod cost;
 mod evaluation;
 mod extension;
 mod flags;
+mod gaps;
 mod half_space;
 mod heights;
 mod inner_solver;
 mod lanes;
 mod line_search;
 mod load;
-mod nearing;
 mod nested;
 mod passes;
 mod press;
+mod problem;
 mod prolongation;
 mod start;
-mod state;
 mod two_level;
 
 pub use half_space::{HalfSpace, Hardness, HardnessError};
 
-use heights::{CentredHeights, range};
 use inner_solver::InnerSolver;
-use nearing::Expected;
 use nested::Coarser;
 use passes::ReferencePressure;
+use problem::Problem;
 
 /// Returns the memory that a [`Solver`] needs for this tolerance, in bytes per node.
 ///
-/// Runs on 2048² and 4096² nodes had a peak of 59 bytes per node.
+/// Before two maps of the previous load were dropped, 8 bytes per node, runs on 2048² and 4096²
+/// nodes had a peak of 59 bytes per node.
 pub fn bytes_per_node(tolerance: f64) -> f64 {
-    if ReferencePressure::is_map(tolerance) { 63.375 } else { 59.375 }
+    if ReferencePressure::is_map(tolerance) { 55.375 } else { 51.375 }
 }
 
 /// Solver for the contact of one rough surface. It holds the solution under the last load.
 ///
-/// A solver needs about 59 bytes per node, and 4 more for tolerances below 1e-5. It holds heights
+/// A solver needs about 52 bytes per node, and 4 more for tolerances below 1e-5. It holds heights
 /// and pressure in double precision. In single precision it holds heights, pressure increments,
-/// last steps, the present gap, and the pressure and gap under the previous load. Both precisions
-/// share one half spectrum; three kernels have a quarter of the mesh each. The coarser meshes have
-/// a third of the nodes in total and hold heights, results and two kernels in single precision.
+/// last steps and the present gap. Both precisions share one half spectrum; three kernels have a
+/// quarter of the mesh each. The coarser meshes have a third of the nodes in total and hold
+/// heights, results and two kernels in single precision.
 ///
 /// ```
 /// use asperity_contact::elasticity::PeriodicHalfSpace;
@@ -115,49 +117,19 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
 pub struct Solver {
-    body: Box<dyn ElasticOperator>,
-    heights: Vec<f64>,
-    lowest: f64,
-    highest: f64,
-    full_contact: Option<FullContact>,
-    hardness: Option<Hardness>,
-    /// Smallest load so far under which the material yielded; infinite if it has not yielded.
-    yields_from: f64,
+    /// Prepared data of the surface, shared with siblings.
+    problem: Arc<Problem>,
 
-    /// Pressure under the last load. Before the first load it is the pressure of full contact with
-    /// zero mean, if known.
+    /// Pressure under the last load.
     pressure: Vec<f64>,
-    earlier_pressure: Vec<f32>,
-    earlier_load: f64,
-
-    /// Number of nodes in contact under the last load.
-    contact_nodes: f64,
-    earlier_contact_nodes: f64,
-
-    earlier_gap: Vec<f32>,
-    earlier_reference: f64,
     /// Mean of u − h in contact, minus the reference.
     offset: f64,
-    earlier_offset: f64,
-    /// Nodes that may be free in the first iteration of the next load.
-    expected: Expected,
-
-    double: Transform<f64>,
     double_scratch: Scratch<f64>,
-    displacement: Kernel<f64>,
 
     /// Single-precision solver on this mesh; it holds the gap under the last load.
     inner: InnerSolver,
-    /// Coarser meshes, created by the first load that needs them.
+    /// Coarser meshes; `None` on small meshes.
     coarser: Option<Box<Coarser>>,
-}
-
-/// Extremes of the pressure p of zero mean that flattens the surface.
-#[derive(Debug, Clone, Copy)]
-struct FullContact {
-    /// Smallest load that brings every node into contact: −min p.
-    load: f64,
-    peak: f64,
 }
 
 impl Solver {
@@ -173,9 +145,8 @@ impl Solver {
     /// material if it is `None`.
     ///
     /// A load whose elastic pressures stay below the hardness gives the same bytes as with
-    /// [`Solver::new`]. It takes more transform pairs if it is the first load and was wrongly
-    /// expected to make the material yield. If loads ascend, the first load whose elastic pressures
-    /// exceed the hardness and all later loads are solved with both bounds, 0 ≤ p ≤ hardness.
+    /// [`Solver::new`]. It takes more transform pairs if it was wrongly expected to make the
+    /// material yield. All other loads are solved with both bounds, 0 ≤ p ≤ hardness.
     pub fn with_hardness(
         body: impl ElasticOperator + 'static,
         hardness: Option<Hardness>,
@@ -193,45 +164,54 @@ impl Solver {
         hardness: Option<Hardness>,
         heights: &[f64],
     ) -> Self {
-        let (nodes, cells) = (body.grid().nodes(), body.grid().count());
-        assert_eq!(heights.len(), cells, "one height per node");
-        let CentredHeights { heights, single_heights, lowest, highest } =
-            CentredHeights::new(&threads, heights, nodes[1]);
-        let double = elasticity::transform(&*body);
-        let mut double_scratch = double.scratch_on(threads.clone());
-        let mut pressure = vec![0.0; cells];
-        let full_contact = body.stiffness_is_exact().then(|| {
-            let stiffness = elasticity::stiffness_on(&threads, &*body);
-            double.convolve(&stiffness, &heights, &mut pressure, &mut double_scratch);
-            let [lowest, peak] = range(&threads, &mut pressure, nodes[1]);
-            let load = -lowest;
-            FullContact { load, peak }
-        });
-        let inner = InnerSolver::new(&threads, &*body, single_heights);
+        let problem = Problem::new(&threads, body, hardness, heights);
+        Self::of_problem(threads, Arc::new(problem))
+    }
+
+    fn of_problem(threads: Threads, problem: Arc<Problem>) -> Self {
         Self {
-            lowest,
-            highest,
-            heights,
-            full_contact,
-            hardness,
-            yields_from: f64::INFINITY,
-            pressure,
-            earlier_pressure: vec![0.0; cells],
-            earlier_load: 0.0,
-            contact_nodes: 0.0,
-            earlier_contact_nodes: 0.0,
-            expected: Expected::All,
-            earlier_gap: vec![0.0; cells],
-            earlier_reference: 0.0,
+            pressure: vec![0.0; problem.heights.len()],
             offset: 0.0,
-            earlier_offset: 0.0,
-            double,
-            double_scratch,
-            displacement: elasticity::displacement_on(&threads, &*body),
-            inner,
-            coarser: None,
-            body,
+            double_scratch: problem.transform.scratch_on(threads.clone()),
+            inner: InnerSolver::new(&threads, problem.mesh.clone()),
+            coarser: problem
+                .coarser
+                .as_ref()
+                .map(|meshes| Box::new(Coarser::new(&threads, meshes))),
+            problem,
         }
+    }
+
+    /// Creates another solver of the same surface, which shares the prepared data of this one.
+    ///
+    /// Several threads can thus solve different loads of one surface at the same time. A load has
+    /// the same result with any of the solvers. A sibling needs about two thirds of the memory of
+    /// the first solver
+    /// ([`HalfSpace::sibling_bytes_per_node`]).
+    ///
+    /// ```
+    /// use asperity_contact::elasticity::PeriodicHalfSpace;
+    /// use asperity_contact::grid::Grid;
+    /// use asperity_contact::solver::{Settings, Solver};
+    /// use asperity_contact::threads::Threads;
+    /// use asperity_contact::topography::shapes::Shape;
+    ///
+    /// let grid = Grid::square(64, 1.0)?;
+    /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
+    /// let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+    /// let mut second = first.sibling(Threads::one());
+    /// let press = |solver: &mut Solver, load| {
+    ///     solver.press(load, &Settings::default(), &|| false).contact_nodes
+    /// };
+    /// let [light, heavy] = std::thread::scope(|scope| {
+    ///     let heavy = scope.spawn(|| press(&mut second, 0.2));
+    ///     [press(&mut first, 0.1), heavy.join().expect("no panic")]
+    /// });
+    /// assert!(light < heavy);
+    /// # Ok::<(), asperity_contact::grid::GridError>(())
+    /// ```
+    pub fn sibling(&self, threads: Threads) -> Self {
+        Self::of_problem(threads, self.problem.clone())
     }
 
     /// Sets the threads that share the work.
@@ -255,8 +235,8 @@ impl Solver {
     /// Returns `None` if no formula gives this load, or if the peak pressure under this load
     /// exceeds the hardness.
     pub fn full_contact_load(&self) -> Option<f64> {
-        let full = self.full_contact?;
-        let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
+        let full = self.problem.full_contact?;
+        let ceiling = self.problem.hardness.map_or(f64::INFINITY, Hardness::pressure);
         (full.load + full.peak <= ceiling).then_some(full.load)
     }
 
@@ -266,13 +246,13 @@ impl Solver {
     /// Returns `None` if a uniform pressure does not displace the body. By reciprocity, ⟨p w⟩ is
     /// the mean displacement under any pressure p.
     pub fn displacement_under_unit_pressure(&mut self) -> Option<Vec<f64>> {
-        if self.body.has_zero_mean_displacement() {
+        if self.problem.body.has_zero_mean_displacement() {
             return None;
         }
         let unit = vec![1.0; self.pressure.len()];
         let mut sunk = unit.clone();
         let scratch = &mut self.double_scratch;
-        self.double.convolve(&self.displacement, &unit, &mut sunk, scratch);
+        self.problem.transform.convolve(&self.problem.displacement, &unit, &mut sunk, scratch);
         Some(sunk)
     }
 

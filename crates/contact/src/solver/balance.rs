@@ -57,7 +57,7 @@ impl InnerSolver {
     ) -> Option<f64> {
         let hardness = self.bound?;
         self.candidates.follow(step_length as f32, beta as f32, &self.candidate_steps);
-        let part = rows as f64 / self.nodes[0] as f64;
+        let part = rows as f64 / self.mesh.nodes[0] as f64;
         let shift = self.candidates.shift(part * missing_load, hardness.pressure() as f32)?;
         Some(-shift / step_length)
     }
@@ -83,18 +83,18 @@ impl InnerSolver {
             pressure_increment: &self.pressure_increment,
             last_step: &self.last_step,
             part: part as f32,
-            stiffness: self.nodal_stiffness as f32,
+            stiffness: self.mesh.nodal_stiffness as f32,
             range: [(offset + error) as f32, (offset - error) as f32],
             nodes: Candidates::default(),
             level: offset as f32,
         });
-        let (single, scratch) = (&self.transform, &mut self.scratch);
+        let (single, scratch) = (&self.mesh.transform, &mut self.buffers.scratch);
         single.peek(&self.sample.pairs(), &mut peek, scratch);
         if sees_all_rows || peek.0.is_too_small() {
             single.peek(&self.sample.other_pairs(), &mut peek, scratch);
         }
         let shift = peek.0.nodes.shift(0.0, hardness as f32).unwrap_or(0.0);
-        offset + shift / self.nodal_stiffness
+        offset + shift / self.mesh.nodal_stiffness
     }
 }
 
@@ -111,7 +111,7 @@ impl Solver {
             self.gather(self.inner.sample.other_pairs(), hardness, convergence);
         }
         let shift = self.inner.candidates.shift(0.0, hardness.pressure() as f32);
-        convergence.offset + shift.unwrap_or(0.0) / self.inner.nodal_stiffness
+        convergence.offset + shift.unwrap_or(0.0) / self.inner.mesh.nodal_stiffness
     }
 
     /// Appends to `candidates` the nodes whose pressure may change, from rows 2i and 2i + 1 for
@@ -123,8 +123,8 @@ impl Solver {
     fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, convergence: Convergence) {
         let Convergence { offset, error } = convergence;
         for pair in pairs {
-            let first = 2 * pair * self.inner.nodes[1];
-            let last = self.pressure.len().min(first + 2 * self.inner.nodes[1]);
+            let first = 2 * pair * self.inner.mesh.nodes[1];
+            let last = self.pressure.len().min(first + 2 * self.inner.mesh.nodes[1]);
             for (p, gap) in self.pressure[first..last].iter().zip(&self.inner.gap[first..last]) {
                 let above = f64::from(*gap) - offset;
                 let may_change = match *p {
@@ -133,7 +133,7 @@ impl Solver {
                     _ => true,
                 };
                 if may_change {
-                    let change = -self.inner.nodal_stiffness * above;
+                    let change = -self.inner.mesh.nodal_stiffness * above;
                     self.inner.candidates.push(*p as f32, change as f32);
                 }
             }

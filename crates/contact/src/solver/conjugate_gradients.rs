@@ -12,8 +12,8 @@
 //!
 //! An exact line search would need the displacement under the direction before clipping. This would
 //! be a third pair, because nearly every step clips some pressures. But the best step length
-//! follows from the gap after the step at no cost. It improves the predicted length for the same
-//! iteration of the next load. If the step was too short, the next direction, which contains the
+//! follows from the gap after the step at no cost. If the step was too long, the next one is
+//! shorter. If it was too short, the next direction, which contains the
 //! last step, makes up for the missing part.
 //!
 //! On large meshes memory bandwidth limits the speed. The mesh is therefore visited only at the
@@ -149,9 +149,7 @@ impl InnerSolver {
                 && expected_reduction * self.residual(convergence.error) <= goal;
             let by_blocks = !is_last && history.iteration < two_level_iterations;
             self.correct(by_blocks);
-            let step_lengths = self.step_lengths(history.is_nested);
-            let step_length =
-                history.damping * history.caution * step_lengths.of(history.iteration);
+            let step_length = history.step_length();
             let missing_load = balance.map_or(0.0, |balance| total - balance.sum);
             let reduction = goal / self.residual(convergence.error);
             let sees_all_rows = history.sees_all_rows || self.must_balance(reduction);
@@ -159,7 +157,7 @@ impl InnerSolver {
             let sums = self.update_pressure(direction, is_last);
             let line = match &balance {
                 None => {
-                    let reference = self.reference + self.height_reference;
+                    let reference = self.reference + self.mesh.highest;
                     LineSearch::new(&sums, reference_sum, total, reference)
                 }
                 Some(balance) => {
@@ -208,7 +206,7 @@ impl InnerSolver {
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
-    /// Computes the gap after the step that `line` describes, and adapts the step lengths.
+    /// Computes the gap after the step that `line` describes, and adapts `history`.
     /// `convergence` describes the gaps before the step.
     ///
     /// Returns the new convergence, the mean gap of free nodes (only if the material yields), and
@@ -220,7 +218,8 @@ impl InnerSolver {
         convergence: Convergence,
     ) -> (Convergence, f64, LastStep) {
         let offset = convergence.offset;
-        let own_work = self.transform.multiply(&self.displacement, &mut self.scratch);
+        let own_work =
+            self.mesh.transform.multiply(&self.mesh.displacement, &mut self.buffers.scratch);
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
@@ -245,10 +244,9 @@ impl InnerSolver {
         (convergence, free_offset, made)
     }
 
-    /// Adapts `history` and the step lengths to a step along which the energy is lowest at the
-    /// fraction `best`. Returns the fraction of the step to keep.
+    /// Adapts `history` to a step along which the energy is lowest at the fraction `best`. Returns the fraction of the step to keep.
     pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
-        let part = history.learn(self.step_lengths_mut(history.is_nested), best);
+        let part = history.learn(best);
         self.extension.is_enabled = history.uses_extension();
         part
     }
@@ -267,13 +265,13 @@ impl InnerSolver {
             offset: offset as f32,
             on_step: (pending.part * pending.scale) as f32,
             on_pressure: (pending.part * (pending.scale - 1.0)) as f32,
-            reference: (self.reference + self.height_reference) as f32,
+            reference: (self.reference + self.mesh.highest) as f32,
             // A step that is undone in part leaves pressure on every free node.
             pressed: if pending.part < 1.0 { FREE } else { PRESSED },
         };
         let mut pass = Wide(UpdateGap::<YIELDS> {
             response,
-            heights: &self.heights,
+            heights: &self.mesh.heights,
             gap: Band::new(&mut self.gap),
             last_step: Band::new(&mut self.last_step),
             active: self.active.band(),
@@ -281,7 +279,7 @@ impl InnerSolver {
             sample: self.sample.band(),
             seen: InOrder::new(),
         });
-        self.transform.finish(&mut pass, &mut self.scratch);
+        self.mesh.transform.finish(&mut pass, &mut self.buffers.scratch);
         let seen = pass.0.seen.total();
         self.free_nodes = seen.free_nodes;
         self.level = offset;
@@ -323,11 +321,11 @@ impl InnerSolver {
         let mut peek =
             Wide(Peek::new(&self.last_step, &self.active, &self.sample, extension, candidates));
         let by_blocks = self.is_by_blocks;
-        let nodal = by_blocks.then(|| self.two_level.nodal(&self.gap, self.level));
-        let (single, scratch) = (&self.transform, &mut self.scratch);
+        let nodal = by_blocks.then(|| self.mesh.two_level.nodal(&self.gap, self.level));
+        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
         let mut look = |pairs: Vec<usize>, peek: &mut Wide<Peek>| match nodal {
-            None => self.stiffness.peek_stored(&pairs, peek, single, scratch),
-            Some(nodal) => nodal.peek(&self.threads, &pairs, self.nodes, peek),
+            None => self.mesh.stiffness.peek_stored(&pairs, peek, single, buffers),
+            Some(nodal) => nodal.peek(&self.threads, &pairs, self.mesh.nodes, peek),
         };
         look(self.sample.pairs(), &mut peek);
         if sees_all_rows || peek.0.is_too_small() {
@@ -394,17 +392,17 @@ impl InnerSolver {
             active: &self.active,
             last_step: Band::new(&mut self.last_step),
             gap: &self.gap,
-            heights: &self.heights,
+            heights: &self.mesh.heights,
             sums: InOrder::new(),
         });
-        let (single, scratch) = (&self.transform, &mut self.scratch);
+        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
         if self.is_by_blocks {
-            let nodal = self.two_level.nodal(&self.gap, self.level);
-            nodal.begin(self.nodes[1], &mut pass, single, scratch);
+            let nodal = self.mesh.two_level.nodal(&self.gap, self.level);
+            nodal.begin(self.mesh.nodes[1], &mut pass, single, &mut buffers.scratch);
         } else if is_last {
-            self.stiffness.read_stored(&mut pass, single, scratch);
+            self.mesh.stiffness.read_stored(&mut pass, single, buffers);
         } else {
-            self.stiffness.begin_from_stored(&mut pass, single, scratch);
+            self.mesh.stiffness.begin_from_stored(&mut pass, single, buffers);
         }
         pass.0.sums.total()
     }
@@ -417,32 +415,36 @@ impl InnerSolver {
     pub(super) fn correct(&mut self, by_blocks: bool) {
         self.is_by_blocks = by_blocks;
         if by_blocks {
-            return self.two_level.correct(&self.threads, &mut self.extension);
+            return self.mesh.two_level.correct(
+                &self.threads,
+                &mut self.extension,
+                &mut self.block_buffers,
+            );
         }
         self.begin_correction();
         self.pairs += 1;
         let mut pass = Wide(CollectFixed {
-            map: self.nodes,
+            map: self.mesh.nodes,
             last_step: &self.last_step,
             active: &self.active,
             collected: self.extension.transpose_input(),
         });
-        let (single, scratch) = (&self.transform, &mut self.scratch);
-        self.stiffness.finish_and_store(&mut pass, single, scratch);
+        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
+        self.mesh.stiffness.finish_and_store(&mut pass, single, buffers);
         self.extension.collect(&self.threads);
     }
 
     fn begin_correction(&mut self) {
         self.extension.extend(&self.threads);
         let mut pass = Wide(Extend {
-            map: self.nodes,
+            map: self.mesh.nodes,
             level: self.level as f32,
             gap: &self.gap,
             last_step: &self.last_step,
             active: &self.active,
             extended: self.extension.extended_rows(),
         });
-        let (single, scratch) = (&self.transform, &mut self.scratch);
-        self.stiffness.begin(&mut pass, single, scratch);
+        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
+        self.mesh.stiffness.begin(&mut pass, single, buffers);
     }
 }

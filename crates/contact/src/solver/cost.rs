@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::HalfSpace;
-use super::nested::{is_far, is_nested};
+use super::nested::is_nested;
 use crate::elasticity;
 use crate::elasticity::PeriodicHalfSpace;
 use crate::fft::Transform;
@@ -17,6 +17,9 @@ const OVERHEAD: f64 = 2.3;
 const NESTED: f64 = 13.0;
 
 const NESTED_PER_DECADE: f64 = 3.0;
+
+/// Expected number of transform pairs for a load on 256² nodes, without coarser meshes.
+const ALONE: f64 = 20.0;
 
 /// Time for repeated measurements of one pair.
 const MEASURING_TIME: Duration = Duration::from_millis(20);
@@ -53,7 +56,7 @@ pub fn preparation_seconds(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> 
     }
 }
 
-/// Returns the expected number of transform pairs for ascending loads, in units of E* × rms slope.
+/// Returns the expected number of transform pairs for these loads, in units of E* × rms slope.
 ///
 /// Other work is converted to pairs of the same duration on the mesh of the map.
 pub fn expected_pairs(body: &HalfSpace, nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
@@ -76,28 +79,20 @@ fn decades(tolerance: f64) -> f64 {
 /// Returns the expected number of pairs for an elastic, periodic body.
 ///
 /// The formula is a rough fit to counts on self-affine surfaces, with an error of a tenth for means
-/// over several surfaces. Loads near full contact take the fewest pairs. A larger ratio of
-/// consecutive loads makes a worse initial guess, and each doubling of the nodes per side adds a
-/// tenth. On small meshes the first load has no initial guess from coarser meshes. On large meshes,
-/// loads far apart take the same number of pairs at any load.
+/// over several surfaces. On meshes that are solved on coarser meshes first, all loads take the
+/// same number of pairs. On smaller meshes, each doubling of the nodes per side adds a tenth.
 fn elastic_pairs(nodes: [usize; 2], loads: &[f64], tolerance: f64) -> f64 {
     let cell = Cell::square(1.0).expect("a side of one");
     let nested = Grid::new(nodes, cell).is_ok_and(is_nested);
     let nodes = (nodes[0] as f64 * nodes[1] as f64).sqrt();
     let decades = decades(tolerance);
-    let by_tolerance = (1.0 + PER_DECADE * decades).max(PER_DECADE);
-    let growth = (nodes / 512.0).powf(0.14);
-    let mut last = None;
-    let pairs = loads.iter().map(|&load| {
-        let before: Option<f64> = last.replace(load);
-        if nested && is_far(before, load) {
-            return (NESTED + NESTED_PER_DECADE * decades).max(NESTED_PER_DECADE);
-        }
-        let pairs = if load < 1.0 { 8.0 } else { 7.5 };
-        let step = before.map_or(1.5, |before| load / before);
-        by_tolerance * growth * pairs * (1.0 + 1.8 * step.log2().clamp(0.0, 3.0))
-    });
-    pairs.sum()
+    let pairs = if nested {
+        (NESTED + NESTED_PER_DECADE * decades).max(NESTED_PER_DECADE)
+    } else {
+        let by_tolerance = (1.0 + PER_DECADE * decades).max(PER_DECADE);
+        by_tolerance * ALONE * (nodes / 256.0).powf(0.14)
+    };
+    pairs * loads.len() as f64
 }
 
 /// Measures the time of a transform pair on this machine with a few transforms.

@@ -35,8 +35,8 @@ impl Solver {
             last_step: Band::new(&mut self.inner.last_step),
             keeps_steps: false,
         });
-        self.double_scratch.take_over(&mut self.inner.scratch);
-        self.double.begin(&mut pass, &mut self.double_scratch);
+        self.double_scratch.take_over(&mut self.inner.buffers.scratch);
+        self.problem.transform.begin(&mut pass, &mut self.double_scratch);
         self.finish_gap()
     }
 
@@ -76,7 +76,7 @@ impl Solver {
             reference_pressure: &self.inner.reference_pressure,
             pressure_increment: &self.inner.pressure_increment,
         };
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut promote);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut promote);
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
@@ -90,7 +90,7 @@ impl Solver {
     pub(super) fn take_back(&mut self, part: f64) {
         let mut pass =
             TakeBack { part, hardness: self.inner.ceiling(), last_step: &self.inner.last_step };
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut pass);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut pass);
     }
 
     /// Evaluates the pressures after the step that `line` describes. If only a part of the step is
@@ -137,12 +137,13 @@ impl Solver {
         scale: f64,
         reference_change: f64,
     ) -> (Evaluation, f64) {
-        let work = self.double.multiply(&self.displacement, &mut self.double_scratch);
+        let work =
+            self.problem.transform.multiply(&self.problem.displacement, &mut self.double_scratch);
         let mut pass = Wide(StepOutput::<YIELDS> {
-            heights: &self.heights,
+            heights: &self.problem.heights,
             reference: self.inner.reference,
             scaling: StepScaling { scale: scale as f32, reference_change: reference_change as f32 },
-            sums_gaps: !self.body.has_zero_mean_displacement(),
+            sums_gaps: !self.problem.body.has_zero_mean_displacement(),
             statistics: InOrder::new(),
             curvature: InOrder::new(),
             reference_pressure: &self.inner.reference_pressure,
@@ -150,15 +151,15 @@ impl Solver {
             gap: Band::new(&mut self.inner.gap),
             last_step: Band::new(&mut self.inner.last_step),
             sample: self.inner.sample.band(),
-            found: vec![0.0; self.inner.nodes[1]],
+            found: vec![0.0; self.inner.mesh.nodes[1]],
         });
-        self.double.finish(&mut pass, &mut self.double_scratch);
+        self.problem.transform.finish(&mut pass, &mut self.double_scratch);
         let (statistics, curvature) = (pass.0.statistics.total(), pass.0.curvature.total());
         (self.evaluation(&statistics, work), curvature)
     }
 
-    /// Adapts the step lengths to an evaluated step along which the energy is lowest at the
-    /// fraction `best`.
+    /// Adapts `history` to an evaluated step along which the energy is lowest at the fraction
+    /// `best`.
     ///
     /// If the whole step is to be kept, stores it in `history` and returns `evaluation`. Otherwise
     /// undoes a part of it and evaluates again.
@@ -191,8 +192,8 @@ impl Solver {
             pressure_increment: &self.inner.pressure_increment,
             pressure: Band::new(&mut self.pressure),
         });
-        self.double_scratch.take_over(&mut self.inner.scratch);
-        self.double.begin(&mut pass, &mut self.double_scratch);
+        self.double_scratch.take_over(&mut self.inner.buffers.scratch);
+        self.problem.transform.begin(&mut pass, &mut self.double_scratch);
     }
 
     fn finish_gap(&mut self) -> Evaluation {
@@ -203,16 +204,17 @@ impl Solver {
     }
 
     fn finish_gap_as<const YIELDS: bool>(&mut self) -> Evaluation {
-        let work = self.double.multiply(&self.displacement, &mut self.double_scratch);
+        let work =
+            self.problem.transform.multiply(&self.problem.displacement, &mut self.double_scratch);
         let mut pass = Wide(GapOutput::<YIELDS> {
-            heights: &self.heights,
+            heights: &self.problem.heights,
             reference: self.inner.reference,
             gap: Band::new(&mut self.inner.gap),
             last_step: &self.inner.last_step,
-            sums_gaps: !self.body.has_zero_mean_displacement(),
+            sums_gaps: !self.problem.body.has_zero_mean_displacement(),
             statistics: InOrder::new(),
         });
-        self.double.finish(&mut pass, &mut self.double_scratch);
+        self.problem.transform.finish(&mut pass, &mut self.double_scratch);
         let statistics = pass.0.statistics.total();
         self.evaluation(&statistics, work)
     }

@@ -79,6 +79,16 @@ impl HalfSpace {
         let yielding = self.hardness.map_or(0.0, |_| YIELDING_BYTES);
         bytes_per_node(tolerance) + around + yielding
     }
+
+    /// Returns the memory that each [sibling](Solver::sibling) of a solver of this body needs for
+    /// `tolerance`, in bytes per node.
+    pub fn sibling_bytes_per_node(&self, tolerance: f64) -> f64 {
+        let shared = match self.boundary {
+            Boundary::Periodic => SHARED_BYTES,
+            Boundary::Free => SHARED_BYTES_FREE,
+        };
+        self.bytes_per_node(tolerance) - shared
+    }
 }
 
 /// Additional memory of the solver of a free half-space, in bytes per node.
@@ -87,6 +97,15 @@ impl HalfSpace {
 /// are computed. Coarser meshes are not used. Runs on 2048², 4096² and 8192² nodes had a peak of
 /// 100 bytes per node in total.
 const FREE_BYTES: f64 = 44.0;
+
+/// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and three
+/// kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2 in
+/// total.
+const SHARED_BYTES: f64 = 18.0;
+
+/// Memory that siblings share on a free half-space, in bytes per node. Kernels of pressures are on
+/// a mesh of four times the nodes, and the body keeps their factors.
+const SHARED_BYTES_FREE: f64 = 32.0;
 
 /// Additional memory of a solver with a hardness, in bytes per node, for lists of nodes whose
 /// pressure may change.
@@ -162,66 +181,89 @@ impl Hardness {
 /// Convolution of displacements with the stiffness, which gives pressures.
 ///
 /// On the mesh of the map, its methods use the transform `single` and the scratch with which
-/// pressures are convolved. On a larger mesh, they use a [`SeparateTransform`].
+/// pressures are convolved. On a larger mesh, they use a transform and a scratch of their own.
 pub struct Stiffness {
     /// Numbers of nodes of the map along x and y. The map is a corner of the mesh or the whole
     /// mesh.
     map: [usize; 2],
     kernel: Kernel<f32>,
-    apart: Option<SeparateTransform>,
+    /// Transform of a mesh that is larger than the map.
+    larger: Option<Transform<f32>>,
 }
 
-/// Separate transform for a mesh that is larger than the map.
-struct SeparateTransform {
-    transform: Transform<f32>,
+/// Buffers for convolutions on one mesh.
+pub struct Buffers {
+    pub scratch: Scratch<f32>,
+    larger: Option<LargerMesh>,
+}
+
+/// Buffers for convolutions with the stiffness on a mesh that is larger than the map.
+struct LargerMesh {
     scratch: Scratch<f32>,
-    /// Buffer for the steps of the pressures, which are copied from this mesh to the mesh on which
-    /// pressures are convolved.
+    /// Steps of the pressures, which are copied from this mesh to the mesh on which pressures are
+    /// convolved.
     steps: Vec<f32>,
+}
+
+impl Buffers {
+    pub fn set_threads(&mut self, threads: &Threads) {
+        self.scratch.set_threads(threads.clone());
+        if let Some(larger) = &mut self.larger {
+            larger.scratch.set_threads(threads.clone());
+        }
+    }
 }
 
 impl Stiffness {
     pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
         let map = body.grid().nodes();
-        let is_apart = body.stiffness_nodes() != map;
-        let apart = || {
-            let transform = Transform::new(body.stiffness_nodes());
-            SeparateTransform {
-                scratch: transform.scratch_on(threads.clone()),
-                transform,
-                steps: vec![0.0; map[0] * map[1]],
-            }
-        };
-        Self { map, kernel: elasticity::stiffness_on(threads, body), apart: is_apart.then(apart) }
+        let is_larger = body.stiffness_nodes() != map;
+        Self {
+            map,
+            kernel: elasticity::stiffness_on(threads, body),
+            larger: is_larger.then(|| Transform::new(body.stiffness_nodes())),
+        }
     }
 
-    pub fn set_threads(&mut self, threads: &Threads) {
-        if let Some(apart) = &mut self.apart {
-            apart.scratch.set_threads(threads.clone());
+    /// Creates buffers for convolutions with `single` and with the stiffness.
+    pub fn buffers(&self, threads: &Threads, single: &Transform<f32>) -> Buffers {
+        Buffers {
+            scratch: single.scratch_on(threads.clone()),
+            larger: self.larger.as_ref().map(|transform| LargerMesh {
+                scratch: transform.scratch_on(threads.clone()),
+                steps: vec![0.0; self.map[0] * self.map[1]],
+            }),
+        }
+    }
+
+    /// Returns the transform and the scratch of the mesh of the stiffness.
+    fn transform<'a>(
+        &'a self,
+        single: &'a Transform<f32>,
+        buffers: &'a mut Buffers,
+    ) -> (&'a Transform<f32>, &'a mut Scratch<f32>) {
+        match (&self.larger, &mut buffers.larger) {
+            (Some(transform), Some(larger)) => (transform, &mut larger.scratch),
+            _ => (single, &mut buffers.scratch),
         }
     }
 
     /// Begins the convolution of displacements. `rows` writes these displacements into all rows of
     /// the mesh.
-    pub fn begin(
-        &mut self,
-        rows: &mut impl Rows<f32>,
-        single: &Transform<f32>,
-        scratch: &mut Scratch<f32>,
-    ) {
-        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
+    pub fn begin(&self, rows: &mut impl Rows<f32>, single: &Transform<f32>, buffers: &mut Buffers) {
+        let (transform, scratch) = self.transform(single, buffers);
         transform.begin(rows, scratch);
     }
 
     /// Ends the convolution, passes all rows of pressures to `rows`, and stores them as `rows`
     /// leaves them.
     pub fn finish_and_store(
-        &mut self,
+        &self,
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
-        scratch: &mut Scratch<f32>,
+        buffers: &mut Buffers,
     ) {
-        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
+        let (transform, scratch) = self.transform(single, buffers);
         transform.multiply(&self.kernel, scratch);
         transform.finish_and_store(rows, scratch);
     }
@@ -229,60 +271,47 @@ impl Stiffness {
     /// Passes rows 2i and 2i + 1 of the map to `rows`, for each i in `pairs`, as stored by
     /// [`Stiffness::finish_and_store`].
     pub fn peek_stored(
-        &mut self,
+        &self,
         pairs: &[usize],
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
-        scratch: &mut Scratch<f32>,
+        buffers: &mut Buffers,
     ) {
-        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
+        let (transform, scratch) = self.transform(single, buffers);
         in_corner(self.map, rows, |rows| transform.peek_stored(pairs, rows, scratch));
     }
 
     /// Passes all rows of the map to `rows`, as stored by [`Stiffness::finish_and_store`].
     pub fn read_stored(
-        &mut self,
+        &self,
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
-        scratch: &mut Scratch<f32>,
+        buffers: &mut Buffers,
     ) {
-        let (transform, scratch) = transform_of_mesh(&mut self.apart, single, scratch);
+        let (transform, scratch) = self.transform(single, buffers);
         in_corner(self.map, rows, |rows| transform.read_stored(rows, scratch));
     }
 
     /// Passes the stored rows of the map to `rows`, which replaces them by steps of the pressures,
     /// and begins the convolution of these steps with the displacement kernel.
     pub fn begin_from_stored(
-        &mut self,
+        &self,
         rows: &mut impl Rows<f32>,
         single: &Transform<f32>,
-        scratch: &mut Scratch<f32>,
+        buffers: &mut Buffers,
     ) {
-        let Some(apart) = &mut self.apart else {
-            return single.begin_from_stored(rows, scratch);
+        let (Some(transform), Some(larger)) = (&self.larger, &mut buffers.larger) else {
+            return single.begin_from_stored(rows, &mut buffers.scratch);
         };
         let mut keeping = CopyRows {
             rows: rows.split_off(Row::new(0, self.map[1])),
-            steps: Band::new(&mut apart.steps),
+            steps: Band::new(&mut larger.steps),
         };
         in_corner(self.map, &mut keeping, |rows| {
-            apart.transform.read_stored(rows, &mut apart.scratch);
+            transform.read_stored(rows, &mut larger.scratch);
         });
         rows.append(keeping.rows);
-        single.begin_with(&apart.steps, scratch);
-    }
-}
-
-/// Returns the separate transform and its scratch if there is one, otherwise `single` and
-/// `scratch`.
-fn transform_of_mesh<'a>(
-    apart: &'a mut Option<SeparateTransform>,
-    single: &'a Transform<f32>,
-    scratch: &'a mut Scratch<f32>,
-) -> (&'a Transform<f32>, &'a mut Scratch<f32>) {
-    match apart {
-        None => (single, scratch),
-        Some(apart) => (&apart.transform, &mut apart.scratch),
+        single.begin_with(&larger.steps, &mut buffers.scratch);
     }
 }
 

@@ -3,11 +3,12 @@
 use pulp::Simd;
 
 use super::lanes::{InOrder, LANES, Pass, greater, less, over_rows, total};
-use crate::fft::{Band, Row};
+use crate::fft::Row;
 use crate::threads::Threads;
 
 pub struct CentredHeights {
     pub heights: Vec<f64>,
+    /// Heights minus the highest.
     pub single_heights: Vec<f32>,
     pub lowest: f64,
     pub highest: f64,
@@ -19,13 +20,12 @@ impl CentredHeights {
         let (mut own, mut single_heights) = (vec![0.0; cells], vec![0.0; cells]);
         let mut copy = CopyAndSum { heights, sum: InOrder::new() };
         over_rows(threads, &mut own, row_nodes, &mut copy);
-        let mut centre = Centre {
-            mean: copy.sum.total() / cells as f64,
-            single_heights: Band::new(&mut single_heights),
-            seen: RangeSoFar::NONE,
-        };
+        let mean = copy.sum.total() / cells as f64;
+        let mut centre = Centre { mean, seen: RangeSoFar::NONE };
         over_rows(threads, &mut own, row_nodes, &mut centre);
         let [lowest, highest] = centre.seen.found();
+        let mut round = BelowHighest { highest, heights: &own };
+        over_rows(threads, &mut single_heights, row_nodes, &mut round);
         Self { heights: own, single_heights, lowest, highest }
     }
 }
@@ -51,24 +51,22 @@ impl Pass<f64> for CopyAndSum<'_> {
     }
 }
 
-struct Centre<'a> {
+struct Centre {
     mean: f64,
-    single_heights: Band<'a, f32>,
     seen: RangeSoFar,
 }
 
-impl Pass<f64> for Centre<'_> {
+impl Pass<f64> for Centre {
     #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, own: &mut [f64]) {
-        for (height, single) in own.iter_mut().zip(self.single_heights.row(row)) {
+    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, own: &mut [f64]) {
+        for height in &mut *own {
             *height -= self.mean;
-            *single = *height as f32;
         }
         self.seen.visit(own);
     }
 
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { single_heights: self.single_heights.split_off(row), seen: RangeSoFar::NONE, ..*self }
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { seen: RangeSoFar::NONE, ..*self }
     }
 
     fn append(&mut self, later: Self) {
@@ -228,41 +226,17 @@ impl Pass<f64> for PressAbove<'_> {
     fn append(&mut self, _: Self) {}
 }
 
-/// Pass over gaps that sets them to `highest` − height, and `earlier_pressure` to zero: the state
-/// in which the highest node is about to touch.
-pub struct Untouched<'a> {
-    pub highest: f64,
-    pub heights: &'a [f64],
-    pub earlier_pressure: Band<'a, f32>,
+/// Pass over heights in single precision that sets them to `heights` − `highest`.
+struct BelowHighest<'a> {
+    highest: f64,
+    heights: &'a [f64],
 }
 
-impl Pass<f32> for Untouched<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, gap: &mut [f32]) {
-        self.earlier_pressure.row(row).fill(0.0);
-        for (gap, height) in gap.iter_mut().zip(row.of(self.heights)) {
-            *gap = (self.highest - height) as f32;
-        }
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { earlier_pressure: self.earlier_pressure.split_off(row), ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over heights in single precision that sets them to `heights` − `level`.
-pub struct SubtractLevel<'a> {
-    pub level: f64,
-    pub heights: &'a [f64],
-}
-
-impl Pass<f32> for SubtractLevel<'_> {
+impl Pass<f32> for BelowHighest<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, single: &mut [f32]) {
         for (single, height) in single.iter_mut().zip(row.of(self.heights)) {
-            *single = (height - self.level) as f32;
+            *single = (height - self.highest) as f32;
         }
     }
 
@@ -301,6 +275,6 @@ mod tests {
         assert_eq!(range(&three, &mut heights, row_nodes), [lowest, highest]);
         assert!((highest - lowest - 2.0).abs() < 1e-6);
         let mut single = heights.iter().zip(&shared.single_heights);
-        assert!(single.all(|(height, single)| *height as f32 == *single));
+        assert!(single.all(|(height, single)| (height - highest) as f32 == *single));
     }
 }

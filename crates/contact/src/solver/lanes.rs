@@ -136,11 +136,6 @@ impl<S: Simd, const R: usize> Lanes<S, R> {
     }
 
     #[inline(always)]
-    pub fn like(self, number: f32) -> Self {
-        Self::all(self.0, number)
-    }
-
-    #[inline(always)]
     pub fn numbers(self) -> [S::f32s; R] {
         self.1
     }

@@ -10,8 +10,8 @@
 //! scaling elastic pressures alone is unknown. Therefore d = m, and the next direction restores the
 //! missing load. The energy then includes the work of the missing load on the offset.
 //!
-//! [`StepLengths`] predict how far to follow a direction before the best step length is known.
-//! [`History`] contains what the iterations of one load have learnt from its steps.
+//! [`History`] predicts how far to follow a direction before the best step length is known. It
+//! contains what the iterations of one load have learnt from its steps.
 
 use super::passes::{PendingUpdate, Sums};
 
@@ -143,59 +143,11 @@ impl LineSearch {
     }
 }
 
-/// Number of iterations with separate step lengths; later iterations share the last one.
-const STEPS: usize = 16;
-
-/// Step length of all iterations before the first load.
+/// Predicted step length, before [`History`] shortens it.
 ///
-/// Corrections are too large by up to a third. With a step length of 0.5, first loads take 1.5
-/// times as many pairs.
-const INITIAL_STEP: f64 = 0.9;
-
-/// Bounds of the learnt step lengths. They are the smallest and the largest length that surfaces of
-/// all kinds were seen to need.
-///
-/// The bounds keep a load whose last steps are only rounding errors from spoiling the next load.
-/// Lengths above 1 would only help nodes that are about to be released; one load may have many of
-/// them, and the next none.
-const STEP_RANGE: (f64, f64) = (0.1, 1.0);
-
-/// Step length of each iteration, learnt from earlier loads.
-#[derive(Clone)]
-pub struct StepLengths([f64; STEPS]);
-
-impl Default for StepLengths {
-    fn default() -> Self {
-        Self([INITIAL_STEP; STEPS])
-    }
-}
-
-impl StepLengths {
-    pub fn of(&self, iteration: usize) -> f64 {
-        self.0[iteration.min(STEPS - 1)]
-    }
-
-    pub fn all(&self) -> &[f64] {
-        &self.0
-    }
-
-    /// Reads the step lengths that [`StepLengths::all`] returned, one by one from `next`.
-    pub fn restored<E>(mut next: impl FnMut() -> Result<f64, E>) -> Result<StepLengths, E> {
-        let mut step_lengths = StepLengths::default();
-        for step in &mut step_lengths.0 {
-            *step = next()?;
-        }
-        Ok(step_lengths)
-    }
-
-    /// Moves the step length τ of an iteration half-way towards `best` × τ, where `best` is the
-    /// fraction of the step at which the energy was lowest.
-    pub fn learn(&mut self, iteration: usize, best: f64) {
-        let (least, most) = STEP_RANGE;
-        let step = &mut self.0[iteration.min(STEPS - 1)];
-        *step = (*step * (0.5 + 0.5 * best.min(2.0))).clamp(least, most);
-    }
-}
+/// Corrections are too large by up to a third. With a step length of 0.5, loads take 1.5 times as
+/// many pairs.
+const STEP_LENGTH: f64 = 0.9;
 
 /// Best fraction of a step (the fraction at which the energy is lowest) below which the rest of the
 /// step is undone.
@@ -227,7 +179,7 @@ const MIN_EXTENDING_DAMPING: f64 = 0.5;
 /// aligned with the sampled rows.
 const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
-/// State that is passed from one iteration of a load to the next, apart from the step lengths.
+/// State that is passed from one iteration of a load to the next.
 pub struct History {
     pub is_nested: bool,
     pub iteration: usize,
@@ -259,12 +211,13 @@ impl History {
         Self { is_nested: true, ..Self::default() }
     }
 
-    /// Adapts `self` and the step lengths to a step along which the energy is lowest at the
-    /// fraction `best`. Returns the fraction of the step to keep.
-    pub fn learn(&mut self, step_lengths: &mut StepLengths, best: f64) -> f64 {
-        if self.damping == 1.0 {
-            step_lengths.learn(self.iteration, best * self.caution);
-        }
+    pub fn step_length(&self) -> f64 {
+        STEP_LENGTH * self.damping * self.caution
+    }
+
+    /// Adapts `self` to a step along which the energy is lowest at the fraction `best`. Returns
+    /// the fraction of the step to keep.
+    pub fn learn(&mut self, best: f64) -> f64 {
         // The first step from a guess clips many nodes, and this clipping must not be undone. It
         // says little about the next step, except after a coarser mesh, where few nodes are
         // clipped.

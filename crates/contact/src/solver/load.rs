@@ -22,7 +22,7 @@ impl Solver {
         match self.inner.bound {
             None => {
                 let mut pass = Scale(self.scale_to_load());
-                let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
+                let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
                 over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
             }
             Some(hardness) => {
@@ -39,7 +39,7 @@ impl Solver {
             saturated_nodes: 0.0,
             peak: [0.0; LANES],
         };
-        let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
         over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
         PressureSummary {
             contact_nodes: pass.contact_nodes as usize,
@@ -63,7 +63,7 @@ impl Solver {
 
     fn sum_of_pressures(&mut self) -> f64 {
         let mut sum = Total(InOrder::new());
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut sum);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut sum);
         sum.0.total()
     }
 }
@@ -168,9 +168,10 @@ impl Solver {
     pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
         self.inner.bound = Some(hardness);
         for (p, gap) in self.pressure.iter_mut().zip(&self.inner.gap) {
-            *p -= (f64::from(*gap) - self.offset) / self.inner.nodal_compliance;
+            *p -= (f64::from(*gap) - self.offset) / self.inner.mesh.nodal_compliance;
         }
-        let [lowest, highest] = range(&self.inner.threads, &mut self.pressure, self.inner.nodes[1]);
+        let [lowest, highest] =
+            range(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1]);
         self.raise_to(self.inner.load, (-highest, hardness.pressure() - lowest));
         self.impose_load();
         self.evaluate()
@@ -188,7 +189,7 @@ impl Solver {
             last_step: &self.inner.last_step,
             tally: Tally::below(hardness.pressure()),
         };
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut promote);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut promote);
         let mut tally = promote.tally;
         if pending.part < 1.0 {
             self.take_back(1.0 - pending.part);
@@ -236,8 +237,8 @@ impl Solver {
             last_step: Band::new(&mut self.inner.last_step),
             keeps_steps: true,
         });
-        self.double_scratch.take_over(&mut self.inner.scratch);
-        self.double.begin(&mut pass, &mut self.double_scratch);
+        self.double_scratch.take_over(&mut self.inner.buffers.scratch);
+        self.problem.transform.begin(&mut pass, &mut self.double_scratch);
     }
 
     /// Scales elastic pressures so that the mean of all pressures is the load, and returns the
@@ -279,7 +280,7 @@ impl Solver {
     /// number of saturated nodes.
     fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.nodes[1], &mut tally);
+        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut tally);
         tally
     }
 
@@ -291,7 +292,7 @@ impl Solver {
     fn scale_after(&self, tally: &Tally) -> f64 {
         let total = self.inner.load * self.pressure.len() as f64;
         let rest = total - tally.saturated_nodes * tally.hardness;
-        let elastic = tally.elastic_sum(&self.pressure, self.inner.nodes[1]);
+        let elastic = tally.elastic_sum(&self.pressure, self.inner.mesh.nodes[1]);
         if rest.abs() <= ROUNDING * total {
             return if elastic == 0.0 { 1.0 } else { 0.0 };
         }

@@ -1,26 +1,28 @@
-//! Nested iteration for an initial guess from coarser meshes, for loads far from earlier ones.
+//! Nested iteration for an initial guess from coarser meshes.
 //!
 //! The contact is first solved on a mesh of every second node along both axes. Its initial guess
 //! comes from a mesh of every fourth node, and so on down to a mesh of negligible cost (Brandt,
 //! *Math. Comput.* 31, 1977, 333). Pressure p and gap g of a mesh are combined in one map, s p − g,
 //! which is positive in contact and negative where the gap is open. This map is interpolated to the
 //! next finer mesh, where its positive part is the initial pressure (`prolongation`). The first
-//! residual is then a few tenths of a mesh step, for any load and mesh. By extrapolation between
-//! loads far apart it would be one to a hundred steps.
+//! residual is then a few tenths of a mesh step, for any load and mesh.
 //!
 //! On the coarser meshes except the smallest, the contact is solved in single precision only, to a
 //! residual of a hundredth of their own mesh step. Meanwhile the maps of the finer mesh are not
 //! needed, so coarser meshes borrow their memory.
 
 use std::iter::successors;
+use std::sync::Arc;
 
 use super::conjugate_gradients::{End, Goal};
-use super::inner_solver::InnerSolver;
-use super::line_search::{History, StepLengths};
+use super::inner_solver::{InnerSolver, Mesh};
+use super::line_search::History;
 use super::passes::PendingUpdate;
+use super::press::has_yielded;
+use super::problem::Problem;
 use super::prolongation::{CoarseContact, RATIO};
 use super::start::Start;
-use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
+use super::{Hardness, Outcome, Settings, Solver, Watch};
 use crate::elasticity::ElasticOperator;
 use crate::grid::Grid;
 use crate::threads::Threads;
@@ -39,6 +41,15 @@ const TOLERANCE: f64 = 1e-2;
 /// Maximum number of transform pairs on a coarser mesh: three times the usual number.
 const PAIR_LIMIT: u32 = 60;
 
+/// Coarser meshes of a surface, shared by its solvers.
+pub struct CoarserMeshes {
+    /// Intermediate meshes from the finest to the coarsest.
+    levels: Vec<Arc<Mesh>>,
+    /// Smallest mesh, without a hardness.
+    coarsest: Arc<Problem>,
+}
+
+/// Solvers on coarser meshes.
 pub struct Coarser {
     /// Intermediate meshes from the finest to the coarsest.
     levels: Vec<Level>,
@@ -50,11 +61,9 @@ struct Level {
     found: CoarseContact,
 }
 
-/// Smallest mesh. Each load is solved on it as if it were the first load.
+/// Smallest mesh.
 struct Coarsest {
-    elastic: Solver,
-    /// Solver with pressures bounded by the hardness.
-    yielding: Option<Solver>,
+    solver: Solver,
     found: CoarseContact,
 }
 
@@ -66,65 +75,49 @@ struct LoadCase<'a> {
     watch: &'a dyn Watch,
 }
 
-impl Coarser {
-    /// Creates the coarser meshes of a surface, for pressures with and without the bound
-    /// `hardness`.
+impl CoarserMeshes {
+    /// Prepares the coarser meshes of a surface.
     ///
     /// Returns `None` if the mesh is too small or cannot be halved often enough, or if the body has
     /// no coarser version.
-    pub fn new(
-        threads: &Threads,
-        body: &dyn ElasticOperator,
-        hardness: Option<Hardness>,
-        heights: &[f64],
-    ) -> Option<Self> {
+    pub fn new(threads: &Threads, body: &dyn ElasticOperator, heights: &[f64]) -> Option<Self> {
         let row_nodes = body.grid().nodes()[1];
         let grids = coarser_grids(body.grid());
         let bodies: Option<Vec<_>> = grids.iter().map(|grid| body.on_coarser(*grid)).collect();
         let mut bodies = bodies?;
         let coarsest = bodies.pop()?;
         let mut stride = 1;
-        let mut sampled = || {
+        let mut sampled = || -> Vec<f64> {
             stride *= 2;
-            every_so_many(stride, heights, row_nodes)
+            every_so_many(stride, heights, row_nodes).collect()
         };
-        let levels = bodies.iter();
-        let levels = levels.map(|body| Level::new(threads, &**body, sampled()));
+        let levels =
+            bodies.iter().map(|body| Arc::new(Mesh::from_heights(threads, &**body, &sampled())));
         let levels = levels.collect();
-        let heights: Vec<f64> = sampled().collect();
-        let found = CoarseContact::empty(&*coarsest);
-        let yielding = hardness.and_then(|hardness| {
-            let body = body.on_coarser(coarsest.grid())?;
-            Some(Solver {
-                yields_from: 0.0,
-                ..Solver::with_threads(threads.clone(), body, Some(hardness), &heights)
-            })
-        });
-        Some(Self {
-            levels,
-            coarsest: Coarsest {
-                elastic: Solver::with_threads(threads.clone(), coarsest, None, &heights),
-                yielding,
-                found,
-            },
-        })
+        let coarsest = Problem::new(threads, coarsest, None, &sampled());
+        Some(Self { levels, coarsest: Arc::new(coarsest) })
+    }
+}
+
+impl Coarser {
+    pub fn new(threads: &Threads, meshes: &CoarserMeshes) -> Self {
+        let levels = meshes.levels.iter().map(|mesh| Level::new(threads, mesh.clone()));
+        let solver = Solver::of_problem(threads.clone(), meshes.coarsest.clone());
+        let found = CoarseContact::empty(solver.inner.mesh.nodes);
+        Self { levels: levels.collect(), coarsest: Coarsest { solver, found } }
     }
 
     pub fn set_threads(&mut self, threads: &Threads) {
         for level in &mut self.levels {
             level.inner.set_threads(threads.clone());
         }
-        self.coarsest.elastic.set_threads(threads.clone());
-        if let Some(yielding) = &mut self.coarsest.yielding {
-            yielding.set_threads(threads.clone());
-        }
+        self.coarsest.solver.set_threads(threads.clone());
     }
 
     /// Solves the contact under `load` on all coarser meshes, from the smallest up, and returns the
     /// result on the finest of them.
     ///
-    /// `bound` is the upper bound of the pressures; it requires that [`Coarser::new`] was given a
-    /// hardness. The gaps, pressure increments and last steps of `finer` are overwritten.
+    /// `bound` is the upper bound of the pressures. The gaps, pressure increments and last steps of `finer` are overwritten.
     pub fn find(
         &mut self,
         finer: &mut InnerSolver,
@@ -145,8 +138,7 @@ fn coarser_grids(grid: Grid) -> Vec<Grid> {
     grids
 }
 
-/// Returns whether `grid` has enough nodes that loads far from earlier ones are first solved on
-/// coarser meshes.
+/// Returns whether `grid` has enough nodes that loads are first solved on coarser meshes.
 pub fn is_nested(grid: Grid) -> bool {
     !coarser_grids(grid).is_empty()
 }
@@ -184,15 +176,11 @@ fn find<'a>(
 }
 
 impl Level {
-    fn new(
-        threads: &Threads,
-        body: &dyn ElasticOperator,
-        heights: impl Iterator<Item = f64>,
-    ) -> Self {
-        let heights = heights.map(|height| height as f32).collect();
-        let mut inner = InnerSolver::new(threads, body, heights);
+    fn new(threads: &Threads, mesh: Arc<Mesh>) -> Self {
+        let found = CoarseContact::empty(mesh.nodes);
+        let mut inner = InnerSolver::new(threads, mesh);
         inner.drop_maps();
-        Self { inner, found: CoarseContact::empty(body) }
+        Self { inner, found }
     }
 
     /// Solves the contact from the result on the next coarser mesh, and sets `found` to the result,
@@ -213,14 +201,16 @@ impl Level {
 
 impl Coarsest {
     fn find(&mut self, compliance: f64, case: LoadCase) -> &CoarseContact {
-        let solver = match (case.bound, &mut self.yielding) {
-            (Some(_), Some(yielding)) => yielding,
-            _ => &mut self.elastic,
-        };
-        solver.reset();
         let settings = Settings { tolerance: TOLERANCE, pair_limit: PAIR_LIMIT };
-        let outcome = solver.press(case.load, &settings, &|| case.watch.is_interrupted());
-        self.found.take_solution(solver, &outcome, compliance);
+        let watch = || case.watch.is_interrupted();
+        let outcome = match case.bound {
+            None => self.solver.press(case.load, &settings, &watch),
+            Some(_) => {
+                self.solver.begin_load(case.load, &settings);
+                self.solver.solve_within(case.bound, &settings, &watch)
+            }
+        };
+        self.found.take_solution(&self.solver, &outcome, compliance);
         &self.found
     }
 }
@@ -229,9 +219,6 @@ impl InnerSolver {
     fn prepare(&mut self, case: LoadCase) {
         self.load = case.load;
         self.bound = case.bound;
-        // The result of a load may depend on earlier loads only through the saved state of the
-        // solver.
-        self.nested_step_lengths = StepLengths::default();
         self.extension.is_enabled = true;
         self.pairs = 0;
     }
@@ -267,19 +254,13 @@ impl InnerSolver {
         for (own, map) in self.lent_maps().into_iter().zip(finer.lent_maps()) {
             std::mem::swap(own, map);
         }
-        self.scratch.take_over(&mut finer.scratch);
+        self.buffers.scratch.take_over(&mut finer.buffers.scratch);
     }
 
     fn lent_maps(&mut self) -> [&mut Vec<f32>; 3] {
         [&mut self.gap, &mut self.pressure_increment, &mut self.last_step]
     }
 }
-
-/// Ratio of consecutive loads above which a load is first solved on coarser meshes.
-///
-/// This saves time above a ratio of 1.2 to 1.4 on 1024² and 2048² nodes, and above 1.4 to 1.6 on
-/// 512².
-const FAR: f64 = 1.3;
 
 /// Smallest ratio of the tolerance to the rounding error of the largest displacement in contact for
 /// which the first iterations are in single precision.
@@ -288,50 +269,28 @@ const FAR: f64 = 1.3;
 /// and the iterations had to start again. A start in double precision takes a tenth more time.
 const DIGITS: f64 = 3.5;
 
-/// Returns whether `load` and the last load differ by a factor of more than [`FAR`], or there is no
-/// last load.
-pub fn is_far(last: Option<f64>, load: f64) -> bool {
-    last.is_none_or(|last| load > FAR * last || last > FAR * load)
-}
-
 impl Solver {
-    /// Solves `load`, first on coarser meshes and then on this mesh, if it is far from the last
-    /// load and not light, and if the mesh is large enough. Otherwise returns `None`.
-    ///
-    /// If the coarser meshes give no positive pressure, resets the solver to the state before the
-    /// first load and returns `None`.
-    pub(super) fn press_far(
-        &mut self,
-        load: f64,
-        settings: &Settings,
-        watch: &dyn Watch,
-    ) -> Option<Outcome> {
-        let last = Some(self.inner.load).filter(|last| *last > 0.0);
-        if !is_far(last, load) || self.is_light(load) {
-            return None;
-        }
-        let (threads, body) = (&self.inner.threads, &*self.body);
-        let coarser = self.coarser.take();
-        let coarser = coarser
-            .or_else(|| Coarser::new(threads, body, self.hardness, &self.heights).map(Box::new));
-        let mut coarser = coarser?;
-        self.set_height_reference(0.0);
-        self.save_previous();
-        self.inner.load = load;
-        self.inner.scratch.take_over(&mut self.double_scratch);
-        let outcome = self.press_from(&mut coarser, settings, watch);
-        self.coarser = Some(coarser);
-        if outcome.is_none() {
-            self.reset();
-        }
-        outcome
-    }
-
     /// Solves the present load, first on coarser meshes and then on this mesh. Returns `None` if
-    /// the coarser meshes give no positive pressure.
+    /// there are no coarser meshes, if the load is light, or if the coarser meshes give no positive
+    /// pressure.
     ///
     /// The hardness bounds the pressures only if elastic pressures exceed it, so that all other
     /// loads have the same solution as without a hardness.
+    pub(super) fn press_nested(
+        &mut self,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> Option<Outcome> {
+        if self.is_light(self.inner.load) {
+            return None;
+        }
+        let mut coarser = self.coarser.take()?;
+        self.inner.buffers.scratch.take_over(&mut self.double_scratch);
+        let outcome = self.press_from(&mut coarser, settings, watch);
+        self.coarser = Some(coarser);
+        outcome
+    }
+
     fn press_from(
         &mut self,
         coarser: &mut Coarser,
@@ -339,22 +298,15 @@ impl Solver {
         watch: &dyn Watch,
     ) -> Option<Outcome> {
         let load = self.inner.load;
-        if let Some(hardness) = self.hardness.filter(|_| load >= self.yields_from) {
-            let found = coarser.find(&mut self.inner, load, Some(hardness), watch);
-            return self.solve_from(found, Some(hardness), settings, watch);
-        }
         let mut found = coarser.find(&mut self.inner, load, None, watch);
         let passed = |hardness: &Hardness| found.peak_pressure > hardness.pressure();
-        if let Some(hardness) = self.hardness.filter(passed) {
+        if let Some(hardness) = self.problem.hardness.filter(passed) {
             self.inner.pairs += found.finer_pairs();
-            let step_lengths = self.inner.nested_step_lengths.clone();
             found = coarser.find(&mut self.inner, load, Some(hardness), watch);
             let outcome = self.solve_from(found, Some(hardness), settings, watch)?;
-            if outcome.saturated_nodes > 0 || outcome.stop != Stop::Converged {
-                self.yields_from = load;
+            if has_yielded(&outcome) {
                 return Some(outcome);
             }
-            self.inner.nested_step_lengths = step_lengths;
             found = coarser.find(&mut self.inner, load, None, watch);
         }
         let outcome = self.solve_from(found, None, settings, watch)?;
@@ -376,7 +328,7 @@ impl Solver {
         let mut history = History::nested();
         // The mean displacement is zero. The displacement of a node in contact is its height plus
         // the reference.
-        let displacement = self.highest + found.reference;
+        let displacement = self.problem.highest + found.reference;
         let digit = self.inner.residual(f64::from(f32::EPSILON) * displacement);
         let evaluation = if settings.tolerance > DIGITS * digit {
             let start = self.inner.begin_from(found)?;

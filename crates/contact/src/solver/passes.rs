@@ -8,8 +8,7 @@ mod update_gap;
 mod update_pressure;
 
 pub use begin::{
-    AppliedUpdate, BeginPressed, Extrapolation, InitialResidual, PressureLessGap,
-    ReferencePressure, SavePressure, StartPressure,
+    AppliedUpdate, BeginPressed, InitialResidual, PressureLessGap, ReferencePressure, StartPressure,
 };
 pub use evaluate::{
     GapOutput, PressureInput, Promote, PromotedInput, StepOutput, StepScaling, TakeBack, promote,

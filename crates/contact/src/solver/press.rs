@@ -13,7 +13,6 @@ use super::evaluation::Evaluation;
 use super::lanes::{InOrder, Pass, over_rows, sum_by, weight};
 use super::line_search::History;
 use super::load::PressureSummary;
-use super::nearing::Expected;
 use super::passes::ReferencePressure;
 use super::start::Start;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
@@ -32,26 +31,26 @@ const MAX_ROUNDING: f64 = 0.01;
 /// that, it accepts a solution within the tolerance as it is.
 const DECISIONS: u32 = 2;
 
+/// Returns whether a load that was solved with the hardness as bound needs this bound.
+pub fn has_yielded(outcome: &Outcome) -> bool {
+    outcome.saturated_nodes > 0 || outcome.stop != Stop::Converged
+}
+
 impl Solver {
     /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
     ///
-    /// The load must be below the hardness, if there is one ([`Hardness::check_load`]). Loads may
-    /// come in any order; ascending loads are fastest. At least one node bears pressure, even under
-    /// the lightest load and after an interruption. `watch` is called in every iteration and can
-    /// stop the solver; `&|| false` never stops it.
+    /// The load must be below the hardness, if there is one ([`Hardness::check_load`]). The result
+    /// does not depend on loads that were solved before. At least one node bears pressure, even
+    /// under the lightest load and after an interruption. `watch` is called in every iteration and
+    /// can stop the solver; `&|| false` never stops it.
     pub fn press(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
         assert!(load.is_finite() && load > 0.0, "the load must be positive and finite");
-        if let Some(hardness) = self.hardness {
+        if let Some(hardness) = self.problem.hardness {
             hardness.check_load(load).expect("the load is below the hardness");
         }
-        self.inner.pairs = 0;
-        self.expected = Expected::All;
-        self.inner.extension.is_enabled = true;
-        self.inner.reference_pressure.prepare(settings.tolerance);
-        self.inner.active.prepare(ReferencePressure::is_map(settings.tolerance));
+        self.begin_load(load, settings);
         if self.reaches_full_contact(load) {
-            self.inner.bound = None;
-            self.set_full_contact(load);
+            self.set_full_contact();
             let evaluation = self.evaluate();
             let summary = self.summarise();
             return Outcome {
@@ -59,15 +58,34 @@ impl Solver {
                 ..self.outcome(Stop::FullContact, evaluation, summary)
             };
         }
-        if let Some(outcome) = self.press_far(load, settings, watch) {
+        if let Some(outcome) = self.press_nested(settings, watch) {
             return outcome;
         }
-        if let Some(outcome) = self.press_if_yielding(load, settings, watch) {
-            return outcome;
+        if let Some(hardness) = self.problem.hardness.filter(|_| self.is_expected_to_yield()) {
+            let outcome = self.solve_within(Some(hardness), settings, watch);
+            if has_yielded(&outcome) {
+                return outcome;
+            }
         }
-        self.inner.bound = self.hardness.filter(|_| load >= self.yields_from);
-        let outcome = self.solve_within_bound(load, settings, watch);
+        let outcome = self.solve_within(None, settings, watch);
         self.solve_again_if_yielding(outcome, settings, watch)
+    }
+
+    /// Resets everything that earlier loads have changed.
+    pub(super) fn begin_load(&mut self, load: f64, settings: &Settings) {
+        self.inner.load = load;
+        self.inner.bound = None;
+        self.inner.pairs = 0;
+        self.inner.reference = 0.0;
+        self.inner.extension.is_enabled = true;
+        self.inner.reference_pressure.prepare(settings.tolerance);
+        self.inner.active.prepare(ReferencePressure::is_map(settings.tolerance));
+    }
+
+    /// Returns whether the material is expected to yield under the present load. The result is
+    /// false if the load is light.
+    pub(super) fn is_expected_to_yield(&self) -> bool {
+        self.inner.load > self.problem.yield_load && !self.is_light(self.inner.load)
     }
 
     /// Solves the same load again, with the hardness as bound, if the peak pressure of `outcome`
@@ -78,9 +96,8 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Outcome {
-        match self.hardness {
+        match self.problem.hardness {
             Some(hardness) if outcome.peak_pressure > hardness.pressure() => {
-                self.yields_from = self.yields_from.min(self.inner.load);
                 let evaluation = self.guess_yielding(hardness);
                 self.inner.extension.is_enabled = true;
                 self.solve(History::default(), evaluation, settings, watch)
@@ -89,48 +106,25 @@ impl Solver {
         }
     }
 
-    /// Solves `load` with the hardness as bound if it is the first load and the material is
-    /// expected to yield.
-    ///
-    /// Otherwise returns `None`. If the solution converges without a saturated node, resets the
-    /// solver to the state before the first load and also returns `None`.
-    fn press_if_yielding(
+    /// Solves the present load on this mesh alone, with pressures at most `bound`.
+    pub(super) fn solve_within(
         &mut self,
-        load: f64,
+        bound: Option<Hardness>,
         settings: &Settings,
         watch: &dyn Watch,
-    ) -> Option<Outcome> {
-        let is_first = self.inner.load == 0.0;
-        let hardness = self.hardness.filter(|_| is_first)?;
-        if !self.is_expected_to_yield(hardness, load) {
-            return None;
-        }
-        self.inner.bound = Some(hardness);
-        let outcome = self.solve_within_bound(load, settings, watch);
-        if outcome.saturated_nodes == 0 && outcome.stop == Stop::Converged {
-            self.reset();
-            return None;
-        }
-        self.yields_from = load;
-        Some(outcome)
-    }
-
-    /// Solves the contact under `load` from an initial guess, with pressures at most the present
-    /// bound (`inner.bound`), if there is one.
-    fn solve_within_bound(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
-        let mut history = History::default();
-        let evaluation = match self.guess(load) {
-            Some(start) => self.approach(&mut history, start, settings, watch),
-            None => self.evaluate_guess(settings),
-        };
-        self.solve(history, evaluation, settings, watch)
+    ) -> Outcome {
+        self.inner.bound = bound;
+        self.inner.reference = 0.0;
+        self.inner.extension.is_enabled = true;
+        self.guess();
+        let evaluation = self.evaluate_guess(settings);
+        self.solve(History::default(), evaluation, settings, watch)
     }
 
     /// Returns whether all nodes are in contact under `load` without yielding; false if no formula
     /// gives the load of full contact.
     pub fn reaches_full_contact(&self, load: f64) -> bool {
-        let ceiling = self.hardness.map_or(f64::INFINITY, Hardness::pressure);
-        self.full_contact.is_some_and(|full| load >= full.load && load + full.peak <= ceiling)
+        self.problem.reaches_full_contact(load)
     }
 
     /// Iterates from the present pressures, whose evaluation is given, until the residual is within
@@ -218,13 +212,12 @@ impl Solver {
     /// pressure. The second limit is never below the rounding error of the heights.
     fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
         let mean_pressure = self.inner.load * self.pressure.len() as f64 / contact_nodes;
-        let bound = MAX_FRACTION_OF_DISPLACEMENT * self.inner.nodal_compliance * mean_pressure;
-        let rounding = f64::EPSILON * self.highest;
+        let bound = MAX_FRACTION_OF_DISPLACEMENT * self.inner.mesh.nodal_compliance * mean_pressure;
+        let rounding = f64::EPSILON * self.problem.highest;
         settings.tolerance.min(self.inner.residual(bound.max(rounding)))
     }
 
     fn outcome(&mut self, stop: Stop, evaluation: Evaluation, summary: PressureSummary) -> Outcome {
-        self.contact_nodes = summary.contact_nodes as f64;
         Outcome {
             stop,
             pairs: self.inner.pairs,
@@ -267,8 +260,8 @@ impl Solver {
     /// Returns whether any pressure changed, in which case the pressures must be evaluated again.
     /// `summary` describes the pressures before the decision.
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
-        let decision = Decision { compliance: self.inner.nodal_compliance, offset };
-        let (threads, row_nodes) = (&self.inner.threads, self.inner.nodes[1]);
+        let decision = Decision { compliance: self.inner.mesh.nodal_compliance, offset };
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
         let mut changes =
             Changes { decision, gap: &self.inner.gap, nodes: 0.0, pressure: InOrder::new() };
         over_rows(threads, &mut self.pressure, row_nodes, &mut changes);

@@ -9,7 +9,6 @@ use super::lanes::{InOrder, Pass, Wide, over_rows, total};
 use super::passes::{AppliedUpdate, BeginPressed, PendingUpdate, PressureLessGap, StartPressure};
 use super::start::Start;
 use super::{Outcome, Settings, Solver};
-use crate::elasticity::ElasticOperator;
 use crate::fft::{Band, Row};
 
 /// Ratio of the numbers of nodes of a mesh and of the next coarser mesh.
@@ -30,8 +29,7 @@ pub struct CoarseContact {
 }
 
 impl CoarseContact {
-    pub fn empty(body: &dyn ElasticOperator) -> Self {
-        let nodes = body.grid().nodes();
+    pub fn empty(nodes: [usize; 2]) -> Self {
         Self {
             pressure_less_gap: Vec::new(),
             nodes,
@@ -100,7 +98,7 @@ impl InnerSolver {
     /// Returns the factor s of the map s p − g with which iterations on this mesh begin, where p
     /// and g are the pressure and the gap on the next coarser mesh.
     pub fn compliance(&self) -> f64 {
-        COMPLIANCES * self.nodal_compliance
+        COMPLIANCES * self.mesh.nodal_compliance
     }
 }
 
@@ -118,7 +116,7 @@ impl Solver {
         settings: &Settings,
     ) -> Option<Evaluation> {
         let prolonged = self.inner.prolonged(coarse)?;
-        let row_nodes = self.inner.nodes[1];
+        let row_nodes = self.inner.mesh.nodes[1];
         let mut pass =
             SetProlonged { prolonged, hardness: self.inner.ceiling(), row: vec![0.0; row_nodes] };
         let pressure = &mut self.pressure;
@@ -156,12 +154,12 @@ impl InnerSolver {
     }
 
     fn begin_pressed_as<const YIELDS: bool>(&mut self, start: StartPressure) -> Start {
-        let reference = self.reference + self.height_reference;
+        let reference = self.reference + self.mesh.highest;
         let hardness = self.ceiling();
         let mut pass = Wide(BeginPressed::<YIELDS> {
             start,
             ceiling: hardness as f32,
-            heights: &self.heights,
+            heights: &self.mesh.heights,
             reference: reference as f32,
             gap: Band::new(&mut self.gap),
             pressure_increment: Band::new(&mut self.pressure_increment),
@@ -169,12 +167,12 @@ impl InnerSolver {
             active: self.active.band(),
             sums: InOrder::new(),
         });
-        self.transform.begin(&mut pass, &mut self.scratch);
+        self.mesh.transform.begin(&mut pass, &mut self.buffers.scratch);
         let sums = pass.0.sums.total();
-        let work = self.transform.multiply(&self.displacement, &mut self.scratch);
+        let work = self.mesh.transform.multiply(&self.mesh.displacement, &mut self.buffers.scratch);
         self.pairs += 1;
         let offset = if YIELDS {
-            let near = Convergence { offset: 0.0, error: NEAR / self.steps_per_side };
+            let near = Convergence { offset: 0.0, error: NEAR / self.mesh.steps_per_side };
             self.peek_offset(1.0, near, false)
         } else {
             (work - sums.pressure_on_height) / sums.pressure - reference
@@ -194,7 +192,7 @@ impl InnerSolver {
     fn prolonged<'a>(&mut self, coarse: &'a CoarseContact) -> Option<Prolonged<'a>> {
         let ceiling = self.ceiling();
         let per_pressure = 1.0 / self.compliance();
-        let row_nodes = self.nodes[1];
+        let row_nodes = self.mesh.nodes[1];
         let mut pass = SumProlonged {
             prolonged: Prolonged::new(coarse.map(), per_pressure, ceiling),
             row: vec![0.0; row_nodes],

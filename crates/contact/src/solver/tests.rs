@@ -2,7 +2,9 @@
 //! on rectangles, with free boundaries, and of materials that yield.
 
 use super::*;
+use crate::elasticity;
 use crate::elasticity::PeriodicHalfSpace;
+use crate::fft::Transform;
 use crate::grid::Grid;
 use crate::grid::samples::{rectangle, square};
 use crate::topography::moments::Moments;
@@ -10,6 +12,7 @@ use crate::topography::surface::Surface;
 
 mod closed_forms;
 mod hardness;
+mod independence;
 mod invariants;
 mod loads;
 
@@ -70,9 +73,9 @@ pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
 /// Computes displacement − height directly from the kernel, and subtracts its mean over the elastic
 /// contact nodes or, if there are none, its maximum over the saturated nodes.
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
-    let transform = elasticity::transform::<f64>(&*solver.body);
+    let transform = elasticity::transform::<f64>(&*solver.problem.body);
     let mut gap = vec![0.0; heights.len()];
-    let kernel = elasticity::displacement(&*solver.body);
+    let kernel = elasticity::displacement(&*solver.problem.body);
     transform.convolve(&kernel, solver.pressure(), &mut gap, &mut transform.scratch());
     gap.iter_mut().zip(heights).for_each(|(gap, height)| *gap -= height);
     let of = |chosen: &dyn Fn(f64) -> bool| -> Vec<f64> {
@@ -92,7 +95,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
     // Row by row, because equal terms in a long sum would all be rounded the same way.
-    let rows = solver.pressure().chunks_exact(solver.inner.nodes[1]);
+    let rows = solver.pressure().chunks_exact(solver.inner.mesh.nodes[1]);
     let total: f64 = rows.map(|row| row.iter().sum::<f64>()).sum();
     assert!((total / solver.pressure().len() as f64 / load - 1.0).abs() < 1e-12);
     let violation = violation(solver, heights);
@@ -112,7 +115,7 @@ fn violation(solver: &Solver, heights: &[f64]) -> f64 {
             _ => gap.abs(),
         }
     });
-    solver.inner.steps_per_side * violations.fold(0.0, f64::max)
+    solver.inner.mesh.steps_per_side * violations.fold(0.0, f64::max)
 }
 
 /// Solves the contact at the default tolerance, and checks the outcome against the stored
@@ -129,11 +132,11 @@ fn assert_outcome_at(
 ) -> Outcome {
     let outcome = press(solver, load, settings);
     let range = heights.iter().fold(0.0_f64, |range, h| range.max(h.abs()));
-    let rounding = 1e-13 * solver.inner.steps_per_side * range;
+    let rounding = 1e-13 * solver.inner.mesh.steps_per_side * range;
     let tolerance = match outcome.stop {
         Stop::Converged | Stop::FullContact => settings.tolerance,
         // Without convergence the outcome is known in single precision only.
-        _ => outcome.residual + f64::from(f32::EPSILON) * solver.inner.steps_per_side * range,
+        _ => outcome.residual + f64::from(f32::EPSILON) * solver.inner.mesh.steps_per_side * range,
     };
     assert_complementary(solver, heights, load, 1.02 * tolerance + rounding);
     let violation = violation(solver, heights);

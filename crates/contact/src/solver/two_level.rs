@@ -41,14 +41,25 @@ pub const NESTED_ITERATIONS: usize = 3;
 
 /// Two-level preconditioner, with a stiffness for block means and another for shorter waves.
 pub struct TwoLevel {
+    blocks: [usize; 2],
     transform: Transform<f32>,
-    scratch: Scratch<f32>,
     kernel: Kernel<f32>,
+    /// Stiffness s of waves shorter than a block.
+    stiffness: f32,
+}
+
+/// Buffers of a [`TwoLevel`].
+pub struct BlockBuffers {
+    scratch: Scratch<f32>,
     /// Sums of the residual over the free nodes of each block, which [`TwoLevel::correct`] replaces
     /// by pressures on these nodes.
     sums: Vec<f32>,
-    /// Stiffness s of waves shorter than a block.
-    stiffness: f32,
+}
+
+impl BlockBuffers {
+    pub fn set_threads(&mut self, threads: &Threads) {
+        self.scratch.set_threads(threads.clone());
+    }
 }
 
 impl TwoLevel {
@@ -67,28 +78,31 @@ impl TwoLevel {
                 *factor = body.stiffness(waves) / part;
             }
         });
-        Self {
-            scratch: transform.scratch_on(threads.clone()),
-            transform,
-            kernel,
-            sums: vec![0.0; blocks[0] * blocks[1]],
-            stiffness: (SHORT_WAVES * nodal_stiffness) as f32,
-        }
+        Self { blocks, transform, kernel, stiffness: (SHORT_WAVES * nodal_stiffness) as f32 }
     }
 
-    pub fn set_threads(&mut self, threads: &Threads) {
-        self.scratch.set_threads(threads.clone());
+    pub fn buffers(&self, threads: &Threads) -> BlockBuffers {
+        BlockBuffers {
+            scratch: self.transform.scratch_on(threads.clone()),
+            sums: vec![0.0; self.blocks[0] * self.blocks[1]],
+        }
     }
 
     /// Computes [Pᵀ K P r − s Π r](self), the block part of the corrections, from the residual r
     /// that was added to `extension`. The result is the output of the transpose of `extension`.
-    pub fn correct(&mut self, threads: &Threads, extension: &mut Extension) {
-        let mut means = Wide(extension.extend_means(threads, &mut self.sums));
-        self.transform.begin(&mut means, &mut self.scratch);
-        self.transform.multiply(&self.kernel, &mut self.scratch);
-        let mut taken = Wide(extension.block_pressures(self.stiffness, &mut self.sums));
-        self.transform.finish(&mut taken, &mut self.scratch);
-        extension.collect_means(threads, &self.sums);
+    pub fn correct(
+        &self,
+        threads: &Threads,
+        extension: &mut Extension,
+        buffers: &mut BlockBuffers,
+    ) {
+        let BlockBuffers { scratch, sums } = buffers;
+        let mut means = Wide(extension.extend_means(threads, sums));
+        self.transform.begin(&mut means, scratch);
+        self.transform.multiply(&self.kernel, scratch);
+        let mut taken = Wide(extension.block_pressures(self.stiffness, sums));
+        self.transform.finish(&mut taken, scratch);
+        extension.collect_means(threads, sums);
     }
 
     /// Returns [s r](self), the nodal part of the corrections, with the residual r = `gap` −
@@ -133,11 +147,12 @@ mod tests {
             let (threads, nodes) = (Threads::one(), body.grid().nodes());
             let extension = Extension::new(nodes, body.stiffness_nodes());
             let stiffness = body.nodal_stiffness(&threads);
+            let blocks = Extension::blocks_of(body.stiffness_nodes());
             let marked = |node| f32::from_bits(u32::from(is_free(node)) * FREE);
             Self {
                 nodes,
                 last_step: (0..nodes[0] * nodes[1]).map(marked).collect(),
-                two_level: TwoLevel::new(&threads, body, stiffness, extension.blocks()),
+                two_level: TwoLevel::new(&threads, body, stiffness, blocks),
                 extension,
             }
         }
@@ -157,7 +172,8 @@ mod tests {
                 let (values, last_step) = (row.of(&gap), row.of(&self.last_step));
                 asked.add_row::<_, 1>(Scalar512b, row, values, last_step, &[true; 64]);
             }
-            self.two_level.correct(&threads, &mut self.extension);
+            let mut buffers = self.two_level.buffers(&threads);
+            self.two_level.correct(&threads, &mut self.extension, &mut buffers);
             let mut pass =
                 Wide(Keep { given: self.extension.transpose_output(), rows: Vec::new() });
             let pairs: Vec<usize> = (0..rows.div_ceil(2)).collect();

@@ -347,8 +347,9 @@ fn give(values: &mut [f32], given: &[f32]) {
 const AREA: f32 = (SIDE * SIDE) as f32;
 
 impl Extension {
-    pub fn blocks(&self) -> [usize; 2] {
-        self.levels[0].blocks
+    /// Returns the numbers of the smallest blocks of a mesh along x and y.
+    pub fn blocks_of(nodes: [usize; 2]) -> [usize; 2] {
+        nodes.map(|nodes| nodes.div_ceil(SIDE))
     }
 
     /// Extends the residual of free nodes. Returns a pass that writes the mean of the extended

@@ -10,25 +10,16 @@ use super::update_gap::{GapSums, GapUpdate};
 use super::update_pressure::PendingUpdate;
 use crate::fft::{Band, Row};
 use crate::solver::extension::ResidualRows;
-use crate::solver::flags::{ActiveBand, FREE, PRESSED, SATURATED, has, marked_by_pressure};
-use crate::solver::lanes::{
-    Accumulate, InOrder, LANES, Lanes, Pass, REST, greater, split_mut, sum_by, total, weight,
-};
-use crate::solver::nearing::{Expected, LimitedGap};
+use crate::solver::flags::{ActiveBand, FREE, PRESSED, SATURATED, has};
+use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, greater, sum_by, total, weight};
 use crate::solver::prolongation::Prolonged;
 
-/// Pass over pressures that computes the first residual, from the last gaps and pressures or from
-/// their extrapolation.
+/// Pass over pressures that computes the first residual from their gaps.
 pub struct InitialResidual<'a, const YIELDS: bool> {
-    pub extrapolation: Option<Extrapolation<'a>>,
-    /// Nodes without pressure that may be free if they penetrate.
-    pub expected: Expected,
-    pub limited_gap: LimitedGap,
-    pub heights: &'a [f32],
     pub response: GapUpdate,
-    pub gap: Band<'a, f32>,
+    pub gap: &'a [f32],
     pub hardness: f64,
-    /// Last steps, which an extrapolation sets to zero. Their flags are updated.
+    /// Last steps, of which the flags are updated.
     pub last_step: Band<'a, f32>,
     /// Marks of the groups with free nodes or with pressure, which are updated.
     pub active: ActiveBand<'a>,
@@ -43,59 +34,10 @@ pub struct InitialResidual<'a, const YIELDS: bool> {
     pub bounded_sum: InOrder<f64>,
 }
 
-/// Linear extrapolation from the last two solutions. The last solution then replaces the earlier
-/// one.
-pub struct Extrapolation<'a> {
-    /// Ratio of the next increment of the load to the last one.
-    pub reach: f64,
-    pub earlier_pressure: Band<'a, f32>,
-    pub earlier_gap: Band<'a, f32>,
-}
-
-/// Pass over pressures that copies them to a map in single precision.
-pub struct SavePressure<'a>(pub Band<'a, f32>);
-
-impl Pass<f64> for SavePressure<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        for (earlier, p) in self.0.row(row).iter_mut().zip(pressure) {
-            *earlier = *p as f32;
-        }
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self(self.0.split_off(row))
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
 impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {
-        let level = self.response.offset;
-        let gap = self.gap.row(row);
         let last_step = self.last_step.row(row);
-        if let Some(extrapolation) = &mut self.extrapolation {
-            let earlier = extrapolation.earlier_pressure.row(row);
-            if YIELDS {
-                extrapolate_bounded(extrapolation.reach, self.hardness, pressure, earlier);
-            } else {
-                extrapolate(extrapolation.reach, pressure, earlier);
-            }
-            let earlier = extrapolation.earlier_gap.row(row);
-            if let Expected::Near(nearing) = self.expected {
-                let limited_gap = &mut self.limited_gap;
-                limited_gap.hold_far::<S, R>(simd, level, nearing, gap, earlier);
-            }
-            let (gap, last_gap) = split_mut::<S, R>(gap);
-            let (earlier, last_earlier) = split_mut::<S, R>(earlier);
-            extrapolate_single(simd, extrapolation.reach, gap, earlier);
-            extrapolate_single(REST, extrapolation.reach, last_gap, last_earlier);
-            for (last_step, p) in last_step.iter_mut().zip(&*pressure) {
-                *last_step = marked_by_pressure(0.0, *p, self.hardness);
-            }
-        }
         if YIELDS {
             let hardness = self.hardness;
             let bounded = sum_by(pressure, pressure, |p, _| p.clamp(0.0, hardness));
@@ -108,14 +50,6 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
             reference_pressure,
             |reference_pressure, _| f64::from(reference_pressure),
         ));
-        if let Expected::AsHighAs(lowest) = self.expected {
-            let heights = row.of(self.heights);
-            self.limited_gap.hold_low::<S, R>(simd, level, lowest, heights);
-        }
-        let limited_gap = match self.expected {
-            Expected::All => gap,
-            Expected::Near(_) | Expected::AsHighAs(_) => self.limited_gap.of::<S, R>(simd, gap),
-        };
         let (residual, seen) = (&mut self.row, &mut self.seen);
         let always = self.active.always;
         let mut found = self.active.row(row);
@@ -123,7 +57,7 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
         self.response.residual_row::<S, R, YIELDS>(
             simd,
             residual,
-            limited_gap,
+            row.of(self.gap),
             last_step,
             &mut found,
             seen,
@@ -140,18 +74,10 @@ impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        let extrapolation = self.extrapolation.as_mut();
         Self {
-            extrapolation: extrapolation.map(|extrapolation| Extrapolation {
-                reach: extrapolation.reach,
-                earlier_pressure: extrapolation.earlier_pressure.split_off(row),
-                earlier_gap: extrapolation.earlier_gap.split_off(row),
-            }),
-            gap: self.gap.split_off(row),
             last_step: self.last_step.split_off(row),
             active: self.active.split_off(row),
             residual: self.residual.split_off(row),
-            limited_gap: self.limited_gap.clone(),
             row: self.row.clone(),
             reference_pressure: self.reference_pressure.split_off(row),
             pressure_increment: self.pressure_increment.split_off(row),
@@ -175,49 +101,6 @@ fn split(pressure: &[f64], reference_pressure: &[f32], increment: &mut [f32]) {
         pressure.iter().zip(reference_pressure).zip(increment)
     {
         *increment = (p - f64::from(*reference_pressure)) as f32;
-    }
-}
-
-#[inline(always)]
-fn extrapolate(reach: f64, pressure: &mut [f64], earlier: &mut [f32]) {
-    for (p, earlier) in pressure.iter_mut().zip(earlier) {
-        let last = *p;
-        *p = last + reach * (last - f64::from(*earlier));
-        *earlier = last as f32;
-    }
-}
-
-/// Extrapolates pressures linearly in the load, in place, and saves the last pressures in
-/// `earlier`.
-///
-/// Nodes at the hardness under both previous loads are set to exactly the hardness: `earlier` is in
-/// single precision, so that their difference is only a rounding error. Other extrapolated
-/// pressures are not clipped here and may exceed the hardness.
-#[inline(always)]
-fn extrapolate_bounded(reach: f64, hardness: f64, pressure: &mut [f64], earlier: &mut [f32]) {
-    let nearest = hardness as f32;
-    for (p, earlier) in pressure.iter_mut().zip(earlier) {
-        let last = *p;
-        let stays = last >= hardness && *earlier >= nearest;
-        let guess = last + reach * (last - f64::from(*earlier));
-        *p = if stays { hardness } else { guess };
-        *earlier = last as f32;
-    }
-}
-
-#[inline(always)]
-fn extrapolate_single<S: Simd, const R: usize>(
-    simd: S,
-    reach: f64,
-    last: &mut [[S::f32s; R]],
-    earlier: &mut [[S::f32s; R]],
-) {
-    let reach = Lanes::all(simd, reach as f32);
-    for (last, earlier) in last.iter_mut().zip(earlier) {
-        let now = Lanes::of(simd, *last);
-        let guess = now.plus(reach, now - Lanes::of(simd, *earlier));
-        *earlier = now.numbers();
-        *last = guess.numbers();
     }
 }
 

@@ -2,7 +2,6 @@
 //! and of loads far from earlier ones, which are solved on coarser meshes first.
 
 use std::f64::consts::TAU;
-use std::num::NonZeroUsize;
 
 use super::*;
 use crate::elasticity::{ElasticOperator, FreeHalfSpace};
@@ -331,25 +330,5 @@ fn a_load_stops_on_request_on_a_coarser_mesh_and_can_be_solved_later() {
         }
         assert_eq!(press(&mut solver, 0.1, &Settings::default()).stop, Stop::Converged);
         assert_complementary(&solver, &heights, 0.1, 1e-4);
-    }
-}
-
-#[test]
-fn a_restored_solver_goes_on_with_the_same_bits_on_any_threads() {
-    let heights = smooth(NODES, 8, 6);
-    let mut solver = super::solver(NODES, &heights);
-    press(&mut solver, 0.01, &Settings::default());
-    press(&mut solver, 0.05, &Settings::default());
-    let mut bytes = Vec::new();
-    solver.save(&mut bytes).unwrap();
-    let mut restored = super::solver(NODES, &heights);
-    restored.restore(&mut bytes.as_slice()).unwrap();
-    let three = Threads::new(NonZeroUsize::new(3).unwrap());
-    restored.set_threads(three);
-    for load in [0.055, 0.2, 0.21] {
-        let outcomes =
-            [&mut solver, &mut restored].map(|solver| press(solver, load, &Settings::default()));
-        assert_eq!(outcomes[0], outcomes[1]);
-        assert!(solver.pressure() == restored.pressure(), "{load}");
     }
 }
