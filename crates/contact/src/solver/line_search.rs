@@ -149,6 +149,17 @@ impl LineSearch {
 /// many pairs.
 const STEP_LENGTH: f64 = 0.9;
 
+/// Number of iterations after which [`History`] adapts the step length to the best ones.
+///
+/// Loads that take so many iterations need other lengths than most, for example on elongated cells.
+const USUAL_ITERATIONS: usize = 15;
+
+/// Bounds of the adapted step length.
+///
+/// Lengths above 1 would only help nodes that are about to be released; one iteration may have many
+/// of them, and the next none.
+const STEP_LENGTHS: (f64, f64) = (0.1, 1.0);
+
 /// Best fraction of a step (the fraction at which the energy is lowest) below which the rest of the
 /// step is undone.
 ///
@@ -183,6 +194,8 @@ const MIN_SAMPLE_DAMPING: f64 = 0.01;
 pub struct History {
     pub is_nested: bool,
     pub iteration: usize,
+    /// Step length, before `damping` and `caution`.
+    length: f64,
     /// Factor of all step lengths, halved after each step that was far too long. Without it, such a
     /// step would be undone and repeated again and again.
     pub damping: f64,
@@ -198,6 +211,7 @@ impl Default for History {
         Self {
             is_nested: false,
             iteration: 0,
+            length: STEP_LENGTH,
             damping: 1.0,
             caution: 1.0,
             sees_all_rows: false,
@@ -211,13 +225,26 @@ impl History {
         Self { is_nested: true, ..Self::default() }
     }
 
+    /// Takes the last step of earlier iterations. Gaps in contact are about `offset` after it.
+    pub fn last_step(&mut self, offset: f64) -> Option<LastStep> {
+        let mut last = self.last.take()?;
+        last.offset_change += offset;
+        Some(last)
+    }
+
     pub fn step_length(&self) -> f64 {
-        STEP_LENGTH * self.damping * self.caution
+        self.length * self.damping * self.caution
     }
 
     /// Adapts `self` to a step along which the energy is lowest at the fraction `best`. Returns
     /// the fraction of the step to keep.
     pub fn learn(&mut self, best: f64) -> f64 {
+        if self.iteration >= USUAL_ITERATIONS && self.damping == 1.0 {
+            // Half-way towards the best length.
+            let (shortest, longest) = STEP_LENGTHS;
+            let factor = 0.5 + 0.5 * (self.caution * best).min(2.0);
+            self.length = (self.length * factor).clamp(shortest, longest);
+        }
         // The first step from a guess clips many nodes, and this clipping must not be undone. It
         // says little about the next step, except after a coarser mesh, where few nodes are
         // clipped.

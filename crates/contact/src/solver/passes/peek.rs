@@ -3,12 +3,11 @@
 
 use pulp::Simd;
 
-use super::begin::ReferencePressure;
+use super::{ActiveGroups, FREE, PRESSED, ReferencePressure, SATURATED, has};
 use crate::fft::{Band, Row};
 use crate::solver::balance::Candidates;
-use crate::solver::extension::{Extension, TransposeOutput};
-use crate::solver::flags::{ActiveGroups, FREE, PRESSED, SATURATED, has};
 use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
+use crate::solver::preconditioner::TransposeOutput;
 
 /// Minimum number of free nodes in a sample; with fewer, the pass visits all rows.
 pub const MIN_SAMPLE_NODES: f64 = 64.0;
@@ -75,9 +74,8 @@ pub struct GatherCandidates<'a> {
     pub pressure_increment: &'a [f32],
     /// Multiple of the last step that is still to be added to pressures.
     pub of_step: f32,
-    /// Pressures of the collected nodes, with minus the correction as change.
+    /// Collected nodes: pressure, minus the correction as change, and last step.
     pub nodes: Candidates,
-    pub candidate_steps: Vec<f32>,
     pub rows: usize,
 }
 
@@ -119,19 +117,15 @@ impl GatherCandidates<'_> {
             gathered[2][count] = *last_step;
             count += usize::from(has(*last_step, FREE));
         }
-        let [pressures, changes, steps] = &gathered;
-        self.nodes.extend(pressures, changes, count);
-        self.candidate_steps.extend_from_slice(steps);
-        self.candidate_steps.truncate(self.nodes.len());
+        self.nodes.extend(&gathered, count);
     }
 
     fn split_off(&mut self) -> Self {
-        Self { nodes: Candidates::default(), candidate_steps: Vec::new(), rows: 0, ..*self }
+        Self { nodes: Candidates::default(), rows: 0, ..*self }
     }
 
-    fn append(&mut self, mut later: Self) {
+    fn append(&mut self, later: Self) {
         self.nodes.append(later.nodes);
-        self.candidate_steps.append(&mut later.candidate_steps);
         self.rows += later.rows;
     }
 }
@@ -141,17 +135,10 @@ impl<'a> Peek<'a> {
         last_step: &'a [f32],
         groups: &'a ActiveGroups,
         sample: &'a Sample,
-        extension: &'a Extension,
+        transposed: TransposeOutput<'a>,
         candidates: Option<GatherCandidates<'a>>,
     ) -> Self {
-        Self {
-            last_step,
-            groups,
-            sample,
-            transposed: extension.transpose_output(),
-            sums: InOrder::new(),
-            candidates,
-        }
+        Self { last_step, groups, sample, transposed, sums: InOrder::new(), candidates }
     }
 
     /// Returns whether the visited rows have too few free nodes to estimate means.

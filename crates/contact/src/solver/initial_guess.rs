@@ -1,4 +1,6 @@
-//! Initial guess of the pressures on one mesh: from the heights or from full contact.
+//! Initial guess of the pressures: from coarser meshes (`nested`), or on one mesh.
+//!
+//! On small meshes, and under light loads, the guess is made on one mesh:
 //!
 //! - Under a light load the displacements are smaller than the differences in height of the nodes,
 //!   so the guess is made from the heights. Any other guess would put pressure on too many nodes.
@@ -13,40 +15,43 @@
 //! nodes, and 46 per cent among the n nodes with the largest pressure of full contact. Under 0.3 E*
 //! × rms slope these are 85 and 90 per cent.
 
-use super::Solver;
-use super::balance::Balance;
-use super::evaluation::Convergence;
-use super::heights::{CountHeights, LevelBin, PressAbove, range};
-use super::lanes::{InOrder, over_rows};
-use super::passes::{GapUpdate, InitialResidual};
+use pulp::Simd;
+
+use super::lanes::{Pass, over_rows};
+use super::line_search::History;
+use super::problem::range;
+use super::refinement::Evaluation;
+use super::{Settings, Solver, Watch};
 use crate::elasticity;
-use crate::fft::{Band, Transform};
+use crate::fft::{Row, Transform};
 
 /// Upper limit of load × nodes for a light load, in E* × rms slope. This product is the pressure of
 /// a single node that bears the whole load.
 const LIGHT: f64 = 1.0;
 
-/// State from which iterations start, except for the maps, which the inner solver holds.
-pub struct Start {
-    pub convergence: Convergence,
-    pub reference_sum: f64,
-    pub balance: Option<Balance>,
-}
-
 impl Solver {
-    /// Replaces the pressures by an initial guess whose mean is the load.
-    pub(super) fn guess(&mut self) {
-        let load = self.inner.load;
-        if self.is_light(load) {
-            self.guess_from_heights(load);
+    /// Finds initial pressures for the present load and bound: on coarser meshes, or on this mesh
+    /// if there are none or if the load is light. Returns their evaluation.
+    pub(super) fn initial_guess(
+        &mut self,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> (History, Evaluation) {
+        if let Some(guess) = self.guess_from_coarser(settings, watch) {
+            return guess;
+        }
+        self.inner.reference = 0.0;
+        if self.is_light() {
+            self.guess_from_heights(self.inner.load);
         } else {
-            self.guess_first(load);
+            self.guess_on_one_mesh(self.inner.load);
         }
         self.impose_load();
+        (History::default(), self.evaluate_guess(settings))
     }
 
-    pub(super) fn is_light(&self, load: f64) -> bool {
-        load * (self.pressure.len() as f64) < LIGHT
+    pub(super) fn is_light(&self) -> bool {
+        self.inner.load * (self.pressure.len() as f64) < LIGHT
     }
 
     /// Sets the pressures to the full-contact pressures under the load.
@@ -57,55 +62,6 @@ impl Solver {
         self.fill_with_full_contact();
         for p in &mut self.pressure {
             *p += load;
-        }
-    }
-
-    /// Prepares iterations from the present pressures and gaps, and computes their first residual.
-    /// `convergence` describes these gaps.
-    pub(super) fn initial_residual(&mut self, convergence: Convergence) -> Start {
-        let offset = match self.inner.bound {
-            None => convergence.offset,
-            Some(hardness) => self.balanced_offset(hardness, convergence),
-        };
-        self.begin(offset)
-    }
-
-    /// Prepares iterations from the present pressures and gaps. The first residual is the gap
-    /// minus `offset`.
-    fn begin(&mut self, offset: f64) -> Start {
-        match self.inner.bound {
-            None => self.begin_as::<false>(offset),
-            Some(_) => self.begin_as::<true>(offset),
-        }
-    }
-
-    fn begin_as<const YIELDS: bool>(&mut self, offset: f64) -> Start {
-        let hardness = self.inner.ceiling();
-        let mut pass = InitialResidual::<YIELDS> {
-            response: GapUpdate::without_step(offset),
-            gap: &self.inner.gap,
-            hardness,
-            last_step: Band::new(&mut self.inner.last_step),
-            active: self.inner.active.band(),
-            residual: self.inner.extension.residual_rows(),
-            row: vec![0.0; self.inner.mesh.nodes[1]],
-            reference_pressure: self.inner.reference_pressure.band(),
-            pressure_increment: Band::new(&mut self.inner.pressure_increment),
-            seen: InOrder::new(),
-            reference_sum: InOrder::new(),
-            bounded_sum: InOrder::new(),
-        };
-        let row_nodes = self.inner.mesh.nodes[1];
-        over_rows(&self.inner.threads, &mut self.pressure, row_nodes, &mut pass);
-        let (seen, reference_sum) = (pass.seen.total(), pass.reference_sum.total());
-        let sum = pass.bounded_sum.total();
-        self.inner.free_nodes = seen.free_nodes;
-        self.inner.buffers.scratch.take_over(&mut self.double_scratch);
-        self.inner.level = offset;
-        Start {
-            convergence: seen.extremes.convergence(offset),
-            reference_sum,
-            balance: YIELDS.then(|| Balance::seen(&seen, sum, offset)),
         }
     }
 }
@@ -132,7 +88,7 @@ const BISECTIONS: u32 = 60;
 const COPY_RATIO: usize = 4;
 
 impl Solver {
-    pub(super) fn guess_first(&mut self, load: f64) {
+    fn guess_on_one_mesh(&mut self, load: f64) {
         let area_fraction = 1.0 - (-CONTACT_OVER_LOAD * load).exp();
         if self.inner.bound.is_none() && area_fraction < SMALL_AREA_FRACTION {
             self.guess_from_highest(area_fraction);
@@ -245,12 +201,105 @@ impl Solver {
         let transform =
             Transform::padded(self.inner.mesh.nodes, self.problem.body.stiffness_nodes());
         let mut scratch = transform.scratch_on(self.inner.threads.clone());
-        scratch.take_over(&mut self.inner.buffers.scratch);
+        scratch.take_over(&mut self.inner.scratch);
         scratch.take_over(&mut self.double_scratch);
         transform.convolve(&stiffness, &self.problem.heights, &mut self.pressure, &mut scratch);
         self.double_scratch.take_over(&mut scratch);
         self.inner.pairs += 1;
     }
+}
+
+const BINS: usize = 1024;
+
+/// Histogram of the heights between `low` and `high`, with the highest bin first.
+///
+/// It counts nodes as a [`Pass`] over any map and does not change this map.
+pub struct CountHeights<'a> {
+    heights: &'a [f64],
+    low: f64,
+    high: f64,
+    counts: [u32; BINS],
+}
+
+/// Bin of a histogram of heights that contains the n-th highest node, for a given n.
+#[derive(Debug, Clone, Copy)]
+pub struct LevelBin {
+    /// Number of nodes above the upper end of the bin.
+    pub above: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+impl<'a> CountHeights<'a> {
+    pub fn between(low: f64, high: f64, heights: &'a [f64]) -> Self {
+        Self { heights, low, high, counts: [0; BINS] }
+    }
+
+    /// Returns the bin in which the number of nodes, counted from the highest down, reaches
+    /// `nodes`. `above` is the number of nodes above the histogram.
+    pub fn highest(&self, mut above: f64, nodes: f64) -> LevelBin {
+        let bin = self.counts.iter().position(|count| {
+            above += f64::from(*count);
+            above >= nodes
+        });
+        let bin = bin.unwrap_or(BINS - 1);
+        let width = self.width();
+        LevelBin {
+            above: above - f64::from(self.counts[bin]),
+            low: self.high - (bin + 1) as f64 * width,
+            high: self.high - bin as f64 * width,
+        }
+    }
+
+    fn width(&self) -> f64 {
+        (self.high - self.low) / BINS as f64
+    }
+}
+
+impl Pass<f64> for CountHeights<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, _: &mut [f64]) {
+        let width = self.width();
+        for height in row.of(self.heights) {
+            if *height > self.low && *height <= self.high {
+                let bin = ((self.high - height) / width) as usize;
+                self.counts[bin.min(BINS - 1)] += 1;
+            }
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { counts: [0; BINS], ..*self }
+    }
+
+    fn append(&mut self, later: Self) {
+        // Counts are whole numbers, so their sum does not depend on the order.
+        for (count, later) in self.counts.iter_mut().zip(later.counts) {
+            *count += later;
+        }
+    }
+}
+
+/// Pass over pressures that sets them to √(h − `level`) at heights h above the level and to zero
+/// below, as in Hertz' contacts.
+pub struct PressAbove<'a> {
+    pub level: f64,
+    pub heights: &'a [f64],
+}
+
+impl Pass<f64> for PressAbove<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
+        for (p, height) in pressure.iter_mut().zip(row.of(self.heights)) {
+            *p = (height - self.level).max(0.0).sqrt();
+        }
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
 }
 
 #[cfg(test)]

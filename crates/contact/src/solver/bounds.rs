@@ -7,11 +7,10 @@ use std::ops::RangeInclusive;
 
 use pulp::Simd;
 
-use super::evaluation::Evaluation;
-use super::flags::{FREE, SATURATED, has};
-use super::heights::range;
 use super::lanes::{InOrder, LANES, Pass, Wide, greater, over_rows, sum_by, total, weight};
-use super::passes::{PendingUpdate, PressureInput, ReferencePressure, promote};
+use super::passes::{
+    FREE, PendingUpdate, PressureInput, ReferencePressure, SATURATED, has, promote,
+};
 use super::{Hardness, Solver};
 use crate::fft::{Band, Row};
 
@@ -159,24 +158,6 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 const ROUNDS: usize = 50;
 
 impl Solver {
-    /// Replaces the present solution without hardness by an initial guess with the hardness for the
-    /// same load, and evaluates the guess.
-    ///
-    /// The guess is clamp(p − g/c + s, 0, `hardness`), with the pressure p and gap g of the
-    /// solution, the nodal compliance c, and the shift s for which the mean is the load. Saturation
-    /// therefore spreads to the nodes with the smallest gap.
-    pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
-        self.inner.bound = Some(hardness);
-        for (p, gap) in self.pressure.iter_mut().zip(&self.inner.gap) {
-            *p -= (f64::from(*gap) - self.offset) / self.inner.mesh.nodal_compliance;
-        }
-        let [lowest, highest] =
-            range(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1]);
-        self.raise_to(self.inner.load, (-highest, hardness.pressure() - lowest));
-        self.impose_load();
-        self.evaluate()
-    }
-
     /// Sets the pressures in double precision to the pressures of the inner solver after the update
     /// `pending`, within their bounds and with the load as mean.
     ///
@@ -237,7 +218,7 @@ impl Solver {
             last_step: Band::new(&mut self.inner.last_step),
             keeps_steps: true,
         });
-        self.double_scratch.take_over(&mut self.inner.buffers.scratch);
+        self.double_scratch.take_over(&mut self.inner.scratch);
         self.problem.transform.begin(&mut pass, &mut self.double_scratch);
     }
 
