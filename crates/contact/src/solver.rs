@@ -16,41 +16,38 @@
 //!
 //! # Method
 //!
-//! The solution minimises the energy ½⟨p, A p⟩ − ⟨p, h⟩ over 0 ≤ p ≤ H with the mean pressure of the
-//! load, where A turns pressures into displacements. The gap, up to the offset, is the gradient.
-//! The method is the constrained conjugate-gradient method of Polonsky & Keer (*Wear* 231, 1999,
-//! 206) with a preconditioner M, a predicted step length τ, and an initial guess from coarser
-//! meshes:
+//! The solution minimises the energy ½⟨p, A p⟩ − ⟨p, h⟩ over 0 ≤ p ≤ H with the mean pressure of
+//! the load, where A turns pressures into displacements. The gap, up to the offset, is the
+//! gradient. The method is the constrained conjugate-gradient method of Polonsky & Keer (*Wear*
+//! 231, 1999, 206) with a preconditioner M, a predicted step length τ, and an initial guess from
+//! coarser meshes:
 //!
 //! ```text
-//! p ← initial guess                     coarser meshes, or heights, or full contact
-//! repeat                                iterative refinement
-//!     g ← A p − h                       double precision
-//!     stop if the residual is within the tolerance
-//!     repeat                            single precision
-//!         F ← nodes with p > 0 or g < δ                the free nodes
-//!         r ← g − δ on F                               residual; δ makes r vanish in the mean
-//!         z ← M r                                      preconditioned residual: Eᵀ K E r
-//!         β ← ⟨z, A d⟩ / ⟨d, A d⟩                      d is the last step
-//!         t ← −z + β d − m                             m keeps the mean pressure
-//!         d ← clamp(p + τ t, 0, H), scaled to the load, − p
-//!         p ← p + d,  g ← g + A d
-//!         undo a part of d if the energy along it is lowest before its middle
-//!     until the residual is small enough
+//! p ← initial guess                     coarser meshes, or heights, or full contact repeat
+//! iterative refinement g ← A p − h                       double precision stop if the residual is
+//! within the tolerance repeat                            single precision F ← nodes with p > 0 or
+//! g < δ                the free nodes r ← g − δ on F                               residual; δ
+//! makes r vanish in the mean z ← M r                                      preconditioned residual:
+//! Eᵀ K E r β ← ⟨z, A d⟩ / ⟨d, A d⟩                      d is the last step t ← −z + β d − m
+//! m keeps the mean pressure d ← clamp(p + τ t, 0, H), scaled to the load, − p p ← p + d,  g ← g +
+//! A d undo a part of d if the energy along it is lowest before its middle until the residual is
+//! small enough
 //! ```
 //!
-//! An iteration takes two transform pairs, one for z and one for A d. A load takes 12 to 15 pairs on
-//! meshes from 512² to 4096² nodes. What the ingredients are worth (docs/notes/solver-pairs.md of the
-//! repository has the measurements):
+//! An iteration takes two transform pairs, one for z and one for A d. A load takes 12 to 15 pairs
+//! on meshes from 512² to 4096² nodes. What the ingredients are worth (docs/notes/solver-pairs.md
+//! of the repository has the measurements):
 //!
-//! | ingredient | without it |
-//! |---|---|
-//! | preconditioner: the extension E of the residual to nodes that are not free (`preconditioner`) | 1.8 times the pairs on 1024² nodes, growing with the mesh |
-//! | initial guess from coarser meshes (`nested`) | 1.5 to 2 times the pairs, growing with the mesh |
-//! | preconditioner of two levels in the first iterations (`preconditioner/two_level`) | 1.1 to 1.3 times the pairs |
-//! | predicted step lengths instead of an exact line search (`line_search`) | a third pair in each iteration |
-//! | single precision with refinement (`refinement`) | 2 times the time of a pair |
-//! | evaluation right after the last step, without its gap in single precision | one pair more |
+//! - The extension E of the residual to nodes that are not free (`preconditioner`): without it, 1.8
+//!   times the pairs on 1024² nodes, and more on larger meshes.
+//! - The initial guess from coarser meshes (`nested`): 1.5 to 2 times the pairs.
+//! - The preconditioner of two levels in the first three iterations
+//!   (`preconditioner/two_level`): 1.1 to 1.3 times the pairs.
+//! - Predicted step lengths instead of an exact line search (`line_search`): a third pair in each
+//!   iteration.
+//! - Single precision with refinement in double precision (`refinement`): twice the time of a pair.
+//! - The evaluation in double precision right after the last step, without its gap in single
+//!   precision: one pair more.
 //!
 //! The modules in the order of the computation:
 //!
@@ -223,18 +220,12 @@ impl Solver {
     /// use asperity_contact::threads::Threads;
     /// use asperity_contact::topography::shapes::Shape;
     ///
-    /// let grid = Grid::square(64, 1.0)?;
-    /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
-    /// let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
-    /// let mut second = first.sibling(Threads::one());
-    /// let press = |solver: &mut Solver, load| {
-    ///     solver.press(load, &Settings::default(), &|| false).contact_nodes
-    /// };
-    /// let [light, heavy] = std::thread::scope(|scope| {
-    ///     let heavy = scope.spawn(|| press(&mut second, 0.2));
-    ///     [press(&mut first, 0.1), heavy.join().expect("no panic")]
-    /// });
-    /// assert!(light < heavy);
+    /// let grid = Grid::square(64, 1.0)?; let wave = Shape::Wave { amplitude: 0.1, waves: 1
+    /// }.draw(grid); let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights()); let
+    /// mut second = first.sibling(Threads::one()); let press = |solver: &mut Solver, load| {
+    /// solver.press(load, &Settings::default(), &|| false).contact_nodes }; let [light, heavy] =
+    /// std::thread::scope(|scope| { let heavy = scope.spawn(|| press(&mut second, 0.2));
+    /// [press(&mut first, 0.1), heavy.join().expect("no panic")] }); assert!(light < heavy);
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn sibling(&self, threads: Threads) -> Self {
@@ -310,8 +301,8 @@ impl Solver {
 
     /// Returns whether the material is expected to yield under the present load.
     fn is_expected_to_yield(&mut self, hardness: Hardness, watch: &dyn Watch) -> bool {
-        let is_heavy = !self.is_light() && self.inner.load > self.problem.yield_load;
-        is_heavy || self.coarse_peak(watch).is_some_and(|peak| peak > hardness.pressure())
+        let expected = self.yields_on_coarser(hardness, watch);
+        expected.unwrap_or_else(|| !self.is_light() && self.inner.load > self.problem.yield_load)
     }
 
     /// Solves the present load with pressures at most `bound`.
@@ -385,15 +376,12 @@ impl Solver {
     /// use asperity_contact::grid::Grid;
     /// use asperity_contact::solver::Solver;
     ///
-    /// // A pressure wave of wavelength λ causes a displacement of λ/(π E*) times the pressure.
-    /// let grid = Grid::square(32, 1.0)?;
-    /// let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0] as f64 / 32.0).cos();
-    /// let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect();
-    /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]);
-    /// let displacement = solver.displacement_under(&pressure);
-    /// for (u, p) in displacement.iter().zip(&pressure) {
-    ///     assert!((u - p / PI).abs() < 1e-15);
-    /// }
+    /// // A pressure wave of wavelength λ causes a displacement of λ/(π E*) times the pressure. let
+    /// grid = Grid::square(32, 1.0)?; let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0]
+    /// as f64 / 32.0).cos(); let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect(); let
+    /// mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]); let
+    /// displacement = solver.displacement_under(&pressure); for (u, p) in
+    /// displacement.iter().zip(&pressure) { assert!((u - p / PI).abs() < 1e-15); }
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn displacement_under(&mut self, pressure: &[f64]) -> Vec<f64> {

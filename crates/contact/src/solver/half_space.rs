@@ -89,9 +89,9 @@ impl HalfSpace {
 /// 100 bytes per node in total.
 const FREE_BYTES: f64 = 44.0;
 
-/// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and three
-/// kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2 in
-/// total.
+/// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and
+/// three kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2
+/// in total.
 const SHARED_BYTES: f64 = 18.0;
 
 /// Memory that siblings share on a free half-space, in bytes per node. Kernels of pressures are on
@@ -110,14 +110,10 @@ const YIELDING_BYTES: f64 = 10.0;
 /// ```
 /// use asperity_contact::solver::{Hardness, HardnessError};
 ///
-/// // Steel of 2 GPa, E* = 230 GPa, on a surface of rms slope 0.2.
-/// let hardness = Hardness::new(2e9 / (230e9 * 0.2))?;
-/// assert!(hardness.check_load(0.01).is_ok());
-/// assert_eq!(
-///     hardness.check_load(0.06),
-///     Err(HardnessError::Overloaded { load: 0.06, hardness: hardness.pressure() })
-/// );
-/// assert!(Hardness::new(0.0).is_err());
+/// // Steel of 2 GPa, E* = 230 GPa, on a surface of rms slope 0.2. let hardness = Hardness::new(2e9
+/// / (230e9 * 0.2))?; assert!(hardness.check_load(0.01).is_ok()); assert_eq!(
+/// hardness.check_load(0.06), Err(HardnessError::Overloaded { load: 0.06, hardness:
+/// hardness.pressure() }) ); assert!(Hardness::new(0.0).is_err());
 /// # Ok::<(), HardnessError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]

@@ -10,7 +10,7 @@
 //! scaling elastic pressures alone is unknown. Therefore d = m, and the next direction restores the
 //! missing load. The energy then includes the work of the missing load on the offset.
 //!
-//! [`History`] predicts how far to follow a direction before the best step length is known. It
+//! [`StepControl`] predicts how far to follow a direction before the best step length is known. It
 //! contains what the iterations of one load have learnt from its steps.
 
 use super::passes::{PendingUpdate, Sums};
@@ -143,13 +143,13 @@ impl LineSearch {
     }
 }
 
-/// Predicted step length, before [`History`] shortens it.
+/// Predicted step length, before [`StepControl`] shortens it.
 ///
 /// Corrections are too large by up to a third. With a step length of 0.5, loads take 1.5 times as
 /// many pairs.
 const STEP_LENGTH: f64 = 0.9;
 
-/// Number of iterations after which [`History`] adapts the step length to the best ones.
+/// Number of iterations after which [`StepControl`] adapts the step length to the best ones.
 ///
 /// Loads that take so many iterations need other lengths than most, for example on elongated cells.
 const USUAL_ITERATIONS: usize = 15;
@@ -178,20 +178,20 @@ const MIN_PART: f64 = 0.25;
 /// While many nodes change between free and fixed, one step too long follows another.
 const EXPECTED_PART: f64 = 0.8;
 
-/// Smallest [`History::damping`] with which the residual is extended to nodes that are not free.
+/// Smallest [`StepControl::damping`] with which the residual is extended to nodes that are not free.
 ///
 /// If many nodes are clipped, a correction computed for all nodes may increase the energy when only
 /// the remaining ones apply it.
 const MIN_EXTENDING_DAMPING: f64 = 0.5;
 
-/// [`History::damping`] below which means are computed over all rows instead of a sample.
+/// [`StepControl::damping`] below which means are computed over all rows instead of a sample.
 ///
 /// Steps are shortened so often only if directions are wrong altogether, for example if contact is
 /// aligned with the sampled rows.
 const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
 /// State that is passed from one iteration of a load to the next.
-pub struct History {
+pub struct StepControl {
     pub is_nested: bool,
     pub iteration: usize,
     /// Step length, before `damping` and `caution`.
@@ -206,7 +206,7 @@ pub struct History {
     pub last: Option<LastStep>,
 }
 
-impl Default for History {
+impl Default for StepControl {
     fn default() -> Self {
         Self {
             is_nested: false,
@@ -220,16 +220,9 @@ impl Default for History {
     }
 }
 
-impl History {
+impl StepControl {
     pub fn nested() -> Self {
         Self { is_nested: true, ..Self::default() }
-    }
-
-    /// Takes the last step of earlier iterations. Gaps in contact are about `offset` after it.
-    pub fn last_step(&mut self, offset: f64) -> Option<LastStep> {
-        let mut last = self.last.take()?;
-        last.offset_change += offset;
-        Some(last)
     }
 
     pub fn step_length(&self) -> f64 {
@@ -287,7 +280,6 @@ pub struct LastStep {
     /// Fraction of the step by which the step was too short, at most 1. It is the fraction at which
     /// the energy is lowest, minus 1, or 0 if the step was partly undone.
     pub missed: f64,
-    pub offset_change: f64,
 }
 
 #[cfg(test)]

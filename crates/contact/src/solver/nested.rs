@@ -17,7 +17,7 @@ use std::sync::Arc;
 use super::balance::Balance;
 use super::conjugate_gradients::{End, Goal, InnerSolver, State};
 use super::lanes::{InOrder, Wide, over_rows};
-use super::line_search::History;
+use super::line_search::StepControl;
 use super::passes::{Convergence, PendingUpdate};
 use super::problem::{Mesh, Problem};
 use super::prolongation::{
@@ -31,12 +31,9 @@ use crate::fft::Band;
 use crate::grid::Grid;
 use crate::threads::Threads;
 
-/// Minimum number of nodes along the shorter side of the smallest mesh.
-const MIN_NODES: usize = 128;
-
-/// Minimum number of meshes for nested iteration, including the finest mesh. With two meshes, on
-/// 256² nodes, nested iteration takes longer than a solution on one mesh.
-const MIN_MESHES: usize = 3;
+/// Minimum number of nodes along the shorter side of the smallest mesh. With 32, loads take as many
+/// pairs.
+const MIN_NODES: usize = 64;
 
 /// Residual to reach on a coarser mesh, in units of rms slope × its smaller mesh step. Half or
 /// twice this value takes as many pairs.
@@ -58,8 +55,8 @@ pub struct Coarser {
     /// Intermediate meshes from the finest to the coarsest.
     levels: Vec<Level>,
     coarsest: Coarsest,
-    /// Bound of the pressures of the present load for which the contact was found, if it was.
-    found_within: Option<Option<Hardness>>,
+    /// Hardness for which the contact under the present load was found, if it was.
+    found_for: Option<Option<Hardness>>,
 }
 
 struct Level {
@@ -73,11 +70,12 @@ struct Coarsest {
     found: CoarseContact,
 }
 
-/// Load, bound of the pressures and observer, which are the same for all meshes.
+/// Load, hardness and observer, which are the same for all meshes.
 #[derive(Clone, Copy)]
 struct LoadCase<'a> {
     load: f64,
-    bound: Option<Hardness>,
+    /// Upper bound of the pressures on a mesh if those on the next coarser mesh exceed it.
+    hardness: Option<Hardness>,
     watch: &'a dyn Watch,
 }
 
@@ -110,7 +108,7 @@ impl Coarser {
         let levels = meshes.levels.iter().map(|mesh| Level::new(threads, mesh.clone()));
         let solver = Solver::of_problem(threads.clone(), meshes.coarsest.clone());
         let found = CoarseContact::empty(solver.inner.mesh.nodes);
-        Self { levels: levels.collect(), coarsest: Coarsest { solver, found }, found_within: None }
+        Self { levels: levels.collect(), coarsest: Coarsest { solver, found }, found_for: None }
     }
 
     pub fn set_threads(&mut self, threads: &Threads) {
@@ -122,22 +120,22 @@ impl Coarser {
 
     /// Forgets the contact that was found last.
     pub fn forget(&mut self) {
-        self.found_within = None;
+        self.found_for = None;
     }
 
-    /// Solves the contact under the load of `finer` on all coarser meshes, from the smallest up, and
-    /// returns the result on the finest of them.
+    /// Solves the contact under the load of `finer` on all coarser meshes, from the smallest up,
+    /// and returns the result on the finest of them.
     ///
-    /// `bound` is the upper bound of the pressures. The gaps, pressure increments and last steps of
-    /// `finer` are overwritten.
+    /// `hardness` bounds the pressures from the first mesh on that follows a mesh with larger
+    /// pressures. The gaps, pressure increments and last steps of `finer` are overwritten.
     fn find(
         &mut self,
         finer: &mut InnerSolver,
-        bound: Option<Hardness>,
+        hardness: Option<Hardness>,
         watch: &dyn Watch,
     ) -> &CoarseContact {
-        let case = LoadCase { load: finer.load, bound, watch };
-        self.found_within = Some(bound);
+        let case = LoadCase { load: finer.load, hardness, watch };
+        self.found_for = Some(hardness);
         find(&mut self.levels, &mut self.coarsest, finer, case)
     }
 
@@ -148,16 +146,12 @@ impl Coarser {
 }
 
 fn coarser_grids(grid: Grid) -> Vec<Grid> {
-    let grids: Vec<Grid> = successors(coarsened(&grid), coarsened).collect();
-    if grids.len() + 1 < MIN_MESHES {
-        return Vec::new();
-    }
-    grids
+    successors(coarsened(&grid), coarsened).collect()
 }
 
 /// Returns whether `grid` has enough nodes that loads are first solved on coarser meshes.
 pub fn is_nested(grid: Grid) -> bool {
-    !coarser_grids(grid).is_empty()
+    coarsened(&grid).is_some()
 }
 
 /// Returns the grid of every second node along both axes, if it is large enough.
@@ -204,7 +198,9 @@ impl Level {
     /// a map s p − g with s = `compliance`.
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, case: LoadCase) {
         let Self { inner, found } = self;
-        inner.prepare(case);
+        inner.load = case.load;
+        inner.bound = coarse.next_bound(case.hardness);
+        inner.pairs = 0;
         match inner.begin_from(coarse) {
             None => found.clear(),
             Some(start) => {
@@ -220,34 +216,28 @@ impl Coarsest {
     fn find(&mut self, compliance: f64, case: LoadCase) -> &CoarseContact {
         let settings = Settings { tolerance: TOLERANCE, pair_limit: PAIR_LIMIT };
         let watch = || case.watch.is_interrupted();
-        let outcome = match case.bound {
-            None => self.solver.press(case.load, &settings, &watch),
-            Some(_) => {
-                self.solver.begin_load(case.load, &settings);
-                self.solver.solve_within(case.bound, &settings, &watch)
-            }
-        };
-        self.found.take_solution(&self.solver, &outcome, compliance);
+        let solver = &mut self.solver;
+        let outcome = solver.press(case.load, &settings, &watch);
+        self.found.take_solution(solver, &outcome, compliance);
+        let bound = self.found.next_bound(case.hardness);
+        if bound.is_some() {
+            let outcome = solver.solve_within(bound, &settings, &watch);
+            self.found.take_solution(solver, &outcome, compliance);
+        }
         &self.found
     }
 }
 
 impl InnerSolver {
-    fn prepare(&mut self, case: LoadCase) {
-        self.load = case.load;
-        self.bound = case.bound;
-        self.pairs = 0;
-    }
-
     /// Iterates from `start` until the residual is at most [`TOLERANCE`]. Returns the update that
     /// is still to be applied to the pressures, and the mean gap in contact.
     fn find_coarse(&mut self, mut start: State, watch: &dyn Watch) -> (PendingUpdate, f64) {
         let goal = Goal { residual: TOLERANCE, is_evaluated: false };
         let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
-        let mut history = History::nested();
+        let mut control = StepControl::nested();
         loop {
             let End::Residual { pending, offset, is_reached } =
-                self.iterate(&mut history, start, goal, &stop)
+                self.iterate(&mut control, start, goal, &stop)
             else {
                 unreachable!("no step is left to evaluate");
             };
@@ -290,7 +280,9 @@ pub struct CoarseContact {
     pressure_less_gap: Vec<f32>,
     nodes: [usize; 2],
     pub reference: f64,
-    pub peak_pressure: f64,
+    peak_pressure: f64,
+    /// Bound with which the pressures were found, or `None` if they were not bounded.
+    bound: Option<Hardness>,
     /// Number of transform pairs used; pairs on coarser meshes count in proportion to their nodes.
     pub pairs: f64,
 }
@@ -302,6 +294,7 @@ impl CoarseContact {
             nodes,
             reference: 0.0,
             peak_pressure: 0.0,
+            bound: None,
             pairs: 0.0,
         }
     }
@@ -314,6 +307,12 @@ impl CoarseContact {
     /// used so far.
     pub fn finer_pairs(&self) -> u32 {
         (self.pairs / RATIO).round() as u32
+    }
+
+    /// Returns the bound of the pressures on the next finer mesh: `hardness` if the pressures on
+    /// this mesh exceed it, otherwise none.
+    fn next_bound(&self, hardness: Option<Hardness>) -> Option<Hardness> {
+        self.bound.or(hardness.filter(|hardness| self.peak_pressure > hardness.pressure()))
     }
 
     pub fn clear(&mut self) {
@@ -344,6 +343,7 @@ impl CoarseContact {
         let map = &mut self.pressure_less_gap;
         over_rows(&inner.threads, map, self.nodes[1], &mut pass);
         self.peak_pressure = f64::from(pass.peak_pressure);
+        self.bound = inner.bound;
         self.reference = inner.reference + offset;
     }
 
@@ -357,6 +357,7 @@ impl CoarseContact {
         self.pressure_less_gap.extend(less_gap);
         self.reference = solver.inner.reference + offset;
         self.peak_pressure = outcome.peak_pressure;
+        self.bound = solver.inner.bound;
         self.pairs = f64::from(outcome.pairs);
     }
 }
@@ -486,10 +487,15 @@ impl InnerSolver {
 const DIGITS: f64 = 3.5;
 
 impl Solver {
-    /// Returns the peak pressure of the elastic contact under the present load on the finest of the
-    /// coarser meshes, or `None` if they are not used.
-    pub(super) fn coarse_peak(&mut self, watch: &dyn Watch) -> Option<f64> {
-        self.with_coarser(None, watch, |_, found| Some(found.peak_pressure))
+    /// Returns whether the material yields under the present load on the finest of the coarser
+    /// meshes, or `None` if they are not used.
+    pub(super) fn yields_on_coarser(
+        &mut self,
+        hardness: Hardness,
+        watch: &dyn Watch,
+    ) -> Option<bool> {
+        let hardness = Some(hardness);
+        self.with_coarser(hardness, watch, |_, found| Some(found.next_bound(hardness).is_some()))
     }
 
     /// Finds initial pressures for the present load and bound from coarser meshes, and solves the
@@ -499,29 +505,29 @@ impl Solver {
         &mut self,
         settings: &Settings,
         watch: &dyn Watch,
-    ) -> Option<(History, Evaluation)> {
+    ) -> Option<(StepControl, Evaluation)> {
         self.with_coarser(self.inner.bound, watch, |solver, found| {
-            let mut history = History::nested();
+            let mut control = StepControl::nested();
             // The mean displacement is zero. The displacement of a node in contact is its height
             // plus the reference.
             let displacement = solver.problem.highest + found.reference;
             let digit = solver.inner.residual(f64::from(f32::EPSILON) * displacement);
             let evaluation = if settings.tolerance > DIGITS * digit {
                 let start = solver.inner.begin_from(found)?;
-                solver.approach(&mut history, start, settings, watch)
+                solver.approach(&mut control, start, settings, watch)
             } else {
                 solver.evaluate_prolonged(found, settings)?
             };
-            Some((history, evaluation))
+            Some((control, evaluation))
         })
     }
 
     /// Calls `use_found` with the contact under the present load on the finest of the coarser
-    /// meshes, where pressures are at most `bound`. Returns `None` if there are no coarser meshes
-    /// or if the load is light.
+    /// meshes, in a material of this hardness. Returns `None` if there are no coarser meshes or if
+    /// the load is light.
     fn with_coarser<R>(
         &mut self,
-        bound: Option<Hardness>,
+        hardness: Option<Hardness>,
         watch: &dyn Watch,
         use_found: impl FnOnce(&mut Self, &CoarseContact) -> Option<R>,
     ) -> Option<R> {
@@ -530,8 +536,11 @@ impl Solver {
         }
         let mut coarser = self.coarser.take()?;
         self.inner.scratch.take_over(&mut self.double_scratch);
-        if coarser.found_within != Some(bound) {
-            let found = coarser.find(&mut self.inner, bound, watch);
+        let is_found = coarser.found_for.is_some_and(|found_for| {
+            found_for == hardness || hardness.is_none() && coarser.found().bound.is_none()
+        });
+        if !is_found {
+            let found = coarser.find(&mut self.inner, hardness, watch);
             self.inner.pairs += found.finer_pairs();
         }
         let result = use_found(self, coarser.found());

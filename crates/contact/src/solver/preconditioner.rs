@@ -7,9 +7,9 @@
 //! For periodic bodies, pressures and displacements are convolved on the mesh of the map. For an
 //! isolated patch, pressures are convolved on a mesh of four times the nodes, so that periodic
 //! images do not interact. Displacements need only a margin around the map, in which they decay.
-//! Without the margin, corrections near the edges would be too large by a factor of up to 2.3, which
-//! is the largest eigenvalue of S⁻¹ Eᵀ K E. With 1.25 times the nodes along both axes the factor is
-//! 1.44, and with 1.5 or 2 times 1.37, as for periodic maps.
+//! Without the margin, corrections near the edges would be too large by a factor of up to 2.3,
+//! which is the largest eigenvalue of S⁻¹ Eᵀ K E. With 1.25 times the nodes along both axes the
+//! factor is 1.44, and with 1.5 or 2 times 1.37, as for periodic maps.
 
 use pulp::Simd;
 

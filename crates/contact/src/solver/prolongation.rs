@@ -1,5 +1,5 @@
-//! Interpolation of a map from a coarser mesh to the next finer one, and the passes at the beginning
-//! and at the end of the iterations on coarser meshes.
+//! Interpolation of a map from a coarser mesh to the next finer one, and the passes at the
+//! beginning and at the end of the iterations on coarser meshes.
 
 use pulp::Simd;
 

@@ -14,7 +14,7 @@ use super::balance::Balance;
 use super::bounds::PressureSummary;
 use super::conjugate_gradients::{End, Goal, State};
 use super::lanes::{InOrder, Pass, Wide, over_rows, sum_by, weight};
-use super::line_search::{History, LastStep, LineSearch};
+use super::line_search::{StepControl, LastStep, LineSearch};
 use super::passes::{
     Convergence, GapOutput, GapStatistics, GapUpdate, InitialResidual, PendingUpdate,
     PressureInput, Promote, PromotedInput, StepOutput, StepScaling, TakeBack,
@@ -55,7 +55,7 @@ impl Solver {
     /// final pressures, because none changes after the last evaluation.
     pub(super) fn solve(
         &mut self,
-        mut history: History,
+        mut control: StepControl,
         mut evaluation: Evaluation,
         settings: &Settings,
         watch: &dyn Watch,
@@ -82,7 +82,7 @@ impl Solver {
                 Stop::Interrupted
             } else {
                 let start = self.initial_residual(evaluation.convergence);
-                evaluation = self.approach(&mut history, start, settings, watch);
+                evaluation = self.approach(&mut control, start, settings, watch);
                 continue;
             };
             let summary = self.summarise();
@@ -90,24 +90,31 @@ impl Solver {
         }
     }
 
-    /// Iterates in single precision from `start` until the tolerance is met, rounding prevents
-    /// progress, or the pair limit or `watch` stops it. Returns the evaluation of the new pressures
-    /// in double precision.
+    /// Iterates in single precision from `start` at least once, until the tolerance is met,
+    /// rounding prevents progress, or the pair limit or `watch` stops it. Returns the evaluation of
+    /// the new pressures in double precision.
     ///
-    /// `history` holds what earlier iterations for the same load have learnt.
+    /// `control` holds what earlier iterations for the same load have learnt.
     pub(super) fn approach(
         &mut self,
-        history: &mut History,
+        control: &mut StepControl,
         start: State,
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Evaluation {
-        let tolerance = self.tolerance(settings, self.inner.free_nodes);
+        let residual = self.tolerance(settings, self.inner.free_nodes);
+        let goal = Goal { residual, is_evaluated: true };
         let stop = |pairs| {
             watch.spent(pairs);
             pairs >= settings.pair_limit || watch.is_interrupted()
         };
-        self.refine(history, start, tolerance, &stop)
+        match self.inner.iterate(control, start, goal, &stop) {
+            End::Residual { pending, offset, .. } => self.evaluate_inner(pending, offset),
+            End::Step { line, state } => match self.inner.bound {
+                None => self.evaluate_step(control, &line),
+                Some(hardness) => self.evaluate_yielding_step(control, &line, hardness, &state),
+            },
+        }
     }
 
     pub(super) fn is_solved(&self, settings: &Settings, evaluation: &Evaluation) -> bool {
@@ -155,29 +162,6 @@ impl Solver {
             yielded_depth: evaluation.yielded_depth,
             energy: evaluation.energy,
             peak_pressure: summary.peak_pressure,
-        }
-    }
-}
-
-impl Solver {
-    /// Iterates from `start` at least once, until the residual is at most `tolerance`, rounding in
-    /// single precision prevents progress or `stop` returns true. Evaluates the result.
-    ///
-    /// `stop` is called with the number of transform pairs used for the load.
-    pub(super) fn refine(
-        &mut self,
-        history: &mut History,
-        start: State,
-        tolerance: f64,
-        stop: &dyn Fn(u32) -> bool,
-    ) -> Evaluation {
-        let goal = Goal { residual: tolerance, is_evaluated: true };
-        match self.inner.iterate(history, start, goal, stop) {
-            End::Residual { pending, offset, .. } => self.evaluate_inner(pending, offset),
-            End::Step { line, state } => match self.inner.bound {
-                None => self.evaluate_step(history, &line, &state),
-                Some(hardness) => self.evaluate_yielding_step(history, &line, hardness, &state),
-            },
         }
     }
 }
@@ -253,25 +237,19 @@ impl Solver {
     /// Evaluates the pressures after the step that `line` describes. If only a part of the step is
     /// to be kept, undoes the rest and evaluates again.
     ///
-    /// `state` is the state before the step. `history` is updated.
-    fn evaluate_step(
-        &mut self,
-        history: &mut History,
-        line: &LineSearch,
-        state: &State,
-    ) -> Evaluation {
-        let offset = state.convergence.offset;
+    /// `control` is updated.
+    fn evaluate_step(&mut self, control: &mut StepControl, line: &LineSearch) -> Evaluation {
         let offset_change = line.expected_offset();
         self.begin_promoted(line.scale, offset_change);
         let (evaluation, curvature) = self.finish_step::<false>(line.scale, offset_change);
-        self.keep_step(history, line.best(curvature), curvature, evaluation, offset_change - offset)
+        self.keep_step(control, line.best(curvature), curvature, evaluation)
     }
 
     /// Evaluates the pressures after a step as [`Solver::evaluate_step`] does, in a material that
     /// yields.
     fn evaluate_yielding_step(
         &mut self,
-        history: &mut History,
+        control: &mut StepControl,
         line: &LineSearch,
         hardness: Hardness,
         state: &State,
@@ -282,7 +260,7 @@ impl Solver {
         self.begin_keeping_steps(hardness);
         let (evaluation, curvature) = self.finish_step::<true>(scale, offset);
         let best = line.then_scaled(scale, state.free_offset()).best(curvature);
-        self.keep_step(history, best, curvature, evaluation, 0.0)
+        self.keep_step(control, best, curvature, evaluation)
     }
 
     /// Ends the convolution of the pressures after a step d, and computes the gap. Returns the
@@ -316,28 +294,26 @@ impl Solver {
         (self.evaluation(&statistics, work), curvature)
     }
 
-    /// Adapts `history` to an evaluated step along which the energy is lowest at the fraction
+    /// Adapts `control` to an evaluated step along which the energy is lowest at the fraction
     /// `best`.
     ///
-    /// If the whole step is to be kept, stores it in `history` and returns `evaluation`. Otherwise
+    /// If the whole step is to be kept, stores it in `control` and returns `evaluation`. Otherwise
     /// undoes a part of it and evaluates again.
     fn keep_step(
         &mut self,
-        history: &mut History,
+        control: &mut StepControl,
         best: f64,
         curvature: f64,
         evaluation: Evaluation,
-        offset_change: f64,
     ) -> Evaluation {
-        let part = history.learn(best);
+        let part = control.learn(best);
         if part < 1.0 {
             return self.evaluate_without(1.0 - part, evaluation.convergence.offset);
         }
-        history.last = (best > 0.0).then_some(LastStep {
+        control.last = (best > 0.0).then_some(LastStep {
             pending: PendingUpdate::NONE,
             curvature,
             missed: (best - 1.0).min(1.0),
-            offset_change,
         });
         evaluation
     }

@@ -219,7 +219,8 @@ pub mod tests {
         }
     }
 
-    /// Returns the extension of the residual of free nodes over the mesh of which the map is a corner.
+    /// Returns the extension of the residual of free nodes over the mesh of which the map is a
+    /// corner.
     fn continued(
         extension: &mut Extension,
         cuts: &[usize],
@@ -325,8 +326,8 @@ pub mod tests {
         let residual = vec![2.0; 96 * 80];
         let last_step = vec![f32::from_bits(FREE); 96 * 80];
         let values = continued(&mut Extension::new(nodes, nodes), &[], &residual, &last_step);
-        // The outer value has a weight of a fifth in each block. The outer value of the largest block
-        // is zero.
+        // The outer value has a weight of a fifth in each block. The outer value of the largest
+        // block is zero.
         assert!(values.iter().all(|value| (1.99..=2.0).contains(value)));
     }
 

@@ -1,8 +1,8 @@
 //! Two-level preconditioner for the first iterations, with a stiffness on a mesh of blocks and a
 //! nodal stiffness.
 //!
-//! If the material yields, most iterations of a load only find the strips of elastic nodes. Until
-//! these are found, corrections need not be as accurate as those of `conjugate_gradients`. Let r be
+//! The first iterations of a load only find the nodes in contact. Until these are found,
+//! corrections need not be as accurate as those of Eᵀ K E. Let r be
 //! the gap of free nodes. Π r are the means of r over the free nodes of each block of `extension`.
 //! P r are the means over all nodes of each block, after r is extended to the nodes that are not
 //! free. The correction is
