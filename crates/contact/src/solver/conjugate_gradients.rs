@@ -30,7 +30,7 @@ use std::sync::Arc;
 use super::Hardness;
 use super::balance::{Balance, Candidates};
 use super::lanes::{InOrder, Wide};
-use super::line_search::{StepControl, LastStep, LineSearch};
+use super::line_search::{LastStep, LineSearch, StepControl};
 use super::passes::{
     ActiveGroups, Ceiling, Convergence, Direction, FREE, GapUpdate, GatherCandidates, Means,
     PRESSED, Peek, PendingUpdate, ReferencePressure, Sample, Sums, UpdateGap, UpdatePressure,

@@ -14,7 +14,7 @@ const OVERHEAD: f64 = 2.3;
 
 /// Expected number of transform pairs for a load that is first solved on coarser meshes: 12 to 15
 /// were counted for any load on 512² to 4096² nodes.
-const NESTED: f64 = 13.0;
+const NESTED: f64 = 13.5;
 
 const NESTED_PER_DECADE: f64 = 3.0;
 

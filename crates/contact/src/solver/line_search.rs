@@ -192,15 +192,14 @@ const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
 /// State that is passed from one iteration of a load to the next.
 pub struct StepControl {
-    pub is_nested: bool,
     pub iteration: usize,
     /// Step length, before `damping` and `caution`.
     length: f64,
     /// Factor of all step lengths, halved after each step that was far too long. Without it, such a
     /// step would be undone and repeated again and again.
-    pub damping: f64,
+    damping: f64,
     /// Factor of the next step length, below one if the last step was somewhat too long.
-    pub caution: f64,
+    caution: f64,
     /// True if means are computed over all rows, not only over a sample.
     pub sees_all_rows: bool,
     pub last: Option<LastStep>,
@@ -209,7 +208,6 @@ pub struct StepControl {
 impl Default for StepControl {
     fn default() -> Self {
         Self {
-            is_nested: false,
             iteration: 0,
             length: STEP_LENGTH,
             damping: 1.0,
@@ -221,10 +219,6 @@ impl Default for StepControl {
 }
 
 impl StepControl {
-    pub fn nested() -> Self {
-        Self { is_nested: true, ..Self::default() }
-    }
-
     pub fn step_length(&self) -> f64 {
         self.length * self.damping * self.caution
     }
@@ -238,17 +232,11 @@ impl StepControl {
             let factor = 0.5 + 0.5 * (self.caution * best).min(2.0);
             self.length = (self.length * factor).clamp(shortest, longest);
         }
-        // The first step from a guess clips many nodes, and this clipping must not be undone. It
-        // says little about the next step, except after a coarser mesh, where few nodes are
-        // clipped.
+        // The first step from a guess clips many nodes, and this clipping must not be undone.
         let is_first = self.iteration == 0;
-        let short = !is_first && best < MIN_DESCENT_PART;
-        if !is_first || self.is_nested {
-            let went_too_far = best < EXPECTED_PART;
-            self.caution = if went_too_far { best.max(MIN_DESCENT_PART) } else { 1.0 };
-        }
         self.iteration += 1;
-        if !short {
+        self.caution = if best < EXPECTED_PART { best.max(MIN_DESCENT_PART) } else { 1.0 };
+        if is_first || best >= MIN_DESCENT_PART {
             self.damping = (2.0 * self.damping).min(1.0);
             return 1.0;
         }

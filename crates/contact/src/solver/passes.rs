@@ -22,8 +22,7 @@ mod update_gap;
 mod update_pressure;
 
 pub use evaluate::{
-    GapOutput, GapStatistics, PressureInput, Promote, PromotedInput, StepOutput, StepScaling,
-    TakeBack, promote,
+    GapOutput, GapStatistics, PressureInput, PromotedInput, StepOutput, StepScaling, promote,
 };
 pub use peek::{GatherCandidates, MIN_SAMPLE_NODES, Means, Peek, PeekGap, Sample};
 pub use update_gap::{Convergence, GapSums, GapUpdate, InitialResidual, UpdateGap};

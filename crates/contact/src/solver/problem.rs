@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use pulp::Simd;
-
 use super::Hardness;
-use super::lanes::{InOrder, LANES, Pass, greater, less, over_rows, total};
+use super::lanes::{Accumulate, for_rows, greater, highest_by, highest_of, less, sum_rows, total};
 use super::nested::CoarserMeshes;
 use super::preconditioner::{Extension, Stiffness, TwoLevel};
 use crate::elasticity;
 use crate::elasticity::ElasticOperator;
-use crate::fft::{Kernel, Row, Transform};
+use crate::fft::{Kernel, Transform};
 use crate::threads::Threads;
 
 /// Data of a surface that no load changes.
@@ -169,140 +167,46 @@ impl CentredHeights {
     pub fn new(threads: &Threads, heights: &[f64], row_nodes: usize) -> Self {
         let cells = heights.len();
         let (mut own, mut single_heights) = (vec![0.0; cells], vec![0.0; cells]);
-        let mut copy = CopyAndSum { heights, sum: InOrder::new() };
-        over_rows(threads, &mut own, row_nodes, &mut copy);
-        let mean = copy.sum.total() / cells as f64;
-        let mut centre = Centre { mean, seen: RangeSoFar::NONE };
-        over_rows(threads, &mut own, row_nodes, &mut centre);
-        let [lowest, highest] = centre.seen.found();
-        let mut round = BelowHighest { highest, heights: &own };
-        over_rows(threads, &mut single_heights, row_nodes, &mut round);
+        let sum = sum_rows(threads, &mut own, row_nodes, |row, own| {
+            own.copy_from_slice(row.of(heights));
+            total(own)
+        });
+        let mean = sum / cells as f64;
+        for_rows(threads, &mut own, row_nodes, |_, own| {
+            own.iter_mut().for_each(|height| *height -= mean);
+        });
+        let [lowest, highest] = range(threads, &mut own, row_nodes);
+        for_rows(threads, &mut single_heights, row_nodes, |row, single| {
+            for (single, height) in single.iter_mut().zip(row.of(&own)) {
+                *single = (height - highest) as f32;
+            }
+        });
         Self { heights: own, single_heights, lowest, highest }
     }
 }
 
-struct CopyAndSum<'a> {
-    heights: &'a [f64],
-    sum: InOrder<f64>,
-}
-
-impl Pass<f64> for CopyAndSum<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, own: &mut [f64]) {
-        own.copy_from_slice(row.of(self.heights));
-        self.sum.push(total(own));
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { sum: InOrder::new(), ..*self }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.sum.append(later.sum);
-    }
-}
-
-struct Centre {
-    mean: f64,
-    seen: RangeSoFar,
-}
-
-impl Pass<f64> for Centre {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, own: &mut [f64]) {
-        for height in &mut *own {
-            *height -= self.mean;
-        }
-        self.seen.visit(own);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { seen: RangeSoFar::NONE, ..*self }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.seen.join(later.seen);
-    }
-}
-
+/// Returns the lowest and the highest number of a map.
 pub fn range(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
-    let mut seen = RangeSoFar::NONE;
-    over_rows(threads, map, row_nodes, &mut seen);
-    seen.found()
+    let Range { lowest, highest } = sum_rows(threads, map, row_nodes, |_, row| Range {
+        lowest: -highest_by(row, |number| -number),
+        highest: highest_of(row),
+    });
+    [lowest, highest]
 }
 
 #[derive(Clone, Copy)]
-pub struct RangeSoFar {
-    lowest: [f64; LANES],
-    highest: [f64; LANES],
-}
-
-impl RangeSoFar {
-    pub const NONE: Self =
-        Self { lowest: [f64::INFINITY; LANES], highest: [f64::NEG_INFINITY; LANES] };
-
-    #[inline(always)]
-    pub fn visit(&mut self, row: &[f64]) {
-        for chunk in row.chunks(LANES) {
-            let seen = self.lowest.iter_mut().zip(&mut self.highest);
-            for ((lowest, highest), number) in seen.zip(chunk) {
-                *lowest = less(*lowest, *number);
-                *highest = greater(*highest, *number);
-            }
-        }
-    }
-
-    pub fn join(&mut self, later: Self) {
-        for (lowest, later) in self.lowest.iter_mut().zip(later.lowest) {
-            *lowest = less(*lowest, later);
-        }
-        for (highest, later) in self.highest.iter_mut().zip(later.highest) {
-            *highest = greater(*highest, later);
-        }
-    }
-
-    pub fn found(self) -> [f64; 2] {
-        [
-            self.lowest.into_iter().fold(f64::INFINITY, less),
-            self.highest.into_iter().fold(f64::NEG_INFINITY, greater),
-        ]
-    }
-}
-
-impl Pass<f64> for RangeSoFar {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, numbers: &mut [f64]) {
-        self.visit(numbers);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::NONE
-    }
-
-    fn append(&mut self, later: Self) {
-        self.join(later);
-    }
-}
-
-/// Pass over heights in single precision that sets them to `heights` − `highest`.
-struct BelowHighest<'a> {
+struct Range {
+    lowest: f64,
     highest: f64,
-    heights: &'a [f64],
 }
 
-impl Pass<f32> for BelowHighest<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, single: &mut [f32]) {
-        for (single, height) in single.iter_mut().zip(row.of(self.heights)) {
-            *single = (height - self.highest) as f32;
-        }
-    }
+impl Accumulate for Range {
+    const ZERO: Self = Self { lowest: f64::INFINITY, highest: f64::NEG_INFINITY };
 
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
+    fn add(&mut self, later: Self) {
+        self.lowest = less(self.lowest, later.lowest);
+        self.highest = greater(self.highest, later.highest);
     }
-
-    fn append(&mut self, _: Self) {}
 }
 
 #[cfg(test)]

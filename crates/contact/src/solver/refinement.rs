@@ -8,19 +8,19 @@
 //! would have it in contact, and sets its pressure accordingly. The pressures are evaluated again,
 //! so that the residual is that of the returned pressures.
 
-use pulp::Simd;
-
 use super::balance::Balance;
 use super::bounds::PressureSummary;
-use super::conjugate_gradients::{End, Goal, State};
-use super::lanes::{InOrder, Pass, Wide, over_rows, sum_by, weight};
-use super::line_search::{StepControl, LastStep, LineSearch};
+use super::conjugate_gradients::{End, Goal, InnerSolver, State};
+use super::lanes::{
+    Accumulate, InOrder, Wide, for_rows, greater, over_rows, sum_by, sum_rows, weight,
+};
+use super::line_search::{LastStep, LineSearch, StepControl};
 use super::passes::{
-    Convergence, GapOutput, GapStatistics, GapUpdate, InitialResidual, PendingUpdate,
-    PressureInput, Promote, PromotedInput, StepOutput, StepScaling, TakeBack,
+    Convergence, FREE, GapOutput, GapStatistics, GapUpdate, InitialResidual, PendingUpdate,
+    PressureInput, PromotedInput, StepOutput, StepScaling, has, promote,
 };
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
-use crate::fft::{Band, Row};
+use crate::fft::Band;
 
 /// Maximum residual, as a fraction of the displacement that the mean contact pressure on a single
 /// node causes at this node.
@@ -212,12 +212,11 @@ impl Solver {
             self.begin_promoted(pending.scale, offset);
             return self.finish_gap();
         }
-        let mut promote = Promote {
-            factor: pending.of_pressure(),
-            reference_pressure: &self.inner.reference_pressure,
-            pressure_increment: &self.inner.pressure_increment,
-        };
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut promote);
+        let factor = pending.of_pressure();
+        let InnerSolver { threads, mesh, reference_pressure, pressure_increment, .. } = &self.inner;
+        for_rows(threads, &mut self.pressure, mesh.nodes[1], |row, pressure| {
+            promote(factor, reference_pressure.row(row), row.of(pressure_increment), pressure);
+        });
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
@@ -228,10 +227,17 @@ impl Solver {
         self.evaluate()
     }
 
+    /// Undoes the fraction `part` of the last step, within the bounds of the pressures.
     pub(super) fn take_back(&mut self, part: f64) {
-        let mut pass =
-            TakeBack { part, hardness: self.inner.ceiling(), last_step: &self.inner.last_step };
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut pass);
+        let hardness = self.inner.ceiling();
+        let InnerSolver { threads, mesh, last_step, .. } = &self.inner;
+        for_rows(threads, &mut self.pressure, mesh.nodes[1], |row, pressure| {
+            for (p, last_step) in pressure.iter_mut().zip(row.of(last_step)) {
+                let step = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
+                // Rounding must not leave a pressure below zero or above the hardness.
+                *p = greater(*p - part * step, 0.0).min(hardness);
+            }
+        });
     }
 
     /// Evaluates the pressures after the step that `line` describes. If only a part of the step is
@@ -460,19 +466,28 @@ impl Solver {
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
         let decision = Decision { compliance: self.inner.mesh.nodal_compliance, offset };
         let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
-        let mut changes =
-            Changes { decision, gap: &self.inner.gap, nodes: 0.0, pressure: InOrder::new() };
-        over_rows(threads, &mut self.pressure, row_nodes, &mut changes);
+        let (pressure, gap) = (&mut self.pressure, &self.inner.gap);
+        let changes = sum_rows(threads, pressure, row_nodes, |row, pressure| {
+            let changes = |p, gap| weight::<f64>(decision.pressure(p, gap) != p);
+            let by = |p, gap| (decision.pressure(p, gap) - p).abs();
+            Changes {
+                nodes: sum_by(pressure, row.of(gap), changes),
+                pressure: sum_by(pressure, row.of(gap), by),
+            }
+        });
         let total = self.inner.load * self.pressure.len() as f64;
         let elastic = match self.inner.bound {
             None => total,
             Some(hardness) => total - hardness.pressure() * summary.saturated_nodes as f64,
         };
-        if changes.nodes == 0.0 || changes.pressure.total() > LARGEST_CHANGE * elastic {
+        if changes.nodes == 0.0 || changes.pressure > LARGEST_CHANGE * elastic {
             return false;
         }
-        let mut decide = Decide { decision, gap: &self.inner.gap };
-        over_rows(threads, &mut self.pressure, row_nodes, &mut decide);
+        for_rows(threads, &mut self.pressure, row_nodes, |row, pressure| {
+            for (p, gap) in pressure.iter_mut().zip(row.of(gap)) {
+                *p = decision.pressure(*p, *gap);
+            }
+        });
         self.impose_load();
         true
     }
@@ -499,53 +514,20 @@ impl Decision {
     }
 }
 
-/// Pass over pressures that counts the nodes whose pressure `decision` changes, and adds up the
-/// absolute changes.
-struct Changes<'a> {
-    decision: Decision,
-    gap: &'a [f32],
+/// Number of nodes whose pressure a decision changes, and sum of the absolute changes.
+#[derive(Clone, Copy)]
+struct Changes {
     nodes: f64,
-    pressure: InOrder<f64>,
+    pressure: f64,
 }
 
-impl Pass<f64> for Changes<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        let (decision, gap) = (self.decision, row.of(self.gap));
-        let changes = |p, gap| weight::<f64>(decision.pressure(p, gap) != p);
-        self.nodes += sum_by(pressure, gap, changes);
-        let by = |p, gap| (decision.pressure(p, gap) - p).abs();
-        self.pressure.push(sum_by(pressure, gap, by));
-    }
+impl Accumulate for Changes {
+    const ZERO: Self = Self { nodes: 0.0, pressure: 0.0 };
 
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { nodes: 0.0, pressure: InOrder::new(), ..*self }
-    }
-
-    fn append(&mut self, later: Self) {
+    fn add(&mut self, later: Self) {
         self.nodes += later.nodes;
-        self.pressure.append(later.pressure);
+        self.pressure += later.pressure;
     }
-}
-
-struct Decide<'a> {
-    decision: Decision,
-    gap: &'a [f32],
-}
-
-impl Pass<f64> for Decide<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        for (p, gap) in pressure.iter_mut().zip(row.of(self.gap)) {
-            *p = self.decision.pressure(*p, *gap);
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::fft::{Band, Row};
 use crate::solver::lanes::{
-    Accumulate, InOrder, Lanes, Pass, REST, greater, split, split_mut, sum_by, total, weight,
+    Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_by, total, weight,
 };
 
 /// Pass that writes the pressures as input of the convolution, and updates the flags of nodes with
@@ -80,58 +80,6 @@ pub fn promote(factor: f64, reference_pressure: &[f32], increment: &[f32], press
     {
         *p = factor * (f64::from(*reference_pressure) + f64::from(*increment));
     }
-}
-
-/// Pass over pressures that sets them to `factor` × (reference pressure + increment), the pressures
-/// of the inner solver in double precision.
-pub struct Promote<'a> {
-    pub factor: f64,
-    pub reference_pressure: &'a ReferencePressure,
-    pub pressure_increment: &'a [f32],
-}
-
-impl Pass<f64> for Promote<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        promote(
-            self.factor,
-            self.reference_pressure.row(row),
-            row.of(self.pressure_increment),
-            pressure,
-        );
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over pressures that undoes the fraction `part` of the last step, within the bounds of the
-/// pressures.
-pub struct TakeBack<'a> {
-    pub part: f64,
-    pub hardness: f64,
-    /// Last steps of free nodes, with flags.
-    pub last_step: &'a [f32],
-}
-
-impl Pass<f64> for TakeBack<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        for (p, last_step) in pressure.iter_mut().zip(row.of(self.last_step)) {
-            let step = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
-            // Rounding must not leave a pressure below zero or above the hardness.
-            *p = greater(*p - self.part * step, 0.0).min(self.hardness);
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
 }
 
 /// Pass over displacements u that computes the gaps u − h − `reference`, with the heights h, and
