@@ -149,11 +149,6 @@ fn coarser_grids(grid: Grid) -> Vec<Grid> {
     successors(coarsened(&grid), coarsened).collect()
 }
 
-/// Returns whether `grid` has enough nodes that loads are first solved on coarser meshes.
-pub fn is_nested(grid: Grid) -> bool {
-    coarsened(&grid).is_some()
-}
-
 /// Returns the grid of every second node along both axes, if it is large enough.
 fn coarsened(grid: &Grid) -> Option<Grid> {
     let coarser = grid.coarsened()?;
