@@ -281,7 +281,7 @@ fn a_load_stops_on_request_on_a_coarser_mesh_and_can_be_solved_later() {
             assert_eq!(outcome.stop, Stop::Interrupted);
             assert!(outcome.contact_nodes > 0);
             // Row by row, because a long sum would be rounded.
-            let rows = solver.pressure().chunks_exact(NODES).map(|row| mean(row));
+            let rows = solver.pressure().chunks_exact(NODES).map(mean);
             assert!((mean(&Vec::from_iter(rows)) / load - 1.0).abs() < 1e-12);
         }
         assert_eq!(press(&mut solver, 0.1, &Settings::default()).stop, Stop::Converged);
