@@ -1,5 +1,5 @@
-//! Benchmark of series of loads: transform pairs and seconds, compared with bare transform pairs.
-//! It also solves ten loads on other bodies, and on several threads.
+//! Benchmark of loads that are solved alone: transform pairs of each load, and seconds, compared with
+//! bare transform pairs. It also solves ten loads on other bodies, and on several threads.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -21,27 +21,19 @@ fn main() {
     // `cargo bench` passes `--bench`; a number sets the nodes per side.
     let nodes = std::env::args().find_map(|argument| argument.parse().ok());
     let nodes: usize = nodes.unwrap_or(1024);
-    println!("{nodes}² nodes, H = 0.8, 90 loads to 1.7 E* × rms slope");
-    println!("k_lower  k_upper   pairs  seconds  ms a pair  of bare pairs");
+    println!("{nodes}² nodes, H = 0.8, every sixth of 90 loads to 1.7 E* × rms slope");
+    println!("k_lower  k_upper   pairs  seconds  ms a pair  of bare pairs  pairs of each load");
     for (k_lower, k_upper) in SPECTRA {
         let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
         let heights = heights(grid, k_lower, k_upper);
-        let before = bare_pair(grid);
-        let mut seconds = 0.0;
-        let mut pairs = 0;
         let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
-        for load in loads().step_by(6) {
-            let begun = Instant::now();
-            let outcome = solver.press(load, &Settings::default(), &|| false);
-            seconds += begun.elapsed().as_secs_f64();
-            pairs += outcome.pairs;
-            print!("{} ", outcome.pairs);
-        }
-        println!();
+        let before = bare_pair(grid);
+        let (pairs, seconds) = press(&mut solver, loads().step_by(6));
         let bare = 0.5 * (before + bare_pair(grid));
-        let pair = seconds / f64::from(pairs);
+        let total: u32 = pairs.iter().sum();
+        let pair = seconds / f64::from(total);
         println!(
-            "{k_lower:7} {k_upper:8} {pairs:7} {seconds:8.2} {:10.2} {:14.2}",
+            "{k_lower:7} {k_upper:8} {total:7} {seconds:8.2} {:10.2} {:14.2}  {pairs:?}",
             1e3 * pair,
             pair / bare
         );
@@ -83,20 +75,18 @@ fn bodies() -> [(&'static str, HalfSpace); 5] {
 /// Returns the transform pairs and the seconds that ten loads took.
 fn ten_loads(nodes: usize, body: HalfSpace, threads: Threads) -> (u32, f64) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
-    let heights = heights(grid, 4, nodes as u32 / 16);
-    let mut seconds = 0.0;
-    let mut pairs = 0;
-    let mut solver = body.solver(grid, &heights);
+    let mut solver = body.solver(grid, &heights(grid, 4, nodes as u32 / 16));
     solver.set_threads(threads);
-    for load in (1..=10).map(|i| 0.01 * f64::from(i)) {
-        let begun = Instant::now();
-        let outcome = solver.press(load, &Settings::default(), &|| false);
-        seconds += begun.elapsed().as_secs_f64();
-        pairs += outcome.pairs;
-        print!("{} ", outcome.pairs);
-    }
-    println!();
-    (pairs, seconds)
+    let (pairs, seconds) = press(&mut solver, (1..=10).map(|i| 0.01 * f64::from(i)));
+    (pairs.iter().sum(), seconds)
+}
+
+/// Returns the transform pairs of each load, and the seconds that all loads took.
+fn press(solver: &mut Solver, loads: impl Iterator<Item = f64>) -> (Vec<u32>, f64) {
+    let begun = Instant::now();
+    let outcomes = loads.map(|load| solver.press(load, &Settings::default(), &|| false));
+    let pairs = outcomes.map(|outcome| outcome.pairs).collect();
+    (pairs, begun.elapsed().as_secs_f64())
 }
 
 /// Returns the loads of the 2015 campaign: fifty linear, forty geometric.

@@ -14,28 +14,58 @@
 //! unloading, hardening or pile-up around a contact (Almqvist, Sahlin, Larsson & Glavatskih,
 //! *Tribol. Int.* 40, 2007, 574).
 //!
+//! # Method
+//!
+//! The solution minimises the energy ½⟨p, A p⟩ − ⟨p, h⟩ over 0 ≤ p ≤ H with the mean pressure of
+//! the load, where A turns pressures into displacements. The gap, up to the offset, is the
+//! gradient. The method is the constrained conjugate-gradient method of Polonsky & Keer (*Wear*
+//! 231, 1999, 206) with a preconditioner M, a predicted step length τ, and an initial guess from
+//! coarser meshes:
+//!
+//! ```text
+//! p ← initial guess                     coarser meshes, or heights, or full contact repeat
+//! iterative refinement g ← A p − h                       double precision stop if the residual is
+//! within the tolerance repeat                            single precision F ← nodes with p > 0 or
+//! g < δ                the free nodes r ← g − δ on F                               residual; δ
+//! makes r vanish in the mean z ← M r                                      preconditioned residual:
+//! Eᵀ K E r β ← ⟨z, A d⟩ / ⟨d, A d⟩                      d is the last step t ← −z + β d − m
+//! m keeps the mean pressure d ← clamp(p + τ t, 0, H), scaled to the load, − p p ← p + d,  g ← g +
+//! A d undo a part of d if the energy along it is lowest before its middle until the residual is
+//! small enough
+//! ```
+//!
+//! An iteration takes two transform pairs, one for z and one for A d. A load takes 12 to 15 pairs
+//! on meshes from 512² to 4096² nodes. What the ingredients are worth (docs/notes/solver-pairs.md
+//! of the repository has the measurements):
+//!
+//! - The extension E of the residual to nodes that are not free (`preconditioner`): without it, 1.8
+//!   times the pairs on 1024² nodes, and more on larger meshes.
+//! - The initial guess from coarser meshes (`nested`): 1.5 to 2 times the pairs.
+//! - The preconditioner of two levels in the first three iterations
+//!   (`preconditioner/two_level`): 1.1 to 1.3 times the pairs.
+//! - Predicted step lengths instead of an exact line search (`line_search`): a third pair in each
+//!   iteration.
+//! - Single precision with refinement in double precision (`refinement`): twice the time of a pair.
+//! - The evaluation in double precision right after the last step, without its gap in single
+//!   precision: one pair more.
+//!
 //! The modules in the order of the computation:
 //!
-//! - `press` solves the contact under one load;
-//! - `start` provides the initial guess, or `nested` if the contact is first solved on coarser
-//!   meshes;
-//! - `inner_solver` holds the state of the iterations, and `conjugate_gradients` iterates, as in
-//!   Polonsky & Keer (*Wear* 231, 1999, 206), with the preconditioners `extension` and `two_level`;
-//! - `evaluation` computes gap and residual in double precision;
-//! - `load` keeps pressures within their bounds and their mean equal to the load.
-//!
-//! The inner solver iterates in single precision, on increments of the pressure. The result is
-//! evaluated in double precision, and the inner solver starts again from the residual found there
-//! (iterative refinement). Finally `press` decides which nodes at the edge of contact belong to it
-//! and evaluates the pressures once more, so that the reported residual is that of the returned
-//! pressures.
+//! - `problem` prepares what no load changes, and siblings share it;
+//! - `initial_guess` provides the initial pressures, with `nested` and `prolongation`;
+//! - `refinement` evaluates pressures in double precision, and finally decides which nodes at the
+//!   edge of contact belong to it;
+//! - `conjugate_gradients` iterates in single precision, with `preconditioner` and `line_search`;
+//! - `bounds` keeps pressures within their bounds and their mean equal to the load, and `balance`
+//!   chooses m and δ if the hardness bounds the pressures;
+//! - `passes` are the loops over the mesh between two transforms, on the vectors of `lanes`.
 //!
 //! Terms that all modules use:
 //!
 //! - A *free* node is one whose pressure may change in the present iteration: it has pressure or
 //!   penetrates.
-//! - A *step* is the change of the pressures in one iteration. Its *step length* is the factor of
-//!   the search direction in it.
+//! - A *step* d is the change of the pressures in one iteration. Its *step length* τ is the factor
+//!   of the search direction t in it.
 //! - The *reference* is a number close to δ. It is subtracted from gaps before they are rounded to
 //!   single precision: a stored gap is u − h − reference.
 //! - The *offset* is the mean of the stored gaps in contact, so that δ = reference + offset.
@@ -48,29 +78,23 @@ use super::fft::Scratch;
 use super::threads::Threads;
 
 mod balance;
+mod bounds;
 mod conjugate_gradients;
 pub mod cost;
-mod evaluation;
-mod extension;
-mod flags;
-mod gaps;
 mod half_space;
-mod heights;
-mod inner_solver;
+mod initial_guess;
 mod lanes;
 mod line_search;
-mod load;
 mod nested;
 mod passes;
-mod press;
+mod preconditioner;
 mod problem;
 mod prolongation;
-mod start;
-mod two_level;
+mod refinement;
 
 pub use half_space::{HalfSpace, Hardness, HardnessError};
 
-use inner_solver::InnerSolver;
+use conjugate_gradients::InnerSolver;
 use nested::Coarser;
 use passes::ReferencePressure;
 use problem::Problem;
@@ -196,18 +220,12 @@ impl Solver {
     /// use asperity_contact::threads::Threads;
     /// use asperity_contact::topography::shapes::Shape;
     ///
-    /// let grid = Grid::square(64, 1.0)?;
-    /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
-    /// let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
-    /// let mut second = first.sibling(Threads::one());
-    /// let press = |solver: &mut Solver, load| {
-    ///     solver.press(load, &Settings::default(), &|| false).contact_nodes
-    /// };
-    /// let [light, heavy] = std::thread::scope(|scope| {
-    ///     let heavy = scope.spawn(|| press(&mut second, 0.2));
-    ///     [press(&mut first, 0.1), heavy.join().expect("no panic")]
-    /// });
-    /// assert!(light < heavy);
+    /// let grid = Grid::square(64, 1.0)?; let wave = Shape::Wave { amplitude: 0.1, waves: 1
+    /// }.draw(grid); let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights()); let
+    /// mut second = first.sibling(Threads::one()); let press = |solver: &mut Solver, load| {
+    /// solver.press(load, &Settings::default(), &|| false).contact_nodes }; let [light, heavy] =
+    /// std::thread::scope(|scope| { let heavy = scope.spawn(|| press(&mut second, 0.2));
+    /// [press(&mut first, 0.1), heavy.join().expect("no panic")] }); assert!(light < heavy);
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn sibling(&self, threads: Threads) -> Self {
@@ -228,6 +246,81 @@ impl Solver {
     /// Returns the threads that share the work.
     pub fn threads(&self) -> &Threads {
         &self.inner.threads
+    }
+
+    /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
+    ///
+    /// The load must be below the hardness, if there is one ([`Hardness::check_load`]). The result
+    /// does not depend on loads that were solved before. At least one node bears pressure, even
+    /// under the lightest load and after an interruption. `watch` is called in every iteration and
+    /// can stop the solver; `&|| false` never stops it.
+    pub fn press(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
+        assert!(load.is_finite() && load > 0.0, "the load must be positive and finite");
+        self.begin_load(load, settings);
+        if self.reaches_full_contact(load) {
+            return self.press_to_full_contact();
+        }
+        let Some(hardness) = self.problem.hardness else {
+            return self.solve_within(None, settings, watch);
+        };
+        hardness.check_load(load).expect("the load is below the hardness");
+        // The hardness bounds the pressures only if elastic pressures exceed it, so that all other
+        // loads have the same solution as without a hardness.
+        if self.is_expected_to_yield(hardness, watch) {
+            let outcome = self.solve_within(Some(hardness), settings, watch);
+            if outcome.saturated_nodes > 0 || outcome.stop != Stop::Converged {
+                return outcome;
+            }
+        }
+        let outcome = self.solve_within(None, settings, watch);
+        if outcome.peak_pressure > hardness.pressure() {
+            return self.solve_within(Some(hardness), settings, watch);
+        }
+        outcome
+    }
+
+    /// Resets everything that earlier loads have changed.
+    fn begin_load(&mut self, load: f64, settings: &Settings) {
+        self.inner.load = load;
+        self.inner.bound = None;
+        self.inner.pairs = 0;
+        self.inner.reference = 0.0;
+        self.inner.reference_pressure.prepare(settings.tolerance);
+        self.inner.active.prepare(ReferencePressure::is_map(settings.tolerance));
+        if let Some(coarser) = &mut self.coarser {
+            coarser.forget();
+        }
+    }
+
+    fn press_to_full_contact(&mut self) -> Outcome {
+        self.set_full_contact();
+        let evaluation = self.evaluate();
+        let summary = self.summarise();
+        Outcome { mean_gap: 0.0, ..self.outcome(Stop::FullContact, evaluation, summary) }
+    }
+
+    /// Returns whether the material is expected to yield under the present load.
+    fn is_expected_to_yield(&mut self, hardness: Hardness, watch: &dyn Watch) -> bool {
+        let expected = self.yields_on_coarser(hardness, watch);
+        expected.unwrap_or_else(|| !self.is_light() && self.inner.load > self.problem.yield_load)
+    }
+
+    /// Solves the present load with pressures at most `bound`.
+    fn solve_within(
+        &mut self,
+        bound: Option<Hardness>,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> Outcome {
+        self.inner.bound = bound;
+        let (history, evaluation) = self.initial_guess(settings, watch);
+        self.solve(history, evaluation, settings, watch)
+    }
+
+    /// Returns whether all nodes are in contact under `load` without yielding; false if no formula
+    /// gives the load of full contact.
+    pub fn reaches_full_contact(&self, load: f64) -> bool {
+        self.problem.reaches_full_contact(load)
     }
 
     /// Returns the smallest load that brings every node into contact, in units of E* × rms slope.
@@ -263,6 +356,84 @@ impl Solver {
     pub fn pressure(&self) -> &[f64] {
         &self.pressure
     }
+}
+
+impl Solver {
+    /// Returns the displacement u of the elastic body under `pressure`, with one pressure per node.
+    ///
+    /// The pressure is in units of E* × rms slope, the displacement in units of rms slope × longer
+    /// side and positive into the body. The mean displacement is zero for a body that a uniform
+    /// pressure does not displace.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the number of pressures differs from the number of nodes.
+    ///
+    /// ```
+    /// use std::f64::consts::PI;
+    ///
+    /// use asperity_contact::elasticity::PeriodicHalfSpace;
+    /// use asperity_contact::grid::Grid;
+    /// use asperity_contact::solver::Solver;
+    ///
+    /// // A pressure wave of wavelength λ causes a displacement of λ/(π E*) times the pressure. let
+    /// grid = Grid::square(32, 1.0)?; let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0]
+    /// as f64 / 32.0).cos(); let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect(); let
+    /// mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]); let
+    /// displacement = solver.displacement_under(&pressure); for (u, p) in
+    /// displacement.iter().zip(&pressure) { assert!((u - p / PI).abs() < 1e-15); }
+    /// # Ok::<(), asperity_contact::grid::GridError>(())
+    /// ```
+    pub fn displacement_under(&mut self, pressure: &[f64]) -> Vec<f64> {
+        assert_eq!(pressure.len(), self.pressure.len(), "one pressure per node");
+        let mut displacement = vec![0.0; pressure.len()];
+        let scratch = &mut self.double_scratch;
+        self.problem.transform.convolve(
+            &self.problem.displacement,
+            pressure,
+            &mut displacement,
+            scratch,
+        );
+        displacement
+    }
+
+    /// Returns the gap between the bodies under a pressure that solves the contact.
+    ///
+    /// The gap is u − h minus its mean in elastic contact, in the units of
+    /// [`Solver::displacement_under`]. At nodes in elastic contact it is set to zero; the solution
+    /// deviates from zero there by at most the residual. At saturated nodes the gap is negative, by
+    /// the yielded depth. Elsewhere it is positive, except for the residual. If no node is in
+    /// elastic contact, the mean is over all nodes with pressure.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the number of pressures differs from the number of nodes.
+    pub fn gap_under(&mut self, pressure: &[f64]) -> Vec<f64> {
+        let hardness = self.problem.hardness.map_or(f64::INFINITY, |bound| bound.pressure());
+        let mut gap = self.displacement_under(pressure);
+        for (gap, height) in gap.iter_mut().zip(&self.problem.heights) {
+            *gap -= height;
+        }
+        let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
+        let mean = mean_where(&gap, pressure, is_elastic);
+        let offset = mean.or_else(|| mean_where(&gap, pressure, |pressure| pressure > 0.0));
+        let offset = offset.unwrap_or_default();
+        for (gap, &pressure) in gap.iter_mut().zip(pressure) {
+            *gap = if is_elastic(pressure) { 0.0 } else { *gap - offset };
+        }
+        gap
+    }
+}
+
+/// Returns the mean of `values` over the nodes whose pressure satisfies `is_so`, or `None` if there
+/// are no such nodes.
+fn mean_where(values: &[f64], pressure: &[f64], is_so: impl Fn(f64) -> bool) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (value, _) in values.iter().zip(pressure).filter(|(_, p)| is_so(**p)) {
+        sum += value;
+        count += 1.0;
+    }
+    (count > 0.0).then(|| sum / count)
 }
 
 /// Default value of [`Settings::tolerance`].

@@ -8,10 +8,9 @@
 //! This matters if few or no nodes are elastic: their mean gap then says nothing, and nodes jump
 //! between both bounds. [`Candidates::shift`] computes both constants.
 
-use super::evaluation::Convergence;
-use super::inner_solver::InnerSolver;
+use super::conjugate_gradients::InnerSolver;
 use super::lanes::Wide;
-use super::passes::{GapSums, MIN_SAMPLE_NODES, PeekGap};
+use super::passes::{Convergence, GapSums, MIN_SAMPLE_NODES, PeekGap};
 use super::{Hardness, Solver};
 
 /// Ratio of the residual to reach to the present residual above which steps are balanced with all
@@ -56,7 +55,7 @@ impl InnerSolver {
         rows: usize,
     ) -> Option<f64> {
         let hardness = self.bound?;
-        self.candidates.follow(step_length as f32, beta as f32, &self.candidate_steps);
+        self.candidates.follow(step_length as f32, beta as f32);
         let part = rows as f64 / self.mesh.nodes[0] as f64;
         let shift = self.candidates.shift(part * missing_load, hardness.pressure() as f32)?;
         Some(-shift / step_length)
@@ -88,7 +87,7 @@ impl InnerSolver {
             nodes: Candidates::default(),
             level: offset as f32,
         });
-        let (single, scratch) = (&self.mesh.transform, &mut self.buffers.scratch);
+        let (single, scratch) = (&self.mesh.transform, &mut self.scratch);
         single.peek(&self.sample.pairs(), &mut peek, scratch);
         if sees_all_rows || peek.0.is_too_small() {
             single.peek(&self.sample.other_pairs(), &mut peek, scratch);
@@ -155,12 +154,15 @@ pub struct Candidates {
     /// Proposed change of the pressure of each node; [`Candidates::shift`] returns the number to
     /// add to all of them.
     change: Vec<f32>,
+    /// Last step of each node, where [`Candidates::follow`] needs it.
+    last_step: Vec<f32>,
 }
 
 impl Candidates {
     pub fn clear(&mut self) {
         self.pressure.clear();
         self.change.clear();
+        self.last_step.clear();
     }
 
     pub fn len(&self) -> usize {
@@ -169,8 +171,8 @@ impl Candidates {
 
     /// Replaces each change z by τ (z + β s), with the step length τ and the last step s of the
     /// node.
-    pub fn follow(&mut self, step_length: f32, beta: f32, last_steps: &[f32]) {
-        for (change, last) in self.change.iter_mut().zip(last_steps) {
+    pub fn follow(&mut self, step_length: f32, beta: f32) {
+        for (change, last) in self.change.iter_mut().zip(&self.last_step) {
             *change = step_length * (*change + beta * last);
         }
     }
@@ -178,22 +180,19 @@ impl Candidates {
     pub fn append(&mut self, mut later: Self) {
         self.pressure.append(&mut later.pressure);
         self.change.append(&mut later.change);
+        self.last_step.append(&mut later.last_step);
     }
 
-    /// Appends the first `count` of `N` nodes. Copying all `N` is faster, because their number is
-    /// fixed.
+    /// Appends the first `count` of `N` nodes, given by pressures, changes and last steps. Copying
+    /// all `N` is faster, because their number is fixed.
     #[inline(always)]
-    pub fn extend<const N: usize>(
-        &mut self,
-        pressures: &[f32; N],
-        changes: &[f32; N],
-        count: usize,
-    ) {
-        let nodes = self.len() + count;
-        self.pressure.extend_from_slice(pressures);
-        self.change.extend_from_slice(changes);
-        self.pressure.truncate(nodes);
-        self.change.truncate(nodes);
+    pub fn extend<const N: usize>(&mut self, nodes: &[[f32; N]; 3], count: usize) {
+        let length = self.len() + count;
+        let maps = [&mut self.pressure, &mut self.change, &mut self.last_step];
+        for (map, values) in maps.into_iter().zip(nodes) {
+            map.extend_from_slice(values);
+            map.truncate(length);
+        }
     }
 
     #[inline(always)]

@@ -1,54 +1,44 @@
 //! Preconditioned conjugate gradients on the free nodes, in single precision.
 //!
-//! The elastic energy is quadratic in the pressure p and its gradient is the gap. The pressure must
-//! not become negative and must keep its mean. One iteration takes two pairs of transforms:
-//!
-//! 1. *Correct.* Free nodes have pressure or penetrate. Their gap above the offset is the residual
-//!    r. The preconditioner turns r into the correction z, the decrease of pressure that would
-//!    close the gap ([`InnerSolver::correct`]). The search direction t is −z made conjugate to the
-//!    last step.
-//! 2. *Step.* The pressure changes by a predicted step length τ along t, is clipped at zero and
-//!    scaled back to its mean. The displacement under this step updates the gap.
+//! [`InnerSolver::iterate`] is the loop. One iteration takes two pairs of transforms: one for the
+//! preconditioned residual z, the decrease of pressure that would close the gap of free nodes, and
+//! one for the displacement A d under the step d.
 //!
 //! An exact line search would need the displacement under the direction before clipping. This would
-//! be a third pair, because nearly every step clips some pressures. But the best step length
-//! follows from the gap after the step at no cost. If the step was too long, the next one is
-//! shorter. If it was too short, the next direction, which contains the
-//! last step, makes up for the missing part.
+//! be a third pair, because nearly every step clips some pressures. The step length τ is therefore
+//! predicted. The best one follows from the gap after the step at no cost. If the step was too
+//! long, the next one is shorter, and if it was far too long, it is undone. If it was too short,
+//! the next direction, which contains the last step, makes up for the missing part.
 //!
 //! On large meshes memory bandwidth limits the speed. The mesh is therefore visited only at the
-//! ends of transforms, and once between correction and step. Three things make this possible:
+//! ends of transforms, and once between z and the step. Three things make this possible:
 //!
 //! - Sums that the passes at both ends of a transform add up yield the line search and the offset,
 //!   which here is the mean gap weighted by pressure (`line_search`).
 //! - Scaling the pressures, and undoing a part of the step if necessary, is left to the next pass
 //!   over them (`PendingUpdate`).
-//! - The mean correction is estimated from a sample of rows, before all corrections are computed.
+//! - The mean m of the direction is estimated from a sample of rows, before all of z is computed.
 //!
 //! If the material yields, pressures are also clipped at the hardness. Free nodes are then elastic
 //! nodes, nodes that penetrate without pressure, and saturated nodes with an open gap. The
 //! convergence criterion is the residual of elastic nodes. `balance` describes how steps keep the
-//! mean. The first iterations use a cheaper preconditioner of two levels (`two_level`).
-//!
-//! The preconditioner is Eᵀ K E: E extends the residual of free nodes to all nodes (`extension`),
-//! the stiffness K = |q|/2 of the half-space turns it into pressures, and Eᵀ returns the pressures
-//! of other nodes to free nodes.
+//! mean.
 
 use std::mem::take;
+use std::sync::Arc;
 
-use super::balance::Balance;
-use super::evaluation::{Convergence, Evaluation};
-use super::flags::{FREE, PRESSED};
-use super::inner_solver::InnerSolver;
+use super::Hardness;
+use super::balance::{Balance, Candidates};
 use super::lanes::{InOrder, Wide};
-use super::line_search::{History, LastStep, LineSearch};
+use super::line_search::{LastStep, LineSearch, StepControl};
 use super::passes::{
-    Ceiling, CollectFixed, Direction, Extend, GapUpdate, GatherCandidates, Means, Peek,
-    PendingUpdate, Sums, UpdateGap, UpdatePressure,
+    ActiveGroups, Ceiling, Convergence, Direction, FREE, GapUpdate, GatherCandidates, Means,
+    PRESSED, Peek, PendingUpdate, ReferencePressure, Sample, Sums, UpdateGap, UpdatePressure,
 };
-use super::start::Start;
-use super::{Solver, two_level};
-use crate::fft::Band;
+use super::preconditioner::{Kind, Preconditioner, Residual};
+use super::problem::Mesh;
+use crate::fft::{Band, Scratch};
+use crate::threads::Threads;
 
 /// Smallest residual that is trusted in single precision, as a fraction of the largest residual
 /// since the last evaluation in double precision.
@@ -63,18 +53,120 @@ const SINGLE_REDUCTION: f64 = 1e-5;
 /// double precision directly.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
-/// Expected factor by which one iteration reduces the residual if the material yields, in place of
-/// [`EXPECTED_REDUCTION`]. In such a material only strips of nodes are elastic.
-const EXPECTED_REDUCTION_OF_STRIPS: f64 = 0.2;
+/// Number of first iterations of a load with the two-level preconditioner.
+///
+/// The errors of a start from a coarser mesh are short waves. After any other start, and in a
+/// material that yields, the first iterations only find the nodes in contact. With four such
+/// iterations, loads take 3 % more pairs; without any, a tenth to a third more.
+const TWO_LEVEL_ITERATIONS: usize = 3;
+
+/// Convergence of the present pressures and gaps, and what their balance depends on.
+#[derive(Clone, Copy)]
+pub struct State {
+    pub convergence: Convergence,
+    /// Sum of the reference pressures.
+    pub reference_sum: f64,
+    /// Balance of the mean pressure, if the material yields.
+    pub balance: Option<Balance>,
+}
+
+impl State {
+    /// Returns the mean gap of the free nodes if the material yields, otherwise the offset.
+    pub fn free_offset(&self) -> f64 {
+        self.balance.map_or(self.convergence.offset, |balance| balance.free_offset)
+    }
+}
+
+/// Solver in single precision on one mesh: pressures, gaps and last steps of the nodes, and the
+/// preconditioner.
+///
+/// A [`Solver`](super::Solver) provides its initial pressures and gaps and evaluates its result.
+pub struct InnerSolver {
+    pub mesh: Arc<Mesh>,
+    pub load: f64,
+    /// Upper bound of the pressures; `None` while they are not bounded.
+    pub bound: Option<Hardness>,
+
+    pub gap: Vec<f32>,
+    /// Number that is subtracted from gaps before they are rounded to single precision.
+    pub reference: f64,
+    /// Offset from which the present residual is measured: residual = `gap` − `level`.
+    pub level: f64,
+    /// Part of the pressure that does not change during the iterations.
+    pub reference_pressure: ReferencePressure,
+    /// Difference of pressure and reference pressure.
+    pub pressure_increment: Vec<f32>,
+    /// Last step of the pressure of each node, zero at nodes that are not free. Its lowest bits
+    /// hold the flags of the node (`passes`).
+    pub last_step: Vec<f32>,
+    pub active: ActiveGroups,
+    pub sample: Sample,
+    pub free_nodes: f64,
+    pub preconditioner: Preconditioner,
+    /// Nodes whose pressure may change, collected if the material yields.
+    pub candidates: Candidates,
+    pub scratch: Scratch<f32>,
+
+    /// Transform pairs used for the present load.
+    pub pairs: u32,
+
+    pub threads: Threads,
+}
+
+impl InnerSolver {
+    pub fn new(threads: &Threads, mesh: Arc<Mesh>) -> Self {
+        let (nodes, cells) = (mesh.nodes, mesh.cells());
+        Self {
+            load: 0.0,
+            bound: None,
+            gap: vec![0.0; cells],
+            reference: 0.0,
+            level: 0.0,
+            reference_pressure: ReferencePressure::new(nodes),
+            pressure_increment: vec![0.0; cells],
+            last_step: vec![0.0; cells],
+            active: ActiveGroups::new(nodes),
+            sample: Sample::new(nodes),
+            free_nodes: 0.0,
+            preconditioner: Preconditioner::new(threads, &mesh),
+            candidates: Candidates::default(),
+            scratch: mesh.transform.scratch_on(threads.clone()),
+            pairs: 0,
+            threads: threads.clone(),
+            mesh,
+        }
+    }
+
+    pub fn set_threads(&mut self, threads: Threads) {
+        self.scratch.set_threads(threads.clone());
+        self.preconditioner.set_threads(&threads);
+        self.threads = threads;
+    }
+
+    pub fn cells(&self) -> usize {
+        self.mesh.cells()
+    }
+
+    /// Returns the upper bound of the pressures, or infinity if there is none.
+    pub fn ceiling(&self) -> f64 {
+        self.bound.map_or(f64::INFINITY, Hardness::pressure)
+    }
+
+    /// Converts an error of the gap to the unit of residuals, the smaller mesh step at unit rms
+    /// slope.
+    pub fn residual(&self, error: f64) -> f64 {
+        self.mesh.steps_per_side * error
+    }
+}
 
 /// Reason why a series of iterations ended, with the data for the evaluation of the pressures.
 pub enum End {
     /// The residual is low enough (`is_reached`), or the iterations must start again. The update
     /// `pending` is still to be applied to the pressures. Gaps in contact are about `offset`.
     Residual { pending: PendingUpdate, offset: f64, is_reached: bool },
-    /// The last step should reach the goal, but the gap after it is not yet computed. Gaps in
-    /// contact were about `offset` before this step.
-    Step { line: LineSearch, balance: Option<Balance>, offset: f64 },
+    /// The last step should reach the goal, but the gap after it is not yet computed. `state` is
+    /// the state before this step.
+    Step { line: LineSearch, state: State },
 }
 
 /// Goal of a series of iterations.
@@ -87,116 +179,67 @@ pub struct Goal {
     pub is_evaluated: bool,
 }
 
-impl Solver {
-    /// Iterates from `start` at least once, until the residual is at most `tolerance`, rounding in
-    /// single precision prevents progress or `stop` returns true. Evaluates the result.
-    ///
-    /// `stop` is called with the number of transform pairs used for the load.
-    pub(super) fn refine(
-        &mut self,
-        history: &mut History,
-        start: Start,
-        tolerance: f64,
-        stop: &dyn Fn(u32) -> bool,
-    ) -> Evaluation {
-        let goal = Goal { residual: tolerance, is_evaluated: true };
-        match self.inner.iterate(history, start, goal, stop) {
-            End::Residual { pending, offset, .. } => self.evaluate_inner(pending, offset),
-            End::Step { line, balance, offset } => match (self.inner.bound, &balance) {
-                (Some(hardness), Some(balance)) => {
-                    self.evaluate_yielding_step(history, &line, hardness, balance, offset)
-                }
-                _ => self.evaluate_step(history, &line, offset),
-            },
-        }
-    }
-}
-
 impl InnerSolver {
-    /// Iterates from `start` at least once, until the goal is met, rounding in single precision
-    /// prevents progress or `stop` returns true.
+    /// Iterates from the state `start` at least once, until the goal is met, rounding in single
+    /// precision prevents progress or `stop` returns true.
     ///
     /// `stop` is called with the number of transform pairs used for the load.
-    pub(super) fn iterate(
+    pub fn iterate(
         &mut self,
-        history: &mut History,
-        start: Start,
-        wanted: Goal,
+        control: &mut StepControl,
+        start: State,
+        goal: Goal,
         stop: &dyn Fn(u32) -> bool,
     ) -> End {
-        let total = self.load * self.cells() as f64;
-        let Start { mut convergence, reference_sum, mut balance } = start;
-        let expected_reduction = match self.bound {
-            None => EXPECTED_REDUCTION,
-            Some(_) => EXPECTED_REDUCTION_OF_STRIPS,
-        };
-        let two_level_iterations = match self.bound {
-            _ if history.is_nested => two_level::NESTED_ITERATIONS,
-            None => 0,
-            Some(_) => two_level::YIELDING_ITERATIONS,
-        };
-        let mut last = history.last.take();
-        if let Some(last) = &mut last {
-            last.offset_change += convergence.offset;
-        }
+        let mut state = start;
+        let mut last = control.last.take();
         let mut largest = 0.0_f64;
         loop {
-            // The first residual may belong to a solution under another load.
-            largest = largest.max(self.residual(convergence.error));
-            let possible = self.within_single_precision(largest, convergence.offset);
-            let goal = wanted.residual.max(possible);
-            let is_last = wanted.is_evaluated
-                && expected_reduction * self.residual(convergence.error) <= goal;
-            let by_blocks = !is_last && history.iteration < two_level_iterations;
-            self.correct(by_blocks);
-            let step_length = history.step_length();
-            let missing_load = balance.map_or(0.0, |balance| total - balance.sum);
-            let reduction = goal / self.residual(convergence.error);
-            let sees_all_rows = history.sees_all_rows || self.must_balance(reduction);
-            let direction = self.direction(last.as_ref(), step_length, missing_load, sees_all_rows);
-            let sums = self.update_pressure(direction, is_last);
-            let line = match &balance {
-                None => {
-                    let reference = self.reference + self.mesh.highest;
-                    LineSearch::new(&sums, reference_sum, total, reference)
-                }
-                Some(balance) => {
-                    let load = [balance.sum, total];
-                    LineSearch::yielding(&sums, reference_sum, load, balance.free_offset)
-                }
+            let Convergence { offset, error } = state.convergence;
+            let residual = self.residual(error);
+            largest = largest.max(residual);
+            let target = goal.residual.max(self.within_single_precision(largest, offset));
+            let is_last = goal.is_evaluated && EXPECTED_REDUCTION * residual <= target;
+
+            // z = M r
+            let kind = Self::preconditioner_kind(control, is_last);
+            self.precondition(kind);
+            // t = −z + β d − m
+            let balancing = Balancing {
+                missing_load: state.balance.map_or(0.0, |balance| self.total() - balance.sum),
+                sees_all_rows: control.sees_all_rows || self.must_balance(target / residual),
             };
+            let direction = self.direction(last.as_ref(), control.step_length(), balancing);
+            // p ← clamp(p + τ t, 0, H)
+            let sums = self.update_pressure(direction, is_last);
+            let line = self.line_search(&sums, &state);
             if line.loses_load() {
-                history.shorten_steps();
-                self.extension.is_enabled = history.uses_extension();
+                control.shorten_steps();
                 return End::Residual {
                     pending: PendingUpdate::ALL_BACK,
-                    offset: convergence.offset,
+                    offset,
                     is_reached: false,
                 };
             }
             if is_last {
-                return End::Step { line, balance, offset: convergence.offset };
+                return End::Step { line, state };
             }
-            let before = convergence;
-            let (next, free_offset, made) = self.follow(history, &line, convergence);
-            convergence = next;
-            if let Some(balance) = &mut balance {
-                let moved = reference_sum + sums.pressure_increment + sums.rounded - balance.sum;
-                balance.sum += made.pending.part * moved;
-                balance.free_offset = free_offset;
-            }
+            // g ← g + A d, and δ ← mean of u − h in contact
+            let (next, step) = self.update_gap(control, &line, &sums, &state);
+            let is_reached = self.residual(next.convergence.error) <= target;
             // A step may be smaller than the rounding of pressures.
-            let stuck = made.pending.part == 0.0 || convergence == before;
-            let is_reached = self.residual(convergence.error) <= goal;
-            if is_reached || stuck || stop(self.pairs) {
-                return End::Residual {
-                    pending: made.pending,
-                    offset: convergence.offset,
-                    is_reached,
-                };
+            let is_stuck = step.pending.part == 0.0 || next.convergence == state.convergence;
+            if is_reached || is_stuck || stop(self.pairs) {
+                let offset = next.convergence.offset;
+                return End::Residual { pending: step.pending, offset, is_reached };
             }
-            last = Some(made);
+            (state, last) = (next, Some(step));
         }
+    }
+
+    /// Returns the sum of the pressures that the load requires.
+    fn total(&self) -> f64 {
+        self.load * self.cells() as f64
     }
 
     /// Returns the smallest residual that single precision can reach if the largest residual was
@@ -206,49 +249,72 @@ impl InnerSolver {
         self.residual(rounding).max(SINGLE_REDUCTION * largest)
     }
 
-    /// Computes the gap after the step that `line` describes, and adapts `history`.
-    /// `convergence` describes the gaps before the step.
-    ///
-    /// Returns the new convergence, the mean gap of free nodes (only if the material yields), and
-    /// the step.
-    fn follow(
+    /// Chooses the preconditioner of an iteration.
+    fn preconditioner_kind(control: &StepControl, is_last: bool) -> Kind {
+        if !control.uses_extension() {
+            Kind::Restricted
+        } else if control.iteration < TWO_LEVEL_ITERATIONS && !is_last {
+            Kind::TwoLevel
+        } else {
+            Kind::Extended
+        }
+    }
+
+    /// Computes the corrections z from the present residual.
+    fn precondition(&mut self, kind: Kind) {
+        let residual = Residual {
+            gap: &self.gap,
+            level: self.level,
+            last_step: &self.last_step,
+            active: &self.active,
+        };
+        let (mesh, scratch) = (&self.mesh, &mut self.scratch);
+        self.pairs += self.preconditioner.apply(kind, mesh, residual, scratch, &self.threads);
+    }
+
+    /// Returns the line search along a step with these sums from `state`.
+    fn line_search(&self, sums: &Sums, state: &State) -> LineSearch {
+        let (reference_sum, total) = (state.reference_sum, self.total());
+        match state.balance {
+            None => LineSearch::new(sums, reference_sum, total, self.reference + self.mesh.highest),
+            Some(Balance { sum, free_offset }) => {
+                LineSearch::yielding(sums, reference_sum, [sum, total], free_offset)
+            }
+        }
+    }
+
+    /// Computes the gap after the step from `state` that `line` and `sums` describe, and adapts
+    /// `control`. Returns the next state and the step.
+    fn update_gap(
         &mut self,
-        history: &mut History,
+        control: &mut StepControl,
         line: &LineSearch,
-        convergence: Convergence,
-    ) -> (Convergence, f64, LastStep) {
-        let offset = convergence.offset;
-        let own_work =
-            self.mesh.transform.multiply(&self.mesh.displacement, &mut self.buffers.scratch);
+        sums: &Sums,
+        state: &State,
+    ) -> (State, LastStep) {
+        let own_work = self.mesh.transform.multiply(&self.mesh.displacement, &mut self.scratch);
         self.pairs += 1;
         let curvature = line.curvature(own_work);
         let best = line.best(curvature);
-        let part = self.learn(history, best);
+        let part = control.learn(best);
         let pending = PendingUpdate { scale: line.scale, part };
         let (convergence, free_offset) = match self.bound {
-            None => {
-                let next_offset = line.offset(part, curvature);
-                self.update_gap::<false>(pending, next_offset)
-            }
+            None => self.finish_gap::<false>(pending, line.offset(part, curvature)),
             Some(_) => {
-                let next_offset = self.peek_offset(part, convergence, history.sees_all_rows);
-                self.update_gap::<true>(pending, next_offset)
+                let next_offset = self.peek_offset(part, state.convergence, control.sees_all_rows);
+                self.finish_gap::<true>(pending, next_offset)
             }
         };
-        let made = LastStep {
+        let balance = state.balance.map(|before| {
+            let after = state.reference_sum + sums.pressure_increment + sums.rounded;
+            Balance { sum: before.sum + part * (after - before.sum), free_offset }
+        });
+        let step = LastStep {
             pending,
             curvature: part * part * curvature,
             missed: if part < 1.0 { 0.0 } else { (best - 1.0).min(1.0) },
-            offset_change: convergence.offset - offset,
         };
-        (convergence, free_offset, made)
-    }
-
-    /// Adapts `history` to a step along which the energy is lowest at the fraction `best`. Returns the fraction of the step to keep.
-    pub(super) fn learn(&mut self, history: &mut History, best: f64) -> f64 {
-        let part = history.learn(best);
-        self.extension.is_enabled = history.uses_extension();
-        part
+        (State { convergence, balance, ..*state }, step)
     }
 
     /// Adds the displacement under a step to the gap, and computes the next residual, gap −
@@ -256,7 +322,7 @@ impl InnerSolver {
     ///
     /// `pending` is the scaling and partial undo of the step. Returns the convergence and the mean
     /// gap of free nodes.
-    pub(super) fn update_gap<const YIELDS: bool>(
+    pub fn finish_gap<const YIELDS: bool>(
         &mut self,
         pending: PendingUpdate,
         offset: f64,
@@ -275,11 +341,11 @@ impl InnerSolver {
             gap: Band::new(&mut self.gap),
             last_step: Band::new(&mut self.last_step),
             active: self.active.band(),
-            residual: self.extension.residual_rows(),
+            residual: self.preconditioner.residual_rows(),
             sample: self.sample.band(),
             seen: InOrder::new(),
         });
-        self.mesh.transform.finish(&mut pass, &mut self.buffers.scratch);
+        self.mesh.transform.finish(&mut pass, &mut self.scratch);
         let seen = pass.0.seen.total();
         self.free_nodes = seen.free_nodes;
         self.level = offset;
@@ -288,6 +354,14 @@ impl InnerSolver {
         let offset = offset + seen.elastic_sum / seen.elastic_nodes.max(1.0);
         (seen.extremes.convergence(offset), free_offset)
     }
+}
+
+/// Load that a step must add to the pressures, and the rows from which clipping is estimated.
+#[derive(Clone, Copy)]
+struct Balancing {
+    missing_load: f64,
+    /// True to use all rows instead of a sample.
+    sees_all_rows: bool,
 }
 
 /// Largest factor β of the last step in a direction.
@@ -304,74 +378,67 @@ impl InnerSolver {
     /// last step added to their pressures. The second result is the number of rows from which they
     /// were collected, or 0.
     fn peek(&mut self, of_step: f64, sees_all_rows: bool) -> (Means, usize) {
-        // Reuse the allocations.
-        let (mut nodes, mut candidate_steps) =
-            (take(&mut self.candidates), take(&mut self.candidate_steps));
+        // Reuse the allocation.
+        let mut nodes = take(&mut self.candidates);
         nodes.clear();
-        candidate_steps.clear();
         let candidates = self.bound.map(|_| GatherCandidates {
             reference_pressure: &self.reference_pressure,
             pressure_increment: &self.pressure_increment,
             of_step: of_step as f32,
             nodes,
-            candidate_steps,
             rows: 0,
         });
-        let extension = &self.extension;
+        let (mut corrections, transposed) = self.preconditioner.corrections(
+            &self.mesh,
+            &self.gap,
+            self.level,
+            &mut self.scratch,
+            &self.threads,
+        );
         let mut peek =
-            Wide(Peek::new(&self.last_step, &self.active, &self.sample, extension, candidates));
-        let by_blocks = self.is_by_blocks;
-        let nodal = by_blocks.then(|| self.mesh.two_level.nodal(&self.gap, self.level));
-        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
-        let mut look = |pairs: Vec<usize>, peek: &mut Wide<Peek>| match nodal {
-            None => self.mesh.stiffness.peek_stored(&pairs, peek, single, buffers),
-            Some(nodal) => nodal.peek(&self.threads, &pairs, self.mesh.nodes, peek),
-        };
-        look(self.sample.pairs(), &mut peek);
+            Wide(Peek::new(&self.last_step, &self.active, &self.sample, transposed, candidates));
+        corrections.peek(&self.sample.pairs(), &mut peek);
         if sees_all_rows || peek.0.is_too_small() {
-            look(self.sample.other_pairs(), &mut peek);
+            corrections.peek(&self.sample.other_pairs(), &mut peek);
         }
         let means = peek.0.means();
         let Some(candidates) = peek.0.candidates() else {
             return (means, 0);
         };
-        let rows = candidates.rows;
-        (self.candidates, self.candidate_steps) = (candidates.nodes, candidates.candidate_steps);
-        (means, rows)
+        self.candidates = candidates.nodes;
+        (means, candidates.rows)
     }
 
     /// Computes the direction −z + β s − m, conjugate to the step s = `last`, with the correction z
     /// and a mean m that is subtracted. Without a last step, β is zero.
     ///
     /// A step of `step_length` along it keeps the sum of pressures, if none is clipped. If the
-    /// material yields, the step adds `missing_load` to the sum in spite of clipping.
-    pub(super) fn direction(
+    /// material yields, the step adds the missing load to the sum in spite of clipping.
+    fn direction(
         &mut self,
         last: Option<&LastStep>,
         step_length: f64,
-        missing_load: f64,
-        sees_all_rows: bool,
+        balancing: Balancing,
     ) -> Direction {
+        let Balancing { missing_load, sees_all_rows } = balancing;
         let of_step = last.map_or(0.0, |last| last.pending.part - 1.0);
         let (means, rows) = self.peek(of_step, sees_all_rows);
         let Some(last) = last else {
             let mean = self.balanced_mean([step_length, 0.0], missing_load, rows);
             return Direction::first(step_length, mean.unwrap_or(-means.correction));
         };
-        // Gaps are measured from the offset, which has changed as well.
-        let along = means.correction_on_image - last.offset_change * means.sampled_correction;
-        let beta = self.free_nodes * along / last.curvature + last.missed / step_length;
+        let conjugate = self.free_nodes * means.correction_on_image / last.curvature;
+        let beta = conjugate + last.missed / step_length;
         let beta = beta.clamp(0.0, MAX_BETA);
         let PendingUpdate { scale, part } = last.pending;
-        let cells = self.cells() as f64;
-        let scaling = (1.0 - 1.0 / scale) * self.load * cells / self.free_nodes;
+        let scaling = (1.0 - 1.0 / scale) * self.total() / self.free_nodes;
         let mean = beta * part * (means.last_step + scaling) - means.correction;
         let mean =
             self.balanced_mean([step_length, beta * part], missing_load, rows).unwrap_or(mean);
         Direction::next(last.pending, beta, step_length, mean)
     }
 
-    pub(super) fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
+    fn update_pressure(&mut self, direction: Direction, is_last: bool) -> Sums {
         match self.bound {
             None => self.update_pressure_as::<false>(direction, is_last),
             Some(_) => self.update_pressure_as::<true>(direction, is_last),
@@ -383,68 +450,31 @@ impl InnerSolver {
         direction: Direction,
         is_last: bool,
     ) -> Sums {
+        let ceiling = Ceiling::at(self.ceiling());
+        let (corrections, transposed) = self.preconditioner.corrections(
+            &self.mesh,
+            &self.gap,
+            self.level,
+            &mut self.scratch,
+            &self.threads,
+        );
         let mut pass = Wide(UpdatePressure::<YIELDS> {
             direction,
-            ceiling: Ceiling::at(self.ceiling()),
+            ceiling,
             reference_pressure: &self.reference_pressure,
             pressure_increment: Band::new(&mut self.pressure_increment),
-            transposed: self.extension.transpose_output(),
+            transposed,
             active: &self.active,
             last_step: Band::new(&mut self.last_step),
             gap: &self.gap,
             heights: &self.mesh.heights,
             sums: InOrder::new(),
         });
-        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
-        if self.is_by_blocks {
-            let nodal = self.mesh.two_level.nodal(&self.gap, self.level);
-            nodal.begin(self.mesh.nodes[1], &mut pass, single, &mut buffers.scratch);
-        } else if is_last {
-            self.mesh.stiffness.read_stored(&mut pass, single, buffers);
+        if is_last {
+            corrections.read(&mut pass);
         } else {
-            self.mesh.stiffness.begin_from_stored(&mut pass, single, buffers);
+            corrections.begin_step(&mut pass);
         }
         pass.0.sums.total()
-    }
-
-    /// Computes the corrections z from the present residual, and stores them for the next
-    /// direction.
-    ///
-    /// If `by_blocks`, they are computed with the two-level preconditioner, otherwise with the
-    /// preconditioner [Eᵀ K E](self) and one transform pair.
-    pub(super) fn correct(&mut self, by_blocks: bool) {
-        self.is_by_blocks = by_blocks;
-        if by_blocks {
-            return self.mesh.two_level.correct(
-                &self.threads,
-                &mut self.extension,
-                &mut self.block_buffers,
-            );
-        }
-        self.begin_correction();
-        self.pairs += 1;
-        let mut pass = Wide(CollectFixed {
-            map: self.mesh.nodes,
-            last_step: &self.last_step,
-            active: &self.active,
-            collected: self.extension.transpose_input(),
-        });
-        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
-        self.mesh.stiffness.finish_and_store(&mut pass, single, buffers);
-        self.extension.collect(&self.threads);
-    }
-
-    fn begin_correction(&mut self) {
-        self.extension.extend(&self.threads);
-        let mut pass = Wide(Extend {
-            map: self.mesh.nodes,
-            level: self.level as f32,
-            gap: &self.gap,
-            last_step: &self.last_step,
-            active: &self.active,
-            extended: self.extension.extended_rows(),
-        });
-        let (single, buffers) = (&self.mesh.transform, &mut self.buffers);
-        self.mesh.stiffness.begin(&mut pass, single, buffers);
     }
 }

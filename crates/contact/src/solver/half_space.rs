@@ -1,19 +1,10 @@
 //! Half-spaces with a boundary condition ([`HalfSpace`]) and a hardness ([`Hardness`]), and the
-//! convolution from displacements to pressures ([`Stiffness`]).
-//!
-//! For periodic bodies, pressures and displacements are convolved on the mesh of the map. For an
-//! isolated patch, pressures are convolved on a mesh of four times the nodes, so that periodic
-//! images do not interact. Displacements need only a margin around the map, in which they decay.
-//! Without the margin, corrections near the edges would be too large by a factor of up to 2.3,
-//! which is the largest eigenvalue of S⁻¹ Eᵀ K E (see `extension`). With 1.25 times the nodes along
-//! both axes the factor is 1.44, and with 1.5 or 2 times 1.37, as for periodic maps.
+//! memory that their solvers need.
 
 use thiserror::Error;
 
 use super::{Solver, bytes_per_node};
-use crate::elasticity;
 use crate::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
-use crate::fft::{Band, Kernel, Row, Rows, Scratch, Transform, in_corner};
 use crate::grid::{Boundary, Grid};
 use crate::threads::Threads;
 
@@ -98,9 +89,9 @@ impl HalfSpace {
 /// 100 bytes per node in total.
 const FREE_BYTES: f64 = 44.0;
 
-/// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and three
-/// kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2 in
-/// total.
+/// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and
+/// three kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2
+/// in total.
 const SHARED_BYTES: f64 = 18.0;
 
 /// Memory that siblings share on a free half-space, in bytes per node. Kernels of pressures are on
@@ -119,14 +110,10 @@ const YIELDING_BYTES: f64 = 10.0;
 /// ```
 /// use asperity_contact::solver::{Hardness, HardnessError};
 ///
-/// // Steel of 2 GPa, E* = 230 GPa, on a surface of rms slope 0.2.
-/// let hardness = Hardness::new(2e9 / (230e9 * 0.2))?;
-/// assert!(hardness.check_load(0.01).is_ok());
-/// assert_eq!(
-///     hardness.check_load(0.06),
-///     Err(HardnessError::Overloaded { load: 0.06, hardness: hardness.pressure() })
-/// );
-/// assert!(Hardness::new(0.0).is_err());
+/// // Steel of 2 GPa, E* = 230 GPa, on a surface of rms slope 0.2. let hardness = Hardness::new(2e9
+/// / (230e9 * 0.2))?; assert!(hardness.check_load(0.01).is_ok()); assert_eq!(
+/// hardness.check_load(0.06), Err(HardnessError::Overloaded { load: 0.06, hardness:
+/// hardness.pressure() }) ); assert!(Hardness::new(0.0).is_err());
 /// # Ok::<(), HardnessError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
@@ -175,163 +162,5 @@ impl Hardness {
             let hardness = self.0;
             Err(HardnessError::Overloaded { load, hardness })
         }
-    }
-}
-
-/// Convolution of displacements with the stiffness, which gives pressures.
-///
-/// On the mesh of the map, its methods use the transform `single` and the scratch with which
-/// pressures are convolved. On a larger mesh, they use a transform and a scratch of their own.
-pub struct Stiffness {
-    /// Numbers of nodes of the map along x and y. The map is a corner of the mesh or the whole
-    /// mesh.
-    map: [usize; 2],
-    kernel: Kernel<f32>,
-    /// Transform of a mesh that is larger than the map.
-    larger: Option<Transform<f32>>,
-}
-
-/// Buffers for convolutions on one mesh.
-pub struct Buffers {
-    pub scratch: Scratch<f32>,
-    larger: Option<LargerMesh>,
-}
-
-/// Buffers for convolutions with the stiffness on a mesh that is larger than the map.
-struct LargerMesh {
-    scratch: Scratch<f32>,
-    /// Steps of the pressures, which are copied from this mesh to the mesh on which pressures are
-    /// convolved.
-    steps: Vec<f32>,
-}
-
-impl Buffers {
-    pub fn set_threads(&mut self, threads: &Threads) {
-        self.scratch.set_threads(threads.clone());
-        if let Some(larger) = &mut self.larger {
-            larger.scratch.set_threads(threads.clone());
-        }
-    }
-}
-
-impl Stiffness {
-    pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
-        let map = body.grid().nodes();
-        let is_larger = body.stiffness_nodes() != map;
-        Self {
-            map,
-            kernel: elasticity::stiffness_on(threads, body),
-            larger: is_larger.then(|| Transform::new(body.stiffness_nodes())),
-        }
-    }
-
-    /// Creates buffers for convolutions with `single` and with the stiffness.
-    pub fn buffers(&self, threads: &Threads, single: &Transform<f32>) -> Buffers {
-        Buffers {
-            scratch: single.scratch_on(threads.clone()),
-            larger: self.larger.as_ref().map(|transform| LargerMesh {
-                scratch: transform.scratch_on(threads.clone()),
-                steps: vec![0.0; self.map[0] * self.map[1]],
-            }),
-        }
-    }
-
-    /// Returns the transform and the scratch of the mesh of the stiffness.
-    fn transform<'a>(
-        &'a self,
-        single: &'a Transform<f32>,
-        buffers: &'a mut Buffers,
-    ) -> (&'a Transform<f32>, &'a mut Scratch<f32>) {
-        match (&self.larger, &mut buffers.larger) {
-            (Some(transform), Some(larger)) => (transform, &mut larger.scratch),
-            _ => (single, &mut buffers.scratch),
-        }
-    }
-
-    /// Begins the convolution of displacements. `rows` writes these displacements into all rows of
-    /// the mesh.
-    pub fn begin(&self, rows: &mut impl Rows<f32>, single: &Transform<f32>, buffers: &mut Buffers) {
-        let (transform, scratch) = self.transform(single, buffers);
-        transform.begin(rows, scratch);
-    }
-
-    /// Ends the convolution, passes all rows of pressures to `rows`, and stores them as `rows`
-    /// leaves them.
-    pub fn finish_and_store(
-        &self,
-        rows: &mut impl Rows<f32>,
-        single: &Transform<f32>,
-        buffers: &mut Buffers,
-    ) {
-        let (transform, scratch) = self.transform(single, buffers);
-        transform.multiply(&self.kernel, scratch);
-        transform.finish_and_store(rows, scratch);
-    }
-
-    /// Passes rows 2i and 2i + 1 of the map to `rows`, for each i in `pairs`, as stored by
-    /// [`Stiffness::finish_and_store`].
-    pub fn peek_stored(
-        &self,
-        pairs: &[usize],
-        rows: &mut impl Rows<f32>,
-        single: &Transform<f32>,
-        buffers: &mut Buffers,
-    ) {
-        let (transform, scratch) = self.transform(single, buffers);
-        in_corner(self.map, rows, |rows| transform.peek_stored(pairs, rows, scratch));
-    }
-
-    /// Passes all rows of the map to `rows`, as stored by [`Stiffness::finish_and_store`].
-    pub fn read_stored(
-        &self,
-        rows: &mut impl Rows<f32>,
-        single: &Transform<f32>,
-        buffers: &mut Buffers,
-    ) {
-        let (transform, scratch) = self.transform(single, buffers);
-        in_corner(self.map, rows, |rows| transform.read_stored(rows, scratch));
-    }
-
-    /// Passes the stored rows of the map to `rows`, which replaces them by steps of the pressures,
-    /// and begins the convolution of these steps with the displacement kernel.
-    pub fn begin_from_stored(
-        &self,
-        rows: &mut impl Rows<f32>,
-        single: &Transform<f32>,
-        buffers: &mut Buffers,
-    ) {
-        let (Some(transform), Some(larger)) = (&self.larger, &mut buffers.larger) else {
-            return single.begin_from_stored(rows, &mut buffers.scratch);
-        };
-        let mut keeping = CopyRows {
-            rows: rows.split_off(Row::new(0, self.map[1])),
-            steps: Band::new(&mut larger.steps),
-        };
-        in_corner(self.map, &mut keeping, |rows| {
-            transform.read_stored(rows, &mut larger.scratch);
-        });
-        rows.append(keeping.rows);
-        single.begin_with(&larger.steps, &mut buffers.scratch);
-    }
-}
-
-/// Pass that runs another pass and copies the rows that it writes.
-struct CopyRows<'a, P> {
-    rows: P,
-    steps: Band<'a, f32>,
-}
-
-impl<P: Rows<f32>> Rows<f32> for CopyRows<'_, P> {
-    fn row(&mut self, row: Row, values: &mut [f32]) {
-        self.rows.row(row, values);
-        self.steps.row(row).copy_from_slice(values);
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { rows: self.rows.split_off(row), steps: self.steps.split_off(row) }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.rows.append(later.rows);
     }
 }

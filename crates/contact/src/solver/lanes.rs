@@ -97,6 +97,48 @@ pub fn over_rows<T: Send, P: Pass<T>>(
     }
 }
 
+/// Calls `visit` on all rows of a map with `nodes` nodes per row, on several threads, and adds up
+/// the results in the order of the rows.
+///
+/// Only a [`Pass`] is certain to be compiled with the vector instructions in use.
+pub fn sum_rows<T: Send, A: Accumulate + Send>(
+    threads: &Threads,
+    map: &mut [T],
+    nodes: usize,
+    visit: impl Fn(Row, &mut [T]) -> A + Copy + Send,
+) -> A {
+    let mut pass = Visit(visit, InOrder::new());
+    over_rows(threads, map, nodes, &mut pass);
+    pass.1.total()
+}
+
+/// Calls `visit` on all rows as [`sum_rows`] does.
+pub fn for_rows<T: Send>(
+    threads: &Threads,
+    map: &mut [T],
+    nodes: usize,
+    visit: impl Fn(Row, &mut [T]) + Copy + Send,
+) {
+    sum_rows(threads, map, nodes, visit);
+}
+
+struct Visit<F, A>(F, InOrder<A>);
+
+impl<T, A: Accumulate + Send, F: Fn(Row, &mut [T]) -> A + Copy + Send> Pass<T> for Visit<F, A> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [T]) {
+        self.1.push((self.0)(row, values));
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self(self.0, InOrder::new())
+    }
+
+    fn append(&mut self, later: Self) {
+        self.1.append(later.1);
+    }
+}
+
 /// Splits a row into groups of sixteen numbers and the remaining single numbers.
 #[inline(always)]
 pub fn split<S: Simd, const R: usize>(row: &[f32]) -> (&[[S::f32s; R]], &[[f32; 1]]) {
@@ -333,6 +375,22 @@ pub fn less<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
+/// Returns the highest number of a row, or −∞ of an empty one.
+pub fn highest_of(row: &[f64]) -> f64 {
+    highest_by(row, |number| number)
+}
+
+/// Returns the highest `value` of the numbers of a row, or −∞ of an empty one.
+pub fn highest_by(row: &[f64], value: impl Fn(f64) -> f64) -> f64 {
+    let mut highest = [f64::NEG_INFINITY; LANES];
+    for chunk in row.chunks(LANES) {
+        for (highest, number) in highest.iter_mut().zip(chunk) {
+            *highest = greater(*highest, value(*number));
+        }
+    }
+    highest.into_iter().fold(f64::NEG_INFINITY, greater)
+}
+
 /// Returns the sum of `a`, with sixteen partial sums in the precision of the terms.
 #[inline(always)]
 pub fn total<T: Real>(a: &[T]) -> f64 {
@@ -376,6 +434,12 @@ pub trait Accumulate: Copy {
     const ZERO: Self;
 
     fn add(&mut self, later: Self);
+}
+
+impl Accumulate for () {
+    const ZERO: Self = ();
+
+    fn add(&mut self, (): Self) {}
 }
 
 impl Accumulate for f64 {

@@ -10,7 +10,7 @@
 //! scaling elastic pressures alone is unknown. Therefore d = m, and the next direction restores the
 //! missing load. The energy then includes the work of the missing load on the offset.
 //!
-//! [`History`] predicts how far to follow a direction before the best step length is known. It
+//! [`StepControl`] predicts how far to follow a direction before the best step length is known. It
 //! contains what the iterations of one load have learnt from its steps.
 
 use super::passes::{PendingUpdate, Sums};
@@ -143,11 +143,22 @@ impl LineSearch {
     }
 }
 
-/// Predicted step length, before [`History`] shortens it.
+/// Predicted step length, before [`StepControl`] shortens it.
 ///
 /// Corrections are too large by up to a third. With a step length of 0.5, loads take 1.5 times as
 /// many pairs.
 const STEP_LENGTH: f64 = 0.9;
+
+/// Number of iterations after which [`StepControl`] adapts the step length to the best ones.
+///
+/// Loads that take so many iterations need other lengths than most, for example on elongated cells.
+const USUAL_ITERATIONS: usize = 15;
+
+/// Bounds of the adapted step length.
+///
+/// Lengths above 1 would only help nodes that are about to be released; one iteration may have many
+/// of them, and the next none.
+const STEP_LENGTHS: (f64, f64) = (0.1, 1.0);
 
 /// Best fraction of a step (the fraction at which the energy is lowest) below which the rest of the
 /// step is undone.
@@ -167,37 +178,38 @@ const MIN_PART: f64 = 0.25;
 /// While many nodes change between free and fixed, one step too long follows another.
 const EXPECTED_PART: f64 = 0.8;
 
-/// Smallest [`History::damping`] with which the residual is extended to nodes that are not free.
+/// Smallest [`StepControl::damping`] with which the residual is extended to nodes that are not free.
 ///
 /// If many nodes are clipped, a correction computed for all nodes may increase the energy when only
 /// the remaining ones apply it.
 const MIN_EXTENDING_DAMPING: f64 = 0.5;
 
-/// [`History::damping`] below which means are computed over all rows instead of a sample.
+/// [`StepControl::damping`] below which means are computed over all rows instead of a sample.
 ///
 /// Steps are shortened so often only if directions are wrong altogether, for example if contact is
 /// aligned with the sampled rows.
 const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
 /// State that is passed from one iteration of a load to the next.
-pub struct History {
-    pub is_nested: bool,
+pub struct StepControl {
     pub iteration: usize,
+    /// Step length, before `damping` and `caution`.
+    length: f64,
     /// Factor of all step lengths, halved after each step that was far too long. Without it, such a
     /// step would be undone and repeated again and again.
-    pub damping: f64,
+    damping: f64,
     /// Factor of the next step length, below one if the last step was somewhat too long.
-    pub caution: f64,
+    caution: f64,
     /// True if means are computed over all rows, not only over a sample.
     pub sees_all_rows: bool,
     pub last: Option<LastStep>,
 }
 
-impl Default for History {
+impl Default for StepControl {
     fn default() -> Self {
         Self {
-            is_nested: false,
             iteration: 0,
+            length: STEP_LENGTH,
             damping: 1.0,
             caution: 1.0,
             sees_all_rows: false,
@@ -206,29 +218,25 @@ impl Default for History {
     }
 }
 
-impl History {
-    pub fn nested() -> Self {
-        Self { is_nested: true, ..Self::default() }
-    }
-
+impl StepControl {
     pub fn step_length(&self) -> f64 {
-        STEP_LENGTH * self.damping * self.caution
+        self.length * self.damping * self.caution
     }
 
     /// Adapts `self` to a step along which the energy is lowest at the fraction `best`. Returns
     /// the fraction of the step to keep.
     pub fn learn(&mut self, best: f64) -> f64 {
-        // The first step from a guess clips many nodes, and this clipping must not be undone. It
-        // says little about the next step, except after a coarser mesh, where few nodes are
-        // clipped.
-        let is_first = self.iteration == 0;
-        let short = !is_first && best < MIN_DESCENT_PART;
-        if !is_first || self.is_nested {
-            let went_too_far = best < EXPECTED_PART;
-            self.caution = if went_too_far { best.max(MIN_DESCENT_PART) } else { 1.0 };
+        if self.iteration >= USUAL_ITERATIONS && self.damping == 1.0 {
+            // Half-way towards the best length.
+            let (shortest, longest) = STEP_LENGTHS;
+            let factor = 0.5 + 0.5 * (self.caution * best).min(2.0);
+            self.length = (self.length * factor).clamp(shortest, longest);
         }
+        // The first step from a guess clips many nodes, and this clipping must not be undone.
+        let is_first = self.iteration == 0;
         self.iteration += 1;
-        if !short {
+        self.caution = if best < EXPECTED_PART { best.max(MIN_DESCENT_PART) } else { 1.0 };
+        if is_first || best >= MIN_DESCENT_PART {
             self.damping = (2.0 * self.damping).min(1.0);
             return 1.0;
         }
@@ -260,7 +268,6 @@ pub struct LastStep {
     /// Fraction of the step by which the step was too short, at most 1. It is the fraction at which
     /// the energy is lowest, minus 1, or 0 if the step was partly undone.
     pub missed: f64,
-    pub offset_change: f64,
 }
 
 #[cfg(test)]

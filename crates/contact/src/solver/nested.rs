@@ -14,25 +14,26 @@
 use std::iter::successors;
 use std::sync::Arc;
 
-use super::conjugate_gradients::{End, Goal};
-use super::inner_solver::{InnerSolver, Mesh};
-use super::line_search::History;
-use super::passes::PendingUpdate;
-use super::press::has_yielded;
-use super::problem::Problem;
-use super::prolongation::{CoarseContact, RATIO};
-use super::start::Start;
+use super::balance::Balance;
+use super::conjugate_gradients::{End, Goal, InnerSolver, State};
+use super::lanes::{InOrder, Wide, over_rows};
+use super::line_search::StepControl;
+use super::passes::{Convergence, PendingUpdate};
+use super::problem::{Mesh, Problem};
+use super::prolongation::{
+    AppliedUpdate, BeginPressed, CoarseMap, PressureLessGap, Prolonged, SetProlonged,
+    StartPressure, SumProlonged,
+};
+use super::refinement::Evaluation;
 use super::{Hardness, Outcome, Settings, Solver, Watch};
 use crate::elasticity::ElasticOperator;
+use crate::fft::Band;
 use crate::grid::Grid;
 use crate::threads::Threads;
 
-/// Minimum number of nodes along the shorter side of the smallest mesh.
-const MIN_NODES: usize = 128;
-
-/// Minimum number of meshes for nested iteration, including the finest mesh. With two meshes, on
-/// 256² nodes, nested iteration takes longer than a solution on one mesh.
-const MIN_MESHES: usize = 3;
+/// Minimum number of nodes along the shorter side of the smallest mesh. With 32, loads take as many
+/// pairs.
+const MIN_NODES: usize = 64;
 
 /// Residual to reach on a coarser mesh, in units of rms slope × its smaller mesh step. Half or
 /// twice this value takes as many pairs.
@@ -54,6 +55,8 @@ pub struct Coarser {
     /// Intermediate meshes from the finest to the coarsest.
     levels: Vec<Level>,
     coarsest: Coarsest,
+    /// Hardness for which the contact under the present load was found, if it was.
+    found_for: Option<Option<Hardness>>,
 }
 
 struct Level {
@@ -67,11 +70,12 @@ struct Coarsest {
     found: CoarseContact,
 }
 
-/// Load, bound of the pressures and observer, which are the same for all meshes.
+/// Load, hardness and observer, which are the same for all meshes.
 #[derive(Clone, Copy)]
 struct LoadCase<'a> {
     load: f64,
-    bound: Option<Hardness>,
+    /// Upper bound of the pressures on a mesh if those on the next coarser mesh exceed it.
+    hardness: Option<Hardness>,
     watch: &'a dyn Watch,
 }
 
@@ -104,7 +108,7 @@ impl Coarser {
         let levels = meshes.levels.iter().map(|mesh| Level::new(threads, mesh.clone()));
         let solver = Solver::of_problem(threads.clone(), meshes.coarsest.clone());
         let found = CoarseContact::empty(solver.inner.mesh.nodes);
-        Self { levels: levels.collect(), coarsest: Coarsest { solver, found } }
+        Self { levels: levels.collect(), coarsest: Coarsest { solver, found }, found_for: None }
     }
 
     pub fn set_threads(&mut self, threads: &Threads) {
@@ -114,33 +118,35 @@ impl Coarser {
         self.coarsest.solver.set_threads(threads.clone());
     }
 
-    /// Solves the contact under `load` on all coarser meshes, from the smallest up, and returns the
-    /// result on the finest of them.
+    /// Forgets the contact that was found last.
+    pub fn forget(&mut self) {
+        self.found_for = None;
+    }
+
+    /// Solves the contact under the load of `finer` on all coarser meshes, from the smallest up,
+    /// and returns the result on the finest of them.
     ///
-    /// `bound` is the upper bound of the pressures. The gaps, pressure increments and last steps of `finer` are overwritten.
-    pub fn find(
+    /// `hardness` bounds the pressures from the first mesh on that follows a mesh with larger
+    /// pressures. The gaps, pressure increments and last steps of `finer` are overwritten.
+    fn find(
         &mut self,
         finer: &mut InnerSolver,
-        load: f64,
-        bound: Option<Hardness>,
+        hardness: Option<Hardness>,
         watch: &dyn Watch,
     ) -> &CoarseContact {
-        let case = LoadCase { load, bound, watch };
+        let case = LoadCase { load: finer.load, hardness, watch };
+        self.found_for = Some(hardness);
         find(&mut self.levels, &mut self.coarsest, finer, case)
+    }
+
+    /// Returns the contact that was found last, on the finest of the coarser meshes.
+    fn found(&self) -> &CoarseContact {
+        self.levels.first().map_or(&self.coarsest.found, |level| &level.found)
     }
 }
 
 fn coarser_grids(grid: Grid) -> Vec<Grid> {
-    let grids: Vec<Grid> = successors(coarsened(&grid), coarsened).collect();
-    if grids.len() + 1 < MIN_MESHES {
-        return Vec::new();
-    }
-    grids
-}
-
-/// Returns whether `grid` has enough nodes that loads are first solved on coarser meshes.
-pub fn is_nested(grid: Grid) -> bool {
-    !coarser_grids(grid).is_empty()
+    successors(coarsened(&grid), coarsened).collect()
 }
 
 /// Returns the grid of every second node along both axes, if it is large enough.
@@ -187,7 +193,9 @@ impl Level {
     /// a map s p − g with s = `compliance`.
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, case: LoadCase) {
         let Self { inner, found } = self;
-        inner.prepare(case);
+        inner.load = case.load;
+        inner.bound = coarse.next_bound(case.hardness);
+        inner.pairs = 0;
         match inner.begin_from(coarse) {
             None => found.clear(),
             Some(start) => {
@@ -203,35 +211,28 @@ impl Coarsest {
     fn find(&mut self, compliance: f64, case: LoadCase) -> &CoarseContact {
         let settings = Settings { tolerance: TOLERANCE, pair_limit: PAIR_LIMIT };
         let watch = || case.watch.is_interrupted();
-        let outcome = match case.bound {
-            None => self.solver.press(case.load, &settings, &watch),
-            Some(_) => {
-                self.solver.begin_load(case.load, &settings);
-                self.solver.solve_within(case.bound, &settings, &watch)
-            }
-        };
-        self.found.take_solution(&self.solver, &outcome, compliance);
+        let solver = &mut self.solver;
+        let outcome = solver.press(case.load, &settings, &watch);
+        self.found.take_solution(solver, &outcome, compliance);
+        let bound = self.found.next_bound(case.hardness);
+        if bound.is_some() {
+            let outcome = solver.solve_within(bound, &settings, &watch);
+            self.found.take_solution(solver, &outcome, compliance);
+        }
         &self.found
     }
 }
 
 impl InnerSolver {
-    fn prepare(&mut self, case: LoadCase) {
-        self.load = case.load;
-        self.bound = case.bound;
-        self.extension.is_enabled = true;
-        self.pairs = 0;
-    }
-
     /// Iterates from `start` until the residual is at most [`TOLERANCE`]. Returns the update that
     /// is still to be applied to the pressures, and the mean gap in contact.
-    fn find_coarse(&mut self, mut start: Start, watch: &dyn Watch) -> (PendingUpdate, f64) {
+    fn find_coarse(&mut self, mut start: State, watch: &dyn Watch) -> (PendingUpdate, f64) {
         let goal = Goal { residual: TOLERANCE, is_evaluated: false };
         let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
-        let mut history = History::nested();
+        let mut control = StepControl::default();
         loop {
             let End::Residual { pending, offset, is_reached } =
-                self.iterate(&mut history, start, goal, &stop)
+                self.iterate(&mut control, start, goal, &stop)
             else {
                 unreachable!("no step is left to evaluate");
             };
@@ -254,11 +255,222 @@ impl InnerSolver {
         for (own, map) in self.lent_maps().into_iter().zip(finer.lent_maps()) {
             std::mem::swap(own, map);
         }
-        self.buffers.scratch.take_over(&mut finer.buffers.scratch);
+        self.scratch.take_over(&mut finer.scratch);
     }
 
     fn lent_maps(&mut self) -> [&mut Vec<f32>; 3] {
         [&mut self.gap, &mut self.pressure_increment, &mut self.last_step]
+    }
+}
+
+/// Ratio of the numbers of nodes of a mesh and of the next coarser mesh.
+pub const RATIO: f64 = 4.0;
+
+/// Ratio of the factor s in the map s p − g to the displacement of one node of the finer mesh under
+/// unit pressure on itself. Ratios of 1 and 2 take as many pairs.
+const COMPLIANCES: f64 = 1.5;
+
+pub struct CoarseContact {
+    /// Map s p − g of the pressure p and the gap g, with a compliance s.
+    pressure_less_gap: Vec<f32>,
+    nodes: [usize; 2],
+    pub reference: f64,
+    peak_pressure: f64,
+    /// Bound with which the pressures were found, or `None` if they were not bounded.
+    bound: Option<Hardness>,
+    /// Number of transform pairs used; pairs on coarser meshes count in proportion to their nodes.
+    pub pairs: f64,
+}
+
+impl CoarseContact {
+    pub fn empty(nodes: [usize; 2]) -> Self {
+        Self {
+            pressure_less_gap: Vec::new(),
+            nodes,
+            reference: 0.0,
+            peak_pressure: 0.0,
+            bound: None,
+            pairs: 0.0,
+        }
+    }
+
+    pub fn map(&self) -> CoarseMap<'_> {
+        CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
+    }
+
+    /// Returns the number of pairs on the next finer mesh that take as long as the transform pairs
+    /// used so far.
+    pub fn finer_pairs(&self) -> u32 {
+        (self.pairs / RATIO).round() as u32
+    }
+
+    /// Returns the bound of the pressures on the next finer mesh: `hardness` if the pressures on
+    /// this mesh exceed it, otherwise none.
+    fn next_bound(&self, hardness: Option<Hardness>) -> Option<Hardness> {
+        self.bound.or(hardness.filter(|hardness| self.peak_pressure > hardness.pressure()))
+    }
+
+    pub fn clear(&mut self) {
+        self.pressure_less_gap.clear();
+        self.pressure_less_gap.resize(self.nodes[0] * self.nodes[1], 0.0);
+        self.peak_pressure = 0.0;
+    }
+
+    /// Sets the map to s p − g of `inner` after the update `pending`, with s = `compliance`. Gaps
+    /// are measured from `offset`, approximately the mean gap in contact.
+    pub fn take_iterate(
+        &mut self,
+        inner: &InnerSolver,
+        pending: PendingUpdate,
+        offset: f64,
+        compliance: f64,
+    ) {
+        self.pressure_less_gap.resize(inner.cells(), 0.0);
+        let mut pass = PressureLessGap {
+            compliance: compliance as f32,
+            offset: offset as f32,
+            update: AppliedUpdate::new(pending, inner.ceiling()),
+            pressure_increment: &inner.pressure_increment,
+            last_step: &inner.last_step,
+            gap: &inner.gap,
+            peak_pressure: 0.0,
+        };
+        let map = &mut self.pressure_less_gap;
+        over_rows(&inner.threads, map, self.nodes[1], &mut pass);
+        self.peak_pressure = f64::from(pass.peak_pressure);
+        self.bound = inner.bound;
+        self.reference = inner.reference + offset;
+    }
+
+    /// Sets the map to s p − g of the last solution of `solver`, which has this outcome, with s =
+    /// `compliance`.
+    pub fn take_solution(&mut self, solver: &Solver, outcome: &Outcome, compliance: f64) {
+        let (gap, offset) = (&solver.inner.gap, solver.offset);
+        let nodes = solver.pressure.iter().zip(gap);
+        let less_gap = nodes.map(|(p, gap)| (compliance * p - (f64::from(*gap) - offset)) as f32);
+        self.pressure_less_gap.clear();
+        self.pressure_less_gap.extend(less_gap);
+        self.reference = solver.inner.reference + offset;
+        self.peak_pressure = outcome.peak_pressure;
+        self.bound = solver.inner.bound;
+        self.pairs = f64::from(outcome.pairs);
+    }
+}
+
+impl InnerSolver {
+    /// Returns the factor s of the map s p − g with which iterations on this mesh begin, where p
+    /// and g are the pressure and the gap on the next coarser mesh.
+    pub fn compliance(&self) -> f64 {
+        COMPLIANCES * self.mesh.nodal_compliance
+    }
+}
+
+/// Assumed error of the gaps under interpolated pressures, in mesh steps at unit rms slope. If the
+/// material yields, open and saturated nodes within this error take part in the estimate of the
+/// first offset.
+const NEAR: f64 = 1.0;
+
+impl Solver {
+    /// Sets the pressures to those interpolated from a coarser mesh, imposes the load and evaluates
+    /// them. Returns `None` if no interpolated pressure is positive.
+    pub(super) fn evaluate_prolonged(
+        &mut self,
+        coarse: &CoarseContact,
+        settings: &Settings,
+    ) -> Option<Evaluation> {
+        let prolonged = self.inner.prolonged(coarse)?;
+        let row_nodes = self.inner.mesh.nodes[1];
+        let mut pass =
+            SetProlonged { prolonged, hardness: self.inner.ceiling(), row: vec![0.0; row_nodes] };
+        let pressure = &mut self.pressure;
+        over_rows(&self.inner.threads, pressure, row_nodes, &mut pass);
+        self.impose_load();
+        self.inner.reference = coarse.reference;
+        Some(self.evaluate_guess(settings))
+    }
+}
+
+impl InnerSolver {
+    /// Begins iterations in single precision with pressures interpolated from a coarser mesh; takes
+    /// one transform pair. Returns `None` if no interpolated pressure is positive.
+    pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<State> {
+        let prolonged = self.prolonged(coarse)?;
+        self.reference_pressure.clear();
+        self.reference = coarse.reference;
+        Some(self.begin_pressed(StartPressure::FromCoarserMesh(prolonged)))
+    }
+
+    /// Begins new iterations from the present pressures after the update `pending`; takes one
+    /// transform pair. Adds `offset`, approximately the mean gap in contact, to the reference of
+    /// the gaps.
+    pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> State {
+        self.reference += offset;
+        let update = AppliedUpdate::new(pending, self.ceiling());
+        self.begin_pressed(StartPressure::FromLastIteration(update))
+    }
+
+    fn begin_pressed(&mut self, start: StartPressure) -> State {
+        match self.bound {
+            None => self.begin_pressed_as::<false>(start),
+            Some(_) => self.begin_pressed_as::<true>(start),
+        }
+    }
+
+    fn begin_pressed_as<const YIELDS: bool>(&mut self, start: StartPressure) -> State {
+        let reference = self.reference + self.mesh.highest;
+        let hardness = self.ceiling();
+        let mut pass = Wide(BeginPressed::<YIELDS> {
+            start,
+            ceiling: hardness as f32,
+            heights: &self.mesh.heights,
+            reference: reference as f32,
+            gap: Band::new(&mut self.gap),
+            pressure_increment: Band::new(&mut self.pressure_increment),
+            last_step: Band::new(&mut self.last_step),
+            active: self.active.band(),
+            sums: InOrder::new(),
+        });
+        self.mesh.transform.begin(&mut pass, &mut self.scratch);
+        let sums = pass.0.sums.total();
+        let work = self.mesh.transform.multiply(&self.mesh.displacement, &mut self.scratch);
+        self.pairs += 1;
+        let offset = if YIELDS {
+            let near = Convergence { offset: 0.0, error: NEAR / self.mesh.steps_per_side };
+            self.peek_offset(1.0, near, false)
+        } else {
+            (work - sums.pressure_on_height) / sums.pressure - reference
+        };
+        let (convergence, free_offset) = self.finish_gap::<YIELDS>(PendingUpdate::NONE, offset);
+        let balance = YIELDS.then(|| Balance {
+            sum: sums.pressure + sums.saturated_nodes * (hardness - f64::from(hardness as f32)),
+            free_offset,
+        });
+        State { convergence, reference_sum: 0.0, balance }
+    }
+
+    /// Returns the pressures interpolated from a coarser mesh, or `None` if none of them is
+    /// positive.
+    ///
+    /// Without an upper bound, they are scaled so that their mean is the load.
+    fn prolonged<'a>(&mut self, coarse: &'a CoarseContact) -> Option<Prolonged<'a>> {
+        let ceiling = self.ceiling();
+        let per_pressure = 1.0 / self.compliance();
+        let row_nodes = self.mesh.nodes[1];
+        let mut pass = SumProlonged {
+            prolonged: Prolonged::new(coarse.map(), per_pressure, ceiling),
+            row: vec![0.0; row_nodes],
+            sum: InOrder::new(),
+        };
+        let cells = self.cells();
+        let rows = &mut self.gap[..cells];
+        over_rows(&self.threads, rows, row_nodes, &mut pass);
+        let sum = pass.sum.total();
+        let scale = match self.bound {
+            None => self.load * self.cells() as f64 / sum,
+            Some(_) => 1.0,
+        };
+        let is_some = sum > 0.0 && scale.is_finite();
+        is_some.then(|| Prolonged::new(coarse.map(), scale * per_pressure, ceiling))
     }
 }
 
@@ -270,72 +482,64 @@ impl InnerSolver {
 const DIGITS: f64 = 3.5;
 
 impl Solver {
-    /// Solves the present load, first on coarser meshes and then on this mesh. Returns `None` if
-    /// there are no coarser meshes, if the load is light, or if the coarser meshes give no positive
-    /// pressure.
-    ///
-    /// The hardness bounds the pressures only if elastic pressures exceed it, so that all other
-    /// loads have the same solution as without a hardness.
-    pub(super) fn press_nested(
+    /// Returns whether the material yields under the present load on the finest of the coarser
+    /// meshes, or `None` if they are not used.
+    pub(super) fn yields_on_coarser(
+        &mut self,
+        hardness: Hardness,
+        watch: &dyn Watch,
+    ) -> Option<bool> {
+        let hardness = Some(hardness);
+        self.with_coarser(hardness, watch, |_, found| Some(found.next_bound(hardness).is_some()))
+    }
+
+    /// Finds initial pressures for the present load and bound from coarser meshes, and solves the
+    /// load in single precision. Returns `None` if coarser meshes are not used, or if no
+    /// interpolated pressure is positive.
+    pub(super) fn guess_from_coarser(
         &mut self,
         settings: &Settings,
         watch: &dyn Watch,
-    ) -> Option<Outcome> {
-        if self.is_light(self.inner.load) {
+    ) -> Option<(StepControl, Evaluation)> {
+        self.with_coarser(self.inner.bound, watch, |solver, found| {
+            let mut control = StepControl::default();
+            // The mean displacement is zero. The displacement of a node in contact is its height
+            // plus the reference.
+            let displacement = solver.problem.highest + found.reference;
+            let digit = solver.inner.residual(f64::from(f32::EPSILON) * displacement);
+            let evaluation = if settings.tolerance > DIGITS * digit {
+                let start = solver.inner.begin_from(found)?;
+                solver.approach(&mut control, start, settings, watch)
+            } else {
+                solver.evaluate_prolonged(found, settings)?
+            };
+            Some((control, evaluation))
+        })
+    }
+
+    /// Calls `use_found` with the contact under the present load on the finest of the coarser
+    /// meshes, in a material of this hardness. Returns `None` if there are no coarser meshes or if
+    /// the load is light.
+    fn with_coarser<R>(
+        &mut self,
+        hardness: Option<Hardness>,
+        watch: &dyn Watch,
+        use_found: impl FnOnce(&mut Self, &CoarseContact) -> Option<R>,
+    ) -> Option<R> {
+        if self.is_light() {
             return None;
         }
         let mut coarser = self.coarser.take()?;
-        self.inner.buffers.scratch.take_over(&mut self.double_scratch);
-        let outcome = self.press_from(&mut coarser, settings, watch);
-        self.coarser = Some(coarser);
-        outcome
-    }
-
-    fn press_from(
-        &mut self,
-        coarser: &mut Coarser,
-        settings: &Settings,
-        watch: &dyn Watch,
-    ) -> Option<Outcome> {
-        let load = self.inner.load;
-        let mut found = coarser.find(&mut self.inner, load, None, watch);
-        let passed = |hardness: &Hardness| found.peak_pressure > hardness.pressure();
-        if let Some(hardness) = self.problem.hardness.filter(passed) {
+        self.inner.scratch.take_over(&mut self.double_scratch);
+        let is_found = coarser.found_for.is_some_and(|found_for| {
+            found_for == hardness || hardness.is_none() && coarser.found().bound.is_none()
+        });
+        if !is_found {
+            let found = coarser.find(&mut self.inner, hardness, watch);
             self.inner.pairs += found.finer_pairs();
-            found = coarser.find(&mut self.inner, load, Some(hardness), watch);
-            let outcome = self.solve_from(found, Some(hardness), settings, watch)?;
-            if has_yielded(&outcome) {
-                return Some(outcome);
-            }
-            found = coarser.find(&mut self.inner, load, None, watch);
         }
-        let outcome = self.solve_from(found, None, settings, watch)?;
-        Some(self.solve_again_if_yielding(outcome, settings, watch))
-    }
-
-    /// Solves the present load from `found`, the result on the next coarser mesh, with `bound` as
-    /// upper bound of the pressures. Returns `None` if no interpolated pressure is positive.
-    fn solve_from(
-        &mut self,
-        found: &CoarseContact,
-        bound: Option<Hardness>,
-        settings: &Settings,
-        watch: &dyn Watch,
-    ) -> Option<Outcome> {
-        self.inner.bound = bound;
-        self.inner.extension.is_enabled = true;
-        self.inner.pairs += found.finer_pairs();
-        let mut history = History::nested();
-        // The mean displacement is zero. The displacement of a node in contact is its height plus
-        // the reference.
-        let displacement = self.problem.highest + found.reference;
-        let digit = self.inner.residual(f64::from(f32::EPSILON) * displacement);
-        let evaluation = if settings.tolerance > DIGITS * digit {
-            let start = self.inner.begin_from(found)?;
-            self.approach(&mut history, start, settings, watch)
-        } else {
-            self.evaluate_prolonged(found, settings)?
-        };
-        Some(self.solve(history, evaluation, settings, watch))
+        let result = use_found(self, coarser.found());
+        self.coarser = Some(coarser);
+        result
     }
 }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::Hardness;
-use super::heights::{CentredHeights, range};
-use super::inner_solver::Mesh;
+use super::lanes::{Accumulate, for_rows, greater, highest_by, highest_of, less, sum_rows, total};
 use super::nested::CoarserMeshes;
+use super::preconditioner::{Extension, Stiffness, TwoLevel};
 use crate::elasticity;
 use crate::elasticity::ElasticOperator;
 use crate::fft::{Kernel, Transform};
@@ -98,5 +98,145 @@ impl FullContact {
         let shift = hardness.pressure() - self.peak;
         let sum: f64 = pressure.iter().map(|p| (p + shift).max(0.0)).sum();
         sum / pressure.len() as f64
+    }
+}
+
+/// Data of one mesh that no load changes; solvers of the same surface share them.
+pub struct Mesh {
+    pub nodes: [usize; 2],
+    /// Ratio of the longer side of the cell to the smaller mesh step.
+    pub steps_per_side: f64,
+    /// Heights minus the highest, [`Mesh::highest`]. Rounding errors are smallest in contact.
+    pub heights: Vec<f32>,
+    pub highest: f64,
+    pub transform: Transform<f32>,
+    pub displacement: Kernel<f32>,
+    pub stiffness: Stiffness,
+    pub two_level: TwoLevel,
+    pub nodal_stiffness: f64,
+    pub nodal_compliance: f64,
+}
+
+impl Mesh {
+    pub fn cells(&self) -> usize {
+        self.nodes[0] * self.nodes[1]
+    }
+
+    /// Prepares the mesh of a body, with one height for each node.
+    pub fn from_heights(threads: &Threads, body: &dyn ElasticOperator, heights: &[f64]) -> Self {
+        let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let single = heights.iter().map(|height| (height - highest) as f32);
+        Self::new(threads, body, single.collect(), highest)
+    }
+
+    /// Prepares the mesh of a body. `heights` has one height for each node, from which the highest
+    /// height, `highest`, is already subtracted.
+    pub fn new(
+        threads: &Threads,
+        body: &dyn ElasticOperator,
+        heights: Vec<f32>,
+        highest: f64,
+    ) -> Self {
+        let nodes = body.grid().nodes();
+        let blocks = Extension::blocks_of(body.stiffness_nodes());
+        let nodal_stiffness = body.nodal_stiffness(threads);
+        Self {
+            nodes,
+            steps_per_side: body.grid().smaller_steps(),
+            heights,
+            highest,
+            transform: elasticity::transform(body),
+            displacement: elasticity::displacement_on(threads, body),
+            stiffness: Stiffness::new(threads, body),
+            two_level: TwoLevel::new(threads, body, nodal_stiffness, blocks),
+            nodal_stiffness,
+            nodal_compliance: body.nodal_compliance(threads),
+        }
+    }
+}
+
+pub struct CentredHeights {
+    pub heights: Vec<f64>,
+    /// Heights minus the highest.
+    pub single_heights: Vec<f32>,
+    pub lowest: f64,
+    pub highest: f64,
+}
+
+impl CentredHeights {
+    pub fn new(threads: &Threads, heights: &[f64], row_nodes: usize) -> Self {
+        let cells = heights.len();
+        let (mut own, mut single_heights) = (vec![0.0; cells], vec![0.0; cells]);
+        let sum = sum_rows(threads, &mut own, row_nodes, |row, own| {
+            own.copy_from_slice(row.of(heights));
+            total(own)
+        });
+        let mean = sum / cells as f64;
+        for_rows(threads, &mut own, row_nodes, |_, own| {
+            own.iter_mut().for_each(|height| *height -= mean);
+        });
+        let [lowest, highest] = range(threads, &mut own, row_nodes);
+        for_rows(threads, &mut single_heights, row_nodes, |row, single| {
+            for (single, height) in single.iter_mut().zip(row.of(&own)) {
+                *single = (height - highest) as f32;
+            }
+        });
+        Self { heights: own, single_heights, lowest, highest }
+    }
+}
+
+/// Returns the lowest and the highest number of a map.
+pub fn range(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
+    let Range { lowest, highest } = sum_rows(threads, map, row_nodes, |_, row| Range {
+        lowest: -highest_by(row, |number| -number),
+        highest: highest_of(row),
+    });
+    [lowest, highest]
+}
+
+#[derive(Clone, Copy)]
+struct Range {
+    lowest: f64,
+    highest: f64,
+}
+
+impl Accumulate for Range {
+    const ZERO: Self = Self { lowest: f64::INFINITY, highest: f64::NEG_INFINITY };
+
+    fn add(&mut self, later: Self) {
+        self.lowest = less(self.lowest, later.lowest);
+        self.highest = greater(self.highest, later.highest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroUsize;
+
+    use super::{range, *};
+
+    #[test]
+    fn heights_are_centred_and_their_range_is_found_on_any_threads() {
+        // Rows of whole groups and some further nodes, with enough nodes for several threads.
+        let (rows, row_nodes) = (600, 1000);
+        let bump = |node: usize| 3.0 + (node as f64).sin();
+        let given: Vec<f64> = (0..rows * row_nodes).map(bump).collect();
+        let three = Threads::new(NonZeroUsize::new(3).unwrap());
+        let [alone, shared] = [Threads::one(), three.clone()]
+            .map(|threads| CentredHeights::new(&threads, &given, row_nodes));
+        assert_eq!(alone.heights, shared.heights);
+        assert_eq!(alone.single_heights, shared.single_heights);
+
+        let mut heights = shared.heights;
+        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+        // Bound on the sum of all rounding errors.
+        assert!(mean.abs() < heights.len() as f64 * f64::EPSILON, "{mean}");
+        let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        assert_eq!([shared.lowest, shared.highest], [lowest, highest]);
+        assert_eq!(range(&three, &mut heights, row_nodes), [lowest, highest]);
+        assert!((highest - lowest - 2.0).abs() < 1e-6);
+        let mut single = heights.iter().zip(&shared.single_heights);
+        assert!(single.all(|(height, single)| (height - highest) as f32 == *single));
     }
 }

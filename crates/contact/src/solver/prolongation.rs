@@ -1,215 +1,11 @@
-//! Contact on a coarser mesh, and its pressures interpolated to the next finer mesh.
+//! Interpolation of a map from a coarser mesh to the next finer one, and the passes at the
+//! beginning and at the end of the iterations on coarser meshes.
 
 use pulp::Simd;
 
-use super::balance::Balance;
-use super::evaluation::{Convergence, Evaluation};
-use super::inner_solver::InnerSolver;
-use super::lanes::{InOrder, Pass, Wide, over_rows, total};
-use super::passes::{AppliedUpdate, BeginPressed, PendingUpdate, PressureLessGap, StartPressure};
-use super::start::Start;
-use super::{Outcome, Settings, Solver};
+use super::lanes::{Accumulate, InOrder, LANES, Pass, greater, sum_by, total, weight};
+use super::passes::{ActiveBand, FREE, PRESSED, PendingUpdate, SATURATED, has};
 use crate::fft::{Band, Row};
-
-/// Ratio of the numbers of nodes of a mesh and of the next coarser mesh.
-pub const RATIO: f64 = 4.0;
-
-/// Ratio of the factor s in the map s p − g to the displacement of one node of the finer mesh under
-/// unit pressure on itself. Ratios of 1 and 2 take as many pairs.
-const COMPLIANCES: f64 = 1.5;
-
-pub struct CoarseContact {
-    /// Map s p − g of the pressure p and the gap g, with a compliance s.
-    pressure_less_gap: Vec<f32>,
-    nodes: [usize; 2],
-    pub reference: f64,
-    pub peak_pressure: f64,
-    /// Number of transform pairs used; pairs on coarser meshes count in proportion to their nodes.
-    pub pairs: f64,
-}
-
-impl CoarseContact {
-    pub fn empty(nodes: [usize; 2]) -> Self {
-        Self {
-            pressure_less_gap: Vec::new(),
-            nodes,
-            reference: 0.0,
-            peak_pressure: 0.0,
-            pairs: 0.0,
-        }
-    }
-
-    pub fn map(&self) -> CoarseMap<'_> {
-        CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
-    }
-
-    /// Returns the number of pairs on the next finer mesh that take as long as the transform pairs
-    /// used so far.
-    pub fn finer_pairs(&self) -> u32 {
-        (self.pairs / RATIO).round() as u32
-    }
-
-    pub fn clear(&mut self) {
-        self.pressure_less_gap.clear();
-        self.pressure_less_gap.resize(self.nodes[0] * self.nodes[1], 0.0);
-        self.peak_pressure = 0.0;
-    }
-
-    /// Sets the map to s p − g of `inner` after the update `pending`, with s = `compliance`. Gaps
-    /// are measured from `offset`, approximately the mean gap in contact.
-    pub fn take_iterate(
-        &mut self,
-        inner: &InnerSolver,
-        pending: PendingUpdate,
-        offset: f64,
-        compliance: f64,
-    ) {
-        self.pressure_less_gap.resize(inner.cells(), 0.0);
-        let mut pass = PressureLessGap {
-            compliance: compliance as f32,
-            offset: offset as f32,
-            update: AppliedUpdate::new(pending, inner.ceiling()),
-            pressure_increment: &inner.pressure_increment,
-            last_step: &inner.last_step,
-            gap: &inner.gap,
-            peak_pressure: 0.0,
-        };
-        let map = &mut self.pressure_less_gap;
-        over_rows(&inner.threads, map, self.nodes[1], &mut pass);
-        self.peak_pressure = f64::from(pass.peak_pressure);
-        self.reference = inner.reference + offset;
-    }
-
-    /// Sets the map to s p − g of the last solution of `solver`, which has this outcome, with s =
-    /// `compliance`.
-    pub fn take_solution(&mut self, solver: &Solver, outcome: &Outcome, compliance: f64) {
-        let (gap, offset) = (&solver.inner.gap, solver.offset);
-        let nodes = solver.pressure.iter().zip(gap);
-        let less_gap = nodes.map(|(p, gap)| (compliance * p - (f64::from(*gap) - offset)) as f32);
-        self.pressure_less_gap.clear();
-        self.pressure_less_gap.extend(less_gap);
-        self.reference = solver.inner.reference + offset;
-        self.peak_pressure = outcome.peak_pressure;
-        self.pairs = f64::from(outcome.pairs);
-    }
-}
-
-impl InnerSolver {
-    /// Returns the factor s of the map s p − g with which iterations on this mesh begin, where p
-    /// and g are the pressure and the gap on the next coarser mesh.
-    pub fn compliance(&self) -> f64 {
-        COMPLIANCES * self.mesh.nodal_compliance
-    }
-}
-
-/// Assumed error of the gaps under interpolated pressures, in mesh steps at unit rms slope. If the
-/// material yields, open and saturated nodes within this error take part in the estimate of the
-/// first offset.
-const NEAR: f64 = 1.0;
-
-impl Solver {
-    /// Sets the pressures to those interpolated from a coarser mesh, imposes the load and evaluates
-    /// them. Returns `None` if no interpolated pressure is positive.
-    pub(super) fn evaluate_prolonged(
-        &mut self,
-        coarse: &CoarseContact,
-        settings: &Settings,
-    ) -> Option<Evaluation> {
-        let prolonged = self.inner.prolonged(coarse)?;
-        let row_nodes = self.inner.mesh.nodes[1];
-        let mut pass =
-            SetProlonged { prolonged, hardness: self.inner.ceiling(), row: vec![0.0; row_nodes] };
-        let pressure = &mut self.pressure;
-        over_rows(&self.inner.threads, pressure, row_nodes, &mut pass);
-        self.impose_load();
-        self.inner.reference = coarse.reference;
-        Some(self.evaluate_guess(settings))
-    }
-}
-
-impl InnerSolver {
-    /// Begins iterations in single precision with pressures interpolated from a coarser mesh; takes
-    /// one transform pair. Returns `None` if no interpolated pressure is positive.
-    pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<Start> {
-        let prolonged = self.prolonged(coarse)?;
-        self.reference_pressure.clear();
-        self.reference = coarse.reference;
-        Some(self.begin_pressed(StartPressure::FromCoarserMesh(prolonged)))
-    }
-
-    /// Begins new iterations from the present pressures after the update `pending`; takes one
-    /// transform pair. Adds `offset`, approximately the mean gap in contact, to the reference of
-    /// the gaps.
-    pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> Start {
-        self.reference += offset;
-        let update = AppliedUpdate::new(pending, self.ceiling());
-        self.begin_pressed(StartPressure::FromLastIteration(update))
-    }
-
-    fn begin_pressed(&mut self, start: StartPressure) -> Start {
-        match self.bound {
-            None => self.begin_pressed_as::<false>(start),
-            Some(_) => self.begin_pressed_as::<true>(start),
-        }
-    }
-
-    fn begin_pressed_as<const YIELDS: bool>(&mut self, start: StartPressure) -> Start {
-        let reference = self.reference + self.mesh.highest;
-        let hardness = self.ceiling();
-        let mut pass = Wide(BeginPressed::<YIELDS> {
-            start,
-            ceiling: hardness as f32,
-            heights: &self.mesh.heights,
-            reference: reference as f32,
-            gap: Band::new(&mut self.gap),
-            pressure_increment: Band::new(&mut self.pressure_increment),
-            last_step: Band::new(&mut self.last_step),
-            active: self.active.band(),
-            sums: InOrder::new(),
-        });
-        self.mesh.transform.begin(&mut pass, &mut self.buffers.scratch);
-        let sums = pass.0.sums.total();
-        let work = self.mesh.transform.multiply(&self.mesh.displacement, &mut self.buffers.scratch);
-        self.pairs += 1;
-        let offset = if YIELDS {
-            let near = Convergence { offset: 0.0, error: NEAR / self.mesh.steps_per_side };
-            self.peek_offset(1.0, near, false)
-        } else {
-            (work - sums.pressure_on_height) / sums.pressure - reference
-        };
-        let (convergence, free_offset) = self.update_gap::<YIELDS>(PendingUpdate::NONE, offset);
-        let balance = YIELDS.then(|| Balance {
-            sum: sums.pressure + sums.saturated_nodes * (hardness - f64::from(hardness as f32)),
-            free_offset,
-        });
-        Start { convergence, reference_sum: 0.0, balance }
-    }
-
-    /// Returns the pressures interpolated from a coarser mesh, or `None` if none of them is
-    /// positive.
-    ///
-    /// Without an upper bound, they are scaled so that their mean is the load.
-    fn prolonged<'a>(&mut self, coarse: &'a CoarseContact) -> Option<Prolonged<'a>> {
-        let ceiling = self.ceiling();
-        let per_pressure = 1.0 / self.compliance();
-        let row_nodes = self.mesh.nodes[1];
-        let mut pass = SumProlonged {
-            prolonged: Prolonged::new(coarse.map(), per_pressure, ceiling),
-            row: vec![0.0; row_nodes],
-            sum: InOrder::new(),
-        };
-        let cells = self.cells();
-        let rows = &mut self.gap[..cells];
-        over_rows(&self.threads, rows, row_nodes, &mut pass);
-        let sum = pass.sum.total();
-        let scale = match self.bound {
-            None => self.load * self.cells() as f64 / sum,
-            Some(_) => 1.0,
-        };
-        let is_some = sum > 0.0 && scale.is_finite();
-        is_some.then(|| Prolonged::new(coarse.map(), scale * per_pressure, ceiling))
-    }
-}
 
 /// Weight of each of the two nearest nodes in the cubic interpolation half-way between them.
 const INNER: f32 = 9.0 / 16.0;
@@ -352,6 +148,182 @@ impl Pass<f64> for SetProlonged<'_> {
     fn append(&mut self, _: Self) {}
 }
 
+/// Constants that turn increments into pressures after the pending update of the last step, for a
+/// reference pressure of zero.
+#[derive(Clone, Copy)]
+pub struct AppliedUpdate {
+    scale: f32,
+    taken_back: f32,
+    ceiling: f32,
+}
+
+impl AppliedUpdate {
+    pub fn new(pending: PendingUpdate, ceiling: f64) -> Self {
+        Self {
+            scale: pending.of_pressure() as f32,
+            taken_back: (1.0 - pending.part) as f32,
+            ceiling: ceiling as f32,
+        }
+    }
+
+    /// Returns the pressure of a node after the update, clipped at its bounds. The last step is
+    /// undone in part if its flag [`FREE`] is set.
+    #[inline(always)]
+    fn pressure(&self, increment: f32, last_step: f32) -> f32 {
+        let step = weight::<f32>(has(last_step, FREE)) * last_step;
+        // Rounding must not leave a pressure below zero or above the ceiling.
+        greater(self.scale * increment - self.taken_back * step, 0.0).min(self.ceiling)
+    }
+}
+
+pub enum StartPressure<'a> {
+    FromCoarserMesh(Prolonged<'a>),
+    FromLastIteration(AppliedUpdate),
+}
+
+impl StartPressure<'_> {
+    #[inline(always)]
+    fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], last_step: &[f32]) {
+        match self {
+            Self::FromCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
+            Self::FromLastIteration(update) => {
+                let nodes = increment.iter().zip(last_step);
+                for (p, (increment, last_step)) in pressure.iter_mut().zip(nodes) {
+                    *p = update.pressure(*increment, *last_step);
+                }
+            }
+        }
+    }
+
+    fn split_off(&self) -> Self {
+        match self {
+            Self::FromCoarserMesh(prolonged) => Self::FromCoarserMesh(prolonged.split_off()),
+            Self::FromLastIteration(update) => Self::FromLastIteration(*update),
+        }
+    }
+}
+
+/// Pass that writes the initial pressures as input of the convolution. It sets the gap to −(h +
+/// `reference`) with the height h; displacements are added after the convolution.
+pub struct BeginPressed<'a, const YIELDS: bool> {
+    pub start: StartPressure<'a>,
+    pub ceiling: f32,
+    pub heights: &'a [f32],
+    pub reference: f32,
+    pub gap: Band<'a, f32>,
+    pub pressure_increment: Band<'a, f32>,
+    /// Last steps, which are set to zero, with flags that follow from the pressure.
+    pub last_step: Band<'a, f32>,
+    pub active: ActiveBand<'a>,
+    pub sums: InOrder<PressedSums>,
+}
+
+#[derive(Clone, Copy)]
+pub struct PressedSums {
+    pub pressure: f64,
+    pub pressure_on_height: f64,
+    pub saturated_nodes: f64,
+}
+
+impl Accumulate for PressedSums {
+    const ZERO: Self = Self { pressure: 0.0, pressure_on_height: 0.0, saturated_nodes: 0.0 };
+
+    fn add(&mut self, later: Self) {
+        self.pressure += later.pressure;
+        self.pressure_on_height += later.pressure_on_height;
+        self.saturated_nodes += later.saturated_nodes;
+    }
+}
+
+impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let (increment, last_step) = (self.pressure_increment.row(row), self.last_step.row(row));
+        self.start.set_row(row, values, increment, last_step);
+        let heights = row.of(self.heights);
+        for (gap, height) in self.gap.row(row).iter_mut().zip(heights) {
+            *gap = -(height + self.reference);
+        }
+        let ceiling = self.ceiling;
+        let saturated = if YIELDS { SATURATED } else { 0 };
+        let mut saturated_nodes = 0;
+        for (last_step, p) in last_step.iter_mut().zip(&*values) {
+            let bears = u32::from(*p >= ceiling);
+            let pressed = PRESSED * u32::from(*p > 0.0);
+            *last_step = f32::from_bits(pressed | (saturated * bears));
+            saturated_nodes += bears;
+        }
+        increment.copy_from_slice(values);
+        let always = self.active.always;
+        let groups = self.active.row(row);
+        groups.free.fill(false);
+        let increments = increment.as_chunks_mut::<LANES>().0;
+        for (active, increments) in groups.active.iter_mut().zip(increments) {
+            *active = always || increments.iter().any(|increment| *increment > 0.0);
+            if !*active {
+                // Clipping leaves −0, too.
+                increments.fill(-0.0);
+            }
+        }
+        self.sums.push(PressedSums {
+            pressure: total(values),
+            pressure_on_height: sum_by(values, heights, |p, height| p * height),
+            saturated_nodes: f64::from(saturated_nodes),
+        });
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            start: self.start.split_off(),
+            gap: self.gap.split_off(row),
+            pressure_increment: self.pressure_increment.split_off(row),
+            last_step: self.last_step.split_off(row),
+            active: self.active.split_off(row),
+            sums: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.sums.append(later.sums);
+    }
+}
+
+/// Pass that sets a map to s p − (g − `offset`), with the pressure p, the gap g and s =
+/// `compliance`, for a reference pressure of zero.
+pub struct PressureLessGap<'a> {
+    pub compliance: f32,
+    pub offset: f32,
+    pub update: AppliedUpdate,
+    pub pressure_increment: &'a [f32],
+    pub last_step: &'a [f32],
+    pub gap: &'a [f32],
+    pub peak_pressure: f32,
+}
+
+impl Pass<f32> for PressureLessGap<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
+        let pressed = row.of(self.pressure_increment).iter().zip(row.of(self.last_step));
+        let nodes = pressed.zip(row.of(self.gap));
+        let mut peak = 0.0_f32;
+        for (value, ((increment, last_step), gap)) in values.iter_mut().zip(nodes) {
+            let p = self.update.pressure(*increment, *last_step);
+            *value = self.compliance * p - (gap - self.offset);
+            peak = greater(peak, p);
+        }
+        self.peak_pressure = greater(self.peak_pressure, peak);
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { ..*self }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.peak_pressure = greater(self.peak_pressure, later.peak_pressure);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -422,5 +394,29 @@ mod tests {
         // Half of 6, 4, 2 and 0, clipped at 2. Other values lie between these.
         assert_eq!([row[0], row[2], row[4], row[6]], [2.0, 2.0, 1.0, 0.0]);
         assert!(row.iter().all(|p| (0.0..=2.0).contains(p)));
+    }
+
+    #[test]
+    fn a_step_taken_back_leaves_pressures_as_they_were_before_it() {
+        let (before, step) = ([0.5_f32, 0.0, 2.0, 1.0], [0.25_f32, 0.75, -2.0, 0.0]);
+        let marked = step.map(|by| f32::from_bits(by.to_bits() & !0b111 | FREE));
+        let after = [0, 1, 2, 3].map(|node| before[node] + step[node]);
+        let left = |pending, ceiling| {
+            let update = AppliedUpdate::new(pending, ceiling);
+            [0, 1, 2, 3].map(|node| update.pressure(after[node], marked[node]))
+        };
+        let close = |found: [f32; 4], exact: [f32; 4]| {
+            // The lowest bits of steps hold flags.
+            let apart = found.iter().zip(exact).map(|(a, b)| (a - b).abs());
+            assert!(apart.into_iter().all(|by| by < 1e-6), "{found:?}, {exact:?}");
+        };
+        close(left(PendingUpdate::ALL_BACK, f64::INFINITY), before);
+        close(left(PendingUpdate::NONE, f64::INFINITY), after);
+        let half = PendingUpdate { scale: 1.0, part: 0.5 };
+        close(left(half, 0.8), [0.625, 0.375, 0.8, 0.8]);
+        // Without the flag of free nodes the number is not a step.
+        let update = AppliedUpdate::new(PendingUpdate::ALL_BACK, f64::INFINITY);
+        let unmarked = f32::from_bits(0.25_f32.to_bits() & !FREE | PRESSED);
+        assert_eq!(update.pressure(1.0, unmarked), 1.0);
     }
 }

@@ -12,7 +12,6 @@ use crate::topography::surface::Surface;
 
 mod closed_forms;
 mod hardness;
-mod independence;
 mod invariants;
 mod loads;
 

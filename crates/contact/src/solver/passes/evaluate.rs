@@ -1,15 +1,17 @@
-//! Passes from pressure to gap in double precision, before and after the convolution.
+//! Passes from pressure to gap in double precision, before and after the convolution, and
+//! statistics of the gap.
 
 use pulp::Simd;
 
-use super::begin::ReferencePressure;
 use super::peek::SampleBand;
-use crate::fft::{Band, Row};
-use crate::solver::evaluation::GapStatistics;
-use crate::solver::flags::{
-    FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure,
+use super::update_gap::{Convergence, Extremes};
+use super::{
+    FREE, PRESSED, ReferencePressure, SATURATED, has, mark, mark_yielding, marked_by_pressure,
 };
-use crate::solver::lanes::{InOrder, Lanes, Pass, REST, greater, split, split_mut, weight};
+use crate::fft::{Band, Row};
+use crate::solver::lanes::{
+    Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_by, total, weight,
+};
 
 /// Pass that writes the pressures as input of the convolution, and updates the flags of nodes with
 /// pressure and of saturated nodes.
@@ -17,7 +19,7 @@ pub struct PressureInput<'a> {
     pub pressure: &'a [f64],
     /// Pressure at which nodes are saturated.
     pub hardness: f64,
-    /// Last step of each node; its lowest bits hold the [flags](crate::solver::flags) that the pass
+    /// Last step of each node; its lowest bits hold the [flags](super) that the pass
     /// updates.
     pub last_step: Band<'a, f32>,
     /// False to set the last steps to zero.
@@ -78,58 +80,6 @@ pub fn promote(factor: f64, reference_pressure: &[f32], increment: &[f32], press
     {
         *p = factor * (f64::from(*reference_pressure) + f64::from(*increment));
     }
-}
-
-/// Pass over pressures that sets them to `factor` × (reference pressure + increment), the pressures
-/// of the inner solver in double precision.
-pub struct Promote<'a> {
-    pub factor: f64,
-    pub reference_pressure: &'a ReferencePressure,
-    pub pressure_increment: &'a [f32],
-}
-
-impl Pass<f64> for Promote<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        promote(
-            self.factor,
-            self.reference_pressure.row(row),
-            row.of(self.pressure_increment),
-            pressure,
-        );
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over pressures that undoes the fraction `part` of the last step, within the bounds of the
-/// pressures.
-pub struct TakeBack<'a> {
-    pub part: f64,
-    pub hardness: f64,
-    /// Last steps of free nodes, with flags.
-    pub last_step: &'a [f32],
-}
-
-impl Pass<f64> for TakeBack<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        for (p, last_step) in pressure.iter_mut().zip(row.of(self.last_step)) {
-            let step = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
-            // Rounding must not leave a pressure below zero or above the hardness.
-            *p = greater(*p - self.part * step, 0.0).min(self.hardness);
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
 }
 
 /// Pass over displacements u that computes the gaps u − h − `reference`, with the heights h, and
@@ -308,5 +258,113 @@ impl StepScaling {
             };
         }
         curvature.total()
+    }
+}
+
+/// Counts of nodes, and sums and extremes of the gap.
+#[derive(Debug, Clone, Copy)]
+pub struct GapStatistics {
+    pub contact_nodes: f64,
+    pub elastic_nodes: f64,
+    /// Σ gap over elastic nodes, in double precision.
+    pub elastic_sum: f64,
+    /// Σ gap over saturated nodes, in double precision.
+    pub saturated_sum: f64,
+    /// Σ gap over the map; `None` if displacements have zero mean.
+    pub gap_sum: Option<f64>,
+    extremes: Extremes,
+}
+
+impl Accumulate for GapStatistics {
+    const ZERO: Self = Self {
+        contact_nodes: 0.0,
+        elastic_nodes: 0.0,
+        elastic_sum: 0.0,
+        saturated_sum: 0.0,
+        gap_sum: None,
+        extremes: Extremes::NONE,
+    };
+
+    fn add(&mut self, later: Self) {
+        self.contact_nodes += later.contact_nodes;
+        self.elastic_nodes += later.elastic_nodes;
+        self.elastic_sum += later.elastic_sum;
+        self.saturated_sum += later.saturated_sum;
+        if let Some(sum) = later.gap_sum {
+            self.gap_sum = Some(self.gap_sum.unwrap_or(0.0) + sum);
+        }
+        self.extremes.add(later.extremes);
+    }
+}
+
+impl GapStatistics {
+    /// Creates empty statistics, with or without a sum of gaps over the map.
+    pub fn new(sums_gaps: bool) -> Self {
+        Self { gap_sum: sums_gaps.then_some(0.0), ..Self::ZERO }
+    }
+
+    /// Adds a row of gaps to the sums over elastic nodes, saturated nodes and the map. `last_step`
+    /// holds the flags of the nodes.
+    #[inline(always)]
+    pub fn add_gaps<const YIELDS: bool>(&mut self, gap: &[f64], last_step: &[f32]) {
+        self.elastic_sum += sum_by(gap, last_step, |gap, last_step| {
+            let is_elastic = has(last_step, PRESSED) && !(YIELDS && has(last_step, SATURATED));
+            weight::<f64>(is_elastic) * gap
+        });
+        if YIELDS {
+            self.saturated_sum += sum_by(gap, last_step, |gap, last_step| {
+                weight::<f64>(has(last_step, SATURATED)) * gap
+            });
+        }
+        if let Some(sum) = &mut self.gap_sum {
+            *sum += total(gap);
+        }
+    }
+
+    /// Adds a row of gaps to the counts of nodes and to the extremes. `last_step` holds the flags
+    /// of the nodes.
+    #[inline(always)]
+    pub fn add<S: Simd, const R: usize, const YIELDS: bool>(
+        &mut self,
+        simd: S,
+        gap: &[[S::f32s; R]],
+        last_step: &[[S::f32s; R]],
+    ) {
+        let (zero, one) = (Lanes::all(simd, 0.0), Lanes::all(simd, 1.0));
+        let mut nodes = zero;
+        let mut saturated_nodes = zero;
+        let mut highest = Lanes::all(simd, -f32::MAX);
+        let mut lowest = Lanes::all(simd, f32::MAX);
+        for (gap, last_step) in gap.iter().zip(last_step) {
+            let (gap, last_step) = (Lanes::of(simd, *gap), Lanes::of(simd, *last_step));
+            let pressed = last_step.has(PRESSED);
+            nodes = nodes + pressed.or_zero(one);
+            highest = pressed.choose(highest.max(gap), highest);
+            let lower = lowest.min(gap);
+            if YIELDS {
+                let saturated = last_step.has(SATURATED);
+                saturated_nodes = saturated_nodes + saturated.or_zero(one);
+                lowest = saturated.choose(lowest, lower);
+            } else {
+                lowest = lower;
+            }
+        }
+        let nodes = nodes.total();
+        self.contact_nodes += nodes;
+        self.elastic_nodes += nodes - saturated_nodes.total();
+        self.extremes.add(Extremes::of(highest, lowest));
+    }
+
+    pub fn saturated_nodes(&self) -> f64 {
+        self.contact_nodes - self.elastic_nodes
+    }
+
+    pub fn convergence(&self) -> Convergence {
+        let offset = if self.elastic_nodes > 0.0 || self.contact_nodes == 0.0 {
+            self.elastic_sum / self.elastic_nodes
+        } else {
+            self.extremes.middle()
+        };
+        self.extremes.convergence(offset)
     }
 }

@@ -3,12 +3,11 @@
 
 use pulp::Simd;
 
-use super::begin::ReferencePressure;
+use super::{ActiveGroups, FREE, PRESSED, ReferencePressure, SATURATED, has};
 use crate::fft::{Band, Row};
 use crate::solver::balance::Candidates;
-use crate::solver::extension::{Extension, TransposeOutput};
-use crate::solver::flags::{ActiveGroups, FREE, PRESSED, SATURATED, has};
 use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
+use crate::solver::preconditioner::TransposeOutput;
 
 /// Minimum number of free nodes in a sample; with fewer, the pass visits all rows.
 pub const MIN_SAMPLE_NODES: f64 = 64.0;
@@ -19,8 +18,6 @@ pub struct Means {
     pub correction: f64,
     /// Mean of the last step, without its scaling.
     pub last_step: f64,
-    /// Mean correction over the free nodes of the sampled rows only.
-    pub sampled_correction: f64,
     /// Mean of z A s over the free nodes of the sampled rows, with the correction z and the
     /// displacement A s under the last step s.
     pub correction_on_image: f64,
@@ -50,12 +47,7 @@ impl Accumulate for PeekSums {
     const ZERO: Self = Self {
         free_nodes: 0.0,
         sampled_nodes: 0.0,
-        sums: Means {
-            correction: 0.0,
-            last_step: 0.0,
-            sampled_correction: 0.0,
-            correction_on_image: 0.0,
-        },
+        sums: Means { correction: 0.0, last_step: 0.0, correction_on_image: 0.0 },
     };
 
     fn add(&mut self, later: Self) {
@@ -64,7 +56,6 @@ impl Accumulate for PeekSums {
         let (sums, later) = (&mut self.sums, later.sums);
         sums.correction += later.correction;
         sums.last_step += later.last_step;
-        sums.sampled_correction += later.sampled_correction;
         sums.correction_on_image += later.correction_on_image;
     }
 }
@@ -75,9 +66,8 @@ pub struct GatherCandidates<'a> {
     pub pressure_increment: &'a [f32],
     /// Multiple of the last step that is still to be added to pressures.
     pub of_step: f32,
-    /// Pressures of the collected nodes, with minus the correction as change.
+    /// Collected nodes: pressure, minus the correction as change, and last step.
     pub nodes: Candidates,
-    pub candidate_steps: Vec<f32>,
     pub rows: usize,
 }
 
@@ -119,19 +109,15 @@ impl GatherCandidates<'_> {
             gathered[2][count] = *last_step;
             count += usize::from(has(*last_step, FREE));
         }
-        let [pressures, changes, steps] = &gathered;
-        self.nodes.extend(pressures, changes, count);
-        self.candidate_steps.extend_from_slice(steps);
-        self.candidate_steps.truncate(self.nodes.len());
+        self.nodes.extend(&gathered, count);
     }
 
     fn split_off(&mut self) -> Self {
-        Self { nodes: Candidates::default(), candidate_steps: Vec::new(), rows: 0, ..*self }
+        Self { nodes: Candidates::default(), rows: 0, ..*self }
     }
 
-    fn append(&mut self, mut later: Self) {
+    fn append(&mut self, later: Self) {
         self.nodes.append(later.nodes);
-        self.candidate_steps.append(&mut later.candidate_steps);
         self.rows += later.rows;
     }
 }
@@ -141,17 +127,10 @@ impl<'a> Peek<'a> {
         last_step: &'a [f32],
         groups: &'a ActiveGroups,
         sample: &'a Sample,
-        extension: &'a Extension,
+        transposed: TransposeOutput<'a>,
         candidates: Option<GatherCandidates<'a>>,
     ) -> Self {
-        Self {
-            last_step,
-            groups,
-            sample,
-            transposed: extension.transpose_output(),
-            sums: InOrder::new(),
-            candidates,
-        }
+        Self { last_step, groups, sample, transposed, sums: InOrder::new(), candidates }
     }
 
     /// Returns whether the visited rows have too few free nodes to estimate means.
@@ -173,7 +152,6 @@ impl<'a> Peek<'a> {
         Means {
             correction: seen.sums.correction / nodes,
             last_step: seen.sums.last_step / nodes,
-            sampled_correction: seen.sums.sampled_correction / sampled,
             correction_on_image: seen.sums.correction_on_image / sampled,
         }
     }
@@ -205,7 +183,6 @@ impl Pass<f32> for Peek<'_> {
         };
         if let Some(image) = self.sample.row(row) {
             seen.sampled_nodes = nodes;
-            seen.sums.sampled_correction = correction;
             for (value, last_step) in values.iter_mut().zip(last_step) {
                 *value *= free(*last_step);
             }

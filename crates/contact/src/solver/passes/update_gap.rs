@@ -1,15 +1,17 @@
-//! Pass that turns the displacement under a step into the next gap and residual.
+//! Passes that compute gaps and the residual of free nodes: at the beginning of iterations, and
+//! after a step.
 
 use pulp::Simd;
 
 use super::peek::SampleBand;
-use crate::fft::{Band, Row};
-use crate::solver::evaluation::Extremes;
-use crate::solver::extension::ResidualRows;
-use crate::solver::flags::{
-    ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, SATURATED, mark, mark_yielding,
+use super::{
+    ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, ReferenceBand, SATURATED, mark, mark_yielding,
 };
-use crate::solver::lanes::{Accumulate, InOrder, Lanes, Pass, REST, split, split_mut};
+use crate::fft::{Band, Row};
+use crate::solver::lanes::{
+    Accumulate, InOrder, LANES, Lanes, Pass, REST, split, split_mut, sum_by,
+};
+use crate::solver::preconditioner::ResidualRows;
 
 /// Pass over displacements under a step that adds them to the gap, updates the flags of the nodes,
 /// and computes the residual of free nodes.
@@ -264,5 +266,148 @@ impl GapUpdate {
             seen.free_sum = free_sum.total();
         }
         seen
+    }
+}
+
+/// Pass over pressures that computes the first residual from their gaps.
+pub struct InitialResidual<'a, const YIELDS: bool> {
+    pub response: GapUpdate,
+    pub gap: &'a [f32],
+    pub hardness: f64,
+    /// Last steps, of which the flags are updated.
+    pub last_step: Band<'a, f32>,
+    /// Marks of the groups with free nodes or with pressure, which are updated.
+    pub active: ActiveBand<'a>,
+    pub residual: ResidualRows<'a>,
+    pub row: Vec<f32>,
+    pub reference_pressure: ReferenceBand<'a>,
+    /// Increments, which are set to pressure − reference pressure.
+    pub pressure_increment: Band<'a, f32>,
+    pub seen: InOrder<GapSums>,
+    pub reference_sum: InOrder<f64>,
+    /// Σ clamp(p, 0, `hardness`) over the pressures p, if the material yields.
+    pub bounded_sum: InOrder<f64>,
+}
+
+impl<const YIELDS: bool> Pass<f64> for InitialResidual<'_, YIELDS> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, pressure: &mut [f64]) {
+        let last_step = self.last_step.row(row);
+        if YIELDS {
+            let hardness = self.hardness;
+            let bounded = sum_by(pressure, pressure, |p, _| p.clamp(0.0, hardness));
+            self.bounded_sum.push(bounded);
+        }
+        let reference_pressure = self.reference_pressure.set_row(row, pressure);
+        subtract(pressure, reference_pressure, self.pressure_increment.row(row));
+        self.reference_sum.push(sum_by(
+            reference_pressure,
+            reference_pressure,
+            |reference_pressure, _| f64::from(reference_pressure),
+        ));
+        let (residual, seen) = (&mut self.row, &mut self.seen);
+        let always = self.active.always;
+        let mut found = self.active.row(row);
+        found.active.fill(true);
+        self.response.residual_row::<S, R, YIELDS>(
+            simd,
+            residual,
+            row.of(self.gap),
+            last_step,
+            &mut found,
+            seen,
+        );
+        let groups = self.pressure_increment.row(row).as_chunks_mut::<LANES>().0;
+        for (active, increments) in found.active.iter_mut().zip(groups) {
+            *active |= always || increments.iter().any(|increment| *increment != 0.0);
+            if !*active {
+                // Clipping leaves −0, too.
+                increments.fill(-0.0);
+            }
+        }
+        self.residual.add_row::<S, R>(simd, row, residual, last_step, found.free);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self {
+            last_step: self.last_step.split_off(row),
+            active: self.active.split_off(row),
+            residual: self.residual.split_off(row),
+            row: self.row.clone(),
+            reference_pressure: self.reference_pressure.split_off(row),
+            pressure_increment: self.pressure_increment.split_off(row),
+            seen: InOrder::new(),
+            reference_sum: InOrder::new(),
+            bounded_sum: InOrder::new(),
+            ..*self
+        }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.seen.append(later.seen);
+        self.reference_sum.append(later.reference_sum);
+        self.bounded_sum.append(later.bounded_sum);
+    }
+}
+
+#[inline(always)]
+fn subtract(pressure: &[f64], reference_pressure: &[f32], increment: &mut [f32]) {
+    for ((p, reference_pressure), increment) in
+        pressure.iter().zip(reference_pressure).zip(increment)
+    {
+        *increment = (p - f64::from(*reference_pressure)) as f32;
+    }
+}
+
+/// Offset of the gaps, and their largest violation of the contact conditions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Convergence {
+    /// Mean gap in elastic contact, or an estimate of it if few or no nodes are elastic.
+    pub offset: f64,
+    /// Largest violation of the contact conditions by the gap above the offset: |gap − offset| in
+    /// elastic contact, penetration outside contact, and positive gaps at saturated nodes.
+    pub error: f64,
+}
+
+/// Highest gap in contact, and lowest gap of nodes that are not saturated.
+#[derive(Debug, Clone, Copy)]
+pub struct Extremes {
+    pub highest_in_contact: f32,
+    pub lowest: f32,
+}
+
+impl Extremes {
+    pub const NONE: Self = Self { highest_in_contact: -f32::MAX, lowest: f32::MAX };
+
+    /// Returns the offset that violates the contact conditions least if all contact nodes are
+    /// saturated.
+    ///
+    /// This is the mean of both extremes, or the highest gap if all nodes are saturated.
+    pub fn middle(self) -> f64 {
+        let highest = f64::from(self.highest_in_contact);
+        if self.lowest == Self::NONE.lowest {
+            return highest;
+        }
+        0.5 * (highest + f64::from(self.lowest))
+    }
+
+    pub fn convergence(self, offset: f64) -> Convergence {
+        let highest = f64::from(self.highest_in_contact) - offset;
+        let lowest = f64::from(self.lowest) - offset;
+        Convergence { offset, error: highest.max(-lowest) }
+    }
+
+    #[inline(always)]
+    pub fn of<S: Simd, const R: usize>(
+        highest_in_contact: Lanes<S, R>,
+        lowest: Lanes<S, R>,
+    ) -> Self {
+        Self { highest_in_contact: highest_in_contact.highest(), lowest: lowest.lowest() }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, others: Self) {
+        self.highest_in_contact = self.highest_in_contact.max(others.highest_in_contact);
+        self.lowest = self.lowest.min(others.lowest);
     }
 }

@@ -2,13 +2,12 @@
 
 use pulp::Simd;
 
-use super::begin::ReferencePressure;
+use super::{ALL, ActiveGroups, FREE, ReferencePressure, SATURATED, mark, mark_yielding};
 use crate::fft::{Band, Row};
-use crate::solver::extension::TransposeOutput;
-use crate::solver::flags::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
 use crate::solver::lanes::{
     Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups,
 };
+use crate::solver::preconditioner::TransposeOutput;
 
 /// Update of the pressures that remains to be applied after a step: scaling, and undoing a part of
 /// the step.

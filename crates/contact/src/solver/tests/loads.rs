@@ -1,5 +1,5 @@
 //! Tests of very light loads, borne by a few nodes, by one, or by plateaus at almost no pressure;
-//! and of loads far from earlier ones, which are solved on coarser meshes first.
+//! and of loads that are solved on coarser meshes first.
 
 use std::f64::consts::TAU;
 
@@ -148,26 +148,6 @@ fn strips_along_the_rows_are_found_where_a_sample_of_rows_shows_their_edges_alon
 }
 
 #[test]
-fn an_unsolved_load_does_not_spoil_later_ones() {
-    for seed in 0..6 {
-        let heights = rough(33, seed);
-        let [mut fresh, mut worn] = [0; 2].map(|_| super::solver(33, &heights));
-        for (pair_limit, load) in [(1, 1e-12), (150, 1e-60), (3, 1e-9), (200, 1e-13), (5, 0.01)] {
-            let unreachable = Settings { tolerance: 1e-20, pair_limit };
-            let outcome = press(&mut worn, load, &unreachable);
-            assert_pressed(&outcome, &worn, load);
-        }
-        for load in [1e-12, 1e-3, 0.1] {
-            let settings = Settings::default();
-            let outcome = press(&mut worn, load, &settings);
-            assert_eq!(outcome.stop, Stop::Converged);
-            let alone = press(&mut fresh, load, &settings);
-            assert_eq!(outcome.contact_nodes, alone.contact_nodes);
-        }
-    }
-}
-
-#[test]
 fn loads_in_any_order_are_solved() {
     for seed in 0..4 {
         let heights = rough(32, seed);
@@ -189,10 +169,6 @@ fn smooth(nodes: usize, shortest: u32, seed: u64) -> Vec<f64> {
     surface.draw(square(nodes, 1.0)).into_heights()
 }
 
-fn contact(solver: &Solver) -> Vec<bool> {
-    solver.pressure().iter().map(|p| *p > 0.0).collect()
-}
-
 fn yielding(hardness: f64, heights: &[f64]) -> Solver {
     let body = PeriodicHalfSpace::new(square(NODES, 1.0));
     Solver::with_hardness(body, Some(Hardness::new(hardness).unwrap()), heights)
@@ -206,27 +182,6 @@ fn pairs_do_not_grow_with_the_mesh_and_hardly_depend_on_the_load() {
             let outcome = press(&mut solver, load, &Settings::default());
             assert_eq!(outcome.stop, Stop::Converged);
             assert!(outcome.pairs <= 18, "{nodes}, {load}: {}", outcome.pairs);
-        }
-    }
-}
-
-#[test]
-fn far_loads_have_the_contact_to_which_near_ones_lead() {
-    for shortest in [2, 16] {
-        let heights = smooth(NODES, shortest, 2);
-        let (mut far, mut near) = (solver(NODES, &heights), solver(NODES, &heights));
-        let settings = Settings { tolerance: 1e-9, ..Settings::default() };
-        for step in 0..9 {
-            let load = 0.1 * 1.25_f64.powi(step);
-            assert_eq!(press(&mut near, load, &settings).stop, Stop::Converged);
-            if step % 4 > 0 {
-                continue;
-            }
-            assert_eq!(press(&mut far, load, &settings).stop, Stop::Converged);
-            assert!(contact(&far) == contact(&near), "{shortest}, {load}");
-            for (a, b) in far.pressure().iter().zip(near.pressure()) {
-                assert!((a - b).abs() < 1e-6, "{shortest}, {load}: {a}, {b}");
-            }
         }
     }
 }
@@ -316,7 +271,6 @@ fn a_hardness_that_no_pressure_passes_changes_no_bit_and_one_that_some_pass_is_b
 #[test]
 fn a_load_stops_on_request_on_a_coarser_mesh_and_can_be_solved_later() {
     let heights = smooth(NODES, 8, 5);
-    // Sums of many quarters are exact.
     for hardness in [None, Some(0.25)] {
         let mut solver = match hardness {
             None => solver(NODES, &heights),
@@ -326,7 +280,9 @@ fn a_load_stops_on_request_on_a_coarser_mesh_and_can_be_solved_later() {
             let outcome = solver.press(load, &Settings::default(), &|| true);
             assert_eq!(outcome.stop, Stop::Interrupted);
             assert!(outcome.contact_nodes > 0);
-            assert!((mean(solver.pressure()) / load - 1.0).abs() < 1e-12);
+            // Row by row, because a long sum would be rounded.
+            let rows = solver.pressure().chunks_exact(NODES).map(mean);
+            assert!((mean(&Vec::from_iter(rows)) / load - 1.0).abs() < 1e-12);
         }
         assert_eq!(press(&mut solver, 0.1, &Settings::default()).stop, Stop::Converged);
         assert_complementary(&solver, &heights, 0.1, 1e-4);

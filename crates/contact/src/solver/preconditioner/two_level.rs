@@ -1,8 +1,8 @@
 //! Two-level preconditioner for the first iterations, with a stiffness on a mesh of blocks and a
 //! nodal stiffness.
 //!
-//! If the material yields, most iterations of a load only find the strips of elastic nodes. Until
-//! these are found, corrections need not be as accurate as those of `conjugate_gradients`. Let r be
+//! The first iterations of a load only find the nodes in contact. Until these are found,
+//! corrections need not be as accurate as those of Eᵀ K E. Let r be
 //! the gap of free nodes. Π r are the means of r over the free nodes of each block of `extension`.
 //! P r are the means over all nodes of each block, after r is extended to the nodes that are not
 //! free. The correction is
@@ -17,27 +17,17 @@
 
 use std::f64::consts::PI;
 
-use super::extension::Extension;
-use super::lanes::Wide;
-use super::passes::Nodal;
+use pulp::Simd;
+
+use super::Extension;
 use crate::elasticity::ElasticOperator;
-use crate::fft::{Kernel, Scratch, Transform};
+use crate::fft::{Kernel, Row, Scratch, Transform, visit_pairs};
+use crate::solver::lanes::{Pass, Wide};
 use crate::threads::Threads;
 
 /// Ratio of the stiffness s of waves shorter than a block to the nodal stiffness. With twice this
 /// ratio, loads take a tenth more pairs.
 const SHORT_WAVES: f64 = 0.45;
-
-/// Number of iterations per load with this preconditioner if the material yields.
-///
-/// With four or eight, loads take as many pairs or slightly more.
-pub const YIELDING_ITERATIONS: usize = 6;
-
-/// Number of iterations with this preconditioner after a start from a coarser mesh. The errors of
-/// such a start are short waves.
-///
-/// With two or four, loads take as many pairs; without any, a tenth to a third more.
-pub const NESTED_ITERATIONS: usize = 3;
 
 /// Two-level preconditioner, with a stiffness for block means and another for shorter waves.
 pub struct TwoLevel {
@@ -112,6 +102,78 @@ impl TwoLevel {
     }
 }
 
+/// Nodal part of corrections, `stiffness` × (gap − `level`) at each node.
+#[derive(Clone, Copy)]
+pub struct Nodal<'a> {
+    pub gap: &'a [f32],
+    pub level: f32,
+    pub stiffness: f32,
+}
+
+impl Nodal<'_> {
+    /// Passes rows 2i and 2i + 1 of the corrections to `pass`, for each i in `pairs`, in ascending
+    /// order. `nodes` are the numbers of nodes of the map.
+    pub fn peek<P: Pass<f32>>(
+        self,
+        threads: &Threads,
+        pairs: &[usize],
+        nodes: [usize; 2],
+        pass: &mut Wide<P>,
+    ) {
+        self.over(nodes[1], pass, |rows| {
+            visit_pairs(threads, pairs, nodes, rows);
+        });
+    }
+
+    /// Passes all rows of corrections to `pass`, and begins the convolution of the rows that `pass`
+    /// writes in their place.
+    pub fn begin<P: Pass<f32>>(
+        self,
+        row_nodes: usize,
+        pass: &mut Wide<P>,
+        transform: &Transform<f32>,
+        scratch: &mut Scratch<f32>,
+    ) {
+        self.over(row_nodes, pass, |rows| transform.begin(rows, scratch));
+    }
+
+    fn over<P: Pass<f32>>(
+        self,
+        row_nodes: usize,
+        pass: &mut Wide<P>,
+        visit: impl FnOnce(&mut Wide<NodalRows<P>>),
+    ) {
+        let mut rows = Wide(NodalRows { of: self, pass: pass.0.split_off(Row::new(0, row_nodes)) });
+        visit(&mut rows);
+        pass.0.append(rows.0.pass);
+    }
+}
+
+/// Pass that computes rows of nodal corrections and hands them to another pass.
+struct NodalRows<'a, P> {
+    of: Nodal<'a>,
+    pass: P,
+}
+
+impl<P: Pass<f32>> Pass<f32> for NodalRows<'_, P> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let Nodal { gap, level, stiffness } = self.of;
+        for (value, gap) in values.iter_mut().zip(row.of(gap)) {
+            *value = stiffness * (gap - level);
+        }
+        self.pass.row::<S, R>(simd, row, values);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self { of: self.of, pass: self.pass.split_off(row) }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.pass.append(later.pass);
+    }
+}
+
 /// Returns sin(x)/x with x = π `waves`/`blocks`, the factor by which means over blocks reduce the
 /// amplitude of a wave.
 fn part_in_means(waves: usize, blocks: usize) -> f64 {
@@ -129,10 +191,10 @@ mod tests {
     use crate::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
     use crate::fft::Row;
     use crate::grid::samples::{rectangle, square};
-    use crate::solver::extension::TransposeOutput;
-    use crate::solver::extension::tests::noise;
-    use crate::solver::flags::{FREE, has};
     use crate::solver::lanes::Pass;
+    use crate::solver::passes::{FREE, has};
+    use crate::solver::preconditioner::TransposeOutput;
+    use crate::solver::preconditioner::extension::tests::noise;
 
     /// Free nodes of a body, and their preconditioner.
     struct Body {

@@ -6,11 +6,11 @@
 
 use pulp::Simd;
 
+use super::extension::{Extension, Level, SIDE};
 use super::levels::{gather, interpolate, is_before, repeat, sum, weights};
-use super::{Extension, Level, SIDE};
 use crate::fft::{Band, ROW_BATCH, Row};
-use crate::solver::flags::{ALL, FREE};
 use crate::solver::lanes::{LANES, Lanes, Pass, REST, over_rows, split, split_mut};
+use crate::solver::passes::{ALL, FREE};
 use crate::threads::Threads;
 
 const _: () = assert!(ROW_BATCH.is_multiple_of(SIDE));

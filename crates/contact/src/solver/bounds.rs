@@ -7,11 +7,13 @@ use std::ops::RangeInclusive;
 
 use pulp::Simd;
 
-use super::evaluation::Evaluation;
-use super::flags::{FREE, SATURATED, has};
-use super::heights::range;
-use super::lanes::{InOrder, LANES, Pass, Wide, greater, over_rows, sum_by, total, weight};
-use super::passes::{PendingUpdate, PressureInput, ReferencePressure, promote};
+use super::lanes::{
+    Accumulate, LANES, Pass, Wide, for_rows, greater, highest_of, over_rows, sum_by, sum_rows,
+    total, weight,
+};
+use super::passes::{
+    FREE, PendingUpdate, PressureInput, ReferencePressure, SATURATED, has, promote,
+};
 use super::{Hardness, Solver};
 use crate::fft::{Band, Row};
 
@@ -21,9 +23,11 @@ impl Solver {
     pub(super) fn impose_load(&mut self) {
         match self.inner.bound {
             None => {
-                let mut pass = Scale(self.scale_to_load());
+                let scale = self.scale_to_load();
                 let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
-                over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
+                for_rows(threads, &mut self.pressure, row_nodes, |_, pressure| {
+                    pressure.iter_mut().for_each(|p| *p *= scale);
+                });
             }
             Some(hardness) => {
                 self.share_out(hardness);
@@ -33,19 +37,13 @@ impl Solver {
 
     /// Counts the nodes in contact and the saturated nodes, and finds the largest pressure.
     pub(super) fn summarise(&mut self) -> PressureSummary {
-        let mut pass = Count {
-            hardness: self.inner.ceiling(),
-            contact_nodes: 0.0,
-            saturated_nodes: 0.0,
-            peak: [0.0; LANES],
-        };
+        let hardness = self.inner.ceiling();
         let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
-        over_rows(threads, &mut self.pressure, row_nodes, &mut pass);
-        PressureSummary {
-            contact_nodes: pass.contact_nodes as usize,
-            saturated_nodes: pass.saturated_nodes as usize,
-            peak_pressure: pass.peak.into_iter().fold(0.0, greater),
-        }
+        sum_rows(threads, &mut self.pressure, row_nodes, |_, pressure| PressureSummary {
+            contact_nodes: pressure.iter().filter(|p| **p > 0.0).count(),
+            saturated_nodes: pressure.iter().filter(|p| **p >= hardness).count(),
+            peak_pressure: highest_of(pressure),
+        })
     }
 
     /// Returns load / mean pressure, the factor of all pressures that restores the load.
@@ -62,9 +60,8 @@ impl Solver {
     }
 
     fn sum_of_pressures(&mut self) -> f64 {
-        let mut sum = Total(InOrder::new());
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut sum);
-        sum.0.total()
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
+        sum_rows(threads, &mut self.pressure, row_nodes, |_, pressure| total(pressure))
     }
 }
 
@@ -76,71 +73,13 @@ pub struct PressureSummary {
     pub peak_pressure: f64,
 }
 
-struct Total(InOrder<f64>);
+impl Accumulate for PressureSummary {
+    const ZERO: Self = Self { contact_nodes: 0, saturated_nodes: 0, peak_pressure: 0.0 };
 
-impl Pass<f64> for Total {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, values: &mut [f64]) {
-        self.0.push(total(values));
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self(InOrder::new())
-    }
-
-    fn append(&mut self, later: Self) {
-        self.0.append(later.0);
-    }
-}
-
-struct Scale(f64);
-
-impl Pass<f64> for Scale {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
-        for p in pressure {
-            *p *= self.0;
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self(self.0)
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-struct Count {
-    hardness: f64,
-    contact_nodes: f64,
-    saturated_nodes: f64,
-    peak: [f64; LANES],
-}
-
-impl Pass<f64> for Count {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, _: Row, pressure: &mut [f64]) {
-        for chunk in pressure.chunks(LANES) {
-            for (peak, p) in self.peak.iter_mut().zip(chunk) {
-                *peak = greater(*peak, *p);
-            }
-        }
-        let hardness = self.hardness;
-        self.contact_nodes += pressure.iter().filter(|p| **p > 0.0).count() as f64;
-        self.saturated_nodes += pressure.iter().filter(|p| **p >= hardness).count() as f64;
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { contact_nodes: 0.0, saturated_nodes: 0.0, peak: [0.0; LANES], ..*self }
-    }
-
-    fn append(&mut self, later: Self) {
-        // Counts are whole numbers, so their sum does not depend on the order.
+    fn add(&mut self, later: Self) {
         self.contact_nodes += later.contact_nodes;
         self.saturated_nodes += later.saturated_nodes;
-        for (peak, later) in self.peak.iter_mut().zip(later.peak) {
-            *peak = greater(*peak, later);
-        }
+        self.peak_pressure = greater(self.peak_pressure, later.peak_pressure);
     }
 }
 
@@ -159,24 +98,6 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 const ROUNDS: usize = 50;
 
 impl Solver {
-    /// Replaces the present solution without hardness by an initial guess with the hardness for the
-    /// same load, and evaluates the guess.
-    ///
-    /// The guess is clamp(p − g/c + s, 0, `hardness`), with the pressure p and gap g of the
-    /// solution, the nodal compliance c, and the shift s for which the mean is the load. Saturation
-    /// therefore spreads to the nodes with the smallest gap.
-    pub(super) fn guess_yielding(&mut self, hardness: Hardness) -> Evaluation {
-        self.inner.bound = Some(hardness);
-        for (p, gap) in self.pressure.iter_mut().zip(&self.inner.gap) {
-            *p -= (f64::from(*gap) - self.offset) / self.inner.mesh.nodal_compliance;
-        }
-        let [lowest, highest] =
-            range(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1]);
-        self.raise_to(self.inner.load, (-highest, hardness.pressure() - lowest));
-        self.impose_load();
-        self.evaluate()
-    }
-
     /// Sets the pressures in double precision to the pressures of the inner solver after the update
     /// `pending`, within their bounds and with the load as mean.
     ///
@@ -237,7 +158,7 @@ impl Solver {
             last_step: Band::new(&mut self.inner.last_step),
             keeps_steps: true,
         });
-        self.double_scratch.take_over(&mut self.inner.buffers.scratch);
+        self.double_scratch.take_over(&mut self.inner.scratch);
         self.problem.transform.begin(&mut pass, &mut self.double_scratch);
     }
 

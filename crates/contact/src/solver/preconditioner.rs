@@ -1,0 +1,388 @@
+//! Preconditioner of the conjugate gradients: Eᵀ K E, or a cheaper one of two levels.
+//!
+//! Eᵀ K E consists of the [`extension`] E of the residual of free nodes to all nodes, the stiffness
+//! K of the half-space, which turns it into pressures, and the transpose Eᵀ, which returns the
+//! pressures of other nodes to free nodes. In the first iterations, [`two_level`] takes its place.
+//!
+//! For periodic bodies, pressures and displacements are convolved on the mesh of the map. For an
+//! isolated patch, pressures are convolved on a mesh of four times the nodes, so that periodic
+//! images do not interact. Displacements need only a margin around the map, in which they decay.
+//! Without the margin, corrections near the edges would be too large by a factor of up to 2.3,
+//! which is the largest eigenvalue of S⁻¹ Eᵀ K E. With 1.25 times the nodes along both axes the
+//! factor is 1.44, and with 1.5 or 2 times 1.37, as for periodic maps.
+
+use pulp::Simd;
+
+use super::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
+use super::passes::{ALL, ActiveGroups, FREE};
+use super::problem::Mesh;
+use crate::elasticity;
+use crate::elasticity::ElasticOperator;
+use crate::fft::{Band, Kernel, Row, Rows, Scratch, Transform, in_corner};
+use crate::threads::Threads;
+
+mod extension;
+mod levels;
+mod rows;
+mod two_level;
+
+pub use extension::Extension;
+pub use rows::{ResidualRows, TransposeOutput};
+pub use two_level::TwoLevel;
+
+use rows::{ExtendedRows, TransposeInput};
+use two_level::{BlockBuffers, Nodal};
+
+/// Preconditioner of one solver: it turns the residual r into corrections z ≈ S r.
+///
+/// z is stored row by row, and [`Corrections`] reads it. The residual is added up in blocks by the
+/// pass that computes it ([`Preconditioner::residual_rows`]).
+pub struct Preconditioner {
+    extension: Extension,
+    blocks: BlockBuffers,
+    larger: Option<LargerMesh>,
+    /// True if the present corrections were computed with the two-level preconditioner.
+    is_by_blocks: bool,
+}
+
+/// Buffers for convolutions with the stiffness on a mesh that is larger than the map.
+struct LargerMesh {
+    scratch: Scratch<f32>,
+    /// Steps of the pressures, which are copied from this mesh to the mesh on which pressures are
+    /// convolved.
+    steps: Vec<f32>,
+}
+
+/// Kinds of preconditioners.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// [Eᵀ K E](extension), which takes a transform pair.
+    Extended,
+    /// K alone between the free nodes, which makes corrections local. It is needed after steps that
+    /// were far too long, and takes a transform pair.
+    Restricted,
+    /// The [two-level preconditioner](two_level), which takes no transform pair.
+    TwoLevel,
+}
+
+/// Residual of the free nodes, gap − `level`.
+#[derive(Clone, Copy)]
+pub struct Residual<'a> {
+    pub gap: &'a [f32],
+    pub level: f64,
+    /// Last steps, with the flags of the nodes.
+    pub last_step: &'a [f32],
+    pub active: &'a ActiveGroups,
+}
+
+impl Preconditioner {
+    pub fn new(threads: &Threads, mesh: &Mesh) -> Self {
+        let larger = mesh.stiffness.larger.as_ref();
+        let stiffness_nodes = larger.map_or(mesh.nodes, Transform::nodes);
+        Self {
+            extension: Extension::new(mesh.nodes, stiffness_nodes),
+            blocks: mesh.two_level.buffers(threads),
+            larger: larger.map(|transform| LargerMesh {
+                scratch: transform.scratch_on(threads.clone()),
+                steps: vec![0.0; mesh.cells()],
+            }),
+            is_by_blocks: false,
+        }
+    }
+
+    pub fn set_threads(&mut self, threads: &Threads) {
+        self.blocks.set_threads(threads);
+        if let Some(larger) = &mut self.larger {
+            larger.scratch.set_threads(threads.clone());
+        }
+    }
+
+    /// Returns the sums of the residual in blocks, to which a pass adds the rows of the residual.
+    pub fn residual_rows(&mut self) -> ResidualRows<'_> {
+        self.extension.residual_rows()
+    }
+
+    /// Computes the corrections z from the residual, and returns the number of transform pairs that
+    /// it took.
+    pub fn apply(
+        &mut self,
+        kind: Kind,
+        mesh: &Mesh,
+        residual: Residual,
+        scratch: &mut Scratch<f32>,
+        threads: &Threads,
+    ) -> u32 {
+        self.is_by_blocks = kind == Kind::TwoLevel;
+        self.extension.is_enabled = kind != Kind::Restricted;
+        if self.is_by_blocks {
+            mesh.two_level.correct(threads, &mut self.extension, &mut self.blocks);
+            return 0;
+        }
+        let Residual { gap, level, last_step, active } = residual;
+        let (transform, scratch) = match (&mesh.stiffness.larger, &mut self.larger) {
+            (Some(transform), Some(larger)) => (transform, &mut larger.scratch),
+            _ => (&mesh.transform, scratch),
+        };
+        self.extension.extend(threads);
+        let extended = self.extension.extended_rows();
+        let level = level as f32;
+        let mut pass = Wide(Extend { map: mesh.nodes, level, gap, last_step, active, extended });
+        transform.begin(&mut pass, scratch);
+        transform.multiply(&mesh.stiffness.kernel, scratch);
+        let collected = self.extension.transpose_input();
+        let mut pass = Wide(CollectFixed { map: mesh.nodes, last_step, active, collected });
+        transform.finish_and_store(&mut pass, scratch);
+        self.extension.collect(threads);
+        1
+    }
+
+    /// Returns the stored corrections, and the output of the transpose Eᵀ, which passes over the
+    /// corrections add to them.
+    ///
+    /// `gap` and `level` are those of the residual from which the corrections were computed.
+    pub fn corrections<'a>(
+        &'a mut self,
+        mesh: &'a Mesh,
+        gap: &'a [f32],
+        level: f64,
+        scratch: &'a mut Scratch<f32>,
+        threads: &'a Threads,
+    ) -> (Corrections<'a>, TransposeOutput<'a>) {
+        let nodal = self.is_by_blocks.then(|| mesh.two_level.nodal(gap, level));
+        let larger = match (&mesh.stiffness.larger, &mut self.larger) {
+            (Some(transform), Some(larger)) => Some((transform, larger)),
+            _ => None,
+        };
+        let corrections = Corrections { mesh, nodal, larger, scratch, threads };
+        (corrections, self.extension.transpose_output())
+    }
+}
+
+/// Stored corrections z, except for the output of the transpose Eᵀ.
+pub struct Corrections<'a> {
+    mesh: &'a Mesh,
+    /// Nodal part of the corrections, if they were computed with the two-level preconditioner.
+    nodal: Option<Nodal<'a>>,
+    larger: Option<(&'a Transform<f32>, &'a mut LargerMesh)>,
+    scratch: &'a mut Scratch<f32>,
+    threads: &'a Threads,
+}
+
+impl Corrections<'_> {
+    /// Passes rows 2i and 2i + 1 of the map to `rows`, for each i in `pairs`.
+    pub fn peek<P: Pass<f32>>(&mut self, pairs: &[usize], rows: &mut Wide<P>) {
+        let map = self.mesh.nodes;
+        match (&self.nodal, &mut self.larger) {
+            (Some(nodal), _) => nodal.peek(self.threads, pairs, map, rows),
+            (None, Some((transform, larger))) => in_corner(map, rows, |rows| {
+                transform.peek_stored(pairs, rows, &mut larger.scratch);
+            }),
+            (None, None) => self.mesh.transform.peek_stored(pairs, rows, self.scratch),
+        }
+    }
+
+    /// Passes all rows of the map to `rows`.
+    pub fn read<P: Pass<f32>>(self, rows: &mut Wide<P>) {
+        let map = self.mesh.nodes;
+        match (self.nodal, self.larger) {
+            (Some(nodal), _) => {
+                let pairs = Vec::from_iter(0..map[0].div_ceil(2));
+                nodal.peek(self.threads, &pairs, map, rows);
+            }
+            (None, Some((transform, larger))) => in_corner(map, rows, |rows| {
+                transform.read_stored(rows, &mut larger.scratch);
+            }),
+            (None, None) => self.mesh.transform.read_stored(rows, self.scratch),
+        }
+    }
+
+    /// Passes all rows of the map to `rows`, which replaces them by steps of the pressures, and
+    /// begins the convolution of these steps with the displacement kernel.
+    pub fn begin_step<P: Pass<f32>>(self, rows: &mut Wide<P>) {
+        let (map, single) = (self.mesh.nodes, &self.mesh.transform);
+        match (self.nodal, self.larger) {
+            (Some(nodal), _) => nodal.begin(map[1], rows, single, self.scratch),
+            (None, Some((transform, larger))) => {
+                let mut keeping = CopyRows {
+                    rows: rows.split_off(Row::new(0, map[1])),
+                    steps: Band::new(&mut larger.steps),
+                };
+                in_corner(map, &mut keeping, |rows| {
+                    transform.read_stored(rows, &mut larger.scratch);
+                });
+                rows.append(keeping.rows);
+                single.begin_with(&larger.steps, self.scratch);
+            }
+            (None, None) => single.begin_from_stored(rows, self.scratch),
+        }
+    }
+}
+
+/// Kernel of the stiffness K, which turns displacements into pressures.
+pub struct Stiffness {
+    kernel: Kernel<f32>,
+    /// Transform of a mesh that is larger than the map. Without it, displacements are convolved on
+    /// the mesh of the pressures.
+    larger: Option<Transform<f32>>,
+}
+
+impl Stiffness {
+    pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
+        let nodes = body.stiffness_nodes();
+        let is_larger = nodes != body.grid().nodes();
+        Self {
+            kernel: elasticity::stiffness_on(threads, body),
+            larger: is_larger.then(|| Transform::new(nodes)),
+        }
+    }
+}
+
+/// Pass that runs another pass and copies the rows that it writes.
+struct CopyRows<'a, P> {
+    rows: P,
+    steps: Band<'a, f32>,
+}
+
+impl<P: Rows<f32>> Rows<f32> for CopyRows<'_, P> {
+    fn row(&mut self, row: Row, values: &mut [f32]) {
+        self.rows.row(row, values);
+        self.steps.row(row).copy_from_slice(values);
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self { rows: self.rows.split_off(row), steps: self.steps.split_off(row) }
+    }
+
+    fn append(&mut self, later: Self) {
+        self.rows.append(later.rows);
+    }
+}
+
+/// Pass that writes the residual of free nodes, extended to all other nodes of the mesh, as input
+/// of the convolution with the stiffness.
+///
+/// The map may be a corner of a larger mesh.
+pub struct Extend<'a> {
+    pub map: [usize; 2],
+    pub level: f32,
+    pub gap: &'a [f32],
+    pub last_step: &'a [f32],
+    pub active: &'a ActiveGroups,
+    pub extended: ExtendedRows<'a>,
+}
+
+impl Pass<f32> for Extend<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let [(own, of_own), (other, of_other)] = self.extended.row(row);
+        let [rows, row_nodes] = self.map;
+        let inside = if row.index() < rows { row_nodes } else { 0 };
+        let (values, beyond) = values.split_at_mut(inside);
+        continue_all([of_own, of_other], beyond, &own[inside..], &other[inside..]);
+        if inside == 0 {
+            return;
+        }
+        let row = Row::new(row.index(), row_nodes);
+        let (own, last_own) = split::<S, R>(&own[..values.len()]);
+        let (other, last_other) = split::<S, R>(&other[..values.len()]);
+        let (values, last_values) = split_mut::<S, R>(values);
+        let (gap, last_gap) = split::<S, R>(row.of(self.gap));
+        let (last_step, rest_step) = split::<S, R>(row.of(self.last_step));
+        let choice = Choose { level: self.level, weights: [of_own, of_other] };
+        let free = self.active.free_row(row);
+        choice.choose(simd, free, values, gap, last_step, own, other);
+        choice.choose(
+            REST,
+            &ALL[..last_values.len()],
+            last_values,
+            last_gap,
+            rest_step,
+            last_own,
+            last_other,
+        );
+    }
+
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { extended: self.extended.split_off(), ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
+
+#[inline(always)]
+fn continue_all([of_own, of_other]: [f32; 2], values: &mut [f32], own: &[f32], other: &[f32]) {
+    for (value, (own, other)) in values.iter_mut().zip(own.iter().zip(other)) {
+        *value = of_own * own + of_other * other;
+    }
+}
+
+/// Computation of rows for [`Extend`]: the residual gap − `level` at free nodes, and elsewhere the
+/// extension, interpolated between two rows with `weights`.
+#[derive(Clone, Copy)]
+struct Choose {
+    level: f32,
+    weights: [f32; 2],
+}
+
+impl Choose {
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a row of each map")]
+    fn choose<S: Simd, const R: usize>(
+        self,
+        simd: S,
+        groups: &[bool],
+        values: &mut [[S::f32s; R]],
+        gap: &[[S::f32s; R]],
+        last_step: &[[S::f32s; R]],
+        own: &[[S::f32s; R]],
+        other: &[[S::f32s; R]],
+    ) {
+        let level = Lanes::all(simd, self.level);
+        let of_own = Lanes::all(simd, self.weights[0]);
+        let of_other = Lanes::all(simd, self.weights[1]);
+        let nodes = values.iter_mut().zip(gap).zip(last_step);
+        let nodes = nodes.zip(own.iter().zip(other)).zip(groups);
+        for ((((value, gap), last_step), (own, other)), has_free) in nodes {
+            let own = of_own * Lanes::of(simd, *own);
+            let continued = own.plus(of_other, Lanes::of(simd, *other));
+            if !has_free {
+                *value = continued.numbers();
+                continue;
+            }
+            let free = Lanes::of(simd, *last_step).has(FREE);
+            let above = Lanes::of(simd, *gap) - level;
+            *value = free.choose(above, continued).numbers();
+        }
+    }
+}
+
+/// Pass over pressures on all nodes of the mesh that adds up, in blocks, the pressures on nodes
+/// that are not free, as input of the transpose of the [extension](crate::solver::extension).
+pub struct CollectFixed<'a> {
+    /// Numbers of nodes of the map along x and y. The mesh may be larger; its nodes outside the map
+    /// are never free.
+    pub map: [usize; 2],
+    pub last_step: &'a [f32],
+    pub active: &'a ActiveGroups,
+    pub collected: TransposeInput<'a>,
+}
+
+impl Pass<f32> for CollectFixed<'_> {
+    #[inline(always)]
+    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
+        let [rows, row_nodes] = self.map;
+        if row.index() < rows {
+            let last_step = Row::new(row.index(), row_nodes).of(self.last_step);
+            let free = self.active.free_row(row);
+            self.collected.collect_row::<S, R>(simd, row, values, last_step, free);
+        } else {
+            self.collected.collect_row::<S, R>(simd, row, values, &[], &[]);
+        }
+    }
+
+    fn split_off(&mut self, row: Row) -> Self {
+        Self { collected: self.collected.split_off(row), ..*self }
+    }
+
+    fn append(&mut self, _: Self) {}
+}
