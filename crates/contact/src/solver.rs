@@ -23,15 +23,20 @@
 //! coarser meshes:
 //!
 //! ```text
-//! p ← initial guess                     coarser meshes, or heights, or full contact repeat
-//! iterative refinement g ← A p − h                       double precision stop if the residual is
-//! within the tolerance repeat                            single precision F ← nodes with p > 0 or
-//! g < δ                the free nodes r ← g − δ on F                               residual; δ
-//! makes r vanish in the mean z ← M r                                      preconditioned residual:
-//! Eᵀ K E r β ← ⟨z, A d⟩ / ⟨d, A d⟩                      d is the last step t ← −z + β d − m
-//! m keeps the mean pressure d ← clamp(p + τ t, 0, H), scaled to the load, − p p ← p + d,  g ← g +
-//! A d undo a part of d if the energy along it is lowest before its middle until the residual is
-//! small enough
+//! p ← initial guess                     from coarser meshes, from the heights, or from full contact
+//! repeat                                iterative refinement, in double precision
+//!     g ← A p − h
+//!     stop if the residual is within the tolerance
+//!     repeat                            conjugate gradients, in single precision
+//!         F ← nodes with p > 0 or g < δ     the free nodes
+//!         r ← g − δ on F                    residual; δ makes its mean over the contact vanish
+//!         z ← M r                           preconditioned residual, Eᵀ K E r
+//!         β ← ⟨z, A d⟩ / ⟨d, A d⟩           d is the last step
+//!         t ← −z + β d − m                  direction; m keeps the mean pressure
+//!         d ← clamp(p + τ t, 0, H), scaled to the load, − p
+//!         p ← p + d,  g ← g + A d
+//!         undo a part of d if the energy along it is lowest before its middle
+//!     until the residual is small enough
 //! ```
 //!
 //! An iteration takes two transform pairs, one for z and one for A d. A load takes 12 to 15 pairs
