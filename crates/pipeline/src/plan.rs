@@ -260,6 +260,8 @@ struct Builder {
     tasks: Vec<Task>,
     stages: Vec<PlannedStage>,
     known: HashMap<TaskKey, usize>,
+    /// Hash of the last recipe of a series, and the hash of what its rows share.
+    shared: Option<(Digest, Digest)>,
 }
 
 impl Builder {
@@ -335,7 +337,12 @@ impl Builder {
                 let inputs = inputs.iter();
                 let read = inputs.map(|&input| self.tasks[input].series_identity_for(&recipe));
                 let read: Vec<TaskKey> = read.collect();
-                let key = TaskKey::new(stage, version, Digest::from_params(&shared), &read);
+                let digest = match self.shared {
+                    Some((of, digest)) if of == digests.whole => digest,
+                    _ => Digest::from_params(&shared),
+                };
+                self.shared = Some((digests.whole, digest));
+                let key = TaskKey::new(stage, version, digest, &read);
                 TableRef { key, series: Some(rows.into()) }
             }
         };

@@ -1,0 +1,146 @@
+//! Names of the files of a store, and what files with rows state about themselves.
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use super::{Part, TableRef, contains};
+use crate::parquet::{Metadata, ParquetError};
+use crate::store::key::{Provenance, TaskKey};
+use crate::store::{StoreError, files};
+
+/// Name of a file with the table of a task, or with rows of a series.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FileName {
+    pub key: TaskKey,
+    /// `None` for a file with a whole table.
+    pub rows: Option<RowsName>,
+}
+
+/// Part of a file name that identifies rows of a series.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RowsName {
+    /// Name of the part in the file, or `None` for the columns that all rows have.
+    pub part: Option<String>,
+    digest: u64,
+}
+
+impl RowsName {
+    pub fn new(part: Option<&Part>, values: &[f64]) -> RowsName {
+        let mut hasher = blake3::Hasher::new();
+        for value in values {
+            hasher.update(&value.to_bits().to_le_bytes());
+        }
+        let mut digest = [0; 8];
+        digest.copy_from_slice(&hasher.finalize().as_bytes()[..8]);
+        RowsName { part: part.map(|part| part.name.clone()), digest: u64::from_be_bytes(digest) }
+    }
+}
+
+impl fmt::Display for FileName {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.key.fmt(formatter)?;
+        if let Some(RowsName { part, digest }) = &self.rows {
+            if let Some(part) = part {
+                write!(formatter, "-{part}")?;
+            }
+            write!(formatter, "-{digest:016x}")?;
+        }
+        formatter.write_str(".parquet")
+    }
+}
+
+impl FromStr for FileName {
+    type Err = ();
+
+    fn from_str(name: &str) -> Result<FileName, ()> {
+        let mut words = name.strip_suffix(".parquet").ok_or(())?.split('-');
+        let key = words.next().and_then(|word| word.parse().ok()).ok_or(())?;
+        let mut rest: Vec<&str> = words.collect();
+        let rows = match rest.pop() {
+            None => None,
+            Some(digest) => {
+                let digest = u64::from_str_radix(digest, 16).map_err(drop)?;
+                let part = match rest[..] {
+                    [] => None,
+                    [part] => Some(part.to_owned()),
+                    _ => return Err(()),
+                };
+                Some(RowsName { part, digest })
+            }
+        };
+        let parsed = FileName { key, rows };
+        if parsed.to_string() == name { Ok(parsed) } else { Err(()) }
+    }
+}
+
+/// Name of the metadata entry with the column that identifies rows, followed by their values.
+const ROWS: &str = "rows";
+/// Name of the metadata entry with the name of the part in the file.
+const PART: &str = "part";
+
+/// Returns the metadata entries of a file with these rows of a series.
+pub(super) fn entries(column: &str, values: &[f64], part: Option<&Part>) -> Vec<(String, String)> {
+    // Rust formats numbers so that parsing gives exactly the same number.
+    let words = values.iter().map(|value| format!(" {value:?}"));
+    let rows = words.fold(column.to_owned(), |all, word| all + &word);
+    let part = part.map(|part| (PART.to_owned(), part.name.clone()));
+    part.into_iter().chain([(ROWS.to_owned(), rows)]).collect()
+}
+
+/// Returns the column that identifies the rows of a file, and their values.
+pub(super) fn rows_in(metadata: &Metadata) -> Option<(String, Vec<f64>)> {
+    let mut words = metadata.get(ROWS)?.split(' ');
+    let column = words.next()?.to_owned();
+    let values = words.map(|word| word.parse().ok()).collect::<Option<_>>()?;
+    Some((column, values))
+}
+
+/// Checks that the content of a file belongs to its name, and returns its provenance.
+pub fn provenance_of(
+    path: &Path,
+    name: &FileName,
+    metadata: &Metadata,
+) -> Result<Provenance, StoreError> {
+    let stated = Provenance::from_metadata(metadata).filter(|stated| stated.key() == name.key);
+    let has_rows = match &name.rows {
+        None => metadata.get(ROWS).is_none(),
+        Some(rows) => rows_in(metadata).is_some_and(|(_, values)| {
+            let part = metadata.get(PART).map(str::to_owned);
+            *rows == RowsName { part, ..RowsName::new(None, &values) }
+        }),
+    };
+    stated.filter(|_| metadata.key == Some(name.key) && has_rows).ok_or_else(|| {
+        StoreError::Damaged {
+            path: path.to_owned(),
+            source: ParquetError::Foreign { owner: format!("task {}", name.key) },
+        }
+    })
+}
+
+/// Returns whether the file `path` of the name `file` holds rows of a table, or a part of them.
+pub fn holds_some_of(path: &Path, file: &FileName, table: &TableRef) -> bool {
+    let Some(series) = &table.series else { return file.rows.is_none() };
+    let Ok((_, stored)) = stated_rows(path, file) else { return false };
+    let wanted = |part: Option<&Part>, values: &[f64]| {
+        is_of(file, part) && stored.iter().any(|value| contains(values, *value))
+    };
+    let mut parts = series.parts.iter();
+    wanted(None, &series.values) || parts.any(|of| wanted(Some(&of.part), &of.values))
+}
+
+/// Reads which rows a file states to have: the column that identifies them, and their values.
+pub(super) fn stated_rows(path: &Path, name: &FileName) -> Result<(String, Vec<f64>), StoreError> {
+    let table = files::open_table(path)?;
+    provenance_of(path, name, table.metadata())?;
+    rows_in(table.metadata()).ok_or_else(|| not_found(path))
+}
+
+pub(super) fn is_of(name: &FileName, part: Option<&Part>) -> bool {
+    let rows = name.rows.as_ref();
+    rows.is_some_and(|rows| rows.part.as_deref() == part.map(|part| part.name.as_str()))
+}
+
+pub(super) fn not_found(path: &Path) -> StoreError {
+    StoreError::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() }
+}
