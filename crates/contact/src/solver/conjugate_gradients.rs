@@ -192,7 +192,7 @@ impl InnerSolver {
         stop: &dyn Fn(u32) -> bool,
     ) -> End {
         let mut state = start;
-        let mut last = control.last.take();
+        let mut last = control.last_step(state.convergence.offset);
         let mut largest = 0.0_f64;
         loop {
             let Convergence { offset, error } = state.convergence;
@@ -313,6 +313,7 @@ impl InnerSolver {
             pending,
             curvature: part * part * curvature,
             missed: if part < 1.0 { 0.0 } else { (best - 1.0).min(1.0) },
+            offset_change: convergence.offset - state.convergence.offset,
         };
         (State { convergence, balance, ..*state }, step)
     }
@@ -427,7 +428,9 @@ impl InnerSolver {
             let mean = self.balanced_mean([step_length, 0.0], missing_load, rows);
             return Direction::first(step_length, mean.unwrap_or(-means.correction));
         };
-        let conjugate = self.free_nodes * means.correction_on_image / last.curvature;
+        // Gaps are measured from the offset, which has changed as well.
+        let along = means.correction_on_image - last.offset_change * means.sampled_correction;
+        let conjugate = self.free_nodes * along / last.curvature;
         let beta = conjugate + last.missed / step_length;
         let beta = beta.clamp(0.0, MAX_BETA);
         let PendingUpdate { scale, part } = last.pending;

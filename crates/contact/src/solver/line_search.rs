@@ -219,6 +219,13 @@ impl Default for StepControl {
 }
 
 impl StepControl {
+    /// Takes the last step of earlier iterations. Gaps in contact are about `offset` after it.
+    pub fn last_step(&mut self, offset: f64) -> Option<LastStep> {
+        let mut last = self.last.take()?;
+        last.offset_change += offset;
+        Some(last)
+    }
+
     pub fn step_length(&self) -> f64 {
         self.length * self.damping * self.caution
     }
@@ -268,6 +275,8 @@ pub struct LastStep {
     /// Fraction of the step by which the step was too short, at most 1. It is the fraction at which
     /// the energy is lowest, minus 1, or 0 if the step was partly undone.
     pub missed: f64,
+    /// Change of the offset during the step.
+    pub offset_change: f64,
 }
 
 #[cfg(test)]
