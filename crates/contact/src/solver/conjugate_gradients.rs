@@ -202,7 +202,7 @@ impl InnerSolver {
             let is_last = goal.is_evaluated && EXPECTED_REDUCTION * residual <= target;
 
             // z = M r
-            let kind = Self::preconditioner_kind(control, is_last);
+            let kind = self.preconditioner_kind(control, is_last);
             self.precondition(kind);
             // t = −z + β d − m
             let balancing = Balancing {
@@ -250,10 +250,11 @@ impl InnerSolver {
     }
 
     /// Chooses the preconditioner of an iteration.
-    fn preconditioner_kind(control: &StepControl, is_last: bool) -> Kind {
+    fn preconditioner_kind(&self, control: &StepControl, is_last: bool) -> Kind {
+        let is_apt = control.is_nested || self.bound.is_some() || self.mesh.has_margin();
         if !control.uses_extension() {
             Kind::Restricted
-        } else if control.iteration < TWO_LEVEL_ITERATIONS && !is_last {
+        } else if is_apt && control.iteration < TWO_LEVEL_ITERATIONS && !is_last {
             Kind::TwoLevel
         } else {
             Kind::Extended
