@@ -53,11 +53,12 @@ const SINGLE_REDUCTION: f64 = 1e-5;
 /// double precision directly.
 const EXPECTED_REDUCTION: f64 = 0.1;
 
-/// Number of first iterations of a load with the two-level preconditioner.
+/// Number of first iterations of a load with the two-level preconditioner, after a start from a
+/// coarser mesh, in a material that yields, or with free boundaries.
 ///
-/// The errors of a start from a coarser mesh are short waves. After any other start, and in a
-/// material that yields, the first iterations only find the nodes in contact. With four such
-/// iterations, loads take 3 % more pairs; without any, a tenth to a third more.
+/// The errors of a start from a coarser mesh are short waves. In the other cases, the first
+/// iterations only find the nodes in contact. With four such iterations, loads take 3 % more pairs;
+/// without any, a tenth to a third more. Elongated cells of few nodes do not converge with them.
 const TWO_LEVEL_ITERATIONS: usize = 3;
 
 /// Convergence of the present pressures and gaps, and what their balance depends on.
