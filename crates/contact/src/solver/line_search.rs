@@ -192,6 +192,8 @@ const MIN_SAMPLE_DAMPING: f64 = 0.01;
 
 /// State that is passed from one iteration of a load to the next.
 pub struct StepControl {
+    /// True after a start from a coarser mesh.
+    pub is_nested: bool,
     pub iteration: usize,
     /// Step length, before `damping` and `caution`.
     length: f64,
@@ -208,6 +210,7 @@ pub struct StepControl {
 impl Default for StepControl {
     fn default() -> Self {
         Self {
+            is_nested: false,
             iteration: 0,
             length: STEP_LENGTH,
             damping: 1.0,
@@ -219,6 +222,17 @@ impl Default for StepControl {
 }
 
 impl StepControl {
+    pub fn nested() -> Self {
+        Self { is_nested: true, ..Self::default() }
+    }
+
+    /// Takes the last step of earlier iterations. Gaps in contact are about `offset` after it.
+    pub fn last_step(&mut self, offset: f64) -> Option<LastStep> {
+        let mut last = self.last.take()?;
+        last.offset_change += offset;
+        Some(last)
+    }
+
     pub fn step_length(&self) -> f64 {
         self.length * self.damping * self.caution
     }
@@ -235,7 +249,11 @@ impl StepControl {
         // The first step from a guess clips many nodes, and this clipping must not be undone.
         let is_first = self.iteration == 0;
         self.iteration += 1;
-        self.caution = if best < EXPECTED_PART { best.max(MIN_DESCENT_PART) } else { 1.0 };
+        // It says little about the next step, except after a coarser mesh, where few nodes are
+        // clipped.
+        if !is_first || self.is_nested {
+            self.caution = if best < EXPECTED_PART { best.max(MIN_DESCENT_PART) } else { 1.0 };
+        }
         if is_first || best >= MIN_DESCENT_PART {
             self.damping = (2.0 * self.damping).min(1.0);
             return 1.0;
@@ -268,6 +286,8 @@ pub struct LastStep {
     /// Fraction of the step by which the step was too short, at most 1. It is the fraction at which
     /// the energy is lowest, minus 1, or 0 if the step was partly undone.
     pub missed: f64,
+    /// Change of the offset during the step.
+    pub offset_change: f64,
 }
 
 #[cfg(test)]

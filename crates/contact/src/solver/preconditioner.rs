@@ -227,6 +227,11 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
+    /// Returns whether displacements are convolved on a mesh that is larger than the map.
+    pub fn has_margin(&self) -> bool {
+        self.larger.is_some()
+    }
+
     pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
         let nodes = body.stiffness_nodes();
         let is_larger = nodes != body.grid().nodes();

@@ -120,6 +120,11 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Returns whether displacements are convolved on a larger mesh, as with free boundaries.
+    pub fn has_margin(&self) -> bool {
+        self.stiffness.has_margin()
+    }
+
     pub fn cells(&self) -> usize {
         self.nodes[0] * self.nodes[1]
     }

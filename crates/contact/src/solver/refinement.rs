@@ -111,7 +111,7 @@ impl Solver {
         match self.inner.iterate(control, start, goal, &stop) {
             End::Residual { pending, offset, .. } => self.evaluate_inner(pending, offset),
             End::Step { line, state } => match self.inner.bound {
-                None => self.evaluate_step(control, &line),
+                None => self.evaluate_step(control, &line, state.convergence.offset),
                 Some(hardness) => self.evaluate_yielding_step(control, &line, hardness, &state),
             },
         }
@@ -243,12 +243,17 @@ impl Solver {
     /// Evaluates the pressures after the step that `line` describes. If only a part of the step is
     /// to be kept, undoes the rest and evaluates again.
     ///
-    /// `control` is updated.
-    fn evaluate_step(&mut self, control: &mut StepControl, line: &LineSearch) -> Evaluation {
+    /// `offset` is approximately the mean gap in contact before the step. `control` is updated.
+    fn evaluate_step(
+        &mut self,
+        control: &mut StepControl,
+        line: &LineSearch,
+        offset: f64,
+    ) -> Evaluation {
         let offset_change = line.expected_offset();
         self.begin_promoted(line.scale, offset_change);
         let (evaluation, curvature) = self.finish_step::<false>(line.scale, offset_change);
-        self.keep_step(control, line.best(curvature), curvature, evaluation)
+        self.keep_step(control, line.best(curvature), curvature, evaluation, offset_change - offset)
     }
 
     /// Evaluates the pressures after a step as [`Solver::evaluate_step`] does, in a material that
@@ -266,7 +271,7 @@ impl Solver {
         self.begin_keeping_steps(hardness);
         let (evaluation, curvature) = self.finish_step::<true>(scale, offset);
         let best = line.then_scaled(scale, state.free_offset()).best(curvature);
-        self.keep_step(control, best, curvature, evaluation)
+        self.keep_step(control, best, curvature, evaluation, 0.0)
     }
 
     /// Ends the convolution of the pressures after a step d, and computes the gap. Returns the
@@ -311,6 +316,7 @@ impl Solver {
         best: f64,
         curvature: f64,
         evaluation: Evaluation,
+        offset_change: f64,
     ) -> Evaluation {
         let part = control.learn(best);
         if part < 1.0 {
@@ -320,6 +326,7 @@ impl Solver {
             pending: PendingUpdate::NONE,
             curvature,
             missed: (best - 1.0).min(1.0),
+            offset_change,
         });
         evaluation
     }

@@ -18,6 +18,8 @@ pub struct Means {
     pub correction: f64,
     /// Mean of the last step, without its scaling.
     pub last_step: f64,
+    /// Mean correction over the free nodes of the sampled rows only.
+    pub sampled_correction: f64,
     /// Mean of z A s over the free nodes of the sampled rows, with the correction z and the
     /// displacement A s under the last step s.
     pub correction_on_image: f64,
@@ -47,7 +49,12 @@ impl Accumulate for PeekSums {
     const ZERO: Self = Self {
         free_nodes: 0.0,
         sampled_nodes: 0.0,
-        sums: Means { correction: 0.0, last_step: 0.0, correction_on_image: 0.0 },
+        sums: Means {
+            correction: 0.0,
+            last_step: 0.0,
+            sampled_correction: 0.0,
+            correction_on_image: 0.0,
+        },
     };
 
     fn add(&mut self, later: Self) {
@@ -56,6 +63,7 @@ impl Accumulate for PeekSums {
         let (sums, later) = (&mut self.sums, later.sums);
         sums.correction += later.correction;
         sums.last_step += later.last_step;
+        sums.sampled_correction += later.sampled_correction;
         sums.correction_on_image += later.correction_on_image;
     }
 }
@@ -152,6 +160,7 @@ impl<'a> Peek<'a> {
         Means {
             correction: seen.sums.correction / nodes,
             last_step: seen.sums.last_step / nodes,
+            sampled_correction: seen.sums.sampled_correction / sampled,
             correction_on_image: seen.sums.correction_on_image / sampled,
         }
     }
@@ -183,6 +192,7 @@ impl Pass<f32> for Peek<'_> {
         };
         if let Some(image) = self.sample.row(row) {
             seen.sampled_nodes = nodes;
+            seen.sums.sampled_correction = correction;
             for (value, last_step) in values.iter_mut().zip(last_step) {
                 *value *= free(*last_step);
             }
