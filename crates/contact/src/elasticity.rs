@@ -33,9 +33,6 @@ pub trait ElasticOperator: Send + Sync {
 
     /// Returns the same body on a coarser grid, or `None` if a solution on the coarser grid is no
     /// useful initial guess.
-    ///
-    /// It is no useful guess if pressures diverge towards the edges of a map, because interpolation
-    /// does not reproduce the divergence.
     fn on_coarser(&self, _: Grid) -> Option<Box<dyn ElasticOperator>> {
         None
     }

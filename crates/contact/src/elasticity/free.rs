@@ -115,6 +115,10 @@ impl ElasticOperator for FreeHalfSpace {
         self.grid
     }
 
+    fn on_coarser(&self, grid: Grid) -> Option<Box<dyn ElasticOperator>> {
+        Some(Box::new(Self::new(grid)))
+    }
+
     fn convolved_nodes(&self) -> [usize; 2] {
         self.grid.nodes().map(|nodes| 2 * nodes)
     }

@@ -5,7 +5,8 @@
 //! *Math. Comput.* 31, 1977, 333). Pressure p and gap g of a mesh are combined in one map, s p − g,
 //! which is positive in contact and negative where the gap is open. This map is interpolated to the
 //! next finer mesh, where its positive part is the initial pressure (`prolongation`). The first
-//! residual is then a few tenths of a mesh step, for any load and mesh.
+//! residual is then a few tenths of a mesh step, for any load and mesh, or a few steps if the map
+//! is not periodic.
 //!
 //! On the coarser meshes except the smallest, the contact is solved in single precision only, to a
 //! residual of a hundredth of their own mesh step. Meanwhile the maps of the finer mesh are not
@@ -107,7 +108,7 @@ impl Coarser {
     pub fn new(threads: &Threads, meshes: &CoarserMeshes) -> Self {
         let levels = meshes.levels.iter().map(|mesh| Level::new(threads, mesh.clone()));
         let solver = Solver::of_problem(threads.clone(), meshes.coarsest.clone());
-        let found = CoarseContact::empty(solver.inner.mesh.nodes);
+        let found = CoarseContact::empty(&solver.inner.mesh);
         Self { levels: levels.collect(), coarsest: Coarsest { solver, found }, found_for: None }
     }
 
@@ -183,7 +184,7 @@ fn find<'a>(
 
 impl Level {
     fn new(threads: &Threads, mesh: Arc<Mesh>) -> Self {
-        let found = CoarseContact::empty(mesh.nodes);
+        let found = CoarseContact::empty(&mesh);
         let mut inner = InnerSolver::new(threads, mesh);
         inner.drop_maps();
         Self { inner, found }
@@ -274,6 +275,7 @@ pub struct CoarseContact {
     /// Map s p − g of the pressure p and the gap g, with a compliance s.
     pressure_less_gap: Vec<f32>,
     nodes: [usize; 2],
+    is_periodic: bool,
     pub reference: f64,
     peak_pressure: f64,
     /// Bound with which the pressures were found, or `None` if they were not bounded.
@@ -283,10 +285,11 @@ pub struct CoarseContact {
 }
 
 impl CoarseContact {
-    pub fn empty(nodes: [usize; 2]) -> Self {
+    pub fn empty(mesh: &Mesh) -> Self {
         Self {
             pressure_less_gap: Vec::new(),
-            nodes,
+            nodes: mesh.nodes,
+            is_periodic: !mesh.has_margin(),
             reference: 0.0,
             peak_pressure: 0.0,
             bound: None,
@@ -295,7 +298,8 @@ impl CoarseContact {
     }
 
     pub fn map(&self) -> CoarseMap<'_> {
-        CoarseMap { values: &self.pressure_less_gap, nodes: self.nodes }
+        let Self { pressure_less_gap: values, nodes, is_periodic, .. } = self;
+        CoarseMap { values, nodes: *nodes, is_periodic: *is_periodic }
     }
 
     /// Returns the number of pairs on the next finer mesh that take as long as the transform pairs

@@ -20,12 +20,13 @@ const BEFORE: usize = 1;
 /// Number of nodes from the beginning of a periodic row that are repeated after its end.
 const AFTER: usize = 2;
 
-/// Periodic map on every second node along both axes.
+/// Map on every second node along both axes.
 #[derive(Clone, Copy)]
 pub struct CoarseMap<'a> {
     pub values: &'a [f32],
     /// Numbers of nodes of the map along x and y.
     pub nodes: [usize; 2],
+    pub is_periodic: bool,
 }
 
 /// Interpolation of a coarser map to rows of pressures on the finer mesh: clamp(`factor` × value,
@@ -35,9 +36,36 @@ pub struct Prolonged<'a> {
     /// Ratio of pressure to interpolated value.
     factor: f32,
     ceiling: f32,
-    /// Row of the coarser mesh, interpolated between its rows, with repeated nodes before and
-    /// after.
+    /// Row of the coarser mesh, interpolated between its rows, with further nodes before and after.
     coarse: Vec<f32>,
+    /// Factors of the pressures at the edges, if the map is not periodic.
+    edges: Option<EdgeFactors>,
+}
+
+/// Factors by which pressures rise towards the edges of a map that is not periodic, for the rows
+/// and the columns of the coarser and of the finer mesh. Their quotient is interpolated.
+#[derive(Clone)]
+struct EdgeFactors {
+    coarse: [Vec<f32>; 2],
+    fine: [Vec<f32>; 2],
+}
+
+impl EdgeFactors {
+    fn new(nodes: [usize; 2]) -> Self {
+        let of_axes = |ratio: usize| nodes.map(|nodes| edge_factors(ratio * nodes));
+        Self { coarse: of_axes(1), fine: of_axes(2) }
+    }
+}
+
+/// Returns (4 x (1 − x))^(−1/4) for each node of an axis, with its position x between the edges 0
+/// and 1.
+///
+/// Pressures at an edge in contact rise with the power −1/2 of the distance. Loads take fewest
+/// pairs with −1/4, because much of an edge is not in contact: ten loads to 0.1 on 1024² nodes take
+/// 16.9 pairs on average, 20.5 with −1/2 and 19.7 without factors.
+fn edge_factors(nodes: usize) -> Vec<f32> {
+    let positions = (0..nodes).map(|node| (node as f64 + 0.5) / nodes as f64);
+    positions.map(|x| (4.0 * x * (1.0 - x)).powf(-0.25) as f32).collect()
 }
 
 impl<'a> Prolonged<'a> {
@@ -47,11 +75,12 @@ impl<'a> Prolonged<'a> {
             factor: factor as f32,
             ceiling: ceiling as f32,
             coarse: vec![0.0; BEFORE + map.nodes[1] + AFTER],
+            edges: (!map.is_periodic).then(|| EdgeFactors::new(map.nodes)),
         }
     }
 
     pub fn split_off(&self) -> Self {
-        Self { coarse: self.coarse.clone(), ..*self }
+        Self { coarse: self.coarse.clone(), edges: self.edges.clone(), ..*self }
     }
 
     /// Writes a row of pressures of the finer mesh.
@@ -60,7 +89,9 @@ impl<'a> Prolonged<'a> {
         let nodes = self.map.nodes[1];
         let own = &mut self.coarse[BEFORE..][..nodes];
         let at = row.index() / 2;
-        if row.index().is_multiple_of(2) {
+        if let Some(edges) = &self.edges {
+            self.map.set_between_edges(row.index(), edges, own);
+        } else if row.index().is_multiple_of(2) {
             own.copy_from_slice(self.map.row(at, 0));
         } else {
             let [a, b, c, d] = [-1, 0, 1, 2].map(|by| self.map.row(at, by));
@@ -70,15 +101,26 @@ impl<'a> Prolonged<'a> {
             }
         }
         let [first, second, last] = [own[0], own[1 % nodes], own[nodes - 1]];
-        self.coarse[0] = last;
-        self.coarse[BEFORE + nodes] = first;
-        self.coarse[BEFORE + nodes + 1] = second;
+        let further = match self.edges {
+            None => [last, first, second],
+            Some(_) => {
+                let slope = last - own[nodes - 2];
+                [2.0 * first - second, last + slope, last + 2.0 * slope]
+            }
+        };
+        [self.coarse[0], self.coarse[BEFORE + nodes], self.coarse[BEFORE + nodes + 1]] = further;
         let pairs = pressure.as_chunks_mut::<2>().0;
         for (pair, near) in pairs.iter_mut().zip(self.coarse.windows(4)) {
             let [a, b, c, d] = [near[0], near[1], near[2], near[3]];
             *pair = [b, half_way(a, b, c, d)];
         }
         let (factor, ceiling) = (self.factor, self.ceiling);
+        if let Some(EdgeFactors { fine: [of_rows, of_columns], .. }) = &self.edges {
+            let of_row = of_rows[row.index()];
+            for (p, of_column) in pressure.iter_mut().zip(of_columns) {
+                *p *= of_row * of_column;
+            }
+        }
         for p in pressure {
             *p = (factor * *p).max(0.0).min(ceiling);
         }
@@ -93,6 +135,41 @@ impl<'a> CoarseMap<'a> {
         let index = at as isize + by;
         Row::new(index.rem_euclid(rows) as usize, self.nodes[1]).of(self.values)
     }
+
+    /// Sets `own` to the row of the finer mesh with index `row`, on the nodes of the coarser mesh
+    /// and divided by the factors of the coarser mesh where it is positive.
+    #[inline(always)]
+    fn set_between_edges(&self, row: usize, edges: &EdgeFactors, own: &mut [f32]) {
+        let [of_rows, of_columns] = &edges.coarse;
+        own.fill(0.0);
+        for (index, weight) in rows_between_edges(row, self.nodes[0]) {
+            let of_row = of_rows[index];
+            let values = Row::new(index, self.nodes[1]).of(self.values);
+            for ((own, value), of_column) in own.iter_mut().zip(values).zip(of_columns) {
+                let factor = if *value > 0.0 { of_row * of_column } else { 1.0 };
+                *own += weight * (value / factor);
+            }
+        }
+    }
+}
+
+/// Returns the rows of a coarser mesh, and their weights, from which the row of the finer mesh with
+/// index `row` is interpolated. `rows` is the number of rows of the coarser mesh, at least three.
+/// Rows beyond its edges are extrapolated linearly.
+fn rows_between_edges(row: usize, rows: usize) -> impl Iterator<Item = (usize, f32)> {
+    let at = row / 2;
+    let (indices, weights) = if row.is_multiple_of(2) {
+        ([0, at, 0, 0], [0.0, 1.0, 0.0, 0.0])
+    } else if at == 0 {
+        ([0, 0, 1, 2], [0.0, INNER + 2.0 * OUTER, INNER - OUTER, OUTER])
+    } else if at + 1 == rows {
+        ([at - 1, at, 0, 0], [-0.5, 1.5, 0.0, 0.0])
+    } else if at + 2 == rows {
+        ([at - 1, at, at + 1, 0], [OUTER, INNER - OUTER, INNER + 2.0 * OUTER, 0.0])
+    } else {
+        ([at - 1, at, at + 1, at + 2], [OUTER, INNER, INNER, OUTER])
+    };
+    indices.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0)
 }
 
 #[inline(always)]
@@ -332,7 +409,7 @@ mod tests {
 
     /// Returns the positive part of the interpolated map.
     fn prolonged(values: &[f32], nodes: [usize; 2]) -> Vec<f32> {
-        let map = CoarseMap { values, nodes };
+        let map = CoarseMap { values, nodes, is_periodic: true };
         let mut prolonged = Prolonged::new(map, 1.0, f64::INFINITY);
         let row_nodes = 2 * nodes[1];
         let mut all = vec![0.0; 4 * values.len()];
@@ -385,9 +462,32 @@ mod tests {
     }
 
     #[test]
+    fn pressures_that_rise_towards_the_edges_are_interpolated_up_to_the_edges() {
+        let nodes = [6, 9];
+        let rising = |[rows, columns]: [usize; 2], stride: usize| {
+            let [of_rows, of_columns] = [rows, columns].map(edge_factors);
+            let mut values = drawn([rows, columns], stride, |x, y| 1.0 + 0.2 * x + 0.1 * y);
+            for (node, value) in values.iter_mut().enumerate() {
+                *value *= of_rows[node / columns] * of_columns[node % columns];
+            }
+            values
+        };
+        let coarse = rising(nodes, 2);
+        let map = CoarseMap { values: &coarse, nodes, is_periodic: false };
+        let mut prolonged = Prolonged::new(map, 1.0, f64::INFINITY);
+        let mut row = [0.0; 18];
+        for (index, exact) in rising([12, 18], 1).chunks_exact(18).enumerate() {
+            prolonged.set_row(Row::new(index, 18), &mut row);
+            for (found, exact) in row.iter().zip(exact) {
+                assert!((found - exact).abs() < 1e-5, "{index}: {found}, {exact}");
+            }
+        }
+    }
+
+    #[test]
     fn pressures_stay_within_their_bounds() {
         let coarse = drawn([4, 4], 2, |x, y| x - y);
-        let map = CoarseMap { values: &coarse, nodes: [4, 4] };
+        let map = CoarseMap { values: &coarse, nodes: [4, 4], is_periodic: true };
         let mut prolonged = Prolonged::new(map, 0.5, 2.0);
         let mut row = [0.0; 8];
         prolonged.set_row(Row::new(6, 8), &mut row);
