@@ -85,9 +85,9 @@ impl HalfSpace {
 /// Additional memory of the solver of a free half-space, in bytes per node.
 ///
 /// It is needed for the kernels, and for a mesh with twice the nodes along both axes on which they
-/// are computed. Coarser meshes are not used. Runs on 2048², 4096² and 8192² nodes had a peak of
-/// 100 bytes per node in total.
-const FREE_BYTES: f64 = 44.0;
+/// are computed. Without coarser meshes, runs on 2048², 4096² and 8192² nodes needed 44 bytes;
+/// coarser meshes add 17 on 1024² nodes.
+const FREE_BYTES: f64 = 61.0;
 
 /// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and
 /// three kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2
