@@ -23,16 +23,16 @@
 //! coarser meshes:
 //!
 //! ```text
-//! p ← initial guess                     from coarser meshes, from the heights, or from full contact
-//! repeat                                iterative refinement, in double precision
-//!     g ← A p − h
+//! p ← initial guess                     coarser meshes, or heights, or full contact
+//! repeat                                iterative refinement
+//!     g ← A p − h                       double precision
 //!     stop if the residual is within the tolerance
-//!     repeat                            conjugate gradients, in single precision
-//!         F ← nodes with p > 0 or g < δ     the free nodes
-//!         r ← g − δ on F                    residual; δ makes its mean over the contact vanish
-//!         z ← M r                           preconditioned residual, Eᵀ K E r
-//!         β ← ⟨z, A d⟩ / ⟨d, A d⟩           d is the last step
-//!         t ← −z + β d − m                  direction; m keeps the mean pressure
+//!     repeat                            single precision
+//!         F ← nodes with p > 0 or g < δ                the free nodes
+//!         r ← g − δ on F                               residual; δ makes r vanish in the mean
+//!         z ← M r                                      preconditioned residual: Eᵀ K E r
+//!         β ← ⟨z, A d⟩ / ⟨d, A d⟩                      d is the last step
+//!         t ← −z + β d − m                             m keeps the mean pressure
 //!         d ← clamp(p + τ t, 0, H), scaled to the load, − p
 //!         p ← p + d,  g ← g + A d
 //!         undo a part of d if the energy along it is lowest before its middle
@@ -225,12 +225,18 @@ impl Solver {
     /// use asperity_contact::threads::Threads;
     /// use asperity_contact::topography::shapes::Shape;
     ///
-    /// let grid = Grid::square(64, 1.0)?; let wave = Shape::Wave { amplitude: 0.1, waves: 1
-    /// }.draw(grid); let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights()); let
-    /// mut second = first.sibling(Threads::one()); let press = |solver: &mut Solver, load| {
-    /// solver.press(load, &Settings::default(), &|| false).contact_nodes }; let [light, heavy] =
-    /// std::thread::scope(|scope| { let heavy = scope.spawn(|| press(&mut second, 0.2));
-    /// [press(&mut first, 0.1), heavy.join().expect("no panic")] }); assert!(light < heavy);
+    /// let grid = Grid::square(64, 1.0)?;
+    /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
+    /// let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+    /// let mut second = first.sibling(Threads::one());
+    /// let press = |solver: &mut Solver, load| {
+    ///     solver.press(load, &Settings::default(), &|| false).contact_nodes
+    /// };
+    /// let [light, heavy] = std::thread::scope(|scope| {
+    ///     let heavy = scope.spawn(|| press(&mut second, 0.2));
+    ///     [press(&mut first, 0.1), heavy.join().expect("no panic")]
+    /// });
+    /// assert!(light < heavy);
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn sibling(&self, threads: Threads) -> Self {
@@ -381,12 +387,15 @@ impl Solver {
     /// use asperity_contact::grid::Grid;
     /// use asperity_contact::solver::Solver;
     ///
-    /// // A pressure wave of wavelength λ causes a displacement of λ/(π E*) times the pressure. let
-    /// grid = Grid::square(32, 1.0)?; let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0]
-    /// as f64 / 32.0).cos(); let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect(); let
-    /// mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]); let
-    /// displacement = solver.displacement_under(&pressure); for (u, p) in
-    /// displacement.iter().zip(&pressure) { assert!((u - p / PI).abs() < 1e-15); }
+    /// // A pressure wave of wavelength λ causes a displacement of λ/(π E*) times the pressure.
+    /// let grid = Grid::square(32, 1.0)?;
+    /// let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0] as f64 / 32.0).cos();
+    /// let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect();
+    /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]);
+    /// let displacement = solver.displacement_under(&pressure);
+    /// for (u, p) in displacement.iter().zip(&pressure) {
+    ///     assert!((u - p / PI).abs() < 1e-15);
+    /// }
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn displacement_under(&mut self, pressure: &[f64]) -> Vec<f64> {

@@ -289,7 +289,7 @@ impl CoarseContact {
         Self {
             pressure_less_gap: Vec::new(),
             nodes: mesh.nodes,
-            is_periodic: mesh.is_periodic,
+            is_periodic: !mesh.has_margin(),
             reference: 0.0,
             peak_pressure: 0.0,
             bound: None,

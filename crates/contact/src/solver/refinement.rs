@@ -63,7 +63,8 @@ impl Solver {
         let mut decisions = DECISIONS;
         loop {
             if self.is_solved(settings, &evaluation) {
-                if self.is_rounded(settings, &evaluation) {
+                let may_repeat = self.inner.pairs < settings.pair_limit;
+                if may_repeat && self.is_rounded(settings, &evaluation) {
                     self.inner.reference += evaluation.convergence.offset;
                     evaluation = self.evaluate();
                     continue;
