@@ -104,8 +104,6 @@ impl FullContact {
 /// Data of one mesh that no load changes; solvers of the same surface share them.
 pub struct Mesh {
     pub nodes: [usize; 2],
-    /// True if pressures continue periodically beyond the edges of the map.
-    pub is_periodic: bool,
     /// Ratio of the longer side of the cell to the smaller mesh step.
     pub steps_per_side: f64,
     /// Heights minus the highest, [`Mesh::highest`]. Rounding errors are smallest in contact.
@@ -149,7 +147,6 @@ impl Mesh {
         let nodal_stiffness = body.nodal_stiffness(threads);
         Self {
             nodes,
-            is_periodic: body.convolved_nodes() == nodes,
             steps_per_side: body.grid().smaller_steps(),
             heights,
             highest,
