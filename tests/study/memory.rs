@@ -99,7 +99,7 @@ fn what_does_not_fit_is_refused_before_anything_starts() {
         text(&output.stderr)
     };
     let printed = run("1GB");
-    let expected = "error: a task of stage `light` needs 5.0GB of memory on its mesh of 8192 × 8192 \
+    let expected = "error: a task of stage `light` needs 4.4GB of memory on its mesh of 8192 × 8192 \
                     nodes, more than the 1.0 GB of `--memory`: increase it, or reduce the mesh to";
     assert!(printed.starts_with(expected), "{printed}");
     let printed = run("1MB");

@@ -339,20 +339,20 @@ pub mod tests {
             refused.unwrap_err().to_string()
         };
         let takes =
-            "a task of stage `contact` needs 4.3GB of memory on its mesh of 8192 × 8192 nodes";
+            "a task of stage `contact` needs 3.8GB of memory on its mesh of 8192 × 8192 nodes";
         assert_eq!(
             refusal(LimitedBy::Asked),
             format!(
                 "{takes}, more than the 1.0 GB of `--memory`: increase it, or reduce the mesh to \
-                  3851 × 3851 nodes"
+                  4123 × 4123 nodes"
             )
         );
-        assert!(refusal(LimitedBy::Machine).contains("try it anyway with `--memory 4.3GB`"));
+        assert!(refusal(LimitedBy::Machine).contains("try it anyway with `--memory 3.8GB`"));
         assert!(
             refusal(LimitedBy::Addresses)
                 .contains("of address space that `ulimit -v` leaves: raise that limit")
         );
-        let most = self::plan(3851, "loads = [0.1]");
+        let most = self::plan(4123, "loads = [0.1]");
         let enough = allowance(ByteSize::gb(1), LimitedBy::Asked);
         assert_eq!(enough.fits(&most, &all(&most)), Ok(()));
     }

@@ -42,7 +42,7 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     let gap = measures.iter().position(|column| *column == MEAN_GAP);
     let gap = gap.expect("the mean gap is a measure");
     if optional.flows {
-        measures.splice(gap + 1..gap + 1, FLOW);
+        measures.extend(FLOW);
     }
     if optional.stiffness {
         measures.insert(gap, STIFFNESS);

@@ -190,7 +190,8 @@ impl Store {
         let folder = folder.parent().unwrap_or(&self.root);
         let digits = key.to_string();
         let names = files::names(folder)?.into_iter().filter(|name| name.starts_with(&digits));
-        Ok(names.filter_map(|name| name.parse().ok()).collect())
+        let files = names.filter_map(|name| name.parse().ok());
+        Ok(files.filter(|file| self.path_of(file).is_file()).collect())
     }
 
     /// Returns the path of a file with the table of a task or with rows of a series.
