@@ -140,8 +140,9 @@ impl Bench {
         folder.join(name)
     }
 
-    /// Reads every file of the data folder, by its relative path, and all rows of a series together,
-    /// by the key of the series: an interrupted task may have stored them in several files.
+    /// Reads every file of the data folder, by its relative path, and all rows of a series
+    /// together, by the key of the series: an interrupted task may have stored them in several
+    /// files.
     pub fn content(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let root = self.data().join("store");
         let store = Store::open_read_only(&root).expect("a store");

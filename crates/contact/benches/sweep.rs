@@ -1,5 +1,5 @@
-//! Benchmark of loads that are solved alone: transform pairs of each load, and seconds, compared with
-//! bare transform pairs. It also solves ten loads on other bodies, and on several threads.
+//! Benchmark of loads that are solved alone: transform pairs of each load, and seconds, compared
+//! with bare transform pairs. It also solves ten loads on other bodies, and on several threads.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 

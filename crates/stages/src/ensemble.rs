@@ -5,8 +5,8 @@
 //! the load identifies the state of a surface. A manifest gives loads either in units of E* × rms
 //! slope or in pascals. The column in the unit of the manifest identifies loads; the column in the
 //! other unit is derived for each surface. Loads that differ only by rounding are equal. If two
-//! stages give rows for the same surface at the same load, only the first row counts. The others are
-//! listed in [`Ensemble::repeated`].
+//! stages give rows for the same surface at the same load, only the first row counts. The others
+//! are listed in [`Ensemble::repeated`].
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -235,8 +235,8 @@ impl Ensemble {
 
     /// Returns the rows of all surfaces at a load, or `None` if a surface has no row at this load.
     ///
-    /// A surface can lack a row because the load failed or was not requested for it. A mean over the
-    /// remaining surfaces would belong to another ensemble.
+    /// A surface can lack a row because the load failed or was not requested for it. A mean over
+    /// the remaining surfaces would belong to another ensemble.
     pub fn complete(&self, load: usize) -> Option<Vec<usize>> {
         self.rows.iter().map(|states| states[load]).collect()
     }

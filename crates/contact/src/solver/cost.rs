@@ -25,9 +25,9 @@ const MEASURING_TIME: Duration = Duration::from_millis(20);
 
 /// Ratio of the solution time with a free boundary to the time with a periodic boundary.
 ///
-/// Loads take 1.25 times as many pairs. Every second pair is on a mesh of twice the nodes along both
-/// axes, mostly filled with zeros. The other pairs are on a mesh of 1.25 times the nodes along both
-/// axes.
+/// Loads take 1.25 times as many pairs. Every second pair is on a mesh of twice the nodes along
+/// both axes, mostly filled with zeros. The other pairs are on a mesh of 1.25 times the nodes along
+/// both axes.
 const FREE: f64 = 2.8;
 
 /// Time to compute the kernels of a free half-space and of its coarser meshes, in seconds per node.

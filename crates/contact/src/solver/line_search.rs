@@ -178,7 +178,8 @@ const MIN_PART: f64 = 0.25;
 /// While many nodes change between free and fixed, one step too long follows another.
 const EXPECTED_PART: f64 = 0.8;
 
-/// Smallest [`StepControl::damping`] with which the residual is extended to nodes that are not free.
+/// Smallest [`StepControl::damping`] with which the residual is extended to nodes that are not
+/// free.
 ///
 /// If many nodes are clipped, a correction computed for all nodes may increase the energy when only
 /// the remaining ones apply it.
