@@ -110,10 +110,14 @@ const YIELDING_BYTES: f64 = 10.0;
 /// ```
 /// use asperity_contact::solver::{Hardness, HardnessError};
 ///
-/// // Steel of 2 GPa, E* = 230 GPa, on a surface of rms slope 0.2. let hardness = Hardness::new(2e9
-/// / (230e9 * 0.2))?; assert!(hardness.check_load(0.01).is_ok()); assert_eq!(
-/// hardness.check_load(0.06), Err(HardnessError::Overloaded { load: 0.06, hardness:
-/// hardness.pressure() }) ); assert!(Hardness::new(0.0).is_err());
+/// // Steel of 2 GPa, E* = 230 GPa, on a surface of rms slope 0.2.
+/// let hardness = Hardness::new(2e9 / (230e9 * 0.2))?;
+/// assert!(hardness.check_load(0.01).is_ok());
+/// assert_eq!(
+///     hardness.check_load(0.06),
+///     Err(HardnessError::Overloaded { load: 0.06, hardness: hardness.pressure() })
+/// );
+/// assert!(Hardness::new(0.0).is_err());
 /// # Ok::<(), HardnessError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
