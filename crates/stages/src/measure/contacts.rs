@@ -61,7 +61,7 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     measures
 }
 
-/// Measures the contact maps of one block of loads, and optionally the stiffness.
+/// Measures the contact maps of loads, and optionally the stiffness.
 ///
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
