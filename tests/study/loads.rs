@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
@@ -266,7 +266,7 @@ fn a_killed_process_loses_only_the_loads_that_it_has_not_stored() {
 }
 
 /// Returns whether a path is that of a file with rows of a series.
-fn is_of_rows(path: &PathBuf) -> bool {
+fn is_of_rows(path: &Path) -> bool {
     path.to_string_lossy().contains('-') && path.extension().is_some_and(|end| end == "parquet")
 }
 
@@ -277,7 +277,7 @@ fn a_damaged_file_of_rows_is_computed_again() {
     let more = study.replace("[0.05]", "[0.05, 0.1]");
     bench.run(&study);
     bench.run(&more);
-    let paths: Vec<PathBuf> = bench.files().into_keys().filter(is_of_rows).collect();
+    let paths: Vec<PathBuf> = bench.files().into_keys().filter(|path| is_of_rows(path)).collect();
     for path in paths {
         let path = bench.data().join(path);
         let mut bytes = std::fs::read(&path).unwrap();
@@ -297,7 +297,7 @@ fn pruning_removes_the_files_of_loads_that_no_study_has() {
     bench.run(&with("[0.05, 0.1]"));
     let manifest = bench.write(&with("[0.05]"));
     bench.run(&with("[0.05]"));
-    let rows = |bench: &Bench| bench.files().into_keys().filter(is_of_rows).count();
+    let rows = |bench: &Bench| bench.files().into_keys().filter(|path| is_of_rows(path)).count();
     assert_eq!(rows(&bench), 8);
     let output = bench.output(&["prune", manifest.to_str().unwrap(), "--yes"]);
     assert!(output.status.success(), "{}", text(&output.stderr));

@@ -191,7 +191,9 @@ mod tests {
     fn two_items_are_worked_on_at_the_same_time() {
         let threads = threads(2);
         let both = Barrier::new(2);
-        let mut workers = workers_of_items(&threads, 2, 100, |_| drop(both.wait()));
+        let mut workers = workers_of_items(&threads, 2, 100, |_| {
+            both.wait();
+        });
         workers.sort_unstable();
         assert_eq!(workers, [1, 2]);
     }

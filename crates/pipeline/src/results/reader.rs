@@ -197,6 +197,9 @@ pub fn light_parts(table: &TableRef) -> String {
 /// at a time.
 const READ_AT_ONCE: usize = 1 << 18;
 
+/// Ranges of rows in a published table, by the key of their task.
+type TaskRows = HashMap<TaskKey, Vec<Range<usize>>>;
+
 /// Published table of a stage. The rows of each task are consecutive. If a stage reads several
 /// stages with rows of the same series, the rows of the series are in several ranges.
 #[derive(Debug)]
@@ -207,7 +210,7 @@ pub struct PublishedStage {
     own: Vec<usize>,
     /// Row group that was read last, with the index of its first row.
     last: Mutex<Option<(usize, Table)>>,
-    rows: HashMap<TaskKey, Vec<Range<usize>>>,
+    rows: TaskRows,
     /// Columns that are missing in the tables of some tasks. `None` if the file does not list them.
     missing: Option<MissingColumns>,
     /// Names of the parts whose columns the rows have.
@@ -428,14 +431,11 @@ fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
 
 /// Finds the rows of each task in the column of keys. Returns `None` if the column holds anything
 /// but keys, because the table was then written by another program.
-fn rows(
-    source: &TableSource,
-    column: usize,
-) -> Result<Option<HashMap<TaskKey, Vec<Range<usize>>>>, StoreError> {
-    let mut rows: HashMap<TaskKey, Vec<Range<usize>>> = HashMap::new();
+fn rows(source: &TableSource, column: usize) -> Result<Option<TaskRows>, StoreError> {
+    let mut rows = TaskRows::new();
     let mut last = String::new();
     let (mut start, mut end) = (0, 0);
-    let add = |rows: &mut HashMap<TaskKey, Vec<_>>, task: &str, range: Range<usize>| {
+    let add = |rows: &mut TaskRows, task: &str, range: Range<usize>| {
         let key = task.parse().ok();
         range.is_empty() || key.map(|key| rows.entry(key).or_default().push(range)).is_some()
     };
