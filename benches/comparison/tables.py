@@ -23,8 +23,10 @@ def read(data: Path, loads: list[float], folder: Path) -> None:
         maps |= {row["load"]: row["contact"] for row in stored.to_pylist()}
     with open(folder / "rows.jsonl", "w") as lines, open(folder / "maps.bin", "wb") as bits:
         for load in loads:
-            row = rows[load]
-            bits.write(maps[load])
+            # asperity rounds the numbers of a manifest to twelve digits.
+            rounded = float(f"{load:.12g}")
+            row = rows[rounded]
+            bits.write(maps[rounded])
             line = {
                 "load": load,
                 "cpu_seconds": None,
