@@ -15,18 +15,20 @@ KEYS = dict(nodes=64, side=2.0, hurst=0.8, k_lower=1, k_upper=4, rms_slope=0.1, 
 LOADS = [0.01, 0.1, 0.5]
 
 
-def stored(study, column):
-    """Reads a column of maps from the store: one table per surface, in any order."""
-    tables = [
-        polars.read_parquet(path)
+def stored(study, stage, column):
+    """Reads a column of maps from the store, by the name of the surface. A file name begins with the key."""
+    rows = study.table(stage).to_polars()
+    surfaces = dict(zip(rows["task"], rows["surface"], strict=True))
+    tables = {
+        path.stem.split("-")[0]: polars.read_parquet(path)
         for path in study.data.glob("store/**/*.parquet")
         if column in polars.read_parquet_schema(path)
-    ]
-    return {table["surface"][0]: table[column].to_list() for table in tables}
+    }
+    return {surfaces[key]: table[column].to_list() for key, table in tables.items()}
 
 
 def test_surfaces_are_those_that_a_study_draws(finished):
-    heights = stored(finished, "heights")
+    heights = stored(finished, "surfaces", "heights")
     for realization in range(2):
         drawn = asperity.surface(**KEYS, realization=realization)
         (name,) = drawn.description["surface"]
@@ -34,7 +36,7 @@ def test_surfaces_are_those_that_a_study_draws(finished):
 
 
 def test_contacts_are_those_that_a_study_solves(finished):
-    pressures = stored(finished, "pressures")
+    pressures = stored(finished, "contact", "pressures")
     rows = finished.table("contact").to_polars()
     for realization in range(2):
         drawn = asperity.surface(**KEYS, realization=realization)
