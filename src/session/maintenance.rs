@@ -129,7 +129,7 @@ pub fn prune(
 fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, StoreError> {
     let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
-    let keys = plan.map(Plan::table_keys);
+    let keys = plan.map(Plan::keys);
     found.retain(|found| match &found.what {
         FileKind::Task(file) => keys.as_ref().is_none_or(|keys| keys.contains(&file.key)),
         FileKind::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),

@@ -1,6 +1,5 @@
 //! Search for stages and claims by name, and for tasks by their key or its first digits.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::{DataFolder, SessionError};
@@ -75,8 +74,7 @@ pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> 
 /// # Errors
 /// Returns an error if the word is not hexadecimal, or if not exactly one key of the study matches.
 pub fn planned(word: &str, plan: &Plan) -> Result<Vec<usize>, TaskNameError> {
-    let keys: BTreeSet<TaskKey> = plan.tasks.iter().map(|task| task.table.key).collect();
-    let key = only(&digits(word)?, keys)?.ok_or_else(|| TaskNameError::NotPlanned {
+    let key = only(&digits(word)?, plan.keys())?.ok_or_else(|| TaskNameError::NotPlanned {
         word: word.to_owned(),
         study: plan.study.clone(),
     })?;

@@ -7,6 +7,7 @@
 pub mod exceeded_hardness;
 pub mod failures;
 pub mod owner;
+mod published_stage;
 mod publishing;
 pub mod reader;
 

@@ -230,7 +230,7 @@ impl Store {
                         _ => break,
                     }
                 }
-                Ok(read?.0)
+                read
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::plan::Plan;
-use crate::runner::rows::{RowGroup, missing_groups};
+use crate::plan::missing_rows::{RowGroup, missing_groups};
 use asperity_manifest::diagnostics::{counted, listed};
 use asperity_stages::{Effort, Extent, Kind};
 use asperity_tables::store::Store;
@@ -33,7 +33,7 @@ impl Remaining {
         let whole = &plan.tasks[task].recipe;
         let efforts = self.0.get(&task)?.iter().map(|group| {
             let extent = Extent { rows: group.values.len(), ..extent };
-            let effort = group.recipe(whole).effort(extent);
+            let effort = group.recipe(whole).effort(extent).and_reading(extent.tables);
             if !group.from_stored {
                 return effort;
             }

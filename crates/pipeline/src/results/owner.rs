@@ -116,7 +116,7 @@ pub fn check(
             owner.study.lost_by(&Record::new(&most, &Plan::new(&most), &[]))
         }
         None => {
-            let keys = plan.table_keys();
+            let keys = plan.keys();
             let is_lost = |tasks: &[TaskKey]| tasks.iter().any(|task| !keys.contains(task));
             let lost = published.iter().filter(|(_, tasks)| is_lost(tasks));
             lost.map(|(stage, _)| format!("rows of `{stage}`")).collect()

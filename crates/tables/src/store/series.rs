@@ -57,11 +57,7 @@ impl SeriesRows {
     /// Returns the rows in ascending order of their values. Returns `None` if the table has no
     /// column of the values.
     pub fn sorted(&self, table: &Table) -> Option<Table> {
-        let values = table.reals(self.column).ok()?.values();
-        let mut order: Vec<usize> = (0..table.rows()).collect();
-        // The sort is stable, so rows with the same value keep their order.
-        order.sort_by(|one, other| values[*one].total_cmp(&values[*other]));
-        Some(table.pick(&order))
+        Some(table.pick(&ascending(table.reals(self.column).ok()?.values())))
     }
 
     /// Returns whether a table has a row for each value of the series.
@@ -84,7 +80,7 @@ pub struct PartRows {
 pub struct Part {
     /// Name with the parameters of the part; letters, digits, `_` and `.`.
     pub name: String,
-    /// Names of the columns.
+    /// Columns that the part adds to a row.
     pub columns: Vec<&'static str>,
     /// True if the columns are large, so that they are read only with all columns.
     pub is_heavy: bool,
@@ -149,12 +145,22 @@ impl TableRef {
     }
 }
 
-fn same(one: f64, other: f64) -> bool {
-    one.to_bits() == other.to_bits()
+/// Returns the order of rows in which their values ascend. Rows with the same value keep their
+/// order.
+fn ascending(values: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|one, other| values[*one].total_cmp(&values[*other]));
+    order
 }
 
-fn contains(values: &[f64], value: f64) -> bool {
-    values.iter().any(|other| same(*other, value))
+/// Returns the index of a value in a list of ascending values, or `None` if the list lacks it.
+fn index_of(values: &[f64], value: f64) -> Option<usize> {
+    values.binary_search_by(|other| other.total_cmp(&value)).ok()
+}
+
+/// Returns whether a list of ascending values contains a value, to the last bit.
+pub fn contains(values: &[f64], value: f64) -> bool {
+    index_of(values, value).is_some()
 }
 
 fn common(values: &[f64], others: &[f64]) -> Vec<f64> {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use super::{Part, TableRef, contains};
+use super::{TableRef, contains};
 use crate::parquet::{Metadata, ParquetError};
 use crate::store::key::{Provenance, TaskKey};
 use crate::store::{StoreError, files};
@@ -26,14 +26,15 @@ pub struct RowsName {
 }
 
 impl RowsName {
-    pub fn new(part: Option<&Part>, values: &[f64]) -> RowsName {
+    /// Creates the name of a file with the rows of these values, or with one part of these rows.
+    pub fn new(part: Option<&str>, values: &[f64]) -> RowsName {
         let mut hasher = blake3::Hasher::new();
         for value in values {
             hasher.update(&value.to_bits().to_le_bytes());
         }
         let mut digest = [0; 8];
         digest.copy_from_slice(&hasher.finalize().as_bytes()[..8]);
-        RowsName { part: part.map(|part| part.name.clone()), digest: u64::from_be_bytes(digest) }
+        RowsName { part: part.map(str::to_owned), digest: u64::from_be_bytes(digest) }
     }
 }
 
@@ -80,16 +81,16 @@ const ROWS: &str = "rows";
 const PART: &str = "part";
 
 /// Returns the metadata entries of a file with these rows of a series.
-pub(super) fn entries(column: &str, values: &[f64], part: Option<&Part>) -> Vec<(String, String)> {
+pub(super) fn entries(column: &str, values: &[f64], part: Option<&str>) -> Vec<(String, String)> {
     // Rust formats numbers so that parsing gives exactly the same number.
     let words = values.iter().map(|value| format!(" {value:?}"));
     let rows = words.fold(column.to_owned(), |all, word| all + &word);
-    let part = part.map(|part| (PART.to_owned(), part.name.clone()));
+    let part = part.map(|part| (PART.to_owned(), part.to_owned()));
     part.into_iter().chain([(ROWS.to_owned(), rows)]).collect()
 }
 
 /// Returns the column that identifies the rows of a file, and their values.
-pub(super) fn rows_in(metadata: &Metadata) -> Option<(String, Vec<f64>)> {
+fn rows_in(metadata: &Metadata) -> Option<(String, Vec<f64>)> {
     let mut words = metadata.get(ROWS)?.split(' ');
     let column = words.next()?.to_owned();
     let values = words.map(|word| word.parse().ok()).collect::<Option<_>>()?;
@@ -122,11 +123,11 @@ pub fn provenance_of(
 pub fn holds_some_of(path: &Path, file: &FileName, table: &TableRef) -> bool {
     let Some(series) = &table.series else { return file.rows.is_none() };
     let Ok((_, stored)) = stated_rows(path, file) else { return false };
-    let wanted = |part: Option<&Part>, values: &[f64]| {
+    let wanted = |part: Option<&str>, values: &[f64]| {
         is_of(file, part) && stored.iter().any(|value| contains(values, *value))
     };
     let mut parts = series.parts.iter();
-    wanted(None, &series.values) || parts.any(|of| wanted(Some(&of.part), &of.values))
+    wanted(None, &series.values) || parts.any(|of| wanted(Some(&of.part.name), &of.values))
 }
 
 /// Reads which rows a file states to have: the column that identifies them, and their values.
@@ -136,9 +137,10 @@ pub(super) fn stated_rows(path: &Path, name: &FileName) -> Result<(String, Vec<f
     rows_in(table.metadata()).ok_or_else(|| not_found(path))
 }
 
-pub(super) fn is_of(name: &FileName, part: Option<&Part>) -> bool {
+/// Returns whether a file holds the columns of all rows (`None`), or the part of this name.
+pub(super) fn is_of(name: &FileName, part: Option<&str>) -> bool {
     let rows = name.rows.as_ref();
-    rows.is_some_and(|rows| rows.part.as_deref() == part.map(|part| part.name.as_str()))
+    rows.is_some_and(|rows| rows.part.as_deref() == part)
 }
 
 pub(super) fn not_found(path: &Path) -> StoreError {

@@ -1,14 +1,14 @@
 //! Rows of series in the store: which are missing, reading and storing.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use super::file_names::{entries, is_of, not_found, provenance_of, rows_in, stated_rows};
+use super::file_names::{entries, is_of, not_found, provenance_of, stated_rows};
 use super::{FileName, MissingRows, Part, PartRows, RowsName, SeriesRows, TableRef};
-use super::{contains, same};
+use super::{ascending, contains, index_of};
 use crate::parquet::{Columns, ParquetError};
 use crate::store::files::Existing;
 use crate::store::key::{Provenance, TaskKey};
@@ -38,6 +38,7 @@ impl Store {
     ) -> MissingRows {
         let Some(series) = &table.series else { return MissingRows::default() };
         let missing = |part: Option<&Part>, values: &[f64]| {
+            let part = part.map(|part| part.name.as_str());
             let exact = FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
             if names.contains(&exact) {
                 return Vec::new();
@@ -61,19 +62,20 @@ impl Store {
         table: &TableRef,
         series: &SeriesRows,
         columns: Columns,
-    ) -> Result<(Table, Provenance), StoreError> {
+    ) -> Result<Table, StoreError> {
         let names = self.files_of(table.key)?;
         let read = |part: Option<&Part>, values: &[f64]| {
-            self.read_part(table.key, &names, part, values, columns)
+            let name = part.map(|part| part.name.as_str());
+            self.read_part(table.key, &names, series.column, name, values, columns)
         };
-        let (mut rows, provenance) = read(None, &series.values)?;
+        let (mut rows, _) = read(None, &series.values)?;
         let parts = series.parts.iter().filter(|of| columns == Columns::All || !of.part.is_heavy);
         for PartRows { part, values } in parts {
             let (cells, _) = read(Some(part), values)?;
             let picked = matching(&rows, &cells, series.column, &self.path(table.key))?;
             rows = rows.beside(&cells.only(&part.columns).pick_or_null(&picked));
         }
-        Ok((rows, provenance))
+        Ok(rows)
     }
 
     /// Reads all stored rows of a series with all parts, for a reader that only knows the key.
@@ -82,82 +84,74 @@ impl Store {
         key: TaskKey,
     ) -> Result<(Table, Provenance), StoreError> {
         let names = self.files_of(key)?;
-        let (mut column, mut values, mut parts) = (None, Vec::new(), HashMap::new());
+        // The values of the rows by part; `None` comes first and stands for the columns of all rows.
+        let mut values: BTreeMap<Option<&str>, Vec<f64>> = BTreeMap::new();
+        let mut column = String::new();
         for name in &names {
             let (own, stored) = stated_rows(&self.path_of(name), name)?;
-            match name.rows.as_ref().and_then(|rows| rows.part.clone()) {
-                None => values.extend(stored),
-                Some(part) => parts.entry(part).or_insert_with(Vec::new).extend(stored),
-            }
-            column = Some(own);
+            let part = name.rows.as_ref().and_then(|rows| rows.part.as_deref());
+            values.entry(part).or_default().extend(stored);
+            column = own;
         }
-        let Some(column) = column else { return Err(not_found(&self.path(key))) };
-        let sorted = |mut values: Vec<f64>| {
+        if !values.contains_key(&None) {
+            return Err(not_found(&self.path(key)));
+        }
+        let mut read = None;
+        for (part, mut values) in values {
             values.sort_by(f64::total_cmp);
             values.dedup();
-            values
-        };
-        let read = |part: Option<&Part>, values: &[f64]| {
-            self.read_part(key, &names, part, values, Columns::All)
-        };
-        let (mut rows, provenance) = read(None, &sorted(values))?;
-        let mut parts: Vec<_> = parts.into_iter().collect();
-        parts.sort_by(|one, other| one.0.cmp(&other.0));
-        for (name, values) in parts {
-            let (cells, _) =
-                read(Some(&Part { name, columns: Vec::new(), is_heavy: false }), &sorted(values))?;
-            let picked = matching(&rows, &cells, &column, &self.path(key))?;
-            // Two parts may hold the same column, for example counts in different bins.
-            let others = rows.names().into_iter().map(str::to_owned).collect::<Vec<_>>();
-            let new = cells.keep(|name, _| !others.iter().any(|other| other == name));
-            rows = rows.beside(&new.pick_or_null(&picked));
+            let (cells, provenance) =
+                self.read_part(key, &names, &column, part, &values, Columns::All)?;
+            read = Some(match read {
+                None => (cells, provenance),
+                Some((rows, provenance)) => {
+                    let picked = matching(&rows, &cells, &column, &self.path(key))?;
+                    // Two parts may hold the same column, for example counts in different bins.
+                    let new = cells.without(&rows.names());
+                    (rows.beside(&new.pick_or_null(&picked)), provenance)
+                }
+            });
         }
-        Ok((rows, provenance))
+        read.ok_or_else(|| not_found(&self.path(key)))
     }
 
     /// Reads the rows with the given values of the columns that all rows have, or of one part.
+    /// `column` is the column of the values.
     fn read_part(
         &self,
         key: TaskKey,
         names: &[FileName],
-        part: Option<&Part>,
+        column: &str,
+        part: Option<&str>,
         values: &[f64],
         columns: Columns,
     ) -> Result<(Table, Provenance), StoreError> {
         let exact = FileName { key, rows: Some(RowsName::new(part, values)) };
         if names.contains(&exact) {
-            let (table, provenance, _) = self.read_file(&exact, columns)?;
-            return Ok((table, provenance));
+            return self.read_file(&exact, columns);
         }
         let mut missing = values.to_vec();
         let (mut tables, mut provenance) = (Vec::new(), None);
         for name in names.iter().filter(|name| is_of(name, part)) {
             let stored = self.rows_of(name).unwrap_or_default();
-            let here: Vec<f64> =
-                missing.iter().copied().filter(|value| contains(&stored, *value)).collect();
+            let (here, others): (Vec<f64>, Vec<f64>) =
+                missing.iter().partition(|value| contains(&stored, **value));
             if here.is_empty() {
                 continue;
             }
-            missing.retain(|value| !contains(&here, *value));
-            let (table, made, column) = self.read_file(name, columns)?;
-            let of_rows = values_in(&table, &column, &self.path(key))?;
+            missing = others;
+            let (table, made) = self.read_file(name, columns)?;
+            let of_rows = values_in(&table, column, &self.path(key))?;
             let wanted = of_rows.iter().enumerate().filter(|(_, value)| contains(&here, **value));
             let wanted: Vec<usize> = wanted.map(|(row, _)| row).collect();
-            tables.push((table.pick(&wanted), column));
+            tables.push(table.pick(&wanted));
             provenance = Some(made);
         }
-        let (Some(provenance), true, Some((_, column))) =
-            (provenance, missing.is_empty(), tables.first())
-        else {
+        let Some(provenance) = provenance.filter(|_| missing.is_empty()) else {
             return Err(not_found(&self.path(key)));
         };
-        let column = column.clone();
-        let tables: Vec<Table> = tables.into_iter().map(|(table, _)| table).collect();
         let stacked = Table::stack(&tables).map_err(|_| not_found(&self.path(key)))?;
-        let of_rows = values_in(&stacked, &column, &self.path(key))?;
-        let mut order: Vec<usize> = (0..stacked.rows()).collect();
-        // The sort is stable, so rows with the same value keep their order.
-        order.sort_by(|one, other| of_rows[*one].total_cmp(&of_rows[*other]));
+        let order = ascending(&values_in(&stacked, column, &self.path(key))?);
         Ok((stacked.pick(&order), provenance))
     }
 
@@ -165,12 +159,10 @@ impl Store {
         &self,
         name: &FileName,
         columns: Columns,
-    ) -> Result<(Table, Provenance, String), StoreError> {
+    ) -> Result<(Table, Provenance), StoreError> {
         let path = self.path_of(name);
         let (table, metadata) = files::read_whole(&path, columns)?;
-        let provenance = provenance_of(&path, name, &metadata)?;
-        let column = rows_in(&metadata).map_or_else(String::new, |(column, _)| column);
-        Ok((table, provenance, column))
+        Ok((table, provenance_of(&path, name, &metadata)?))
     }
 
     /// Returns the values of the rows in a file, or `None` if the file cannot be read.
@@ -212,6 +204,7 @@ impl Store {
         part: Option<&Part>,
         table: &Table,
     ) -> Result<FileName, StoreError> {
+        let part = part.map(|part| part.name.as_str());
         let name = FileName { key: provenance.key(), rows: Some(RowsName::new(part, values)) };
         let mut metadata = provenance.metadata();
         metadata.entries.extend(entries(column, values, part));
@@ -266,8 +259,8 @@ fn matching(
     path: &Path,
 ) -> Result<Vec<Option<usize>>, StoreError> {
     let known = values_in(cells, column, path)?;
-    let index = |value: &f64| known.iter().position(|known| same(*known, *value));
-    Ok(values_in(rows, column, path)?.iter().map(index).collect())
+    let wanted = values_in(rows, column, path)?;
+    Ok(wanted.into_iter().map(|value| index_of(&known, value)).collect())
 }
 
 fn values_in(table: &Table, column: &str, path: &Path) -> Result<Vec<f64>, StoreError> {

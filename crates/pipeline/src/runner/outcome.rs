@@ -1,0 +1,107 @@
+//! Outcome of a run: computed, damaged and failed tasks.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use crate::plan::Plan;
+use asperity_stages::StageError;
+use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::{Store, StoreError};
+use asperity_tables::table::TableError;
+
+/// Outcome of running a plan.
+#[derive(Debug, Default)]
+pub struct RunOutcome {
+    pub computed: Vec<usize>,
+    /// Tasks that could not be computed, and the reasons.
+    pub failed: Vec<(usize, TaskError)>,
+    pub damaged: Vec<Damage>,
+    pub interrupted: bool,
+    /// True if the run stopped because tables could not be stored.
+    pub halted: bool,
+}
+
+impl RunOutcome {
+    /// Adds the outcome of a later run with the same plan.
+    pub fn append(&mut self, later: RunOutcome) {
+        self.computed.extend(later.computed);
+        self.computed.sort_unstable();
+        self.failed.extend(later.failed);
+        self.damaged.extend(later.damaged);
+        self.interrupted |= later.interrupted;
+        self.halted |= later.halted;
+    }
+
+    /// Converts task indices of the plan `from` to those of the larger plan `to`.
+    pub fn renumbered(mut self, from: &Plan, to: &Plan) -> RunOutcome {
+        let index_of = to.tasks.iter().enumerate();
+        let index_of: HashMap<TaskKey, usize> =
+            index_of.map(|(index, task)| (task.key, index)).collect();
+        let index = |task: usize| index_of.get(&from.tasks[task].key).copied();
+        self.computed = self.computed.into_iter().filter_map(index).collect();
+        self.computed.sort_unstable();
+        let failed = self.failed.into_iter();
+        self.failed = failed.filter_map(|(task, error)| Some((index(task)?, error))).collect();
+        for damage in &mut self.damaged {
+            damage.task = index(damage.task).unwrap_or(damage.task);
+        }
+        self
+    }
+}
+
+/// A damaged table that was quarantined in order to be recomputed.
+#[derive(Debug)]
+pub struct Damage {
+    /// Task whose table was damaged.
+    pub task: usize,
+    pub cause: StoreError,
+    pub quarantined: PathBuf,
+}
+
+impl Damage {
+    /// Quarantines the damaged file of a task. Returns `None` if the file is missing or another
+    /// process has already replaced it.
+    pub fn quarantine(
+        task: usize,
+        store: &Store,
+        cause: StoreError,
+    ) -> Result<Option<Damage>, StoreError> {
+        let StoreError::Damaged { path, .. } = &cause else { return Ok(None) };
+        let quarantined = store.quarantine(path)?;
+        Ok(quarantined.map(|quarantined| Damage { task, cause, quarantined }))
+    }
+}
+
+/// Reason why a task failed or was not started.
+#[derive(Debug, thiserror::Error)]
+pub enum TaskError {
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The input tables take too much memory.
+    #[error(
+        "needs about {takes} of memory for the tables that it reads, more than the {room} \
+         available: increase `--memory`, or reduce the number of bins, loads or surfaces"
+    )]
+    Inputs { takes: String, room: String },
+    /// The result contains a number that is not finite.
+    #[error("{found}, but tables hold only finite numbers and nulls; {}", if *is_query {
+        "divide by `nullif(x, 0)` to get null where x is zero"
+    } else {
+        "check for inputs that are too large or too small, or report this as a bug"
+    })]
+    NotFinite { found: TableError, is_query: bool },
+    /// A task that this one depends on has failed.
+    #[error("needs task {0}, which failed")]
+    Upstream(TaskKey),
+    /// The system does not provide the memory that the task needs.
+    #[error(
+        "needs {takes} of memory, which the system does not provide now: raise the memory limit of \
+         the process, use fewer `--jobs`, or choose a coarser mesh"
+    )]
+    Memory { takes: String },
+    /// The task panicked, which is a bug of asperity.
+    #[error("panicked: {0}; this is a bug, please report it")]
+    Panic(String),
+}

@@ -1,0 +1,102 @@
+//! Writer of the rows of a running task.
+
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use crate::plan::Plan;
+use crate::plan::missing_rows::RowGroup;
+use asperity_stages::FinishedRows;
+use asperity_tables::store::key::Provenance;
+use asperity_tables::store::series::{FileName, Part};
+use asperity_tables::store::{Store, StoreError};
+use asperity_tables::table::Table;
+
+/// Writer of the rows of a group, also while the task is running.
+pub struct RowWriter<'a> {
+    store: &'a Store,
+    provenance: Provenance,
+    column: &'static str,
+    group: &'a RowGroup,
+    every: Duration,
+    state: Mutex<Written>,
+}
+
+struct Written {
+    /// Time at which rows were stored last, or at which the task started.
+    last: Instant,
+    /// Files that the task has written so far.
+    files: Vec<FileName>,
+}
+
+impl<'a> RowWriter<'a> {
+    /// Creates the writer of a group of rows of a task. Finished rows are due every `every`.
+    pub fn new(
+        store: &'a Store,
+        plan: &Plan,
+        task: usize,
+        column: &'static str,
+        group: &'a RowGroup,
+        every: Duration,
+    ) -> RowWriter<'a> {
+        let state = Mutex::new(Written { last: Instant::now(), files: Vec::new() });
+        RowWriter { store, provenance: plan.provenance(task), column, group, every, state }
+    }
+
+    /// Stores the rows with these values, and removes the files that this writer wrote before,
+    /// because their rows are among these.
+    ///
+    /// # Errors
+    /// Returns an error if the disk is full or the folder is not writable.
+    pub fn write(&self, values: &[f64], rows: &Table) -> Result<(), StoreError> {
+        let mut files = Vec::new();
+        let mut publish = |part: Option<&Part>, table: &Table| {
+            let file =
+                self.store.publish_rows(&self.provenance, self.column, values, part, table)?;
+            files.push(file);
+            Ok::<_, StoreError>(())
+        };
+        // Parts come first: rows count as stored once the columns of all rows are there.
+        let parts = &self.group.parts;
+        for part in parts {
+            let columns: Vec<&str> =
+                [self.column].into_iter().chain(part.columns.clone()).collect();
+            publish(Some(part), &rows.only(&columns))?;
+        }
+        if self.group.is_new {
+            let of_parts: Vec<&str> =
+                parts.iter().flat_map(|part| part.columns.iter().copied()).collect();
+            publish(None, &rows.without(&of_parts))?;
+        }
+        let mut state = self.state.lock().expect("no code panics while it holds the lock");
+        let before = std::mem::replace(&mut state.files, files);
+        for file in before.iter().filter(|file| !state.files.contains(file)) {
+            self.store.remove_superseded(file);
+        }
+        state.last = Instant::now();
+        Ok(())
+    }
+}
+
+impl FinishedRows for RowWriter<'_> {
+    fn are_due(&self) -> bool {
+        let state = self.state.lock().expect("no code panics while it holds the lock");
+        state.last.elapsed() >= self.every
+    }
+
+    fn keep(&self, values: &[f64], rows: &Table) -> Result<(), StoreError> {
+        if values.is_empty() { Ok(()) } else { self.write(values, rows) }
+    }
+}
+
+/// Receiver of the finished rows of a task whose table is stored as a whole. It keeps none.
+pub struct NoRows;
+
+impl FinishedRows for NoRows {
+    fn are_due(&self) -> bool {
+        false
+    }
+
+    fn keep(&self, _: &[f64], _: &Table) -> Result<(), StoreError> {
+        Ok(())
+    }
+}
