@@ -324,7 +324,7 @@ impl Session<'_> {
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let at_work = at_work(&own, queue.as_deref());
         let indices: HashMap<String, usize> =
-            missing.iter().map(|&task| (plan.tasks[task].key.to_string(), task)).collect();
+            missing.iter().map(|&task| (plan.tasks[task].table.key.to_string(), task)).collect();
         let index = |key: &String| indices.get(key).copied();
         let under_way = at_work.iter().flat_map(|receipt| &receipt.under_way);
         let running: HashSet<usize> = under_way.filter_map(index).collect();

@@ -330,7 +330,7 @@ fn without_failed(plan: &Plan, missing: &[usize], receipts: &[Receipt]) -> Vec<u
     // Inputs come before the tasks that read them.
     for &task in missing {
         let planned = &plan.tasks[task];
-        is_lost[task] = failed.contains(planned.key.to_string().as_str())
+        is_lost[task] = failed.contains(planned.table.key.to_string().as_str())
             || planned.inputs.iter().any(|&input| is_lost[input]);
     }
     missing.iter().copied().filter(|&task| !is_lost[task]).collect()

@@ -43,10 +43,7 @@ impl CostModel {
 
     /// Estimates the core-seconds of what remains of a task.
     pub fn seconds(&self, plan: &Plan, task: usize) -> f64 {
-        let planned = &plan.tasks[task];
-        let remaining = self.remaining.effort(plan, task, extent(planned, planned.nodes));
-        let effort = remaining.unwrap_or_else(|| effort(planned, planned.nodes));
-        self.in_seconds(effort, planned.nodes)
+        self.in_seconds(self.remaining.effort(plan, task), plan.tasks[task].nodes)
     }
 
     /// Estimates the core-seconds that a whole task would take on a mesh of `nodes`.
@@ -76,17 +73,8 @@ impl CostModel {
     }
 }
 
-/// Returns the expected number of pairs of transforms of a task.
-pub fn expected_pairs(task: &Task) -> f64 {
-    effort(task, task.nodes).pairs
-}
-
-fn extent(task: &Task, nodes: [usize; 2]) -> Extent {
-    Extent { nodes, rows: task.rows, tables: task.inputs.len() }
-}
-
 fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
-    let extent = extent(task, nodes);
+    let extent = Extent { nodes, rows: task.rows, tables: task.inputs.len() };
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 

@@ -129,6 +129,11 @@ impl Params {
         }
     }
 
+    /// Returns the expected number of pairs of transforms for one load with its parts.
+    fn pairs_per_load(&self) -> f64 {
+        cost::pairs_per_load(&self.body(), self.tolerance) + self.pairs_of_parts()
+    }
+
     /// Returns the parameter columns that all rows share, with their values, except the hardness.
     fn setting(&self) -> Vec<(Column, Value)> {
         let mut setting = vec![
@@ -220,8 +225,8 @@ impl Stage for Params {
     /// Returns the memory of one solver and of the maps in the table: one bit per node and load,
     /// and the stored pressure fields with their null flags.
     ///
-    /// The measured peak, without the memory of the idle program, is 61.5 bytes per node for ten
-    /// loads at 4096² on one or two threads, and 58.8 for three loads at 8192².
+    /// The measured peak at 4096², without the memory of the idle program, is 53 bytes per node on
+    /// one core, and 87 on two cores that solve different loads.
     fn footprint(&self) -> Footprint {
         let loads = self.loads.len() as f64;
         let kept = match &self.pressures {
@@ -256,8 +261,7 @@ impl Stage for Params {
         if let Some(interaction) = self.asperities {
             return asperities::effort(interaction, self.loads.len(), nodes);
         }
-        let pairs = cost::expected_pairs(&body, nodes, &self.loads, self.tolerance);
-        let effort = Effort::pairs(pairs + self.pairs_of_parts() * self.loads.len() as f64);
+        let effort = Effort::pairs(self.pairs_per_load() * self.loads.len() as f64);
         Effort { seconds: effort.seconds + cost::preparation_seconds(&body, nodes), ..effort }
     }
 

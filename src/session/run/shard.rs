@@ -16,7 +16,7 @@ use asperity_manifest::diagnostics::chain;
 use asperity_pipeline::cluster::receipts::{FailedTask, Receipt, UPDATE_INTERVALS};
 use asperity_pipeline::cluster::receipts::{Pace, Paces};
 use asperity_pipeline::cluster::shard::Shard;
-use asperity_pipeline::forecast;
+use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::runner::TaskObserver;
 
@@ -36,7 +36,12 @@ impl PreparedRun<'_> {
         let mut receipt = Receipt::begin(&self.plan().study, shard, self.job.clone(), threads);
         receipt.wanted = wanted.len();
         receipt.write(&folder)?;
-        let ledger = Ledger::new(Relay(self.session.observer), self.plan());
+        let ledger = Ledger {
+            relay: Relay(self.session.observer),
+            plan: self.plan(),
+            remaining: Remaining::new(self.plan(), &wanted, &self.store),
+            work: Mutex::default(),
+        };
         let outcome = ledger
             .with_receipt(&mut receipt, &folder, || self.compute_observed(&wanted, stop, &ledger));
         let outcome = ledger.close(outcome, &mut receipt, &folder)?;
@@ -64,6 +69,8 @@ impl PreparedRun<'_> {
 struct Ledger<'a> {
     relay: Relay<'a>,
     plan: &'a Plan,
+    /// Rows that the tasks lacked before the run.
+    remaining: Remaining,
     work: Mutex<Work>,
 }
 
@@ -74,11 +81,7 @@ struct Work {
     finished: Vec<(usize, f64)>,
 }
 
-impl<'a> Ledger<'a> {
-    fn new(relay: Relay<'a>, plan: &'a Plan) -> Ledger<'a> {
-        Ledger { relay, plan, work: Mutex::default() }
-    }
-
+impl Ledger<'_> {
     /// Runs `work` and writes its progress into the receipt periodically.
     fn with_receipt<T>(&self, receipt: &mut Receipt, folder: &Path, work: impl FnOnce() -> T) -> T {
         let (at_work, has_ended) = mpsc::channel::<()>();
@@ -130,7 +133,7 @@ impl<'a> Ledger<'a> {
 
     fn enter(&self, receipt: &mut Receipt, failed: &[(usize, TaskError)]) {
         let work = self.work();
-        let key = |task: usize| self.plan.tasks[task].key.to_string();
+        let key = |task: usize| self.plan.tasks[task].table.key.to_string();
         let lasting = work.under_way.values();
         let lasting = lasting.map(|begun| begun.elapsed().as_secs_f64());
         let finished = work.finished.iter().map(|(_, seconds)| *seconds);
@@ -140,10 +143,9 @@ impl<'a> Ledger<'a> {
         let mut paces = Paces::default();
         for &(task, seconds) in &work.finished {
             if !failed.iter().any(|(failed, _)| *failed == task) {
-                let planned = &self.plan.tasks[task];
                 paces.add(Pace {
-                    nodes: planned.nodes,
-                    pairs: forecast::expected_pairs(planned),
+                    nodes: self.plan.tasks[task].nodes,
+                    pairs: self.remaining.effort(self.plan, task).pairs,
                     seconds,
                 });
             }

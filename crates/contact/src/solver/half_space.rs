@@ -84,19 +84,19 @@ impl HalfSpace {
 
 /// Additional memory of the solver of a free half-space, in bytes per node.
 ///
-/// It is needed for the kernels, and for a mesh with twice the nodes along both axes on which they
-/// are computed. Without coarser meshes, runs on 2048², 4096² and 8192² nodes needed 44 bytes;
-/// coarser meshes add 17 on 1024² nodes.
+/// It is needed for the kernels, for a mesh with twice the nodes along both axes on which they are
+/// computed, and for coarser meshes. A run on 2048² nodes had a peak of 106 bytes per node in total.
 const FREE_BYTES: f64 = 61.0;
 
 /// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and
 /// three kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2
-/// in total.
+/// in total. The second of two solvers on 4096² nodes took 34 bytes per node.
 const SHARED_BYTES: f64 = 18.0;
 
-/// Memory that siblings share on a free half-space, in bytes per node. Kernels of pressures are on
-/// a mesh of four times the nodes, and the body keeps their factors.
-const SHARED_BYTES_FREE: f64 = 32.0;
+/// Memory on a free half-space that a sibling does not need, in bytes per node. Siblings share the
+/// kernels of pressures, which are on a mesh of four times the nodes, and do not compute them. The
+/// second of two solvers on 2048² nodes took 57 bytes per node.
+const SHARED_BYTES_FREE: f64 = 52.0;
 
 /// Additional memory of a solver with a hardness, in bytes per node, for lists of nodes whose
 /// pressure may change.

@@ -362,7 +362,7 @@ impl Choose {
 }
 
 /// Pass over pressures on all nodes of the mesh that adds up, in blocks, the pressures on nodes
-/// that are not free, as input of the transpose of the [extension](crate::solver::extension).
+/// that are not free, as input of the transpose of the [extension](extension).
 pub struct CollectFixed<'a> {
     /// Numbers of nodes of the map along x and y. The mesh may be larger; its nodes outside the map
     /// are never free.

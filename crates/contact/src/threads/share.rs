@@ -88,7 +88,7 @@ impl Threads {
     }
 }
 
-/// Items that several threads take one after the other.
+/// Queue of the items that several threads share.
 struct SharedItems<E> {
     count: usize,
     next: AtomicUsize,

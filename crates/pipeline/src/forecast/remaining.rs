@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::effort;
 use crate::plan::Plan;
 use crate::plan::missing_rows::{RowGroup, missing_groups};
 use asperity_manifest::diagnostics::{counted, listed};
@@ -27,12 +28,15 @@ impl Remaining {
         Remaining(groups.collect())
     }
 
-    /// Returns the expected cost of what remains of a task, or `None` if nothing is known about
-    /// its rows.
-    pub fn effort(&self, plan: &Plan, task: usize, extent: Extent) -> Option<Effort> {
-        let whole = &plan.tasks[task].recipe;
-        let efforts = self.0.get(&task)?.iter().map(|group| {
-            let extent = Extent { rows: group.values.len(), ..extent };
+    /// Returns the expected cost of what remains of a task. If nothing is known about its rows, it
+    /// is the cost of the whole task.
+    pub fn effort(&self, plan: &Plan, task: usize) -> Effort {
+        let planned = &plan.tasks[task];
+        let whole = &planned.recipe;
+        let groups = self.0.get(&task).into_iter().flatten();
+        let efforts = groups.map(|group| {
+            let (nodes, tables) = (planned.nodes, planned.inputs.len());
+            let extent = Extent { nodes, rows: group.values.len(), tables };
             let effort = group.recipe(whole).effort(extent).and_reading(extent.tables);
             if !group.from_stored {
                 return effort;
@@ -41,10 +45,11 @@ impl Remaining {
             let rows = RowGroup { parts: Vec::new(), ..group.clone() }.recipe(whole);
             Effort { pairs: effort.pairs - rows.effort(extent).pairs, ..effort }
         });
-        efforts.reduce(|one, other| Effort {
+        let sum = efforts.reduce(|one, other| Effort {
             pairs: one.pairs + other.pairs,
             seconds: one.seconds + other.seconds,
-        })
+        });
+        sum.unwrap_or_else(|| effort(planned, planned.nodes))
     }
 
     /// Returns the number of rows that remain of some tasks, or `None` if one of them is stored as

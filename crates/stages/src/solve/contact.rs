@@ -9,7 +9,7 @@ use crate::columns::RMS_SLOPE;
 use crate::{Context, StageError};
 use asperity_contact::flow;
 use asperity_contact::grid::Grid;
-use asperity_contact::solver::{HalfSpace, Solver, Stop, Watch, cost};
+use asperity_contact::solver::{HalfSpace, Solver, Stop, Watch};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::table::Table;
@@ -199,7 +199,7 @@ pub fn solve(
     context: &Context,
 ) -> Result<Table, StageError> {
     let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-    let (nodes, count) = (surface.grid().nodes(), surface.grid().count() as f64);
+    let count = surface.grid().count() as f64;
     let (contact, mut solver) = Contact::new(params, surface, rms_slope, context.threads.clone())?;
     let per_node = params.body().sibling_bytes_per_node(params.tolerance)
         + params.part_bytes_per_node()
@@ -210,7 +210,7 @@ pub fn solve(
     };
     if let Some(stored) = context.stored {
         let stored = StoredLoads::new(stored)?;
-        let task = LoadTask::new(context, &params.loads, vec![1.0; params.loads.len()]);
+        let task = LoadTask::new(context, &params.loads, params.pairs_of_parts());
         return task.run(
             &mut solver,
             sibling,
@@ -218,11 +218,7 @@ pub fn solve(
             |rows| contact.table_of_parts(rows),
         );
     }
-    let cost = |load: &f64| {
-        cost::expected_pairs(&params.body(), nodes, &[*load], params.tolerance)
-            + params.pairs_of_parts()
-    };
-    let task = LoadTask::new(context, &params.loads, params.loads.iter().map(cost).collect());
+    let task = LoadTask::new(context, &params.loads, params.pairs_per_load());
     task.run(
         &mut solver,
         sibling,

@@ -11,18 +11,18 @@ use crate::{Context, StageError};
 use asperity_contact::solver::Watch;
 use asperity_tables::table::Table;
 
-/// Loads of one task and their expected cost.
+/// Loads of one task.
 pub struct LoadTask<'a> {
     context: &'a Context<'a>,
     /// Loads in the unit of the manifest, in ascending order.
     loads: &'a [f64],
-    /// Expected pairs of transforms of each load.
-    costs: Vec<f64>,
+    /// Expected pairs of transforms for each load.
+    pairs_per_load: f64,
 }
 
 impl<'a> LoadTask<'a> {
-    pub fn new(context: &'a Context<'a>, loads: &'a [f64], costs: Vec<f64>) -> LoadTask<'a> {
-        LoadTask { context, loads, costs }
+    pub fn new(context: &'a Context<'a>, loads: &'a [f64], pairs_per_load: f64) -> LoadTask<'a> {
+        LoadTask { context, loads, pairs_per_load }
     }
 
     /// Returns the table of all loads. `solve(worker, index, watch)` computes the row of a load,
@@ -41,10 +41,10 @@ impl<'a> LoadTask<'a> {
         table: impl Fn(Vec<R>) -> Table + Sync,
     ) -> Result<Table, StageError> {
         let Context { threads, interrupted, finished: receiver, advance, .. } = *self.context;
-        let progress = Progress { advance, total: self.costs.iter().sum(), done: Mutex::new(0.0) };
+        let progress = Progress { advance, loads: self.loads.len(), done: Mutex::new(0.0) };
         let finished = Mutex::new(vec![None; self.loads.len()]);
         let solve_one = |worker: &mut W, index: usize| {
-            let watch = LoadWatch::new(interrupted, &progress, self.costs[index]);
+            let watch = LoadWatch::new(interrupted, &progress, self.pairs_per_load);
             let row = solve(worker, index, &watch)?;
             watch.finish();
             let mut finished = locked(&finished);
@@ -76,18 +76,20 @@ impl<'a> LoadTask<'a> {
     }
 }
 
-/// Progress of a task, in expected pairs of transforms.
+/// Progress of a task.
 struct Progress<'a> {
     advance: &'a (dyn Fn(f64) + Sync),
-    total: f64,
+    /// Number of loads of the task.
+    loads: usize,
+    /// Number of finished loads, including the finished fractions of those under way.
     done: Mutex<f64>,
 }
 
 impl Progress<'_> {
-    fn add(&self, pairs: f64) {
+    fn add(&self, loads: f64) {
         let mut done = locked(&self.done);
-        *done += pairs;
-        (self.advance)((*done / self.total).min(1.0));
+        *done += loads;
+        (self.advance)((*done / self.loads as f64).min(1.0));
     }
 }
 
@@ -97,7 +99,7 @@ struct LoadWatch<'a> {
     progress: &'a Progress<'a>,
     /// Expected pairs of the load.
     expected: f64,
-    /// Pairs that the progress of the task includes.
+    /// Finished fraction of the load that the progress of the task includes.
     reported: Cell<f64>,
     last_report: Cell<Instant>,
 }
@@ -117,7 +119,7 @@ impl<'a> LoadWatch<'a> {
     }
 
     fn finish(&self) {
-        self.report(self.expected);
+        self.report(1.0);
     }
 
     fn report(&self, done: f64) {
@@ -133,7 +135,7 @@ impl Watch for LoadWatch<'_> {
     fn spent(&self, pairs: u32) {
         if self.last_report.get().elapsed() >= REPORT_INTERVAL {
             self.last_report.set(Instant::now());
-            self.report(f64::from(pairs).min(self.expected));
+            self.report((f64::from(pairs) / self.expected).min(1.0));
         }
     }
 }
@@ -158,7 +160,6 @@ mod tests {
     use asperity_tables::column::reals;
 
     const LOADS: [f64; 4] = [0.1, 0.2, 0.3, 0.4];
-    const COSTS: [f64; 4] = [3.0, 2.0, 2.0, 1.0];
 
     fn table(loads: Vec<f64>) -> Table {
         Table::new(loads.len(), vec![(LOAD, reals(loads))])
@@ -180,7 +181,7 @@ mod tests {
             reserve: &|_| true,
             advance: &|fraction| locked(&reported).push(fraction),
         };
-        let task = LoadTask::new(&context, &LOADS, COSTS.to_vec());
+        let task = LoadTask::new(&context, &LOADS, 13.0);
         let solve = |(): &mut (), index: usize, watch: &dyn Watch| {
             if watch.is_interrupted() {
                 return Err(StageError::Interrupted);
@@ -203,9 +204,9 @@ mod tests {
     }
 
     #[test]
-    fn progress_counts_loads_by_their_expected_cost() {
+    fn progress_counts_finished_loads() {
         let (_, reported) = run(1, usize::MAX, &KeptRows::never_due());
-        assert_eq!(reported, [0.375, 0.625, 0.875, 1.0]);
+        assert_eq!(reported, [0.25, 0.5, 0.75, 1.0]);
     }
 
     #[test]
