@@ -174,7 +174,7 @@ fn requested_columns_are_computed_without_the_rows_that_exist() {
     let rows = bench.table("loads", "contact");
 
     let kept = and(&with(loads), "pressures = \"all\"");
-    let again = "`pressures` of 4 loads, which are solved again: no pressures are stored";
+    let again = "`pressures` of 4 loads, solved again because no pressures are stored";
     assert_eq!(remaining(&bench, &kept, "contact"), [(4, again.to_owned())]);
     let computed = bench.run(&kept);
     assert!(is_idle(&computed["area"]) && is_idle(&computed["corrected"]));

@@ -69,8 +69,11 @@ impl Remaining {
         for group in tasks.iter().filter_map(|task| self.0.get(task)).flatten() {
             let mut columns: Vec<String> = Vec::new();
             if !group.is_new {
-                let parts = group.parts.iter().flat_map(|part| &part.columns);
-                columns.extend(parts.map(|column| (*column).to_owned()));
+                let parts = group.parts.iter().map(|part| match part.columns[..] {
+                    [column] => column,
+                    _ => &part.name,
+                });
+                columns.extend(parts.map(str::to_owned));
             }
             *counts.entry((!group.is_new, group.from_stored, columns)).or_default() +=
                 group.values.len();
@@ -83,7 +86,7 @@ impl Remaining {
                 (false, _) => format!("{loads} to {verb}"),
                 (true, true) => format!("{columns} of {loads}, from stored pressures"),
                 (true, false) => {
-                    format!("{columns} of {loads}, which are solved again: no pressures are stored")
+                    format!("{columns} of {loads}, solved again because no pressures are stored")
                 }
             }
         });
