@@ -85,7 +85,8 @@ impl HalfSpace {
 /// Additional memory of the solver of a free half-space, in bytes per node.
 ///
 /// It is needed for the kernels, for a mesh with twice the nodes along both axes on which they are
-/// computed, and for coarser meshes. A run on 2048² nodes had a peak of 106 bytes per node in total.
+/// computed, and for coarser meshes. A run on 2048² nodes had a peak of 106 bytes per node in
+/// total.
 const FREE_BYTES: f64 = 61.0;
 
 /// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and

@@ -2,8 +2,9 @@
 //!
 //! The store has the tables of tasks, with maps. The published table of a stage has the same rows
 //! without maps. Each row has the key of its task, which decides all values together with the load
-//! of the row, so both sources are equivalent. If many tasks are read, the published table replaces thousands of files of the
-//! store. It is the only source if the store is lost or was not shared with the results.
+//! of the row, so both sources are equivalent. If many tasks are read, the published table replaces
+//! thousands of files of the store. It is the only source if the store is lost or was not shared
+//! with the results.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

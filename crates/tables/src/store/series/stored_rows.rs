@@ -84,7 +84,8 @@ impl Store {
         key: TaskKey,
     ) -> Result<(Table, Provenance), StoreError> {
         let names = self.files_of(key)?;
-        // The values of the rows by part; `None` comes first and stands for the columns of all rows.
+        // The values of the rows by part. `None` comes first: it stands for the columns of all
+        // rows.
         let mut values: BTreeMap<Option<&str>, Vec<f64>> = BTreeMap::new();
         let mut column = String::new();
         for name in &names {
