@@ -86,8 +86,8 @@ impl ResultReader {
         file.published()?.table_of(table).map(status::with_codes)
     }
 
-    /// Reads the first of the tables `tables` together, from the published table of a stage: as many
-    /// as are consecutive there, have the same columns, and have few enough rows for one read.
+    /// Reads the first of the tables `tables` together, from the published table of a stage: as
+    /// many as are consecutive there, have the same columns, and have few enough rows for one read.
     /// Returns the number of rows of each, and one table with all these rows.
     pub fn published_consecutive<'a>(
         &self,
