@@ -6,7 +6,7 @@ import sys
 import time
 from typing import Any, Callable, Dict, Optional, Union
 
-#: Called with ``{"study", "doing", "tasks", "tasks_done", "cached", "share", "seconds_left"}``.
+#: Called with the dict that :meth:`Study.run` describes.
 Callback = Callable[[Dict[str, Any]], object]
 
 #: Seconds between two lines if the output is not a terminal.
@@ -35,20 +35,6 @@ class Progress:
         self._end()
 
 
-def _words(advance: Dict[str, Any]) -> str:
-    left = advance["seconds_left"]
-    time_left = "…" if left is None else f"{_duration(left)} left"
-    return f"{advance['tasks_done']} of {advance['tasks']} tasks, {time_left}"
-
-
-def _duration(seconds: float) -> str:
-    hours, rest = divmod(int(seconds), 3600)
-    minutes, seconds = divmod(rest, 60)
-    if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
-
-
 def _is_notebook() -> bool:
     # A notebook has imported IPython already.
     ipython = sys.modules.get("IPython")
@@ -61,8 +47,8 @@ def _is_terminal() -> bool:
 
 
 def _in_terminal(advance: Dict[str, Any]) -> None:
-    bar = "━" * round(30 * min(advance["share"], 1.0))
-    print(f"\r{advance['doing']:9} {bar:30} {_words(advance)}\x1b[K", end="", file=sys.stderr, flush=True)
+    bar = "━" * round(30 * advance["share"])
+    print(f"\r{advance['doing']:9} {bar:30} {advance['text']}\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def _clear_line() -> None:
@@ -70,13 +56,17 @@ def _clear_line() -> None:
 
 
 def _lines() -> Callback:
-    last = time.monotonic()
+    """Returns a callback that prints the same lines as the command `run`."""
+    batch, last = "", time.monotonic()
 
     def show(advance: Dict[str, Any]) -> None:
-        nonlocal last
-        if time.monotonic() - last >= _LINE_EVERY:
+        nonlocal batch, last
+        if advance["batch"] != batch:
+            batch, last = advance["batch"], time.monotonic()
+            print(batch, file=sys.stderr, flush=True)
+        elif time.monotonic() - last >= _LINE_EVERY:
             last = time.monotonic()
-            print(_words(advance), file=sys.stderr, flush=True)
+            print(advance["text"], file=sys.stderr, flush=True)
 
     return show
 
@@ -90,9 +80,7 @@ def _in_notebook() -> "tuple[Callback, Callable[[], None]]":
     handle = display(HTML(""), display_id=True)
 
     def show(advance: Dict[str, Any]) -> None:
-        share = min(advance["share"], 1.0)
-        handle.update(
-            HTML(f'<progress value="{share:.3f}" max="1"></progress> {advance["doing"]} {_words(advance)}')
-        )
+        share, doing, text = advance["share"], advance["doing"], advance["text"]
+        handle.update(HTML(f'<progress value="{share:.3f}" max="1"></progress> {doing} {text}'))
 
     return show, lambda: handle.update(HTML(""))

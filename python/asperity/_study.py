@@ -166,8 +166,11 @@ class Study:
         memory : int or str, optional
             Memory limit in bytes or as ``"16GB"``; default: 7/8 of the available memory.
         progress : bool or callable
-            True to show the progress, False to hide it, or a function that is called with a dict of ``study``,
-            ``doing``, ``tasks``, ``tasks_done``, ``cached``, ``share`` and ``seconds_left``.
+            True to show the progress: a bar in terminals and notebooks, and plain lines on standard error
+            elsewhere. False to hide it. A function is called 20 times a second, and at the end, with a dict:
+            ``text`` (as in ``"123 of 480 tasks, 2 min 5 s left"``), ``share`` of the work from 0 to 1,
+            ``seconds_left`` or None, ``tasks``, ``tasks_done``, ``cached``, ``doing`` (kind of stage),
+            ``batch`` (numbers of tasks at the start, as text) and ``study``.
         replace : bool
             True to overwrite the results of another manifest with the same study name.
 

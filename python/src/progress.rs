@@ -19,9 +19,11 @@ struct Events {
     batch: Option<Batch>,
 }
 
-/// Progress of the current batch of tasks.
+/// Progress of the last batch of tasks.
 struct Batch {
     study: String,
+    /// Line with the numbers of tasks of the batch.
+    summary: String,
     progress: RunProgress,
     doing: &'static str,
     cached: usize,
@@ -31,6 +33,8 @@ struct Batch {
 #[derive(IntoPyObject)]
 pub struct Advance {
     pub study: String,
+    pub batch: String,
+    pub text: String,
     pub doing: &'static str,
     pub tasks: usize,
     pub tasks_done: usize,
@@ -49,12 +53,14 @@ impl Listener {
         std::mem::take(&mut self.lock().notices)
     }
 
-    /// Returns the progress of the current batch; `None` between batches.
+    /// Returns the progress of the last batch, which may have ended; `None` before the first batch.
     pub fn advance(&self) -> Option<Advance> {
         let events = self.lock();
         let batch = events.batch.as_ref()?;
         Some(Advance {
             study: batch.study.clone(),
+            batch: batch.summary.clone(),
+            text: batch.progress.to_string(),
             doing: batch.doing,
             tasks: batch.progress.tasks(),
             tasks_done: batch.progress.tasks_done(),
@@ -76,6 +82,7 @@ impl Observer for Listener {
             (Event::Begun(begun), batch) => {
                 *batch = Some(Batch {
                     study: begun.plan.study.clone(),
+                    summary: escaped(&begun.to_string()).into_owned(),
                     cached: begun.cached,
                     progress: RunProgress::new(begun),
                     doing: "",
@@ -86,9 +93,13 @@ impl Observer for Listener {
             }
             (Event::Advanced(task, share), Some(batch)) => batch.progress.advanced(task, share),
             (Event::Finished(task), Some(batch)) => batch.progress.finished(task),
-            (Event::Ended, batch) => *batch = None,
+            // The batch is kept, so that the last state of a short run is shown, too.
             (
-                Event::Failed(_) | Event::Started(_) | Event::Advanced(..) | Event::Finished(_),
+                Event::Failed(_)
+                | Event::Started(_)
+                | Event::Advanced(..)
+                | Event::Finished(_)
+                | Event::Ended,
                 _,
             ) => {}
         }

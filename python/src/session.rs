@@ -107,10 +107,12 @@ impl Session {
             let session = session::Session::new(manifest, data);
             session.observed_by(&listener).run(&options, &stopped)
         };
-        let report = watched(py, &stop, work, |_| match (&on_progress, events.advance()) {
+        let show = |_: Python<'_>| match (&on_progress, events.advance()) {
             (Some(on_progress), Some(advance)) => on_progress.call1((advance,)).map(drop),
             _ => Ok(()),
-        })?;
+        };
+        let report = watched(py, &stop, work, show)?;
+        show(py)?;
         let report = report.map_err(|error| session_error(py, &error))?;
         Ok((Run::new(&report), events.take_notices()))
     }

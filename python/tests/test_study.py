@@ -1,5 +1,7 @@
 """Tests the class Study."""
 
+import subprocess
+import sys
 import warnings
 
 import pytest
@@ -14,7 +16,7 @@ def test_a_study_runs_once(study):
     assert study.run(progress=advances.append).computed == 4
     assert repr(study.run(progress=False)) == "<asperity.Run of small: nothing to do>"
     assert study.plan().to_run == 0
-    assert all(0 <= advance["share"] <= 1 for advance in advances)
+    assert all(0 <= advance["share"] <= 1 for advance in advances) and advances
 
 
 def test_tables_can_be_asked(finished):
@@ -145,3 +147,32 @@ def test_files_that_are_none_are_named(tmp_path):
         asperity.read(tmp_path / "text.x3p")
     with pytest.raises(FileNotFoundError):
         asperity.read(tmp_path / "gone.x3p")
+
+
+def run_in_a_process(study, arguments=""):
+    """Runs a study in a process whose standard error is a pipe, and returns the lines of standard error."""
+    code = f"import asperity; asperity.Study({str(study.path)!r}, data={str(study.data)!r}).run({arguments})"
+    finished = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert finished.stdout == ""
+    return finished.stderr.splitlines()
+
+
+def test_progress_is_lines_of_the_command_if_standard_error_is_no_terminal(study, tmp_path):
+    lines = run_in_a_process(study)
+    assert lines == ["small: 4 tasks to run, 0 finished"]
+    command = [sys.executable, "-m", "asperity", "--data", tmp_path / "other", "run", study.path]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    assert printed.splitlines() == lines
+    assert run_in_a_process(study) == []
+
+
+def test_progress_can_be_hidden(study):
+    assert run_in_a_process(study, "progress=False") == []
+
+
+def test_the_last_state_of_a_run_is_its_end(study):
+    advances = []
+    study.run(progress=advances.append)
+    assert advances[-1]["tasks_done"] == advances[-1]["tasks"] == 4
+    assert advances[-1]["text"] == "4 of 4 tasks, 0 s left"
+    assert {advance["batch"] for advance in advances} == {"small: 4 tasks to run, 0 finished"}

@@ -14,7 +14,6 @@ use signal_hook::iterator::Signals;
 use super::{print_notice, warn};
 use crate::session::events::Batch;
 use crate::session::failures;
-use crate::session::words::counted;
 use crate::session::{Event, Observer, RunProgress};
 
 /// Time between progress lines if stderr is not a terminal.
@@ -66,8 +65,7 @@ impl Progress {
         let total = batch.tasks.len();
         let bar = stderr().is_terminal().then(|| bar(total));
         if bar.is_none() {
-            let begun = begun(total, batch.cached, batch.plan.tasks.len());
-            warn(&format!("{}: {begun}", batch.plan.study));
+            warn(&batch.to_string());
         }
         Progress { run: RunProgress::new(batch), bar, last_line: Instant::now() }
     }
@@ -95,26 +93,13 @@ impl Progress {
     }
 
     fn update_display(&mut self) {
-        let left = self.run.time_left();
-        let left = left.map_or("…".to_owned(), |left| duration(left) + " left");
-        let finished = self.run.tasks_done();
         if let Some(bar) = &self.bar {
-            bar.set_position(finished as u64);
-            bar.set_message(left);
+            bar.set_position(self.run.tasks_done() as u64);
+            bar.set_message(self.run.time_left_in_words());
         } else if self.last_line.elapsed() >= LINE_EVERY {
             self.last_line = Instant::now();
-            let total = counted(self.run.tasks(), "task");
-            warn(&format!("{finished} of {total}, {left}"));
+            warn(&self.run.to_string());
         }
-    }
-}
-
-/// Formats the numbers of tasks of a batch: to run, finished, and left for later.
-fn begun(to_run: usize, finished: usize, all: usize) -> String {
-    let begun = format!("{} to run, {finished} finished", counted(to_run, "task"));
-    match all.saturating_sub(to_run + finished) {
-        0 => begun,
-        later => format!("{begun}, {later} left for later"),
     }
 }
 
@@ -127,16 +112,6 @@ fn bar(total: usize) -> ProgressBar {
         bar.enable_steady_tick(Duration::from_millis(250));
     }
     bar
-}
-
-/// Formats a duration in its two largest units.
-pub fn duration(duration: Duration) -> String {
-    let seconds = duration.as_secs();
-    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
-        (0, 0, seconds) => format!("{seconds} s"),
-        (0, minutes, seconds) => format!("{minutes} min {seconds} s"),
-        (hours, minutes, _) => format!("{hours} h {minutes} min"),
-    }
 }
 
 /// Time that a stopped run may take to end.
@@ -234,23 +209,4 @@ fn is_ignored(signal: i32) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
     mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tasks_left_for_later_are_not_finished() {
-        assert_eq!(begun(2, 33, 35), "2 tasks to run, 33 finished");
-        assert_eq!(begun(1, 0, 35), "1 task to run, 0 finished, 34 left for later");
-    }
-
-    #[test]
-    fn durations_are_printed_in_their_two_largest_units() {
-        let text = |seconds| duration(Duration::from_secs(seconds));
-        assert_eq!(text(59), "59 s");
-        assert_eq!(text(61), "1 min 1 s");
-        assert_eq!(text(3 * 3600 + 62), "3 h 1 min");
-    }
 }

@@ -9,12 +9,11 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::console::duration;
 use super::tables::write_json;
 use super::terminal::stdout;
 use super::{Failure, print_json};
 use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus};
-use crate::session::words::counted;
+use crate::session::words::{counted, duration};
 use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.

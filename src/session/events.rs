@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use bytesize::ByteSize;
 
-use asperity_manifest::diagnostics::{chain, counted};
+use super::words::{chain, counted, duration};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
@@ -65,6 +65,23 @@ pub struct Batch<'a> {
     pub store: &'a Store,
     /// Number of tasks of the plan that are in the store and not in `tasks`.
     pub cached: usize,
+}
+
+impl fmt::Display for Batch<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (to_run, all) = (self.tasks.len(), self.plan.tasks.len());
+        let numbers = task_numbers(to_run, self.cached, all);
+        write!(formatter, "{}: {numbers}", self.plan.study)
+    }
+}
+
+/// Formats the numbers of tasks of a batch: to run, finished, and left for later.
+fn task_numbers(to_run: usize, finished: usize, all: usize) -> String {
+    let numbers = format!("{} to run, {finished} finished", counted(to_run, "task"));
+    match all.saturating_sub(to_run + finished) {
+        0 => numbers,
+        later => format!("{numbers}, {later} left for later"),
+    }
 }
 
 /// Message about a study, its tables or a run.
@@ -264,7 +281,7 @@ impl RunProgress {
     /// Returns the finished fraction of the expected core-seconds.
     pub fn share(&self) -> f64 {
         let done = self.done + self.under_way.values().sum::<f64>();
-        done / self.expected
+        (done / self.expected).min(1.0)
     }
 
     /// Returns the remaining time at the present speed; `None` in the first percent of the work.
@@ -272,9 +289,21 @@ impl RunProgress {
         time_left(self.begun.elapsed(), self.share())
     }
 
+    /// Formats the remaining time, such as `2 min 5 s left`; `…` if it is unknown.
+    pub fn time_left_in_words(&self) -> String {
+        self.time_left().map_or("…".to_owned(), |left| duration(left) + " left")
+    }
+
     fn seconds(&self, task: usize) -> f64 {
         let expected = self.tasks.get(&task);
         expected.map_or(0.0, |expected| expected.seconds)
+    }
+}
+
+impl fmt::Display for RunProgress {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (finished, tasks) = (self.finished, counted(self.tasks.len(), "task"));
+        write!(formatter, "{finished} of {tasks}, {}", self.time_left_in_words())
     }
 }
 
@@ -286,6 +315,12 @@ fn time_left(elapsed: Duration, share_done: f64) -> Option<Duration> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tasks_left_for_later_are_not_finished() {
+        assert_eq!(task_numbers(2, 33, 35), "2 tasks to run, 33 finished");
+        assert_eq!(task_numbers(1, 0, 35), "1 task to run, 0 finished, 34 left for later");
+    }
 
     #[test]
     fn a_tenth_done_in_a_minute_leaves_nine() {

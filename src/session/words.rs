@@ -1,4 +1,6 @@
-//! Formatting of numbers and lists for users.
+//! Formatting of numbers, durations and lists for users.
+
+use std::time::Duration;
 
 pub use asperity_manifest::diagnostics::{chain, counted, listed, wrapped};
 pub use asperity_tables::cells::{cells, whole_cells};
@@ -19,9 +21,27 @@ pub fn short(number: f64) -> String {
     }
 }
 
+/// Formats a duration in its two largest units.
+pub fn duration(duration: Duration) -> String {
+    let seconds = duration.as_secs();
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, seconds) => format!("{seconds} s"),
+        (0, minutes, seconds) => format!("{minutes} min {seconds} s"),
+        (hours, minutes, _) => format!("{hours} h {minutes} min"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn durations_are_printed_in_their_two_largest_units() {
+        let text = |seconds| duration(Duration::from_secs(seconds));
+        assert_eq!(text(59), "59 s");
+        assert_eq!(text(61), "1 min 1 s");
+        assert_eq!(text(3 * 3600 + 62), "3 h 1 min");
+    }
 
     #[test]
     fn numbers_are_shown_with_six_digits_and_no_tail() {
