@@ -47,6 +47,7 @@ _MODULE_OF = {
     "Error": "errors",
     "FitError": "errors",
     "ManifestError": "errors",
+    "MissingArgumentError": "errors",
     "NotComputedError": "errors",
     "Problem": "errors",
     "QueryError": "errors",

@@ -11,7 +11,7 @@ from asperity import _asperity
 from asperity._arrays import Size
 from asperity._contact import Contact, ContactState
 from asperity._topography import Topography
-from asperity.errors import ArgumentError, SurfaceError
+from asperity.errors import ArgumentError, MissingArgumentError, SurfaceError
 
 #: One load, several loads, or ``{"from", "to", "steps", "spacing"}``.
 Loads = Union[ArrayLike, Mapping[str, Any]]
@@ -81,7 +81,10 @@ def press(
     Raises
     ------
     ArgumentError
-        If an argument is invalid, or if `size` or `boundary` is missing for an array.
+        If an argument is invalid.
+    MissingArgumentError
+        If `size` or `boundary` is missing for an array, or if both `loads` and `pressures` are missing. It is
+        a TypeError and an ArgumentError.
     SurfaceError
         If points are missing, or if `boundary` is ``"periodic"`` but the map is not periodic.
 
@@ -176,7 +179,8 @@ def _keys(
 ) -> Dict[str, Any]:
     """Returns the keys of a `solve` stage."""
     if (loads is None) == (pressures is None):
-        raise ArgumentError(
+        kind = MissingArgumentError if loads is None else ArgumentError
+        raise kind(
             "give either `loads` (in units of E* × rms slope) or `pressures` (in the unit of the modulus)"
         )
     return {
@@ -213,11 +217,14 @@ def _pressing(
             raise ArgumentError("the topography has its own size; omit `size`")
     else:
         if size is None:
-            raise ArgumentError("an array needs a `size`: the sides along x and y, in the unit of the heights")
+            raise MissingArgumentError(
+                "an array needs a `size`: write `size=1.0` for a square of this side, or `size=(2.0, 1.0)` for "
+                "the sides along x and y, in the unit of the heights"
+            )
         if boundary is None:
-            raise ArgumentError(
-                'an array needs a `boundary`: "periodic" if the surface is periodic, "free" if it is an '
-                "isolated patch, such as a measured map"
+            raise MissingArgumentError(
+                'an array needs a `boundary`: write `boundary="periodic"` if the surface is periodic, or '
+                '`boundary="free"` if it is an isolated patch, such as a measured map'
             )
         topography = Topography(heights, size, is_periodic=boundary == "periodic")
     if topography.missing:

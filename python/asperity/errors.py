@@ -9,6 +9,7 @@ __all__ = [
     "Error",
     "FitError",
     "ManifestError",
+    "MissingArgumentError",
     "NotComputedError",
     "Problem",
     "QueryError",
@@ -77,6 +78,10 @@ def _problem(message: str, position: Optional[Sequence[int]], help: Optional[str
 
 class ArgumentError(Error, ValueError):
     """An argument is invalid; the text names the argument, its value and valid values."""
+
+
+class MissingArgumentError(ArgumentError, TypeError):
+    """A required argument is missing; the text says what to write."""
 
 
 class SurfaceError(Error, ValueError):

@@ -118,10 +118,13 @@ def test_arguments_of_contacts_are_checked_as_keys_are():
 @pytest.mark.parametrize("press", [asperity.press, asperity.press_each])
 def test_an_array_is_pressed_with_its_size_and_boundary(press):
     heights = asperity.surface(nodes=32, hurst=0.8, k_lower=1, k_upper=8).heights.filled()
-    with pytest.raises(asperity.ArgumentError, match="an array needs a `size`"):
+    with pytest.raises(TypeError, match="write `size=1.0`"):
         press(heights, loads=0.1, boundary="periodic")
-    with pytest.raises(asperity.ArgumentError, match="an array needs a `boundary`"):
+    with pytest.raises(TypeError, match='write `boundary="periodic"`'):
         press(heights, loads=0.1, size=1.0)
+    with pytest.raises(TypeError, match="give either `loads`"):
+        press(heights, size=1.0, boundary="free")
+    assert issubclass(asperity.MissingArgumentError, asperity.ArgumentError)
     assert list(press(heights, loads=0.1, size=1.0, boundary="free"))
 
 
