@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from html import escape
-from typing import TYPE_CHECKING, Any, List, NamedTuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,8 @@ class Table:
     (2, array([0.1, 0.2]))
     >>> table.column("mean_gap").meaning
     'mean gap between the surfaces'
+    >>> table.units["load"]
+    'E* × rms slope'
     """
 
     def __init__(self, table: "_asperity.Table") -> None:
@@ -97,6 +99,16 @@ class Table:
         """Descriptions of the columns."""
         return [Column(*words) for words in self._table.descriptions()]
 
+    @property
+    def units(self) -> Dict[str, str]:
+        """Units of the columns by name; ``1`` for pure numbers and empty for texts."""
+        return {column.name: column.unit for column in self.columns}
+
+    @property
+    def meanings(self) -> Dict[str, str]:
+        """Meanings of the columns by name."""
+        return {column.name: column.meaning for column in self.columns}
+
     def column(self, name: str) -> Column:
         """Returns the description of a column.
 
@@ -111,16 +123,24 @@ class Table:
         raise UnknownNameError(f"the table has no column `{name}`; available: {', '.join(self.names)}")
 
     def to_polars(self) -> Any:
-        """Converts the table to a ``polars.DataFrame``; requires polars."""
+        """Converts the table to a ``polars.DataFrame``; requires polars.
+
+        A polars frame has no place for units; :attr:`units` and :attr:`meanings` have them by column name.
+        """
         import polars
 
         return polars.DataFrame(self)
 
     def to_pandas(self) -> Any:
-        """Converts the table to a ``pandas.DataFrame``; requires pandas and pyarrow."""
+        """Converts the table to a ``pandas.DataFrame``; requires pandas and pyarrow.
+
+        ``frame.attrs["units"]`` and ``frame.attrs["meanings"]`` are dicts by column name.
+        """
         import pyarrow
 
-        return pyarrow.table(self).to_pandas()
+        frame = pyarrow.table(self).to_pandas()
+        frame.attrs.update(units=self.units, meanings=self.meanings)
+        return frame
 
     def __repr__(self) -> str:
         return f"<asperity.Table: {len(self)} rows × {len(self.names)} columns: {', '.join(self.names)}>"

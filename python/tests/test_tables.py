@@ -32,6 +32,14 @@ def test_fields_keep_what_columns_mean(table):
     assert pyarrow.schema(table).field("load").metadata[b"role"] == b"load"
 
 
+def test_units_and_meanings_are_attributes_of_a_pandas_frame(table):
+    frame = table.to_pandas()
+    assert frame.attrs["units"] == table.units and frame.attrs["meanings"] == table.meanings
+    assert frame.attrs["units"]["load"] == "E* × rms slope"
+    assert list(frame.attrs["units"]) == list(frame.columns) == table.names
+    assert frame[frame["load"] > 0.1].attrs["units"]["mean_gap"] == "length"
+
+
 def test_no_copy_of_ours_is_between(table):
     """Checks that readers use the memory of the table without a copy."""
     own = table._table.address("mean_gap")
