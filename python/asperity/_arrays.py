@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Sequence, Tuple, Union
+from typing import Any, Callable, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,3 +42,13 @@ def each(function: Callable[[Reals], Reals], values: ArrayLike) -> Any:
     array = np.asarray(values, dtype=np.float64)
     result = function(np.ascontiguousarray(array).reshape(-1)).reshape(array.shape)
     return float(result) if result.ndim == 0 else result
+
+
+def as_array(values: NDArray[Any], dtype: Any, copy: Optional[bool]) -> NDArray[Any]:
+    """Converts values as NumPy's `__array__` requires; `copy` is None if a copy is made only if necessary."""
+    if copy:
+        return np.array(values, dtype=dtype)
+    array = np.asarray(values, dtype=dtype)
+    if copy is False and not np.shares_memory(array, values):
+        raise ValueError(f"values of type {values.dtype} cannot be converted to {array.dtype} without a copy")
+    return array

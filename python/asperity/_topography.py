@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from html import escape
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Sequence, Tuple
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asperity import _asperity
-from asperity._arrays import Reals, Size, heights_of, sides_of
+from asperity._arrays import Reals, Size, as_array, heights_of, sides_of
 from asperity._table import Table
 from asperity.errors import SurfaceError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+#: Relative difference up to which sides of two maps are equal, because files contain rounded sides.
+_SIZE_TOLERANCE = 1e-9
 
 
 class PowerSpectrum(NamedTuple):
@@ -37,6 +41,10 @@ class PowerSpectrum(NamedTuple):
 
 class Topography:
     """Heights on the nodes of a rectangle, positive towards the elastic body.
+
+    ``a + b`` and ``a - b`` add and subtract heights node by node; both maps need the same nodes, sides and
+    unit, and the result is periodic if both are. ``2.0 * a``, ``a / 2.0`` and ``-a`` scale heights.
+    ``numpy.asarray(a)`` returns the heights with NaN where they are missing.
 
     Parameters
     ----------
@@ -65,7 +73,12 @@ class Topography:
     ((64, 64), (0.015625, 0.015625))
     >>> round(wave.statistics()["rms_slope"], 6)
     0.044429
+    >>> round((wave + 2.0 * wave).statistics()["rms_slope"], 6)
+    0.133286
     """
+
+    # Arrays and numbers of NumPy leave operators to this class.
+    __array_priority__ = 1.0
 
     def __init__(
         self,
@@ -90,6 +103,11 @@ class Topography:
     def heights(self) -> "np.ma.MaskedArray[Any, np.dtype[np.float64]]":
         """Heights, shape (n_x, n_y), with missing points masked; a view of the topography's memory."""
         return np.ma.masked_invalid(self._heights, copy=False)
+
+    @property
+    def values(self) -> Reals:
+        """Heights, shape (n_x, n_y), with NaN where they are missing; the topography's memory."""
+        return self._heights
 
     @property
     def nodes(self) -> Tuple[int, int]:
@@ -122,6 +140,66 @@ class Topography:
     def description(self) -> Optional[Table]:
         """Table row of a `generate` stage for a generated surface; None for other surfaces."""
         return self._description
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
+        return as_array(self._heights, dtype, copy)
+
+    def __add__(self, other: "Topography") -> "Topography":
+        return self._combined(other, "added", np.add)
+
+    def __sub__(self, other: "Topography") -> "Topography":
+        return self._combined(other, "subtracted", np.subtract)
+
+    def __mul__(self, factor: float) -> "Topography":
+        return self._changed(self._heights * _number(factor))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: float) -> "Topography":
+        return self._changed(self._heights / _number(divisor))
+
+    def __neg__(self) -> "Topography":
+        return self._changed(-self._heights)
+
+    def _combined(self, other: "Topography", verb: str, combine: Callable[[Reals, Reals], Reals]) -> "Topography":
+        """Returns heights that are combined node by node.
+
+        Raises
+        ------
+        SurfaceError
+            If the maps differ in nodes, sides or unit.
+        TypeError
+            If `other` is not a topography.
+        """
+        if not isinstance(other, Topography):
+            raise TypeError(
+                f"only topographies can be {verb}, but one is of type {type(other).__name__}; create "
+                "`asperity.Topography(heights, size=…)` first, or use the array `values`"
+            )
+        is_same_size = np.allclose(self.size, other.size, rtol=_SIZE_TOLERANCE, atol=0.0)
+        for is_same, names, ours, theirs in [
+            (self.nodes == other.nodes, "numbers of nodes", self.nodes, other.nodes),
+            (is_same_size, "sizes", self.size, other.size),
+            (self.unit == other.unit, "units", repr(self.unit), repr(other.unit)),
+        ]:
+            if not is_same:
+                raise SurfaceError(f"maps cannot be {verb}, because their {names} differ: {ours} and {theirs}")
+        return Topography(
+            combine(self._heights, other._heights),
+            self._size,
+            unit=self.unit,
+            is_periodic=self._is_periodic and other._is_periodic,
+        )
+
+    def mirror(self) -> "Topography":
+        """Returns the map reversed along x, as a surface that is turned over towards the other body.
+
+        Examples
+        --------
+        >>> Topography([[1.0, 2.0], [3.0, 4.0]], size=1.0).mirror().values.tolist()
+        [[3.0, 4.0], [1.0, 2.0]]
+        """
+        return self._changed(self._heights[::-1])
 
     def detrend(self, form: str = "plane") -> "Topography":
         """Returns the map minus a form that is fitted to the measured points.
@@ -241,19 +319,10 @@ class Topography:
         **image
             Arguments for ``Axes.imshow``.
         """
-        if axes is None:
-            import matplotlib.pyplot
+        from asperity._picture import draw_map
 
-            axes = matplotlib.pyplot.figure(figsize=(4, 3.2)).subplots()
         unit = self.unit or "length"
-        extent = (0.0, self._size[0], 0.0, self._size[1])
-        # The first index of a picture is the row, so the array is transposed.
-        shown = axes.imshow(self.heights.T, **{"origin": "lower", "extent": extent, **image})
-        axes.set_xlabel(f"x ({unit})")
-        axes.set_ylabel(f"y ({unit})")
-        if axes.figure is not None:
-            axes.figure.colorbar(shown, ax=axes, label=f"height ({unit})")
-        return axes
+        return draw_map(axes, self.heights, self._size, unit, f"height ({unit})", image)
 
     def _changed(self, heights: Reals) -> "Topography":
         return Topography(heights, self._size, unit=self.unit, is_periodic=self._is_periodic)
@@ -273,3 +342,10 @@ class Topography:
         from asperity._picture import picture
 
         return f"<p>{escape(repr(self))}</p>{picture(self.plot)}"
+
+
+def _number(factor: float) -> float:
+    # Not NotImplemented, because NumPy would then multiply arrays with the heights and drop the size.
+    if not isinstance(factor, Real):
+        raise TypeError(f"heights are scaled by a number, not by {type(factor).__name__}; use the array `values`")
+    return float(factor)

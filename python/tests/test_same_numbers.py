@@ -122,3 +122,41 @@ def test_what_cannot_be_read_is_named():
         asperity.read(scan, channel="Heigth")
     with pytest.raises(asperity.SurfaceError, match="complex"):
         asperity.press(np.ones((8, 8)) * 1j, size=1.0, boundary="free", loads=[0.1])
+
+
+def test_sums_of_surfaces_are_sums_of_their_heights():
+    upper, lower = (asperity.surface(**{**KEYS, "seed": seed}, unit="µm") for seed in (1, 2))
+    both = upper + lower.mirror()
+    assert np.array_equal(both, upper.heights + lower.heights[::-1])
+    assert (both.size, both.unit, both.is_periodic) == (upper.size, "µm", True)
+    assert np.array_equal((both - upper).mirror(), both.heights[::-1] - upper.heights[::-1])
+    assert np.array_equal(np.float64(0.5) * -upper, upper.heights / -2) and np.array_equal(upper / -2, upper * -0.5)
+    patch = asperity.Topography(upper.values, size=2.0, unit="µm")
+    assert not (upper + patch).is_periodic
+
+
+def test_twice_the_surface_is_pressed_to_twice_the_pressure():
+    rough = asperity.surface(**KEYS)
+    once, twice = (asperity.press(map, loads=[0.1]) for map in (rough, rough + rough))
+    assert np.allclose(twice.pressure(0), 2.0 * once.pressure(0), rtol=1e-9, atol=0.0)
+
+
+@pytest.mark.parametrize("changed, named", [
+    (dict(nodes=32), r"numbers of nodes differ: \(64, 64\) and \(32, 32\)"),
+    (dict(side=1.0), r"sizes differ: \(2.0, 2.0\) and \(1.0, 1.0\)"),
+    (dict(unit="m"), "units differ: 'µm' and 'm'"),
+])
+def test_surfaces_that_do_not_match_are_not_added(changed, named):
+    upper, lower = (asperity.surface(**{**KEYS, "unit": "µm", **keys}) for keys in ({}, changed))
+    with pytest.raises(ValueError, match=named):
+        upper + lower
+    with pytest.raises(ValueError, match="cannot be subtracted"):
+        upper - lower
+
+
+def test_arrays_have_no_size_and_are_not_added_to_a_surface():
+    rough = asperity.surface(**KEYS)
+    for add in (lambda: rough + rough.values, lambda: rough.values + rough, lambda: rough * rough, lambda: rough + 1.0):
+        with pytest.raises(TypeError):
+            add()
+    assert np.max(rough) == rough.heights.max()
