@@ -50,10 +50,12 @@
 
 pub mod advice;
 pub mod claims;
+pub mod coordinates;
 pub mod error;
 pub mod events;
 pub mod failures;
 pub mod maintenance;
+pub mod maps;
 pub mod names;
 pub mod new_manifest;
 pub mod results;
@@ -87,8 +89,10 @@ pub use asperity_pipeline::results::{StageRows, StudyResults};
 pub use asperity_pipeline::study::Warning;
 pub use asperity_stages::aggregate::sql::silence_panics;
 pub use claims::StudyClaims;
+pub use coordinates::Coordinate;
 pub use error::SessionError;
 pub use events::{Event, Notice, Observer, RunProgress};
+pub use maps::{Map, MapKind, TaskMaps};
 pub use names::UnknownName;
 pub use results::{Bars, DescribedColumns, Report, ReportOptions, Table, Tables};
 pub use run::{PreparedRun, RunOptions, RunReport, SampledStudy, Selection};

@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 use comfy_table::{CellAlignment, Table as Grid, presets};
 use serde::Serialize;
 
 use super::{Failure, Misused, print_answer};
-use crate::session::DataFolder;
 use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
-use crate::session::view::{self, Coordinate, Map, Picture, ViewOptions, write_png};
+use crate::session::view::{Picture, ViewOptions, write_png};
 use crate::session::words::{listed, short, wrapped};
+use crate::session::{Coordinate, DataFolder, MapKind, maps};
 
 #[derive(clap::Args)]
 pub struct ViewArguments {
@@ -28,7 +29,7 @@ pub struct ViewArguments {
 
     /// Map to draw (default: heights for surfaces, contact for loads).
     #[arg(long, value_enum)]
-    map: Option<Map>,
+    map: Option<MapKind>,
 
     /// Load to draw, in the unit of the study: reduced, or in pascals if its loads are absolute.
     ///
@@ -75,9 +76,11 @@ pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Fa
 fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
     let ViewArguments { what, coordinates, map, load, .. } = arguments;
     let options = ViewOptions { map: *map, load: *load };
+    // Ctrl-C ends the process, because the command writes nothing before the picture.
+    let stop = AtomicBool::new(false);
     let session = super::session(what, data);
     match &arguments.stage {
-        Some(stage) => Ok(session.view(stage, coordinates, options)?),
+        Some(stage) => Ok(session.view(stage, coordinates, options, &stop)?),
         None if what.is_file() => {
             let study = session.study()?;
             let stages: Vec<_> = study.stages.iter().map(|stage| &*stage.name).collect();
@@ -88,7 +91,10 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
             );
             Err(Misused(message).into())
         }
-        None => Ok(view::finished_task(&what.to_string_lossy(), data, options)?),
+        None => {
+            let mut maps = maps::finished_task(&what.to_string_lossy(), data)?;
+            Ok(Picture::draw(&mut maps, options, &stop)?)
+        }
     }
 }
 

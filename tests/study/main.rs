@@ -23,6 +23,7 @@ mod heights;
 mod instructions;
 mod limits;
 mod loads;
+mod maps;
 mod memory;
 mod nayak;
 mod owners;

@@ -221,7 +221,7 @@ impl Pressing {
     pub fn displacement(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
         let displacement = self.on_threads(|_, solver| solver.displacement_under(&pressure));
-        Some(self.in_length(displacement))
+        Some(self.contact.in_length(displacement))
     }
 
     /// Returns the gaps under the load with index `load`, row-major, as defined by
@@ -231,7 +231,7 @@ impl Pressing {
     pub fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
         let pressure = self.reduced_pressure(load)?;
         let gap = self.on_threads(|_, solver| solver.gap_under(&pressure));
-        Some(self.in_length(gap))
+        Some(self.contact.in_length(gap))
     }
 
     /// Runs `work` on all cores. The threads end before the method returns, so that the process can
@@ -252,12 +252,6 @@ impl Pressing {
             if touches { *kept.next().expect("every node in contact has one") } else { 0.0 }
         });
         Some(pressure.collect())
-    }
-
-    fn in_length(&self, mut reduced: Vec<f64>) -> Vec<f64> {
-        let unit = self.contact.scales().length();
-        reduced.iter_mut().for_each(|value| *value *= unit);
-        reduced
     }
 }
 

@@ -30,10 +30,11 @@ mod styles;
 mod surface_curves;
 mod units;
 
-pub use charts::raster::{Raster, Scale};
+pub use charts::raster::{CONTACT, GAP, Raster, Scale};
 pub use charts::svg::PixelsError;
 pub use earlier::{changed_files, check_folder};
 pub use ensembles::Bars;
+pub use units::assumed_pressure_unit;
 
 use std::fs;
 use std::io;

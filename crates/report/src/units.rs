@@ -124,11 +124,21 @@ impl Scaled {
 /// Returns the unit of pressures up to `largest`: pascals with a prefix if the modulus is assumed
 /// to be in pascals, otherwise the unit of E*.
 pub fn of_pressures(largest: f64, least_modulus: f64, lengths: &LengthUnit) -> Scaled {
-    if *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS {
+    if are_pascals(least_modulus, lengths) {
         in_pascals(largest)
     } else {
         Scaled::plain("the unit of E*")
     }
+}
+
+fn are_pascals(least_modulus: f64, lengths: &LengthUnit) -> bool {
+    *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS
+}
+
+/// Returns the unit of the pressures on a surface with this unit of length: `Pa` if the modulus is
+/// assumed to be in pascals, or `None` if the unit is unknown.
+pub fn assumed_pressure_unit(modulus: f64, length_unit: Option<&str>) -> Option<&'static str> {
+    are_pascals(modulus, &LengthUnit::common([length_unit])).then_some("Pa")
 }
 
 /// Returns pascals with a prefix for pressures up to `largest`.

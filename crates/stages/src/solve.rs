@@ -6,6 +6,7 @@
 
 mod asperities;
 mod contact;
+mod fields;
 pub mod keys;
 mod loads;
 mod parallel;
@@ -23,6 +24,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 pub use self::contact::Contact;
+pub use self::fields::ContactFields;
 use self::rows::OptionalColumns;
 pub use self::rows::SolvedLoad;
 pub use self::units::{GivenHardness, PressureUnit};

@@ -107,6 +107,11 @@ impl Raster {
         })
     }
 
+    /// Draws the values of nodes, row-major.
+    pub fn from_values(nodes: [usize; 2], values: &[f64], colour: impl Fn(f64) -> Pixel) -> Raster {
+        Raster::from_nodes(nodes, |node| colour(values[node]))
+    }
+
     pub fn from_contact(map: &ContactMap) -> Raster {
         let row_nodes = map.nodes()[1];
         let touches = |node: usize| map.get(node / row_nodes, node % row_nodes);

@@ -163,6 +163,24 @@ impl Contact {
         Ok(parts)
     }
 
+    /// Returns the gaps under pressures in the unit of the moduli, in the unit of the surface.
+    pub fn gap(&self, solver: &mut Solver, stored: Vec<f64>) -> Vec<f64> {
+        self.in_length(solver.gap_under(&self.reduced_pressures(stored)))
+    }
+
+    /// Returns the displacements of the elastic body under pressures in the unit of the moduli, in
+    /// the unit of the surface.
+    pub fn displacement(&self, solver: &mut Solver, stored: Vec<f64>) -> Vec<f64> {
+        self.in_length(solver.displacement_under(&self.reduced_pressures(stored)))
+    }
+
+    /// Converts lengths of the solver to the unit of the surface.
+    pub fn in_length(&self, mut reduced: Vec<f64>) -> Vec<f64> {
+        let unit = self.scales.length();
+        reduced.iter_mut().for_each(|value| *value *= unit);
+        reduced
+    }
+
     /// Converts stored pressures to units of E* × rms slope. Saturated nodes get exactly the
     /// hardness, which rounding would miss.
     fn reduced_pressures(&self, mut stored: Vec<f64>) -> Vec<f64> {

@@ -102,7 +102,7 @@ fn row() -> Table {
 }
 
 /// Solves the loads of `params` on `surface`.
-fn solved_on(
+pub fn solved_on(
     surface: Surface,
     params: &Params,
     threads: &Threads,
