@@ -61,26 +61,25 @@ pub struct ChosenTask {
 /// Returns the elements of `rows` with the load `load`; there is at least one.
 ///
 /// # Errors
-/// Returns an error if no row has this load; the message names the nearest load.
+/// Returns an error if no row has this load; the message names the next lower and higher loads.
 pub fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, SessionError> {
     let column = load_column(table);
     let loads = table.reals(column)?;
-    let distance = |row: usize| (loads.value(row) - load).abs();
-    let is_meant = |row: &usize| distance(*row) <= ROUNDING * load.abs();
+    let is_meant = |row: &usize| (loads.value(*row) - load).abs() <= ROUNDING * load.abs();
     let found: Vec<usize> = rows.iter().copied().filter(is_meant).collect();
     if !found.is_empty() {
         return Ok(found);
     }
-    let by_distance = |one: &&usize, other: &&usize| distance(**one).total_cmp(&distance(**other));
-    let nearest = rows.iter().min_by(by_distance);
-    Err(SessionError::Refused(match nearest {
-        Some(&nearest) => {
-            let [requested, nearest] = [load, loads.value(nearest)].map(load_as_typed);
-            format!(
-                "no row has `{column}` = {requested}; the nearest is {nearest}: use `--load {nearest}`"
-            )
-        }
-        None => "the task has no loads".to_owned(),
+    let (lower, higher): (Vec<f64>, Vec<f64>) =
+        rows.iter().map(|&row| loads.value(row)).partition(|other| *other < load);
+    let lower = lower.into_iter().max_by(f64::total_cmp);
+    let higher = higher.into_iter().min_by(f64::total_cmp);
+    let nearest: Vec<String> = lower.into_iter().chain(higher).map(load_as_typed).collect();
+    let requested = format!("no row has `{column}` = {}", load_as_typed(load));
+    Err(SessionError::Refused(match nearest.as_slice() {
+        [] => "the task has no loads".to_owned(),
+        [nearest] => format!("{requested}; the nearest is {nearest}"),
+        [lower, higher, ..] => format!("{requested}; the nearest are {lower} and {higher}"),
     }))
 }
 

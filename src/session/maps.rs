@@ -21,7 +21,7 @@ use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_report::assumed_pressure_unit;
-use asperity_stages::columns::{CONTACT, EFFECTIVE_MODULUS, PRESSURES, RMS_SLOPE, UNIT};
+use asperity_stages::columns::{CONTACT, EFFECTIVE_MODULUS, LOAD, PRESSURES, RMS_SLOPE, UNIT};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::generate;
 use asperity_stages::grids::Grids;
@@ -89,6 +89,8 @@ pub struct Map {
     pub load: Option<f64>,
     /// Column of the load: `load` for reduced loads, `pressure` for loads in the unit of the moduli.
     pub load_column: Option<&'static str>,
+    /// Unit of the load, or `None` if it is unknown.
+    pub load_unit: Option<String>,
 }
 
 impl Session<'_> {
@@ -175,10 +177,14 @@ struct SurfaceTask {
     drawn: Option<DrawnSurface>,
 }
 
-struct DrawnSurface {
-    surface: Surface,
-    rms_slope: f64,
-    unit: Option<String>,
+/// Surface of a task.
+pub struct DrawnSurface {
+    pub surface: Surface,
+    /// Rms slope of the table, which defines reduced loads.
+    pub rms_slope: f64,
+    pub is_periodic: bool,
+    /// Unit of length, or `None` if the study gives none.
+    pub unit: Option<String>,
 }
 
 /// Solved loads of a surface.
@@ -274,9 +280,14 @@ impl TaskMaps {
         };
         let load = contact.table.reals(column)?.value(row);
         let (grid, length_unit) = (contact.grid, unit_of(&contact.table));
+        let pressure_unit = pressure_unit(&contact.table, row, length_unit.as_deref())?;
+        let load_unit = match column {
+            _ if column == LOAD.name => Some(LOAD.unit.to_owned()),
+            _ => pressure_unit.clone(),
+        };
         let unit = match kind {
             MapKind::Contact => None,
-            MapKind::Pressures => pressure_unit(&contact.table, row, length_unit.as_deref())?,
+            MapKind::Pressures => pressure_unit,
             MapKind::Heights | MapKind::Gap | MapKind::Displacement => length_unit.clone(),
         };
         let values = match kind {
@@ -291,7 +302,15 @@ impl TaskMaps {
             _ => self.field(kind, row, stop)?,
         };
         let (load, load_column) = (Some(load), Some(column));
-        Ok(Map { kind, values, grid, length_unit, unit, load, load_column })
+        Ok(Map { kind, values, grid, length_unit, unit, load, load_column, load_unit })
+    }
+
+    /// Returns the surface of the task.
+    ///
+    /// # Errors
+    /// Returns an error if a surface file is missing.
+    pub fn into_surface(self) -> Result<DrawnSurface, SessionError> {
+        self.surface.read(&self.store, &self.sources)
     }
 
     fn solved(&self, kind: MapKind) -> Result<&SolvedTask, SessionError> {
@@ -314,6 +333,7 @@ impl TaskMaps {
             unit: drawn.unit.clone(),
             load: None,
             load_column: None,
+            load_unit: None,
         })
     }
 
@@ -385,7 +405,8 @@ impl SurfaceTask {
             other => other.into(),
         })?;
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
-        Ok(DrawnSurface { surface, rms_slope, unit: unit_of(&table) })
+        let is_periodic = !params.origin.is_open();
+        Ok(DrawnSurface { surface, rms_slope, is_periodic, unit: unit_of(&table) })
     }
 }
 

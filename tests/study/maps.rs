@@ -121,7 +121,7 @@ fn a_map_of_a_surface_has_no_load_and_an_unknown_load_is_refused_with_the_neares
     assert_eq!((heights.load, heights.length_unit), (None, None));
     let refused = |stage, kind, load| found(&bench, stage, &[], kind, load).unwrap_err();
     let unknown = refused("contact", MapKind::Gap, Some(0.07)).to_string();
-    assert!(unknown.contains("the nearest is 0.05"), "{unknown}");
+    assert!(unknown.contains("the nearest are 0.05 and 0.115192"), "{unknown}");
     let no_contact = refused("surface", MapKind::Gap, None).to_string();
     assert!(no_contact.contains("generates a surface and has no gap"), "{no_contact}");
 }
