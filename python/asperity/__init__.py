@@ -6,7 +6,7 @@
 :class:`Topography`           height map with its preparation and statistics
 :func:`press`                 press a surface: areas, gaps, energies, maps
 :func:`press_each`            press a surface and yield each load when it is solved
-:class:`Study`                study of a manifest: check, plan, run, tables, SQL, claims, report
+:class:`Study`                study of a manifest: check, plan, run, tables, maps, SQL, claims, report
 :mod:`persson`, :mod:`models` theories as functions of arrays
 :class:`EvolutionLaw`         contact evolution law and its fit
 :func:`corrected_area`        contact area corrected for the mesh
@@ -38,6 +38,7 @@ _MODULE_OF = {
     "Plan": "_plan",
     "Run": "_plan",
     "Report": "_plan",
+    "Map": "_map",
     "Table": "_table",
     "Column": "_table",
     "EvolutionLaw": "_laws",

@@ -7,6 +7,7 @@ from asperity._laws import (
     corrected_area as corrected_area,
 )
 from asperity._contact import Contact as Contact, ContactState as ContactState
+from asperity._map import Map as Map
 from asperity._plan import Plan as Plan, Report as Report, Run as Run
 from asperity._press import press as press, press_each as press_each
 from asperity._study import Study as Study
@@ -38,6 +39,7 @@ __all__ = [
     "EvolutionLaw",
     "FitError",
     "ManifestError",
+    "Map",
     "MissingArgumentError",
     "NotComputedError",
     "Plan",

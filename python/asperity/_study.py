@@ -9,11 +9,15 @@ from pathlib import Path
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from asperity import _asperity
+from asperity._map import Map
 from asperity._plan import Plan, Report, Run
 from asperity._progress import Callback, Progress
 from asperity._table import Column, Table
+from asperity._topography import Topography
 from asperity.errors import ManifestError, StudyWarning
 
+#: Value of a column that identifies a surface.
+Coordinate = Union[float, int, str]
 PathLike = Union[str, "os.PathLike[str]"]
 
 
@@ -236,6 +240,135 @@ class Study:
         _warn(notices)
         return Table(table)
 
+    def heights(self, stage: str, **coordinates: Coordinate) -> Topography:
+        """Returns the heights of one surface; computes them if the study has not stored them.
+
+        Parameters
+        ----------
+        stage : str
+            Name of a `generate` stage, or of a stage that reads its surfaces.
+        **coordinates : float, int or str
+            Values of columns that choose the surface, such as ``realization=0, hurst=0.8``. A column with a
+            single value can be omitted.
+
+        Returns
+        -------
+        Topography
+            The surface, which :func:`press` presses to the results of the study. `values` or
+            ``numpy.asarray`` give its heights, shape (n_x, n_y).
+
+        Raises
+        ------
+        ArgumentError
+            If several surfaces match, or none; the text lists the values that can be chosen.
+        UnknownNameError
+            If there is no such stage or column.
+        NotComputedError
+            If the stage has no results.
+
+        Examples
+        --------
+        See :meth:`pressure`.
+        """
+        (values, size, unit, is_periodic, rms_slope), notices = self._session.heights(
+            stage, _written(coordinates)
+        )
+        _warn(notices)
+        heights = Topography(values, size, unit=unit, is_periodic=is_periodic)
+        heights._rms_slope = rms_slope
+        return heights
+
+    def pressure(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+        """Returns the contact pressure of one surface under one load, exactly zero outside the contact.
+
+        If the study has not stored the pressures of this load, they are computed again, which takes the time
+        of one load. The values are the same. ``pressures = "all"`` in a `solve` stage stores them.
+
+        Parameters
+        ----------
+        stage : str
+            Name of a `solve` stage, or of a `measure` stage that reads one.
+        load : float, optional
+            One of the loads of the study, as in the manifest; default: the largest.
+        **coordinates : float, int or str
+            Values of columns that choose the surface, such as ``realization=0, hurst=0.8``. A column with a
+            single value can be omitted.
+
+        Returns
+        -------
+        Map
+            Pressures with unit, size and load, shape (n_x, n_y).
+
+        Raises
+        ------
+        ArgumentError
+            If several surfaces match, or none; the text lists the values that can be chosen. If the load was
+            not solved; the text names the nearest loads.
+        UnknownNameError
+            If there is no such stage or column.
+        NotComputedError
+            If the stage has no results.
+        KeyboardInterrupt
+            If the computation was interrupted.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> folder = tempfile.TemporaryDirectory()
+        >>> study = Study.parse({
+        ...     "study": {"name": "maps", "seed": 1},
+        ...     "stage": {
+        ...         "surfaces": {"kind": "generate", "nodes": 32, "hurst": 0.8, "k_lower": 1, "k_upper": 4,
+        ...                      "realizations": 2},
+        ...         "contact": {"kind": "solve", "from": "surfaces", "loads": [0.05, 0.1]},
+        ...     },
+        ... }, data=folder.name)
+        >>> _ = study.run(progress=False)
+        >>> pressure = study.pressure("contact", load=0.1, realization=1)
+        >>> pressure
+        <asperity.Map: pressure under 0.1 E* × rms slope, 32 × 32 nodes, 1 × 1>
+        >>> round(float(pressure.values.mean()), 12)
+        0.1
+        >>> study.heights("surfaces", realization=1)
+        <asperity.Topography: 32 × 32 nodes, 1 × 1, periodic>
+        >>> study.pressure("contact", load=0.1)
+        Traceback (most recent call last):
+        ...
+        asperity.errors.ArgumentError: 2 tasks of `contact` match; choose one by
+          realization=0 | 1
+        >>> folder.cleanup()
+        """
+        return self._map(stage, coordinates, "pressure", load)
+
+    def gap(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+        """Returns the gap between the surfaces under one load, shape (n_x, n_y).
+
+        The gap is zero in elastic contact. Where the material yields, it is negative, and its magnitude is
+        the depth of the yielding. Arguments and errors are those of :meth:`pressure`.
+        """
+        return self._map(stage, coordinates, "gap", load)
+
+    def displacement(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+        """Returns the displacement of the elastic body under one load, shape (n_x, n_y), positive into the body.
+
+        The mean displacement of a periodic body is zero. Arguments and errors are those of :meth:`pressure`.
+        """
+        return self._map(stage, coordinates, "displacement", load)
+
+    def contact(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+        """Returns the contact map under one load: booleans, shape (n_x, n_y), True for nodes in contact.
+
+        Arguments and errors are those of :meth:`pressure`.
+        """
+        return self._map(stage, coordinates, "contact", load)
+
+    def _map(
+        self, stage: str, coordinates: Mapping[str, Coordinate], quantity: str, load: Optional[float]
+    ) -> Map:
+        found, notices = self._session.map(stage, _written(coordinates), quantity, load)
+        _warn(notices, stacklevel=4)
+        return Map(quantity=quantity, **found)
+
     def failures(self) -> Table:
         """Reads the table of failures: task, reason, and a command that computes the task again."""
         return Table(self._session.failures())
@@ -288,6 +421,10 @@ class Study:
             return f"<p>{escape(repr(self))}</p><pre>{escape(str(error))}</pre>"
 
 
-def _warn(notices: Sequence[Tuple[str, str]]) -> None:
+def _written(coordinates: Mapping[str, Coordinate]) -> List[Tuple[str, str]]:
+    return [(column, str(value)) for column, value in coordinates.items()]
+
+
+def _warn(notices: Sequence[Tuple[str, str]], stacklevel: int = 3) -> None:
     for _, words in notices:
-        warnings.warn(words, StudyWarning, stacklevel=3)
+        warnings.warn(words, StudyWarning, stacklevel=stacklevel)

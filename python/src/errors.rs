@@ -88,7 +88,8 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
         | SessionError::Table(_) => "StoreError",
         SessionError::Unknown(_) | SessionError::Task(_) => "UnknownNameError",
         SessionError::Query(_) => "QueryError",
-        SessionError::NotComputed { .. } => "NotComputedError",
+        SessionError::NotComputed { .. } | SessionError::NoMaps { .. } => "NotComputedError",
+        SessionError::Refused(_) | SessionError::NoMap { .. } => "ArgumentError",
         _ => "Error",
     };
     exception(py, name, (chain(error),))

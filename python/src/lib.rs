@@ -9,6 +9,7 @@ mod conversion;
 mod errors;
 mod interruption;
 mod manifest;
+mod maps;
 mod pressing;
 mod progress;
 mod session;

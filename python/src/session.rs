@@ -14,7 +14,8 @@ use pyo3::types::PyList;
 use crate::claims;
 use crate::conversion;
 use crate::errors::{session_error, value_error};
-use crate::interruption::{interruptible, watched};
+use crate::interruption::watched;
+use crate::maps::{self, Conditions, Heights, MapArguments};
 use crate::progress::{Listener, Notices};
 use crate::table::Table;
 
@@ -42,13 +43,27 @@ impl Session {
         py: Python<'_>,
         method: impl FnOnce(&session::Session<'_>) -> Result<T, SessionError> + Send + 'static,
     ) -> PyResult<(T, Notices)> {
+        self.call_until(py, |session, _| method(session))
+    }
+
+    /// Calls a method of a session in another thread; Ctrl-C sets the flag that the method receives.
+    fn call_until<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        method: impl FnOnce(&session::Session<'_>, &AtomicBool) -> Result<T, SessionError>
+        + Send
+        + 'static,
+    ) -> PyResult<(T, Notices)> {
         let (manifest, data) = (self.manifest.clone(), self.data.clone());
         let listener = Listener::default();
         let events = listener.clone();
-        let answer = interruptible(py, move || {
+        let stop: Arc<AtomicBool> = Arc::default();
+        let stopped = stop.clone();
+        let work = move || {
             let session = session::Session::new(manifest, data);
-            method(&session.observed_by(&listener))
-        })?;
+            method(&session.observed_by(&listener), &stopped)
+        };
+        let answer = watched(py, &stop, work, |_| Ok(()))?;
         match answer {
             Ok(answer) => Ok((answer, events.take_notices())),
             Err(error) => Err(session_error(py, &error)),
@@ -125,6 +140,38 @@ impl Session {
     fn sql(&self, py: Python<'_>, query: String) -> PyResult<TableRead> {
         let (table, notices) = self.call(py, move |session| session.sql(&query))?;
         Ok((table.into(), notices))
+    }
+
+    /// Returns the heights of the only surface that fulfils the conditions.
+    fn heights<'py>(
+        &self,
+        py: Python<'py>,
+        stage: String,
+        conditions: Conditions,
+    ) -> PyResult<(Heights<'py>, Notices)> {
+        let (surface, notices) = self.call(py, move |session| {
+            session.maps(&stage, &maps::coordinates(conditions)?, None)?.into_surface()
+        })?;
+        let grid = surface.surface.grid();
+        let heights = conversion::map(py, surface.surface.into_heights(), grid.nodes())?;
+        let size = grid.cell().size().into();
+        Ok(((heights, size, surface.unit, surface.is_periodic, surface.rms_slope), notices))
+    }
+
+    /// Returns a map of the only surface that fulfils the conditions, as arguments of `Map`.
+    fn map<'py>(
+        &self,
+        py: Python<'py>,
+        stage: String,
+        conditions: Conditions,
+        quantity: &str,
+        load: Option<f64>,
+    ) -> PyResult<(MapArguments<'py>, Notices)> {
+        let kind = maps::kind(quantity);
+        let (map, notices) = self.call_until(py, move |session, stop| {
+            session.map(&stage, &maps::coordinates(conditions)?, kind, load, stop)
+        })?;
+        Ok((MapArguments::new(py, map)?, notices))
     }
 
     fn failures(&self, py: Python<'_>) -> PyResult<Table> {
