@@ -34,6 +34,8 @@ def draw_map(
         defaults.update(cmap="Greys", vmin=0, vmax=1, interpolation="nearest")
     # The first index of a picture is the row, so the array is transposed.
     shown = axes.imshow(values.T, **{**defaults, **image})
+    axes.locator_params(nbins=5)
+    axes.ticklabel_format(style="sci", scilimits=(-2, 4))
     axes.set_xlabel(f"x ({length_unit})")
     axes.set_ylabel(f"y ({length_unit})")
     if is_flags:

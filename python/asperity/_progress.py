@@ -78,9 +78,15 @@ def _in_notebook() -> "tuple[Callback, Callable[[], None]]":
     HTML: Any = IPython.display.HTML
     display: Any = IPython.display.display
     handle = display(HTML(""), display_id=True)
+    shown = ""
 
     def show(advance: Dict[str, Any]) -> None:
+        nonlocal shown
         share, doing, text = advance["share"], advance["doing"], advance["text"]
-        handle.update(HTML(f'<progress value="{share:.3f}" max="1"></progress> {doing} {text}'))
+        line = f'<progress value="{share:.2f}" max="1"></progress> {doing} {text}'
+        # Each update is a message to the browser.
+        if line != shown:
+            shown = line
+            handle.update(HTML(line))
 
     return show, lambda: handle.update(HTML(""))
