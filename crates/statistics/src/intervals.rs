@@ -162,12 +162,12 @@ pub fn jackknife(
     Some(Bound { label, value, error: variance.sqrt(), systematic: 0.0, surfaces: Some(fewest) })
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
     sum / f64::from(count)
 }
 
-fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(crate) fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let mean = mean(values.clone());
     let count = values.clone().count() as f64;
     let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
@@ -197,7 +197,7 @@ pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
 ///
 /// The finite sums are eqs. 26.7.3 and 26.7.4 of Abramowitz & Stegun, *Handbook of Mathematical
 /// Functions* (1964).
-fn within(angle: f64, freedom: u32) -> f64 {
+pub(crate) fn within(angle: f64, freedom: u32) -> f64 {
     let (sine, cosine) = angle.sin_cos();
     // The terms contain every second power of cos θ, from 1 for even ν and from cos θ for odd ν.
     let is_odd = freedom % 2 == 1;
