@@ -48,6 +48,9 @@ const PATH: Column = Column::result(
     "file of the measured surface, as the manifest names it",
 );
 
+/// Names of the columns that only published tables have.
+pub const OWN_COLUMNS: [&str; 2] = [TASK.name, PATH.name];
+
 /// A study with its existing results, for reading only. If the study is unfinished or its store is
 /// lost, the rows of all existing tables can be read.
 #[derive(Debug)]

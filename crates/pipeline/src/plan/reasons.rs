@@ -6,6 +6,7 @@
 //! affects.
 
 pub mod changes;
+pub mod differences;
 pub mod record;
 
 use std::collections::HashMap;

@@ -75,8 +75,13 @@ impl Owner {
         serde_json::to_vec(self).expect("an owner is plain data")
     }
 
+    /// Returns the record of the study whose tables the folder has.
+    pub fn into_study(self) -> Record {
+        self.study
+    }
+
     /// Reads the owner of a results folder. Returns `None` if there is no valid owner file.
-    fn read(folder: &Path) -> Option<Owner> {
+    pub fn read(folder: &Path) -> Option<Owner> {
         let bytes = read_regular(&folder.join(FILE), MAX_BYTES).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
