@@ -8,6 +8,7 @@
 mod claims;
 mod cluster;
 mod console;
+mod diff;
 mod maintenance;
 mod pictures;
 mod plan;
@@ -88,6 +89,8 @@ enum Command {
     Columns(tables::ColumnsArguments),
     /// Print the provenance and the first rows of a table.
     Show(tables::ShowArguments),
+    /// Compare two studies: parameters, rows, and means of all columns.
+    Diff(diff::DiffArguments),
     /// Pack a study into one archive: manifest, input files, tables, plan and checksums.
     Share(report::ShareArguments),
     /// Draw the surface, the contact map or the pressures of one task.
@@ -145,6 +148,7 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
         Command::Table(arguments) => tables::table(&arguments, &data),
         Command::Columns(arguments) => tables::columns(&arguments, &data),
         Command::Show(arguments) => tables::show(&arguments, &data),
+        Command::Diff(arguments) => diff::diff(&arguments, &data),
         Command::Share(arguments) => report::share(&arguments, &data),
         Command::View(arguments) => pictures::view(&arguments, &data),
         Command::Surface(arguments) => pictures::surface(&arguments),

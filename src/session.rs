@@ -51,6 +51,7 @@
 pub mod advice;
 pub mod claims;
 pub mod coordinates;
+pub mod diff;
 pub mod error;
 pub mod events;
 pub mod failures;

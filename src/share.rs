@@ -27,6 +27,7 @@ use asperity_tables::store::StoreError;
 use contents::Contents;
 
 pub use archive::UnportablePath;
+pub(crate) use archive::is_archive;
 
 /// Options of an archive of a study.
 #[derive(Debug, Clone)]

@@ -10,6 +10,7 @@ mod caching;
 mod columns;
 mod commands;
 mod crashes;
+mod diff;
 mod disk;
 mod distributions;
 mod disturbance;

@@ -1,0 +1,313 @@
+//! Comparison of two studies: their parameters, their rows, and the means of their columns.
+//!
+//! Both sides are [`Studies`]. Stages correspond by name and kind. Rows correspond by parameter
+//! point, surface and load ([`rows`]); means of corresponding rows are compared surface by surface
+//! ([`columns`]).
+
+pub mod columns;
+mod output;
+pub mod rows;
+pub mod studies;
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::{Session, SessionError, UnknownName};
+use asperity_pipeline::plan::reasons::differences::{differences, stage_pairs};
+use asperity_statistics::differences::holm;
+use asperity_statistics::intervals::LEVEL;
+use asperity_tables::table::Table;
+use columns::ColumnComparison;
+use rows::{MatchedRows, UnmatchedRows};
+use studies::StageTable;
+
+pub use asperity_pipeline::plan::reasons::differences::{Difference, StageDifference};
+pub use columns::{MeanComparison, Test};
+pub use output::write;
+pub use studies::{ComparedStudy, Studies};
+
+/// Comparison of the studies of two folders, or of single studies.
+#[derive(Debug, Serialize)]
+pub struct Comparison {
+    pub equal: bool,
+    pub studies: Vec<StudyComparison>,
+    /// Names of the studies that only one of two data folders has.
+    pub only_in_a: Vec<String>,
+    pub only_in_b: Vec<String>,
+}
+
+/// Comparison of two studies.
+#[derive(Debug, Serialize)]
+pub struct StudyComparison {
+    pub equal: bool,
+    pub a: StudyName,
+    pub b: StudyName,
+    /// Differences of the parameters; `None` if one study does not record its parameters.
+    pub parameters: Option<Vec<StageDifference>>,
+    pub stages: Vec<StageComparison>,
+    pub noise: Noise,
+}
+
+/// Name and origin of a compared study.
+#[derive(Debug, Clone, Serialize)]
+pub struct StudyName {
+    pub path: PathBuf,
+    pub study: String,
+    /// Whether the path is a manifest, and not a folder or archive of tables.
+    pub is_manifest: bool,
+    /// Versions of the program that published the tables.
+    pub programs: BTreeSet<String>,
+}
+
+/// Comparison of the tables of a stage that both studies have.
+#[derive(Debug, Serialize)]
+pub struct StageComparison {
+    /// Name of the stage in A.
+    pub stage: String,
+    /// Name of the stage in B, if it differs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stage_in_b: Option<String>,
+    /// Rows of A and of B; `None` if the stage has no results.
+    pub rows_a: Option<StageSize>,
+    pub rows_b: Option<StageSize>,
+    /// Comparison of the tables, if both have results.
+    #[serde(flatten)]
+    pub tables: Option<TableComparison>,
+}
+
+/// Size of the table of a stage.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct StageSize {
+    pub rows: usize,
+    pub finished: usize,
+    pub tasks: usize,
+}
+
+#[derive(Debug, Serialize)]
+pub struct TableComparison {
+    pub equal: bool,
+    /// Whether the tables have the same rows in the same order, with the same bits.
+    pub identical: bool,
+    /// Number of rows that both tables have.
+    pub common: usize,
+    pub only_in_a: UnmatchedRows,
+    pub only_in_b: UnmatchedRows,
+    /// Parameters that differ between the tables and are therefore not used for matching rows.
+    pub across: Vec<String>,
+    /// Parameters that distinguish the points.
+    pub varying: Vec<String>,
+    pub load_column: &'static str,
+    pub columns_only_in_a: Vec<String>,
+    pub columns_only_in_b: Vec<String>,
+    pub columns: Vec<ColumnComparison>,
+}
+
+/// Numbers of differences that do and do not exceed the scatter of the surfaces.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Noise {
+    /// Number of means that differ and have an interval.
+    pub comparisons: usize,
+    /// Number of intervals that exclude zero.
+    pub excluding_zero: usize,
+    /// Expected number of intervals that exclude zero if all means were equal.
+    pub expected_by_chance: f64,
+    /// Number of differences that are more than noise after Holm's correction.
+    pub more_than_noise: usize,
+}
+
+impl Session<'_> {
+    /// Compares the study with another one: parameters, rows, and means of all columns.
+    ///
+    /// # Errors
+    /// Returns an error if a manifest is invalid or a table is damaged.
+    pub fn diff(&self, other: &Session<'_>) -> Result<Comparison, SessionError> {
+        Comparison::new(&self.compared()?, &other.compared()?, None)
+    }
+}
+
+impl Comparison {
+    /// Compares the studies of two sides.
+    ///
+    /// Two single studies are compared whatever their names are. The studies of data folders are
+    /// compared by name. `name` selects one study of each data folder.
+    ///
+    /// # Errors
+    /// Returns an error if a side has no study with the requested name, or if a table is damaged.
+    pub fn new(a: &Studies, b: &Studies, name: Option<&str>) -> Result<Comparison, SessionError> {
+        let [mut from_a, mut from_b] = [a, b].map(|side| side.studies.iter().collect::<Vec<_>>());
+        for (side, studies) in [(a, &mut from_a), (b, &mut from_b)] {
+            if let Some(name) = name.filter(|_| studies.len() > 1) {
+                *studies = vec![side.named(name)?];
+            }
+        }
+        match (from_a[..].as_ref(), from_b[..].as_ref()) {
+            (&[_], &[_]) => {}
+            (&[single], _) => from_b = vec![b.named(&single.name)?],
+            (_, &[single]) => from_a = vec![a.named(&single.name)?],
+            _ => {}
+        }
+        let mut studies = Vec::new();
+        let (mut only_in_a, mut only_in_b) = (Vec::new(), Vec::new());
+        if let ([one], [other]) = (&from_a[..], &from_b[..]) {
+            studies.push(StudyComparison::new(one, other)?);
+        } else {
+            let lacks = |studies: &[&ComparedStudy], name: &str| {
+                studies.iter().all(|study| study.name != name)
+            };
+            for one in &from_a {
+                match from_b.iter().find(|other| other.name == one.name) {
+                    Some(other) => studies.push(StudyComparison::new(one, other)?),
+                    None => only_in_a.push(one.name.clone()),
+                }
+            }
+            let more = from_b.iter().filter(|other| lacks(&from_a, &other.name));
+            only_in_b.extend(more.map(|other| other.name.clone()));
+        }
+        let equal =
+            only_in_a.is_empty() && only_in_b.is_empty() && studies.iter().all(|study| study.equal);
+        Ok(Comparison { equal, studies, only_in_a, only_in_b })
+    }
+}
+
+impl Comparison {
+    /// Returns the comparison as JSON.
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).expect("a comparison is plain data")
+    }
+}
+
+impl Studies {
+    fn named(&self, name: &str) -> Result<&ComparedStudy, SessionError> {
+        let known: Vec<&str> = self.studies.iter().map(|study| study.name.as_str()).collect();
+        let found = self.studies.iter().find(|study| study.name == name);
+        Ok(found.ok_or_else(|| {
+            let message = format!("`{}` has no study `{name}`", self.path.display());
+            UnknownName::new(message, name, &known)
+        })?)
+    }
+}
+
+impl StudyComparison {
+    fn new(a: &ComparedStudy, b: &ComparedStudy) -> Result<StudyComparison, SessionError> {
+        let records = a.record.as_ref().zip(b.record.as_ref());
+        let pairs: Vec<(&String, &String)> = match records {
+            Some((record_a, record_b)) => {
+                let pairs = stage_pairs(record_a, record_b).into_iter();
+                pairs.map(|(in_a, in_b)| (&a.stages[in_a], &b.stages[in_b])).collect()
+            }
+            None => {
+                let named = |stage: &&String| b.stages.contains(stage);
+                a.stages.iter().filter(named).map(|stage| (stage, stage)).collect()
+            }
+        };
+        let stages = pairs.into_iter().map(|(in_a, in_b)| {
+            let (table_a, table_b) = (a.table(in_a)?, b.table(in_b)?);
+            StageComparison::new(in_a, in_b, table_a.as_ref(), table_b.as_ref())
+        });
+        let mut stages = stages.collect::<Result<Vec<_>, SessionError>>()?;
+        let noise = Noise::judge(&mut stages);
+        let parameters = records.map(|(a, b)| differences(a, b));
+        let is_equal_stage = |stage: &StageComparison| match &stage.tables {
+            Some(tables) => tables.equal,
+            None => stage.rows_a.is_none() && stage.rows_b.is_none(),
+        };
+        Ok(StudyComparison {
+            equal: parameters.as_ref().is_none_or(Vec::is_empty)
+                && stages.iter().all(is_equal_stage),
+            a: a.into(),
+            b: b.into(),
+            parameters,
+            stages,
+            noise,
+        })
+    }
+}
+
+impl From<&ComparedStudy> for StudyName {
+    fn from(study: &ComparedStudy) -> StudyName {
+        StudyName {
+            path: study.path.clone(),
+            study: study.name.clone(),
+            is_manifest: study.is_of_manifest(),
+            programs: study.programs.clone(),
+        }
+    }
+}
+
+impl StageComparison {
+    fn new(
+        in_a: &str,
+        in_b: &str,
+        a: Option<&StageTable>,
+        b: Option<&StageTable>,
+    ) -> Result<StageComparison, SessionError> {
+        let size = |stage: &StageTable| StageSize {
+            rows: stage.table.rows(),
+            finished: stage.finished,
+            tasks: stage.tasks,
+        };
+        let tables = a.zip(b).map(|(a, b)| TableComparison::new(&a.table, &b.table));
+        Ok(StageComparison {
+            stage: in_a.to_owned(),
+            stage_in_b: (in_a != in_b).then(|| in_b.to_owned()),
+            rows_a: a.map(size),
+            rows_b: b.map(size),
+            tables: tables.transpose()?,
+        })
+    }
+}
+
+impl TableComparison {
+    fn new(a: &Table, b: &Table) -> Result<TableComparison, SessionError> {
+        let matched = MatchedRows::new(a, b)?;
+        let columns = columns::compare(a, b, &matched);
+        let [columns_only_in_a, columns_only_in_b] =
+            [(a, b), (b, a)].map(|(of, other)| columns::lacking(of, other));
+        let [only_in_a, only_in_b] = matched.only;
+        let equal = only_in_a.rows + only_in_b.rows == 0
+            && columns_only_in_a.is_empty()
+            && columns_only_in_b.is_empty()
+            && columns.iter().all(ColumnComparison::is_equal);
+        Ok(TableComparison {
+            equal,
+            identical: equal && columns::are_identical(a, b),
+            common: matched.common,
+            only_in_a,
+            only_in_b,
+            across: matched.across,
+            varying: matched.varying,
+            load_column: matched.load_column,
+            columns_only_in_a,
+            columns_only_in_b,
+            columns,
+        })
+    }
+}
+
+impl Noise {
+    /// Decides which differences are more than noise, for all comparisons of a study together.
+    fn judge(stages: &mut [StageComparison]) -> Noise {
+        let tables = stages.iter_mut().filter_map(|stage| stage.tables.as_mut());
+        let columns = tables.flat_map(|tables| &mut tables.columns);
+        let means = columns.flat_map(|column| &mut column.means);
+        let mut means: Vec<&mut MeanComparison> =
+            means.filter(|mean| mean.p_value.is_some()).collect();
+        let p_values: Vec<f64> = means.iter().filter_map(|mean| mean.p_value).collect();
+        let mut noise = Noise {
+            comparisons: p_values.len(),
+            expected_by_chance: (1.0 - LEVEL) * p_values.len() as f64,
+            ..Noise::default()
+        };
+        for (mean, corrected) in means.iter_mut().zip(holm(&p_values)) {
+            let is_more_than_noise = corrected <= 1.0 - LEVEL;
+            mean.p_corrected = Some(corrected);
+            mean.is_more_than_noise = Some(is_more_than_noise);
+            noise.more_than_noise += usize::from(is_more_than_noise);
+            let excludes = mean.lower > Some(0.0) || mean.upper < Some(0.0);
+            noise.excluding_zero += usize::from(excludes);
+        }
+        noise
+    }
+}

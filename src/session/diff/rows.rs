@@ -1,0 +1,329 @@
+//! Matching of the rows of two tables by parameter point, surface and load.
+//!
+//! The roles of the columns identify the rows, as in [`ensemble`](asperity_stages::ensemble). A
+//! surface is identified by its seed and realization. Random numbers depend on nothing else, so two
+//! rows with the same seed and realization belong to the same surface, or to surfaces with the same
+//! random numbers if a parameter of the surfaces differs.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use arrow::array::{Array, Float64Array};
+use serde::Serialize;
+
+use asperity_manifest::decimal::nearest;
+use asperity_stages::columns::LOAD;
+use asperity_stages::ensemble::{Member, Members, ParameterPoint, grouped, load_column};
+use asperity_tables::column::{Role, Value};
+use asperity_tables::table::{Table, TableError};
+
+/// Maximum number of points, surfaces or loads that are named.
+const MAX_NAMED: usize = 3;
+
+/// Rows of two tables A and B that agree in the parameter point and the load, by surface.
+#[derive(Debug)]
+pub struct Group {
+    pub point: ParameterPoint,
+    /// Load in the unit of the manifest; `None` if the tables have no loads.
+    pub load: Option<f64>,
+    /// Number of the row, from 1, among rows that no column distinguishes.
+    pub repetition: usize,
+    /// Index of the row of each surface in A and in B.
+    pub rows: [BTreeMap<Member, usize>; 2],
+}
+
+/// Result of matching two tables.
+#[derive(Debug)]
+pub struct MatchedRows {
+    pub groups: Vec<Group>,
+    /// Name of the column of loads.
+    pub load_column: &'static str,
+    /// Parameters that differ between the tables and are therefore not used for matching.
+    pub across: Vec<String>,
+    /// Parameters that distinguish the points.
+    pub varying: Vec<String>,
+    /// Number of rows that both tables have.
+    pub common: usize,
+    /// Rows that only A has, and rows that only B has.
+    pub only: [UnmatchedRows; 2],
+}
+
+/// Rows that only one of two tables has.
+#[derive(Debug, Default, Clone, PartialEq, Serialize)]
+pub struct UnmatchedRows {
+    pub rows: usize,
+    /// Rows at parameter points that the other table lacks.
+    pub points: Lacking,
+    /// Rows of surfaces that the other table lacks at the same point.
+    pub surfaces: Lacking,
+    /// Rows at loads that the other table lacks for the same surface.
+    pub loads: Lacking,
+}
+
+/// Rows whose point, surface or load the other table lacks.
+#[derive(Debug, Default, Clone, PartialEq, Serialize)]
+pub struct Lacking {
+    pub rows: usize,
+    /// The first points, surfaces or loads.
+    pub first: Vec<String>,
+    /// Whether there are others than the first.
+    pub more: bool,
+}
+
+impl Lacking {
+    fn add(&mut self, name: impl FnOnce() -> String) {
+        self.rows += 1;
+        if self.more {
+            return;
+        }
+        let name = name();
+        if !self.first.contains(&name) {
+            self.more = self.first.len() == MAX_NAMED;
+            if !self.more {
+                self.first.push(name);
+            }
+        }
+    }
+}
+
+impl MatchedRows {
+    /// Matches the rows of two tables.
+    ///
+    /// # Errors
+    /// Returns an error if seeds, realizations or loads are not numbers.
+    pub fn new(a: &Table, b: &Table) -> Result<MatchedRows, TableError> {
+        let [in_a, in_b] = [a, b].map(load_column);
+        // If one table is given in pascals and the other is not, reduced loads are comparable.
+        let load_column = if in_a == in_b { in_a } else { LOAD.name };
+        let points = [a, b].map(points_of);
+        let across = changed_parameters(&points[0], &points[1]);
+        let names: Vec<&str> = across.iter().map(String::as_str).collect();
+        let mut matching = Matching::default();
+        for (side, (table, points)) in [a, b].into_iter().zip(points).enumerate() {
+            let points = points.into_iter();
+            let points = points.map(|(point, rows)| (point.without(&names), rows));
+            matching.add(side, table, load_column, points)?;
+        }
+        let varying = matching.varying();
+        let (common, only) = matching.counts(load_column, &varying);
+        Ok(MatchedRows { groups: matching.groups, load_column, across, varying, common, only })
+    }
+}
+
+/// Parameter points of a table with the indices of their rows.
+type Points = Vec<(ParameterPoint, Vec<usize>)>;
+
+fn points_of(table: &Table) -> Points {
+    let parameters = table.in_role(Role::Parameter);
+    let rounded = |_: &str, value: &Value| match value {
+        Value::Real(value) => Value::Real(nearest(*value)),
+        other => other.clone(),
+    };
+    let groups = grouped(&parameters).into_iter();
+    groups.map(|rows| (ParameterPoint::from_row(&parameters, rows[0]).map(rounded), rows)).collect()
+}
+
+/// Returns the parameters without a common value in both tables, such as a tolerance that was
+/// changed. The other parameters must still distinguish the points of each table.
+fn changed_parameters(a: &Points, b: &Points) -> Vec<String> {
+    let names: BTreeSet<&str> =
+        a.iter().chain(b).flat_map(|(point, _)| point.iter()).map(|(name, _)| name).collect();
+    let values = |points: &Points, name: &str| -> BTreeSet<Option<Value>> {
+        points.iter().map(|(point, _)| point.get(name).cloned()).collect()
+    };
+    let is_changed = |name: &&str| values(a, name).is_disjoint(&values(b, name));
+    let is_constant = |name: &&str| values(a, name).len() == 1 && values(b, name).len() == 1;
+    let changed: Vec<&str> = names.into_iter().filter(is_changed).collect();
+    let is_distinct = |points: &Points| {
+        let mut known = BTreeSet::new();
+        points.iter().all(|(point, _)| known.insert(point.clone().without(&changed)))
+    };
+    let all_distinct = !a.is_empty() && !b.is_empty() && is_distinct(a) && is_distinct(b);
+    let kept = changed.iter().filter(|name| all_distinct || is_constant(name));
+    kept.map(|name| (*name).to_owned()).collect()
+}
+
+/// Bits of a rounded load, or `None` without a load.
+type LoadKey = Option<u64>;
+
+/// Groups of rows, and the points, surfaces and loads of each table.
+#[derive(Default)]
+struct Matching {
+    groups: Vec<Group>,
+    points: BTreeMap<ParameterPoint, usize>,
+    /// Index of the group of a point, load and repetition.
+    index: HashMap<(usize, LoadKey, usize), usize>,
+    known_points: [HashSet<usize>; 2],
+    known_surfaces: [HashSet<(usize, Member)>; 2],
+}
+
+impl Matching {
+    fn add(
+        &mut self,
+        side: usize,
+        table: &Table,
+        load_column: &str,
+        points: impl Iterator<Item = (ParameterPoint, Vec<usize>)>,
+    ) -> Result<(), TableError> {
+        let members = Members::new(table)?;
+        let loads = table.has(load_column).then(|| table.reals(load_column)).transpose()?;
+        let load =
+            |loads: &Float64Array, row| loads.is_valid(row).then(|| nearest(loads.value(row)));
+        for (point, rows) in points {
+            let next = self.points.len();
+            let number = *self.points.entry(point.clone()).or_insert(next);
+            self.known_points[side].insert(number);
+            let mut repetitions: HashMap<(LoadKey, Member), usize> = HashMap::new();
+            for row in rows {
+                let member = members.of_row(row);
+                self.known_surfaces[side].insert((number, member));
+                let load = loads.and_then(|loads| load(loads, row));
+                let key = load.map(f64::to_bits);
+                let repetition = repetitions.entry((key, member)).or_default();
+                *repetition += 1;
+                let next = self.groups.len();
+                let group = *self.index.entry((number, key, *repetition)).or_insert(next);
+                if group == next {
+                    let (point, repetition) = (point.clone(), *repetition);
+                    self.groups.push(Group { point, load, repetition, rows: Default::default() });
+                }
+                self.groups[group].rows[side].insert(member, row);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the parameters that distinguish the points. Of several parameters that change
+    /// together, such as a correction and its coefficient, only one is returned.
+    fn varying(&self) -> Vec<String> {
+        let mut names = BTreeSet::new();
+        for (name, value) in self.points.keys().flat_map(ParameterPoint::iter) {
+            names.insert((!matches!(value, Value::Text(_)), name));
+        }
+        // For each parameter, the number of its value at each point, in the order of appearance.
+        let mut known = BTreeSet::new();
+        let mut varying = Vec::new();
+        for (_, name) in names {
+            let mut numbers = BTreeMap::new();
+            let values = self.points.keys().map(|point| {
+                let next = numbers.len();
+                *numbers.entry(point.get(name)).or_insert(next)
+            });
+            let values: Vec<usize> = values.collect();
+            if numbers.len() > 1 && known.insert(values) {
+                varying.push(name.to_owned());
+            }
+        }
+        varying
+    }
+
+    /// Counts the rows that both tables have, and those that only one has. `varying` are the
+    /// parameters by which points are named.
+    fn counts(&self, load_column: &str, varying: &[String]) -> (usize, [UnmatchedRows; 2]) {
+        let varying: Vec<&str> = varying.iter().map(String::as_str).collect();
+        let mut only = [UnmatchedRows::default(), UnmatchedRows::default()];
+        let mut common = 0;
+        for group in &self.groups {
+            let [a, b] = &group.rows;
+            common += a.keys().filter(|member| b.contains_key(member)).count();
+            let point = self.points[&group.point];
+            for (side, (own, other)) in [(a, b), (b, a)].into_iter().enumerate() {
+                let (lacking, beyond) = (&mut only[side], 1 - side);
+                for &member in own.keys().filter(|member| !other.contains_key(member)) {
+                    lacking.rows += 1;
+                    if !self.known_points[beyond].contains(&point) {
+                        lacking.points.add(|| group.point.clone().only(&varying).to_string());
+                    } else if !self.known_surfaces[beyond].contains(&(point, member)) {
+                        lacking.surfaces.add(|| surface(member));
+                    } else {
+                        lacking.loads.add(|| group.position(load_column));
+                    }
+                }
+            }
+        }
+        (common, only)
+    }
+}
+
+impl Group {
+    /// Describes the load and the number of the row, as in `load 0.1`.
+    pub fn position(&self, load_column: &str) -> String {
+        let load = self.load.map(|load| format!("{load_column} {load}"));
+        let row = (self.repetition > 1).then(|| format!("row {}", self.repetition));
+        load.into_iter().chain(row).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Returns the pairs of rows of the same surface.
+    pub fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        let [a, b] = &self.rows;
+        a.iter().filter_map(|(member, &row)| Some((row, *b.get(member)?)))
+    }
+}
+
+fn surface(member: Member) -> String {
+    match member {
+        Member::Sole => "the only surface".to_owned(),
+        Member::Drawn { seed, realization } => format!("seed {seed}, realization {realization}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_stages::columns::{HURST, REALIZATION, SEED, TOLERANCE};
+    use asperity_tables::column::{integers, reals};
+
+    /// Returns a table with a row for each Hurst exponent, tolerance, realization and load.
+    fn table(rows: &[(f64, f64, i64, f64)]) -> Table {
+        Table::new(
+            rows.len(),
+            vec![
+                (HURST, reals(rows.iter().map(|row| row.0))),
+                (TOLERANCE, reals(rows.iter().map(|row| row.1))),
+                (SEED, integers(rows.iter().map(|_| 7))),
+                (REALIZATION, integers(rows.iter().map(|row| row.2))),
+                (LOAD, reals(rows.iter().map(|row| row.3))),
+            ],
+        )
+    }
+
+    #[test]
+    fn rows_of_one_table_are_sorted_by_what_the_other_lacks() {
+        let a = table(&[(0.3, 0.1, 0, 0.01), (0.8, 0.1, 0, 0.01)]);
+        let b = table(&[
+            (0.8, 0.1, 0, 0.010000000000000002),
+            (0.8, 0.1, 0, 0.02),
+            (0.8, 0.1, 1, 0.01),
+            (0.8, 0.1, 1, 0.02),
+        ]);
+        let matched = MatchedRows::new(&a, &b).unwrap();
+        assert_eq!(matched.common, 1);
+        let [only_a, only_b] = matched.only;
+        assert_eq!((only_a.rows, only_a.points.rows), (1, 1));
+        assert_eq!(only_a.points.first, ["hurst 0.3"]);
+        assert_eq!((only_b.rows, only_b.surfaces.rows, only_b.loads.rows), (3, 2, 1));
+        assert_eq!(only_b.surfaces.first, ["seed 7, realization 1"]);
+        assert_eq!(only_b.loads.first, ["load 0.02"]);
+    }
+
+    #[test]
+    fn a_changed_parameter_does_not_prevent_a_match() {
+        let a = table(&[(0.3, 0.1, 0, 0.01), (0.8, 0.1, 0, 0.01)]);
+        let b = table(&[(0.3, 0.2, 0, 0.01), (0.8, 0.2, 0, 0.01)]);
+        let matched = MatchedRows::new(&a, &b).unwrap();
+        assert_eq!((matched.common, matched.across), (2, vec!["tolerance".to_owned()]));
+        // Without the exponent, the two points of A would be one point.
+        let b = table(&[(0.5, 0.2, 0, 0.01)]);
+        let matched = MatchedRows::new(&a, &b).unwrap();
+        assert_eq!((matched.common, matched.across), (0, vec!["tolerance".to_owned()]));
+    }
+
+    #[test]
+    fn rows_that_no_column_distinguishes_are_matched_in_their_order() {
+        let [a, b] = [2, 3].map(|rows| table(&vec![(0.3, 0.1, 0, 0.01); rows]));
+        let matched = MatchedRows::new(&a, &b).unwrap();
+        assert_eq!((matched.common, matched.only[1].rows), (2, 1));
+        assert_eq!(matched.only[1].loads.first, ["load 0.01, row 3"]);
+        let pairs: Vec<_> = matched.groups.iter().flat_map(Group::pairs).collect();
+        assert_eq!(pairs, [(0, 0), (1, 1)]);
+    }
+}

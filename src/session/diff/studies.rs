@@ -1,0 +1,253 @@
+//! Studies to be compared: a manifest with its data folder, the studies of a data folder, the
+//! tables of one study, or an archive.
+//!
+//! A manifest stands for its present parameters, and for the results that were computed with them.
+//! Folders and archives stand for the tables in them, with the parameters that the run recorded in
+//! `owner.json`. They can therefore come from another version of the program.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use tempfile::TempDir;
+use zip::ZipArchive;
+
+use crate::session::{DataFolder, Observer, Session, SessionError, StudyResults};
+use crate::share::is_archive;
+use asperity_manifest::names::FAILURES;
+use asperity_pipeline::plan::reasons::record::Record;
+use asperity_pipeline::results::owner::{self, Owner};
+use asperity_tables::source::TableSource;
+use asperity_tables::store::StoreError;
+use asperity_tables::table::Table;
+
+/// Name of the folder with the tables of all studies, in a data folder.
+const RESULTS: &str = "results";
+
+/// One side of a comparison: the studies at a path.
+#[derive(Debug)]
+pub struct Studies {
+    pub path: PathBuf,
+    pub studies: Vec<ComparedStudy>,
+    /// Folder into which an archive is unpacked while it is compared.
+    _unpacked: Option<TempDir>,
+}
+
+/// Study with the tables of its stages.
+#[derive(Debug)]
+pub struct ComparedStudy {
+    pub path: PathBuf,
+    pub name: String,
+    /// Versions of the program that published the tables.
+    pub programs: BTreeSet<String>,
+    /// Parameters of the study; `None` if a results folder does not record them.
+    pub record: Option<Record>,
+    /// Names of the stages, in the order of the study.
+    pub stages: Vec<String>,
+    tables: StageTables,
+}
+
+#[derive(Debug)]
+enum StageTables {
+    Manifest(Box<StudyResults>),
+    /// Folder of the tables of one study.
+    Published(PathBuf),
+}
+
+/// Table of a stage, which may be incomplete.
+#[derive(Debug)]
+pub struct StageTable {
+    pub table: Table,
+    pub finished: usize,
+    pub tasks: usize,
+}
+
+impl Studies {
+    /// Opens the studies at a path: a manifest, a data folder, the folder of the tables of one
+    /// study, or an archive. `data` is the data folder of a manifest.
+    ///
+    /// # Errors
+    /// Returns an error if the path has no study, if a manifest is invalid, or if a file cannot be
+    /// read.
+    pub fn open(
+        path: &Path,
+        data: &DataFolder,
+        observer: &dyn Observer,
+    ) -> Result<Studies, SessionError> {
+        if path.is_dir() {
+            return Studies::of_folder(path);
+        }
+        if is_zip(path) {
+            return Studies::of_archive(path);
+        }
+        Session::new(path, data.path()).observed_by(observer).compared()
+    }
+
+    fn of_folder(path: &Path) -> Result<Studies, SessionError> {
+        let results = path.join(RESULTS);
+        let folders = if results.is_dir() { folders(&results)? } else { vec![path.to_owned()] };
+        let studies = folders.iter().map(|folder| ComparedStudy::published(folder, path));
+        let studies: Vec<_> = studies.collect::<Result<_, _>>()?;
+        let studies: Vec<_> = studies.into_iter().flatten().collect();
+        if studies.is_empty() {
+            return Err(SessionError::Refused(format!(
+                "`{}` has no tables of a study; name a manifest, a data folder, a folder such as \
+                 `data/results/STUDY`, or an archive of `asperity share`",
+                path.display()
+            )));
+        }
+        Ok(Studies { path: path.to_owned(), studies, _unpacked: None })
+    }
+
+    fn of_archive(path: &Path) -> Result<Studies, SessionError> {
+        if !is_archive(path) {
+            return Err(SessionError::Refused(format!(
+                "`{}` is not an archive of `asperity share`; unpack it and name its data folder",
+                path.display()
+            )));
+        }
+        let read = |source: io::Error| StoreError::Read { path: path.to_owned(), source };
+        let folder = tempfile::tempdir().map_err(read)?;
+        unpack_results(path, folder.path()).map_err(read)?;
+        let mut studies = Studies::of_folder(&folder.path().join("data"))?;
+        studies.studies.iter_mut().for_each(|study| study.path = path.to_owned());
+        Ok(Studies { path: path.to_owned(), _unpacked: Some(folder), ..studies })
+    }
+}
+
+impl Session<'_> {
+    /// Opens the study of the manifest with its results.
+    pub(super) fn compared(&self) -> Result<Studies, SessionError> {
+        let reading = self.reading()?;
+        let published = self.data().results_of(&reading.study.name);
+        let record = Record::new(&reading.study, &reading.plan, &[]);
+        let study = ComparedStudy {
+            path: self.manifest().to_owned(),
+            name: reading.study.name.clone(),
+            programs: programs(&published),
+            stages: record.stages.iter().map(|stage| stage.name.clone()).collect(),
+            record: Some(record),
+            tables: StageTables::Manifest(Box::new(reading)),
+        };
+        let path = self.manifest().to_owned();
+        Ok(Studies { path, studies: vec![study], _unpacked: None })
+    }
+}
+
+impl ComparedStudy {
+    /// Opens the published tables of a study. Returns `None` if the folder has none.
+    fn published(folder: &Path, path: &Path) -> Result<Option<ComparedStudy>, SessionError> {
+        let files = table_files(folder);
+        if files.is_empty() {
+            return Ok(None);
+        }
+        let record = Owner::read(folder).map(Owner::into_study);
+        let stages = match &record {
+            Some(record) => record.stages.iter().map(|stage| stage.name.clone()).collect(),
+            None => files.into_iter().map(|(stage, _)| stage).collect(),
+        };
+        let folder_name = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+        let name = folder_name.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Some(ComparedStudy {
+            path: path.to_owned(),
+            name,
+            programs: programs(folder),
+            record,
+            stages,
+            tables: StageTables::Published(folder.to_owned()),
+        }))
+    }
+
+    /// Reads the table of a stage. Returns `None` if the stage has no results.
+    ///
+    /// # Errors
+    /// Returns an error if a table is damaged.
+    pub fn table(&self, stage: &str) -> Result<Option<StageTable>, SessionError> {
+        match &self.tables {
+            StageTables::Manifest(reading) => {
+                let planned = reading.plan.stages.iter().find(|planned| planned.name == stage);
+                let planned = planned.expect("the names of the stages come from the plan");
+                let rows = reading.rows(planned)?;
+                let (finished, tasks) = (rows.tasks.len(), planned.tasks.len());
+                Ok(rows.table.map(|table| StageTable { table, finished, tasks }))
+            }
+            StageTables::Published(folder) => {
+                let files = table_files(folder);
+                let Some((_, path)) = files.into_iter().find(|(name, _)| name == stage) else {
+                    return Ok(None);
+                };
+                let (source, metadata) = TableSource::open(&path)?;
+                let number = |name: &str| metadata.get(name).and_then(|text| text.parse().ok());
+                let tasks = number("tasks").unwrap_or(0);
+                let finished = number("finished").unwrap_or(tasks);
+                Ok(Some(StageTable { table: source.table()?, finished, tasks }))
+            }
+        }
+    }
+
+    /// Returns whether the study is that of a manifest, and not of published tables.
+    pub fn is_of_manifest(&self) -> bool {
+        matches!(self.tables, StageTables::Manifest(_))
+    }
+}
+
+/// Returns the subfolders of a folder, sorted by name.
+fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let read = |source| StoreError::Read { path: folder.to_owned(), source };
+    let entries = fs::read_dir(folder).map_err(read)?;
+    let paths = entries.map(|entry| entry.map(|entry| entry.path()));
+    let mut paths = paths.collect::<Result<Vec<_>, _>>().map_err(read)?;
+    paths.retain(|path| path.is_dir());
+    paths.sort();
+    Ok(paths)
+}
+
+/// Returns the tables of stages in a results folder, by name of the stage.
+fn table_files(folder: &Path) -> Vec<(String, PathBuf)> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let tables = entries.filter_map(|entry| {
+        let path = entry.path();
+        let stage = path.file_name()?.to_str()?.strip_suffix(".parquet")?.to_owned();
+        (stage != FAILURES).then_some((stage, path))
+    });
+    let mut tables: Vec<_> = tables.collect();
+    tables.sort();
+    tables
+}
+
+/// Returns the versions of the program that published the tables in a folder. Tables that cannot be
+/// read are skipped; reading their rows reports the error.
+fn programs(folder: &Path) -> BTreeSet<String> {
+    let opened =
+        table_files(folder).into_iter().filter_map(|(_, path)| TableSource::open(&path).ok());
+    opened.filter_map(|(_, metadata)| metadata.get("version").map(str::to_owned)).collect()
+}
+
+/// Returns whether a file begins like a ZIP file.
+fn is_zip(path: &Path) -> bool {
+    let mut start = [0; 4];
+    let read = File::open(path).and_then(|mut file| io::Read::read_exact(&mut file, &mut start));
+    read.is_ok() && start == *b"PK\x03\x04"
+}
+
+/// Unpacks the published tables of an archive and their owner files.
+fn unpack_results(archive: &Path, folder: &Path) -> io::Result<()> {
+    let mut archive = ZipArchive::new(File::open(archive)?)?;
+    for index in 0..archive.len() {
+        let mut file = archive.by_index(index)?;
+        // The path is that of the archive, which may be crafted: it must stay inside the folder.
+        let Some(path) = file.enclosed_name() else { continue };
+        let is_table = path.extension().is_some_and(|ending| ending == "parquet");
+        let is_owner = path.file_name().is_some_and(|name| name == owner::FILE);
+        if !path.starts_with(Path::new("data").join(RESULTS)) || !(is_table || is_owner) {
+            continue;
+        }
+        let target = folder.join(path);
+        if let Some(parent) = target.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        io::copy(&mut file, &mut File::create(target)?)?;
+    }
+    Ok(())
+}
