@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from html import escape
@@ -386,6 +387,28 @@ class Study:
             for stage, columns in self._session.columns(name)
         }
         return stages if name is None else stages[name]
+
+    def diff(self, other: "Study") -> Dict[str, Any]:
+        """Compares the study with another one: parameters, rows, and means of all columns.
+
+        Differences are those of `other` minus this study.
+
+        Returns
+        -------
+        dict
+            The content of ``asperity diff --json``: ``equal``, and ``studies`` with ``parameters``, ``stages``
+            and ``noise``.
+
+        Raises
+        ------
+        ManifestError
+            If a manifest is invalid.
+        StoreError
+            If a table is damaged.
+        """
+        comparison, notices = self._session.diff(str(other.path), str(other.data))
+        _warn(notices)
+        return json.loads(comparison)
 
     def claims(self) -> List[Dict[str, Any]]:
         """Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.

@@ -192,6 +192,11 @@ impl Session {
         Ok(stages.collect())
     }
 
+    /// Compares the study with another one. The answer is that of `asperity diff --json`.
+    fn diff(&self, py: Python<'_>, other: PathBuf, data: PathBuf) -> PyResult<(String, Notices)> {
+        self.call(py, move |session| Ok(session.diff(&session::Session::new(other, data))?.json()))
+    }
+
     fn claims<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let (found, _) = self.call(py, |session| session.claims())?;
         claims::claims_list(py, &found)

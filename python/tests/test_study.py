@@ -26,6 +26,8 @@ def test_tables_can_be_asked(finished):
     assert set(finished.columns()) == {"surfaces", "contact"}
     assert len(finished.failures()) == 0
     assert {claim["verdict"] for claim in finished.claims()} >= {"noted", "not computed"}
+    comparison = finished.diff(finished)
+    assert comparison["equal"] and [stage["equal"] for stage in comparison["studies"][0]["stages"]] == [True, True]
     assert finished.report().page.is_file()
     assert "finished" in finished.explain()
 

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+pub use asperity_manifest::decimal::written;
 pub use asperity_manifest::diagnostics::{chain, counted, listed, wrapped};
 pub use asperity_tables::cells::{cells, whole_cells};
 
