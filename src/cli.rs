@@ -81,7 +81,7 @@ enum Command {
     /// For each limit, print the cost of halving each small parameter once more, and how much this
     /// would reduce the standard error.
     Advise(claims::AdviseArguments),
-    /// Write an HTML page of figures and tables, and each figure as SVG and PNG.
+    /// Write an HTML page of figures and tables, and each figure as SVG, PNG and PDF.
     Report(report::ReportArguments),
     /// Print the table of a stage, or the result of an SQL query.
     Table(tables::TableArguments),

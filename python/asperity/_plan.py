@@ -150,7 +150,7 @@ class Report(NamedTuple):
     page : Path
         Path of the HTML page.
     figures : Path
-        Folder of the figures as SVG and PNG.
+        Folder of the figures as SVG, PNG and PDF.
     """
 
     page: Path

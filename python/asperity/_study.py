@@ -422,7 +422,7 @@ class Study:
         return self._session.claims()
 
     def report(self, output: Optional[PathLike] = None, replace: bool = False) -> Report:
-        """Writes an HTML page of figures and tables, and each figure as SVG and PNG.
+        """Writes an HTML page of figures and tables, and each figure as SVG, PNG and PDF.
 
         Parameters
         ----------

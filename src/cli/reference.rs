@@ -87,8 +87,9 @@ const KEYS_HEAD: &str = "\
 
 <!-- Written by `asperity reference`; the source is the code. -->
 
-A manifest has one table `[study]` and a table `[stage.NAME]` for each stage, of one of six kinds. Values of
-another type, values out of bounds, unknown keys and missing required keys are errors. The message names the
+A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one of six kinds, and a table
+`[figure.NAME]` for each figure that it declares. Values of another type, values out of bounds, unknown keys and
+missing required keys are errors. The message names the
 key, its value and its position, and explains how to correct it ([errors](errors.md)). Numbers are compared
 with twelve significant digits.
 
@@ -127,6 +128,11 @@ fn keys_page() -> String {
     let forms = forms.expect("a stage has one of several forms");
     for kind in kinds(forms) {
         page += &kind_section(&kind, forms);
+    }
+    let figure = &schema["properties"]["figure"]["additionalProperties"];
+    page += &format!("\n## `[figure.NAME]`\n\n{}\n\n", about(figure));
+    for (name, key) in properties(figure) {
+        page += &key_item(name, key, is_required(figure, name), &[], 0);
     }
     page
 }

@@ -63,7 +63,7 @@ pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode
 
 fn report_text(report: &Report) -> String {
     let mut text = format!(
-        "page     {} · {:.1} MB\nfigures  {} · {} as SVG and PNG\n",
+        "page     {} · {:.1} MB\nfigures  {} · {} as SVG, PNG and PDF\n",
         report.page.display(),
         report.size as f64 / 1e6,
         report.figures.display(),

@@ -202,6 +202,7 @@ pub(super) fn write_report(
         Ok::<_, SessionError>(rows[stage].table.clone())
     })?);
     let subject = Subject {
+        study: &reading.study,
         plan: &reading.plan,
         rows: &rows,
         archive: &reading.reader,

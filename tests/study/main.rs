@@ -18,6 +18,7 @@ mod ensembles;
 mod explain;
 mod failures;
 mod faults;
+mod figures;
 mod flow;
 mod hardness;
 mod heights;

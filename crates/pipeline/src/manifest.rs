@@ -4,6 +4,7 @@
 //! each value in the text, and it continues after an unreadable value so that all problems are
 //! found. [`crate::study`] then checks the values.
 
+pub mod figure;
 mod schema;
 
 use schemars::JsonSchema;
@@ -18,6 +19,8 @@ use asperity_manifest::keys::validation::{found, unknown_word, validate_against}
 use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
 use asperity_stages::Kind;
 use asperity_stages::form::{FromKey, StagePoints, StageVariant, with_article};
+
+use self::figure::WrittenFigure;
 
 pub use schema::schema;
 
@@ -38,6 +41,8 @@ table!(StudyTable);
 
 /// Maximum number of stages of a study.
 const MAX_STAGES: usize = 200;
+/// Maximum number of figures of a study.
+const MAX_FIGURES: usize = 200;
 
 /// A manifest as written, with values that are not checked yet.
 #[derive(Debug)]
@@ -45,6 +50,8 @@ pub struct Manifest {
     pub study: Section<StudyTable>,
     /// Tables `[stage.NAME]`, in the order of the file.
     pub stages: Vec<StageTable>,
+    /// Tables `[figure.NAME]`, in the order of the file.
+    pub figures: Vec<WrittenFigure>,
 }
 
 /// One table `[stage.NAME]` as written.
@@ -69,11 +76,12 @@ impl Manifest {
             report_syntax(text, &errors, problems);
             return None;
         }
-        let (mut study, mut stages) = (None, Vec::new());
+        let (mut study, mut stages, mut figures) = (None, Vec::new(), Vec::new());
         for entry in document.into_inner() {
             match entry.0.get_ref().as_ref() {
                 "study" => study = read_study(entry, problems),
                 "stage" => stages = read_stages(entry, problems),
+                "figure" => figures = read_figures(entry, problems),
                 _ => problems.push(unknown_table(&entry)),
             }
         }
@@ -92,7 +100,7 @@ impl Manifest {
             }
             Section::unreadable(0..0)
         });
-        Some(Manifest { study, stages })
+        Some(Manifest { study, stages, figures })
     }
 
     /// Returns the name of the study, if it has one.
@@ -111,19 +119,42 @@ fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTabl
 
 /// Reads the stages in the order of the file.
 fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
-    let mut entries: Vec<_> = match table_of(entry, problems) {
-        Some(table) => table.into_iter().collect(),
-        None => return Vec::new(),
-    };
+    let entries = entries_of(entry, "stages", MAX_STAGES, problems).into_iter();
+    entries.map(|entry| read_stage(entry, problems)).collect()
+}
+
+/// Reads the figures in the order of the file.
+fn read_figures(entry: Entry, problems: &mut Problems) -> Vec<WrittenFigure> {
+    let entries = entries_of(entry, "figures", MAX_FIGURES, problems).into_iter();
+    entries.filter_map(|entry| read_figure(entry, problems)).collect()
+}
+
+fn read_figure(entry: Entry, problems: &mut Problems) -> Option<WrittenFigure> {
+    let span = entry.0.span();
+    let name = Spanned { value: entry.0.get_ref().to_string(), span: span.clone() };
+    let mut table = table_of(entry, problems)?;
+    figure::in_british_spelling(&mut table);
+    let expected = ExpectedKeys::of_table("a figure");
+    Some(WrittenFigure { name, keys: reader::read(table, span, &expected, problems) })
+}
+
+/// Returns the entries of a table in the order of the file, at most `max` of them. `things` says in
+/// messages what they are.
+fn entries_of<'i>(
+    entry: Entry<'i>,
+    things: &str,
+    max: usize,
+    problems: &mut Problems,
+) -> Vec<Entry<'i>> {
+    let mut entries: Vec<_> = table_of(entry, problems).into_iter().flatten().collect();
     entries.sort_by_key(|(name, _)| name.span().start);
-    if let Some((name, _)) = entries.get(MAX_STAGES) {
-        let message = format!("the study has {} stages", entries.len());
-        let label = format!("at most {MAX_STAGES} stages are allowed");
+    if let Some((name, _)) = entries.get(max) {
+        let message = format!("the study has {} {things}", entries.len());
+        let label = format!("at most {max} {things} are allowed");
         problems.push(Problem::new(message, name.span(), label));
-        entries.truncate(MAX_STAGES);
+        entries.truncate(max);
     }
-    let mut read = |entry| read_stage(entry, problems);
-    entries.into_iter().map(&mut read).collect()
+    entries
 }
 
 fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
@@ -215,13 +246,16 @@ fn unknown_table((key, value): &Entry) -> Problem {
     let problem = Problem::new(
         format!("unknown {what} `{name}`"),
         key.span(),
-        match did_you_mean(name, ["study", "stage"]) {
+        match did_you_mean(name, ["study", "stage", "figure"]) {
             Some(word) => format!("did you mean `{word}`?"),
             None if is_table => format!("if this is a stage, write `[stage.{name}]`"),
             None => "not allowed in a manifest".to_owned(),
         },
     );
-    problem.help("a manifest has one table `[study]` and a table `[stage.NAME]` for each stage")
+    problem.help(
+        "a manifest has one table `[study]`, a table `[stage.NAME]` for each stage and, if it \
+         declares figures, a table `[figure.NAME]` for each of them",
+    )
 }
 
 /// Maximum number of syntax errors that are examined, because each requires a search through the

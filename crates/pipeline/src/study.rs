@@ -3,6 +3,7 @@
 //! In a [`Study`], the cutoffs are in order and resolved by the mesh, loads ascend, each stage can
 //! read its inputs, and surface files exist. Later code relies on these checks.
 
+pub mod figures;
 mod graph;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,7 @@ mod warnings;
 use std::path::Path;
 use std::sync::OnceLock;
 
+use self::figures::FigureSpec;
 use crate::manifest::Manifest;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::names;
@@ -46,6 +48,8 @@ pub struct Study {
     pub name: String,
     /// Stages, each after the stages that it reads, otherwise in the order of the manifest.
     pub stages: Vec<Stage>,
+    /// Figures that the manifest declares, in its order.
+    pub figures: Vec<FigureSpec>,
     pub sources: SurfaceFiles,
 }
 

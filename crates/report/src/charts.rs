@@ -2,12 +2,13 @@
 //! and files.
 //!
 //! A [`chart::Chart`] or a [`map_panel::MapPanel`] describes one panel. A [`Figure`] arranges
-//! panels above a common legend and draws them as SVG, which [`svg`] converts to PNG. Equal data
-//! give equal bytes.
+//! panels above a common legend and draws them as SVG, which [`svg`] converts to PNG and [`pdf`] to
+//! PDF. Equal data give equal bytes.
 
 pub mod axis;
 pub mod chart;
 pub mod map_panel;
+pub mod pdf;
 pub mod raster;
 pub mod style;
 pub mod svg;
@@ -35,6 +36,16 @@ pub struct Figure {
     pub rows: Vec<Vec<Panel>>,
     /// Width and height of one panel, in pixels.
     pub panel: [f64; 2],
+    /// Scale of the colours of series, if they are too many for the legend.
+    pub colours: Option<ColourScale>,
+}
+
+/// Gradient of the colours of series between two numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColourScale {
+    pub label: String,
+    pub lowest: String,
+    pub highest: String,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +75,12 @@ impl Figure {
 
     pub fn from_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
         let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
-        Figure { rows: rows.into_iter().map(|row| panels(row).collect()).collect(), panel }
+        let rows = rows.into_iter().map(|row| panels(row).collect()).collect();
+        Figure { rows, panel, colours: None }
+    }
+
+    pub fn from_panels(rows: Vec<Vec<Panel>>, panel: [f64; 2]) -> Figure {
+        Figure { rows, panel, colours: None }
     }
 
     /// Returns the figure as SVG with the colour variables of [`style`]. `name` makes its
@@ -74,7 +90,8 @@ impl Figure {
         let [panel_width, panel_height] = self.panel;
         let width = (columns * (panel_width + GAP) - GAP + 2.0 * MARGIN).ceil();
         let legend = Legend::new(entries(self.series()), width - 2.0 * MARGIN, WORDS - 1);
-        let top = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
+        let below = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
+        let top = below + self.colours.as_ref().map_or(0.0, |_| ColourScale::HEIGHT);
         let mut scene = Scene::new(width, (top + legend.height() + MARGIN).ceil());
         scene.background_color = None;
         scene.text_color = Some(Colour::Text.css());
@@ -96,6 +113,9 @@ impl Figure {
                 }
             }
         }
+        if let Some(colours) = &self.colours {
+            colours.draw(&mut scene, below, width);
+        }
         legend.draw(&mut scene, top, width);
         finished(&scene, &pictures, name)
     }
@@ -108,6 +128,51 @@ impl Figure {
                 Panel::Map(_) => None,
             })
             .flat_map(|chart| &chart.series)
+    }
+}
+
+impl ColourScale {
+    /// Height of the scale with its label, in pixels.
+    const HEIGHT: f64 = 24.0;
+
+    /// Draws the scale below `top`, centred in `width`: label, lowest number, colours, highest
+    /// number.
+    fn draw(&self, scene: &mut Scene, top: f64, width: f64) {
+        const STEP: f64 = 3.0;
+        const SPACE: f64 = 8.0;
+        let before = format!("{}   {}", self.label, self.lowest);
+        let bar = STEP * style::GRADIENT_STEPS as f64;
+        let [left, right] = [&before, &self.highest].map(|text| width_of(text, WORDS - 1));
+        let from = (width - left - bar - right - 2.0 * SPACE).max(0.0) / 2.0 + left + SPACE;
+        for step in 0..style::GRADIENT_STEPS {
+            scene.add(Primitive::Rect {
+                x: from + STEP * step as f64,
+                y: top + 5.0,
+                // Neighbours overlap, so that no paper shines through between them.
+                width: STEP + 0.5,
+                height: 12.0,
+                fill: Colour::Gradient(step).css().into(),
+                stroke: None,
+                stroke_width: None,
+                opacity: None,
+            });
+        }
+        let ends = [
+            (from - SPACE, before, TextAnchor::End),
+            (from + bar + SPACE, self.highest.clone(), TextAnchor::Start),
+        ];
+        for (x, content, anchor) in ends {
+            scene.add(Primitive::Text {
+                x,
+                y: top + 15.5,
+                content,
+                size: WORDS - 1,
+                anchor,
+                rotate: None,
+                bold: false,
+                color: Some(Colour::Text.css().into()),
+            });
+        }
     }
 }
 
@@ -309,7 +374,8 @@ mod tests {
         let line = Style::line(Colour::Text, Dash::Dashed, 1.5);
         chart.series.push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
         let map = Panel::Map(MapPanel::new("heights", heights(), [1.0, 1.0]));
-        Figure { rows: vec![vec![Panel::Chart(Box::new(chart)), map]], panel: [300.0, 200.0] }
+        let rows = vec![vec![Panel::Chart(Box::new(chart)), map]];
+        Figure { rows, panel: [300.0, 200.0], colours: None }
     }
 
     #[test]
@@ -324,7 +390,7 @@ mod tests {
         let drawn = |size: [f64; 2]| {
             let rows = vec![vec![Panel::Map(MapPanel::new("", heights(), size))]];
             let panel = panel_of_map(rows[0].iter(), 200.0);
-            Figure { rows, panel }.to_svg("map")
+            Figure::from_panels(rows, panel).to_svg("map")
         };
         assert!(drawn([3.0, 3.0]).contains("width=\"200.0\" height=\"200.0\" preserve"));
         assert!(drawn([2.0, 1.0]).contains("width=\"200.0\" height=\"100.0\" preserve"));

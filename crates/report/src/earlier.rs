@@ -41,7 +41,7 @@ impl Basis {
         let rows = stages.iter().map(|stage| (stage.name.clone(), stage.table.rows()));
         Basis {
             study: study.to_owned(),
-            figures: figures.iter().map(|figure| figure.title.to_owned()).collect(),
+            figures: figures.iter().map(|figure| figure.title.clone()).collect(),
             rows: rows.collect(),
             files: files.map(|(name, bytes)| (name, digest(bytes))).collect(),
         }
@@ -118,6 +118,17 @@ pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
     page.into_iter().chain(figures).collect()
 }
 
+/// Returns the names of the files that an earlier report may have in the folder of figures: those
+/// that the page lists, and those of all figures that every study can have.
+pub fn figure_files(page: &Path) -> BTreeSet<String> {
+    let listed = fs::read_to_string(page).ok().and_then(|page| Basis::from_page(&page));
+    let listed = listed.unwrap_or_default().files.into_keys();
+    // A page is a text that somebody may have edited: take nothing outside the folder.
+    let listed = listed.filter(|name| Path::new(name).file_name() == Some(name.as_ref()));
+    let known = figures::ALL.iter().flat_map(|figure| figures::file_names(figure.name));
+    known.chain(listed).collect()
+}
+
 /// Checks that a report in a folder chosen by the user only replaces an earlier report of the same
 /// study.
 ///
@@ -143,7 +154,7 @@ pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<()
         return taken(page);
     }
     let own = basis.unwrap_or_default().files;
-    for name in figures::ALL.iter().flat_map(|figure| figure.file_names()) {
+    for name in figure_files(&page) {
         let path = folder.join(FIGURES).join(&name);
         let is_own = own.contains_key(&name) && !changed.contains(&path);
         if !is_own && path.symlink_metadata().is_ok() {

@@ -1,12 +1,14 @@
-//! All figures of a page: first figures of surfaces, then figures of contact in the order of the
-//! paper.
+//! All figures of a page: those that the study declares, automatic ones, then figures of surfaces
+//! and figures of contact in the order of the paper.
 //!
 //! Each figure is a [`Definition`] with a function that draws the figure from the tables of a
 //! study.
 
 mod area;
+mod automatic;
 mod contact_maps;
 mod corrections;
+mod declared;
 mod distributions;
 mod flow;
 mod full_contact;
@@ -15,15 +17,21 @@ mod limits;
 mod pressure;
 mod spectra;
 mod summits;
+mod theories;
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use serde::Serialize;
 
 use crate::ReportError;
 use crate::charts::Figure;
-use crate::figure_data::FigureData;
+use crate::figure_data::{FigureData, FinishedStages};
 use crate::figures::contact_maps::LoadSlider;
+use asperity_pipeline::study::Study;
+use asperity_pipeline::study::figures::FigureSpec;
 
-/// All figures, in the order of the page.
+/// All figures that every study can have, in the order of the page.
 pub const ALL: [&Definition; 25] = [
     &heights::MAPS,
     &heights::HEIGHTS,
@@ -52,18 +60,80 @@ pub const ALL: [&Definition; 25] = [
     &limits::LIMITS,
 ];
 
+/// A figure that a page may have.
+pub enum Planned<'a> {
+    Declared(&'a FigureSpec),
+    Automatic(Box<FigureSpec>),
+    Paper(&'static Definition),
+}
+
+impl Planned<'_> {
+    /// Lists the figures of a study in the order of the page: those that it declares, automatic
+    /// ones, and all others.
+    pub fn all<'a>(study: &'a Study, finished: &FinishedStages) -> Vec<Planned<'a>> {
+        let declared = study.figures.iter().map(Planned::Declared);
+        let automatic = automatic::figures(study, finished).into_iter();
+        let automatic = automatic.map(|figure| Planned::Automatic(Box::new(figure)));
+        let paper = ALL.into_iter().map(Planned::Paper);
+        declared.chain(automatic).chain(paper).collect()
+    }
+
+    pub fn name(&self) -> &str {
+        match self {
+            Planned::Declared(figure) => &figure.name,
+            Planned::Automatic(figure) => &figure.name,
+            Planned::Paper(definition) => definition.name,
+        }
+    }
+
+    pub fn title(&self) -> String {
+        match self {
+            Planned::Declared(figure) => declared::title(figure),
+            Planned::Automatic(figure) => declared::title(figure),
+            Planned::Paper(definition) => definition.title.to_owned(),
+        }
+    }
+
+    pub fn group(&self) -> Group {
+        match self {
+            Planned::Declared(_) => Group::Declared,
+            Planned::Automatic(_) => Group::Automatic,
+            Planned::Paper(_) => Group::Paper,
+        }
+    }
+
+    pub fn draw(&self, data: &FigureData) -> Result<Drawn, ReportError> {
+        match self {
+            Planned::Declared(figure) => declared::draw(data, figure),
+            // Nobody waits for an automatic figure that cannot be drawn.
+            Planned::Automatic(figure) => Ok(match declared::draw(data, figure)? {
+                Drawn::Missing { .. } => Drawn::NotAsked,
+                drawn => drawn,
+            }),
+            Planned::Paper(definition) => (definition.draw)(data),
+        }
+    }
+}
+
+/// Returns the names of the files of figures. A figure whose name an earlier figure has gets a
+/// number, because some file systems do not distinguish case.
+pub fn file_stems(figures: &[Planned]) -> Vec<String> {
+    let mut taken: BTreeSet<String> = BTreeSet::new();
+    let stem = |figure: &Planned| {
+        let name = figure.name();
+        let numbered = (2..).map(|number| format!("{name}-{number}"));
+        let mut names = std::iter::once(name.to_owned()).chain(numbered);
+        names.find(|name| taken.insert(name.to_lowercase())).expect("there are always more numbers")
+    };
+    figures.iter().map(stem).collect()
+}
+
 /// Name, title and drawing function of a figure.
 pub struct Definition {
     /// Name of the files, and anchor on the page.
     pub name: &'static str,
     pub title: &'static str,
     pub draw: fn(&FigureData) -> Result<Drawn, ReportError>,
-}
-
-impl Definition {
-    pub fn file_names(&self) -> [String; 2] {
-        ["svg", "png"].map(|ending| format!("{}.{ending}", self.name))
-    }
 }
 
 /// Result of drawing a figure.
@@ -77,7 +147,7 @@ pub enum Drawn {
     },
     /// The study has no data for the figure, or has lost the data.
     Missing {
-        needs: &'static str,
+        needs: Cow<'static, str>,
         /// Lines of a manifest that would add the data; `None` if the data are lost.
         lines: Option<String>,
     },
@@ -99,25 +169,41 @@ impl Drawn {
 
     /// Creates a missing figure of a study that has lost the data.
     pub fn gone(needs: &'static str) -> Drawn {
-        Drawn::Missing { needs, lines: None }
+        Drawn::Missing { needs: needs.into(), lines: None }
     }
 
     /// Creates a missing figure with lines of a manifest that would add the data.
     pub fn missing(needs: &'static str, lines: String) -> Drawn {
-        Drawn::Missing { needs, lines: Some(lines) }
+        Drawn::Missing { needs: needs.into(), lines: Some(lines) }
     }
+}
+
+/// Reason why a figure is on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Group {
+    /// The manifest declares the figure in a table `[figure.NAME]`.
+    Declared,
+    /// The figure shows results of a stage against a swept parameter.
+    Automatic,
+    /// The figure is one of [`ALL`].
+    Paper,
 }
 
 /// A figure as SVG for the page, and as separate files.
 #[derive(Debug, Serialize)]
 pub struct DrawnFigure {
-    pub name: &'static str,
-    pub title: &'static str,
+    /// Name of the files, and anchor on the page.
+    pub name: String,
+    pub title: String,
+    pub group: Group,
     pub svg: String,
     #[serde(skip)]
     pub alone: String,
     #[serde(skip)]
     pub png: Vec<u8>,
+    #[serde(skip)]
+    pub pdf: Vec<u8>,
     pub caption: String,
     /// Maps at further loads, which a reader selects with sliders.
     pub sliders: Vec<LoadSlider>,
@@ -125,17 +211,23 @@ pub struct DrawnFigure {
 
 impl DrawnFigure {
     /// Returns the names and contents of the files.
-    pub fn files(&self) -> [(String, &[u8]); 2] {
-        let bytes = [("svg", self.alone.as_bytes()), ("png", &self.png)];
-        bytes.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
+    pub fn files(&self) -> [(String, &[u8]); 3] {
+        let contents = [self.alone.as_bytes(), &self.png, &self.pdf];
+        std::array::from_fn(|index| (file_names(&self.name)[index].clone(), contents[index]))
     }
+}
+
+/// Returns the names of the files of a figure.
+pub fn file_names(figure: &str) -> [String; 3] {
+    ["svg", "png", "pdf"].map(|ending| format!("{figure}.{ending}"))
 }
 
 /// A figure for which the study has no data or has lost the data.
 #[derive(Debug, Serialize)]
 pub struct MissingFigure {
-    pub title: &'static str,
-    pub needs: &'static str,
+    pub title: String,
+    pub group: Group,
+    pub needs: Cow<'static, str>,
     /// Lines of a manifest that would add the data; `None` if the data are lost.
     pub lines: Option<String>,
 }

@@ -12,8 +12,10 @@
 //! | `surface_curves` | means against wavenumber or distance |
 //! | `samples` | one surface of each parameter point, and measured maps |
 //! | `styles`, `units` | colours, markers and labels; units with prefixes |
+//! | `plotted` | points of declared and automatic figures, from the rows of a table |
+//! | `symbols` | labels of axes and legends for columns of tables |
 //! | `figures` | all figures, in files by subject |
-//! | `charts` | drawing: axes, series, legends, maps; SVG and PNG |
+//! | `charts` | drawing: axes, series, legends, maps; SVG, PNG and PDF |
 //! | `page` | the HTML page and its provenance |
 //! | `earlier` | contents and replacement of an earlier report |
 
@@ -25,9 +27,11 @@ mod every_consumer;
 mod figure_data;
 mod figures;
 mod page;
+mod plotted;
 mod samples;
 mod styles;
 mod surface_curves;
+mod symbols;
 mod units;
 
 pub use charts::raster::{CONTACT, GAP, Raster, Scale};
@@ -36,21 +40,22 @@ pub use earlier::{changed_files, check_folder};
 pub use ensembles::Bars;
 pub use units::assumed_pressure_unit;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::charts::svg;
+use crate::charts::{pdf, svg};
 use crate::earlier::Basis;
 use crate::figure_data::{FigureData, FinishedStages};
-use crate::figures::{Definition, Drawn, DrawnFigure, MissingFigure};
+use crate::figures::{Drawn, DrawnFigure, Group, MissingFigure, Planned};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
 use asperity_pipeline::results::StageRows;
 use asperity_pipeline::results::reader::ResultReader;
-use asperity_pipeline::study::Warning;
+use asperity_pipeline::study::{Study, Warning};
 use asperity_stages::StageError;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::parallel;
@@ -68,7 +73,7 @@ pub struct Report {
     pub page: PathBuf,
     pub figures: PathBuf,
     /// Titles of the figures on the page.
-    pub drawn: Vec<&'static str>,
+    pub drawn: Vec<String>,
     pub missing: Vec<NotDrawn>,
     /// Size of the page in bytes.
     #[serde(skip)]
@@ -78,8 +83,8 @@ pub struct Report {
 /// Title of a figure that is not drawn, and the data that it needs.
 #[derive(Debug, Serialize)]
 pub struct NotDrawn {
-    pub figure: &'static str,
-    pub needs: &'static str,
+    pub figure: String,
+    pub needs: String,
 }
 
 /// Error in writing a report.
@@ -97,9 +102,9 @@ pub enum ReportError {
     /// A surface cannot be drawn for a figure.
     #[error("cannot draw a surface for a figure")]
     Surface(#[source] StageError),
-    /// A figure cannot be converted to PNG.
-    #[error("cannot convert `{name}.svg` to PNG")]
-    Pixels { name: &'static str, source: PixelsError },
+    /// A figure cannot be converted to PNG or PDF.
+    #[error("cannot convert `{name}.svg` to PNG and PDF")]
+    Pixels { name: String, source: PixelsError },
     /// The existing page shows results that the new page would not.
     #[error(
         "`{}` shows more than a new page would: {}; compute the missing results with `asperity \
@@ -130,6 +135,7 @@ pub enum ReportError {
 
 /// A study and its results.
 pub struct Subject<'a> {
+    pub study: &'a Study,
     pub plan: &'a Plan,
     pub rows: &'a [StageRows],
     /// Finished tasks with their maps.
@@ -163,7 +169,10 @@ pub fn write(
     let finished = FinishedStages::new(subject);
     let data = FigureData::new(&finished, bars)?;
     // Draw figures in parallel, one task each.
-    let drawn = parallel::map(&figures::ALL, |definition| draw(definition, &data));
+    let planned = Planned::all(subject.study, &finished);
+    let stems = figures::file_stems(&planned);
+    let planned: Vec<_> = planned.into_iter().zip(stems).collect();
+    let drawn = parallel::map(&planned, |(figure, stem)| draw(figure, stem, &data));
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for figure in drawn {
         match figure? {
@@ -174,7 +183,8 @@ pub fn write(
     }
     let basis = Basis::new(&subject.plan.study, &there, &finished.stages);
     let page = folder.join(PAGE);
-    let is_complete = subject.is_complete() && missing.iter().all(|figure| figure.lines.is_some());
+    let is_lost = |figure: &MissingFigure| figure.group == Group::Paper && figure.lines.is_none();
+    let is_complete = subject.is_complete() && !missing.iter().any(is_lost);
     if existing == Existing::Keep && !is_complete {
         let lacks = basis.lacks_of(&page);
         if !lacks.is_empty() {
@@ -185,17 +195,17 @@ pub fn write(
     // The page contains digests of the figures, so `verify` must see either both or none.
     let _alone = lock_to_write(folder);
     let pictures = folder.join(FIGURES);
-    write_figures(&there, &pictures)?;
+    write_figures(&there, earlier::figure_files(&page), &pictures)?;
     let text = page::html(subject, &finished, &there, &missing, &basis, folder);
     let text = earlier::sealed(text);
     write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
     Ok(Report {
         page,
         figures: pictures,
-        drawn: there.iter().map(|figure| figure.title).collect(),
+        drawn: there.into_iter().map(|figure| figure.title).collect(),
         missing: missing
-            .iter()
-            .map(|figure| NotDrawn { figure: figure.title, needs: figure.needs })
+            .into_iter()
+            .map(|figure| NotDrawn { figure: figure.title, needs: figure.needs.into_owned() })
             .collect(),
         size: text.len(),
     })
@@ -204,43 +214,39 @@ pub fn write(
 /// Draws a figure, or returns `None` if the study has no stage of the special kind that the figure
 /// shows.
 fn draw(
-    definition: &Definition,
+    figure: &Planned,
+    stem: &str,
     data: &FigureData,
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
-    let Definition { name, title, draw } = *definition;
-    Ok(Some(match draw(data)? {
+    let (title, group) = (figure.title(), figure.group());
+    Ok(Some(match figure.draw(data)? {
         Drawn::Figure { figure, caption, sliders } => {
-            let svg = figure.to_svg(name);
+            let name = stem.to_owned();
+            let svg = figure.to_svg(&name);
             let alone = svg::alone(&svg);
-            let png = svg::to_png(&alone, SCALE);
-            Ok(DrawnFigure {
-                name,
-                title,
-                svg,
-                alone,
-                png: png.map_err(|source| ReportError::Pixels { name, source })?,
-                caption,
-                sliders,
-            })
+            let files = svg::to_png(&alone, SCALE).and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
+            let (png, pdf) =
+                files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
+            Ok(DrawnFigure { name, title, group, svg, alone, png, pdf, caption, sliders })
         }
-        Drawn::Missing { needs, lines } => Err(MissingFigure { title, needs, lines }),
+        Drawn::Missing { needs, lines } => Err(MissingFigure { title, group, needs, lines }),
         Drawn::NotAsked => return Ok(None),
     }))
 }
 
-/// Writes an SVG and a PNG file for each figure, and removes the files of figures that only an
-/// earlier report has.
-fn write_figures(there: &[DrawnFigure], folder: &Path) -> Result<(), ReportError> {
+/// Writes an SVG, a PNG and a PDF file for each figure, and removes the files in `earlier`, those of
+/// an earlier report, that the report no longer has.
+fn write_figures(
+    there: &[DrawnFigure],
+    earlier: BTreeSet<String>,
+    folder: &Path,
+) -> Result<(), ReportError> {
+    let mut gone = earlier;
     for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
-        write_whole(&folder.join(name), bytes, Existing::Replace, folder)?;
+        write_whole(&folder.join(&name), bytes, Existing::Replace, folder)?;
+        gone.remove(&name);
     }
-    let is_gone = |name: &str| there.iter().all(|figure| figure.name != name);
-    for definition in figures::ALL.iter().filter(|figure| is_gone(figure.name)) {
-        for name in definition.file_names() {
-            remove(&folder.join(name))?;
-        }
-    }
-    Ok(())
+    gone.iter().try_for_each(|name| remove(&folder.join(name)))
 }
 
 fn remove(path: &Path) -> Result<(), ReportError> {

@@ -26,7 +26,7 @@ mod theory;
 
 pub use groups::reduce as grouped;
 pub use statistics::Statistic;
-pub use theory::{Model, SPECTRUM_COLUMNS};
+pub use theory::{Model, SPECTRUM_COLUMNS, nayak_parameters};
 
 /// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
 /// numbers change.

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::StudyTable;
+use super::figure::FigureTable;
 use asperity_manifest::keys::KeyTable;
 use asperity_manifest::names;
 use asperity_stages::form::{FromKey, StageVariant};
@@ -23,6 +24,12 @@ pub fn schema() -> Value {
                 "minProperties": 1,
                 "propertyNames": { "pattern": names::PATTERN, "maxLength": names::MAX_LENGTH },
                 "additionalProperties": { "oneOf": stages },
+            },
+            "figure": {
+                "description": "Figures of the study, each a table `[figure.NAME]`.",
+                "type": "object",
+                "propertyNames": { "pattern": names::PATTERN, "maxLength": names::MAX_LENGTH },
+                "additionalProperties": figure(),
             },
         },
         "required": ["study", "stage"],
@@ -79,6 +86,18 @@ fn stage(variant: StageVariant) -> Value {
     schema.insert("properties".to_owned(), properties.into());
     schema.insert("required".to_owned(), required.into());
     schema.insert("additionalProperties".to_owned(), json!(false));
+    schema.into()
+}
+
+/// Returns the schema of the table of a figure.
+fn figure() -> Value {
+    let layout = FigureTable::layout();
+    let keys = layout.properties().clone().into_iter().map(|(key, value)| {
+        let is_list = layout.lists.contains(&key.as_str());
+        (key, if is_list { item_or_list(value) } else { value })
+    });
+    let mut schema = layout.schema.clone();
+    schema.insert("properties".to_owned(), keys.collect::<Map<_, _>>().into());
     schema.into()
 }
 

@@ -3,6 +3,7 @@
 use arrow::datatypes::DataType;
 
 use crate::manifest::{Manifest, StageTable, StudyTable};
+use crate::study::figures;
 use crate::study::graph::Graph;
 use crate::study::{ClaimNames, Stage, Study, Work, graph};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
@@ -42,7 +43,11 @@ pub fn validate(
     for &input in graph.inputs.iter().flatten().flatten() {
         validator.is_read[input] = true;
     }
-    for stage in observed_stages(&manifest.stages) {
+    let drawn = manifest.figures.iter().filter_map(|figure| {
+        let from = figure.keys.points.first()?.table.from.written()?;
+        index_of(&manifest.stages, &from.value)
+    });
+    for stage in observed_stages(&manifest.stages).into_iter().chain(drawn) {
         validator.is_read[stage] = true;
     }
     for &stage in &graph.order {
@@ -51,6 +56,9 @@ pub fn validate(
     }
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     check_conditions(&manifest.stages, &graph, (empty, claims), problems);
+    let names: Vec<&str> = manifest.stages.iter().map(|stage| stage.name.value.as_str()).collect();
+    let named = |name: &str| empty(index_of(&manifest.stages, name)?);
+    let figures = figures::check(&manifest.figures, &names, named, problems);
     let mut sorted_index = vec![0; graph.order.len()];
     let sorted = graph.order.iter().enumerate();
     sorted.for_each(|(position, &stage)| sorted_index[stage] = position);
@@ -62,7 +70,12 @@ pub fn validate(
             work: validator.validated[stage].work.take()?,
         })
     });
-    Some(Study { name: name?, stages: stages.collect::<Option<_>>()?, sources: validator.sources })
+    Some(Study {
+        name: name?,
+        stages: stages.collect::<Option<_>>()?,
+        figures: figures?,
+        sources: validator.sources,
+    })
 }
 
 /// Validates the table `[study]` and returns its name and seed.
@@ -221,12 +234,15 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
     })
 }
 
+fn index_of(stages: &[StageTable], name: &str) -> Option<usize> {
+    stages.iter().position(|stage| stage.name.value == name)
+}
+
 /// Returns the indices of the stages whose tables are used by conditions on means.
 fn observed_stages(stages: &[StageTable]) -> Vec<usize> {
-    let named = |name: &str| stages.iter().position(|stage| stage.name.value == name);
     conditions(stages)
         .filter_map(|condition| match &condition.until {
-            Until::Mean(mean) => named(&mean.stage),
+            Until::Mean(mean) => index_of(stages, &mean.stage),
             Until::Claims(_) => None,
         })
         .collect()

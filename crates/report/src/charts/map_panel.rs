@@ -223,7 +223,7 @@ mod tests {
     fn drawn(maps: Vec<MapPanel>) -> String {
         let rows = vec![maps.into_iter().map(Panel::Map).collect::<Vec<_>>()];
         let panel = panel_of_map(rows[0].iter(), 200.0);
-        Figure { rows, panel }.to_svg("maps")
+        Figure::from_panels(rows, panel).to_svg("maps")
     }
 
     /// Returns all values of an attribute.

@@ -2,8 +2,12 @@
 //!
 //! A figure uses CSS variables for colours, so a page can be light or dark. A separate file
 //! contains the light colours. Series have colours after Okabe & Ito (2008), which colour-blind
-//! people can distinguish, and lighter ones on a dark page.
+//! people can distinguish, and lighter ones on a dark page. Series of ascending numbers have colours
+//! of the gradient *plasma*: its dark part on a light page, its light part on a dark one.
 
+use std::collections::HashMap;
+
+use colorous::PLASMA;
 use kuva::plot::LineStyle;
 use kuva::plot::scatter::MarkerShape;
 
@@ -86,7 +90,14 @@ pub enum Colour {
     Background,
     /// Series of data, by its index; colours repeat after the last.
     Series(usize),
+    /// Step of the gradient for ascending numbers, below [`GRADIENT_STEPS`].
+    Gradient(usize),
 }
+
+/// Number of colours of the gradient for ascending numbers.
+pub const GRADIENT_STEPS: usize = 64;
+/// Parts of the gradient that stand out from light and from dark paper.
+const GRADIENT: [[f64; 2]; 2] = [[0.0, 0.63], [0.41, 1.0]];
 
 const SERIES: [(&str, &str); 7] = [
     ("#0072b2", "#56b4e9"),
@@ -101,7 +112,8 @@ const SERIES: [(&str, &str); 7] = [
 impl Colour {
     fn all() -> impl Iterator<Item = Colour> {
         let fixed = [Colour::Text, Colour::Muted, Colour::Grid, Colour::Background];
-        fixed.into_iter().chain((0..SERIES.len()).map(Colour::Series))
+        let series = (0..SERIES.len()).map(Colour::Series);
+        fixed.into_iter().chain(series).chain((0..GRADIENT_STEPS).map(Colour::Gradient))
     }
 
     pub fn css(self) -> String {
@@ -115,19 +127,26 @@ impl Colour {
             Colour::Grid => "--grid".to_owned(),
             Colour::Background => "--paper".to_owned(),
             Colour::Series(index) => format!("--series-{}", index % SERIES.len()),
+            Colour::Gradient(step) => format!("--step-{step}"),
         }
     }
 
     /// Returns the colours on a light and on a dark page.
-    fn shades(self) -> [&'static str; 2] {
+    fn shades(self) -> [String; 2] {
         let (light, dark) = match self {
+            Colour::Gradient(step) => {
+                let share = step as f64 / (GRADIENT_STEPS - 1) as f64;
+                let shade =
+                    |[from, to]: [f64; 2]| PLASMA.eval_continuous(from + share * (to - from));
+                return GRADIENT.map(|part| format!("#{:x}", shade(part)));
+            }
             Colour::Text => ("#1b1b1b", "#e8e8e8"),
             Colour::Muted => ("#6b6b6b", "#a8a8a8"),
             Colour::Grid => ("#e4e4e4", "#3a3d42"),
             Colour::Background => ("#ffffff", "#17191c"),
             Colour::Series(index) => SERIES[index % SERIES.len()],
         };
-        [light, dark]
+        [light, dark].map(str::to_owned)
     }
 }
 
@@ -141,7 +160,17 @@ pub fn declarations() -> [String; 2] {
 
 /// Replaces CSS variables by the light colours, for programs without them.
 pub fn with_light_colours(svg: &str) -> String {
-    Colour::all().fold(svg.to_owned(), |svg, colour| svg.replace(&colour.css(), colour.shades()[0]))
+    let known = Colour::all().map(|colour| (colour.css(), colour.shades()));
+    let known: HashMap<String, [String; 2]> = known.collect();
+    let mut parts = svg.split("var(");
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let end = part.find(')').map_or(part.len(), |end| end + 1);
+        let variable = format!("var({}", &part[..end]);
+        text += known.get(&variable).map_or(&variable, |[light, _]| light);
+        text += &part[end..];
+    }
+    text
 }
 
 #[cfg(test)]
@@ -170,13 +199,14 @@ mod tests {
     #[test]
     fn words_and_series_stand_out_from_light_paper_and_from_dark() {
         for mode in [0, 1] {
-            let paper = Colour::Background.shades()[mode];
+            let paper = &Colour::Background.shades()[mode];
             for colour in
                 Colour::all().filter(|colour| !matches!(colour, Colour::Background | Colour::Grid))
             {
-                let shade = colour.shades()[mode];
+                let shade = &colour.shades()[mode];
                 // WCAG requires a contrast of 4.5 for text and 3 for graphics.
-                let least = if matches!(colour, Colour::Series(_)) { 3.0 } else { 4.5 };
+                let is_graphic = matches!(colour, Colour::Series(_) | Colour::Gradient(_));
+                let least = if is_graphic { 3.0 } else { 4.5 };
                 assert!(contrast(shade, paper) >= least, "{colour:?} in mode {mode}");
             }
         }
@@ -185,6 +215,7 @@ mod tests {
     #[test]
     fn a_figure_that_goes_out_alone_has_no_variables() {
         let svg = Colour::all().map(Colour::css).collect::<String>();
-        assert!(!with_light_colours(&svg).contains("var("));
+        let shades = Colour::all().map(|colour| colour.shades()[0].clone());
+        assert_eq!(with_light_colours(&svg), shades.collect::<String>());
     }
 }

@@ -68,14 +68,14 @@ pub(super) fn shift(x: f64, y: f64) -> Primitive {
 /// DejaVu Sans, reduced to the glyphs that figures need; see `font/LICENSE`.
 pub const FONT: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 
-/// Error in converting a drawing to pixels.
+/// Error in converting a drawing to PNG or PDF.
 #[derive(Debug, thiserror::Error)]
 pub enum PixelsError {
     #[error("the drawing is not valid SVG")]
     Svg(#[from] resvg::usvg::Error),
     #[error("cannot create an image of {width} × {height} pixels")]
     Size { width: u32, height: u32 },
-    #[error("cannot encode the image as PNG: {reason}")]
+    #[error("cannot encode the image: {reason}")]
     Encode { reason: String },
 }
 
@@ -86,10 +86,15 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
+/// Parses a drawing and lays out its texts.
+pub(super) fn tree(svg: &str) -> Result<Tree, PixelsError> {
+    let options = Options { fontdb: FONTS.clone(), ..Options::default() };
+    Ok(Tree::from_str(svg, &options)?)
+}
+
 /// Converts an SVG drawing to PNG, with `scale` pixels per unit.
 pub fn to_png(svg: &str, scale: f32) -> Result<Vec<u8>, PixelsError> {
-    let options = Options { fontdb: FONTS.clone(), ..Options::default() };
-    let tree = Tree::from_str(svg, &options)?;
+    let tree = tree(svg)?;
     let [width, height] =
         [tree.size().width(), tree.size().height()].map(|side| (side * scale).ceil() as u32);
     let mut pixels = Pixmap::new(width, height).ok_or(PixelsError::Size { width, height })?;

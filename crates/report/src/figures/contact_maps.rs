@@ -65,7 +65,7 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
          on, the brightest nodes only at the heaviest load."
     );
     let panel = panel_of_map(rows.iter().flatten(), 265.0);
-    Ok(Drawn::figure(Figure { rows, panel }, caption).with_sliders(sliders))
+    Ok(Drawn::figure(Figure::from_panels(rows, panel), caption).with_sliders(sliders))
 }
 
 /// Keeps the samples with the smallest and the largest lower cutoff, each with its smallest upper

@@ -65,7 +65,7 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     let rows = in_rows(columns, panels);
     let are_all_measured = samples.iter().all(|sample| sample.file().is_some());
     let caption = caption_of_maps(measured_panels > 0, are_all_measured, has_holes);
-    Ok(Drawn::figure(Figure { rows, panel }, caption))
+    Ok(Drawn::figure(Figure::from_panels(rows, panel), caption))
 }
 
 fn caption_of_maps(is_any_measured: bool, are_all_measured: bool, has_holes: bool) -> String {

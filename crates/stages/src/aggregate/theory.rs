@@ -94,6 +94,13 @@ impl Model {
         }
     }
 
+    /// Returns the predicted area fraction under a load; see [`nayak_parameters`] for `nayak`.
+    /// Returns `None` if an asperity model has no solution.
+    pub fn area(self, load: f64, nayak: Option<f64>) -> Option<f64> {
+        let prediction = if load > 0.0 { self.predict(load, nayak)? } else { return None };
+        Some(prediction.area)
+    }
+
     /// Returns the prediction under a load > 0. `nayak` is Nayak's parameter α, which only asperity
     /// models need. Returns `None` if an asperity model has no `nayak` or no solution at this load.
     fn predict(self, load: f64, nayak: Option<f64>) -> Option<Prediction> {
@@ -252,7 +259,10 @@ fn predictions(
 /// without a spectrum.
 ///
 /// Anisotropy is ignored, because the theories assume isotropic roughness.
-fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
+///
+/// # Errors
+/// Returns an error if the table lacks one of [`SPECTRUM_COLUMNS`].
+pub fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     let hurst = table.reals(HURST.name)?;
     let lower = table.integers(K_LOWER.name)?;
     let rolloff = table.integers(K_ROLLOFF.name)?;

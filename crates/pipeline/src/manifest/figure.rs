@@ -1,0 +1,137 @@
+//! Keys of the tables `[figure.NAME]`, with which a study declares figures of its results.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_spanned::Spanned as TomlSpanned;
+use toml::de::{DeString, DeTable};
+
+use asperity_manifest::keys::declare::{list, required};
+use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
+use asperity_stages::aggregate::Model;
+
+/// A figure of the results of a stage, drawn by `asperity report`. Figures do not influence results
+/// or their keys.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FigureTable {
+    /// Name of the stage whose table is drawn.
+    #[schemars(transform = required)]
+    pub from: Key<String>,
+    /// Column on the horizontal axis, such as `"hurst"` or `"load"`.
+    #[schemars(transform = required)]
+    pub x: Key<String>,
+    /// Column on the vertical axis, or a list of columns; columns of different quantities are drawn
+    /// in panels side by side. If the table has a row for each surface, points are means over the
+    /// surfaces. For the table of an `aggregate` stage, `"area_fraction"` stands for
+    /// `"area_fraction_mean"` with its interval.
+    #[schemars(length(min = 1), transform = required, transform = list)]
+    pub y: Key<Vec<Spanned<String>>>,
+    /// Parameter, or the load, that the colours distinguish. `color` is the same key. By default it
+    /// is the first parameter, or the load, that differs between points with the same x.
+    pub colour: Key<String>,
+    /// Parameter, or the load, of which each value has its own panel.
+    pub facet: Key<String>,
+    /// Meaning of the error bars. By default they are 95 % confidence intervals or, for fits, the
+    /// intervals of the fits.
+    pub error: Key<ErrorBars>,
+    /// Scales of the axes.
+    #[schemars(extend("default" = "linear"))]
+    pub scale: Key<Scales>,
+    /// Theories whose areas are drawn as curves, named as in `models` of `aggregate`. They need area
+    /// fractions on the vertical axis, and a column `load`. By default there are none.
+    #[schemars(length(min = 1), transform = list)]
+    pub theories: Key<Vec<Spanned<Model>>>,
+    /// Selection of the rows by columns: `{ load = 0.05, hurst = [0.3, 0.8] }` draws the rows with
+    /// this load and with one of these Hurst exponents. By default all rows are drawn.
+    #[serde(rename = "where")]
+    pub selection: Key<BTreeMap<String, Spanned<Selected>>>,
+    /// Title of the figure. By default it names the quantities.
+    pub title: Key<String>,
+    /// Text below the figure, before the sentence on surfaces and error bars.
+    pub caption: Key<String>,
+}
+
+table!(FigureTable);
+
+/// Quantity that the error bars show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ErrorBars {
+    /// 95 % confidence interval of the mean, by Student's t over the surfaces.
+    Ci95,
+    /// Standard error of the mean over the surfaces.
+    Sem,
+    /// Standard deviation over the surfaces.
+    Sd,
+    /// No error bars.
+    None,
+}
+
+/// Scales of the two axes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scales {
+    /// Both axes are linear.
+    #[default]
+    Linear,
+    /// The horizontal axis is logarithmic.
+    LogX,
+    /// The vertical axis is logarithmic.
+    LogY,
+    /// Both axes are logarithmic.
+    Log,
+}
+
+/// Values of a column that select rows.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Selected {
+    /// A number.
+    Number(f64),
+    /// A text.
+    Word(String),
+    /// Several values, of which a row has one.
+    List(#[schemars(length(min = 1))] Vec<SelectedValue>),
+}
+
+deserialize_either!(Selected { number => Number, word => Word, list => List });
+
+/// One value of a column.
+#[derive(Debug, Clone, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+pub enum SelectedValue {
+    Number(f64),
+    Word(String),
+}
+
+deserialize_either!(SelectedValue { number => Number, word => Word });
+
+impl Selected {
+    /// Returns the selected values.
+    pub fn values(&self) -> Vec<SelectedValue> {
+        match self {
+            Selected::Number(number) => vec![SelectedValue::Number(*number)],
+            Selected::Word(word) => vec![SelectedValue::Word(word.clone())],
+            Selected::List(values) => values.clone(),
+        }
+    }
+}
+
+/// One table `[figure.NAME]` as written.
+#[derive(Debug)]
+pub struct WrittenFigure {
+    pub name: Spanned<String>,
+    pub keys: Section<FigureTable>,
+}
+
+/// Renames the key `color` to `colour`, unless the table has both.
+pub fn in_british_spelling(table: &mut DeTable<'_>) {
+    if table.contains_key("colour") {
+        return;
+    }
+    if let Some((key, value)) = table.remove_entry("color") {
+        table.insert(TomlSpanned::new(key.span(), DeString::Borrowed("colour")), value);
+    }
+}

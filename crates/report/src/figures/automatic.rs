@@ -1,0 +1,134 @@
+//! Figures that nobody asked for: results of a stage against a swept parameter, or against the load.
+
+use arrow::array::Array;
+
+use asperity_pipeline::study::figures::{FigureSpec, Quantity, Scales, is_number};
+use asperity_pipeline::study::{Stage, Study};
+use asperity_stages::Kind;
+use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION};
+use asperity_stages::ensemble::load_column;
+use asperity_tables::column::Role;
+use asperity_tables::table::Table;
+
+use crate::figure_data::{FinishedStage, FinishedStages};
+use crate::plotted::{distinct, rank};
+
+/// Number of loads from which on results are drawn against the load.
+const MANY_LOADS: usize = 6;
+/// Smallest ratio of the ends of a logarithmic axis.
+const LOGARITHMIC: f64 = 10.0;
+/// Largest number of quantities of a figure.
+const MOST_QUANTITIES: usize = 4;
+/// Ending of the columns of means.
+const MEAN: &str = "_mean";
+
+/// Returns the figures of stages that no declared figure shows: of statistics and fits and, where
+/// no statistics are computed from them, of areas.
+pub fn figures(study: &Study, finished: &FinishedStages) -> Vec<FigureSpec> {
+    let stages = finished.stages.iter();
+    let is_shown = |stage: &&FinishedStage| {
+        let mut declared = study.figures.iter();
+        declared.any(|figure| figure.from == stage.name) || is_reduced(study, &stage.name)
+    };
+    stages.filter(|stage| !is_shown(stage)).filter_map(figure).collect()
+}
+
+/// Returns whether a stage computes statistics of the rows of this stage, or corrects its areas.
+fn is_reduced(study: &Study, name: &str) -> bool {
+    let is_reduction =
+        |stage: &&Stage| matches!(stage.work.kind(), Kind::Aggregate | Kind::Correct);
+    let mut reductions = study.stages.iter().filter(is_reduction);
+    reductions.any(|stage| stage.inputs.iter().any(|&input| study.stages[input].name == name))
+}
+
+fn figure(stage: &FinishedStage) -> Option<FigureSpec> {
+    let FinishedStage { name, kind, table, .. } = stage;
+    let quantities: Vec<Quantity> = quantities(*kind, table)
+        .into_iter()
+        .filter_map(|name| Quantity::find(table, &name, None).ok())
+        .take(MOST_QUANTITIES)
+        .collect();
+    if quantities.is_empty() || table.rows() == 0 {
+        return None;
+    }
+    let swept = swept(table);
+    let numeric = swept.iter().filter(|(name, _)| is_number(table, name));
+    let most_values = numeric.min_by_key(|(_, values)| std::cmp::Reverse(*values));
+    let load = load_column(table);
+    let loads = if table.has(load) { distinct(table, load) } else { 0 };
+    let (x, colour) = match most_values {
+        _ if loads >= MANY_LOADS && !swept.is_empty() => {
+            (load.to_owned(), Some(most_values.unwrap_or(&swept[0]).0.clone()))
+        }
+        Some((name, _)) => (name.clone(), (loads > 1).then(|| load.to_owned())),
+        None => return None,
+    };
+    let is_wide = |column: &str| spans(table, column).is_some_and(|ratio| ratio >= LOGARITHMIC);
+    let is_against_load = x == load;
+    let scales = match is_wide(&x) {
+        true if is_against_load && quantities.iter().all(|one| is_wide(&one.column)) => Scales::Log,
+        true => Scales::LogX,
+        false => Scales::Linear,
+    };
+    Some(FigureSpec {
+        name: name.clone(),
+        from: name.clone(),
+        x,
+        y: quantities,
+        colour,
+        facet: None,
+        scales,
+        theories: Vec::new(),
+        selection: Default::default(),
+        title: None,
+        caption: None,
+    })
+}
+
+/// Returns the quantities that a stage is about.
+fn quantities(kind: Kind, table: &Table) -> Vec<String> {
+    let names = || table.names().into_iter();
+    match kind {
+        Kind::Aggregate => {
+            names().filter_map(|name| name.strip_suffix(MEAN)).map(str::to_owned).collect()
+        }
+        Kind::Fit => {
+            let has = |name: &str, end: &str| table.has(&format!("{name}_{end}"));
+            let fitted = names().filter(|name| has(name, "lower") && has(name, "upper"));
+            let is_known = |name: &&str| {
+                let column = table.batch().column_by_name(name);
+                column.is_some_and(|column| column.null_count() < column.len())
+            };
+            fitted.filter(is_known).map(str::to_owned).collect()
+        }
+        Kind::Measure | Kind::Correct => {
+            let areas = [AREA_CORRECTED.name, AREA_FRACTION.name].into_iter();
+            areas.filter(|name| table.has(name)).take(1).map(str::to_owned).collect()
+        }
+        Kind::Generate | Kind::Solve => Vec::new(),
+    }
+}
+
+/// Returns the parameters with several values, with the numbers of values. Those that usually
+/// define a study come first.
+fn swept(table: &Table) -> Vec<(String, usize)> {
+    let parameters = table.in_role(Role::Parameter);
+    let names = parameters.names().into_iter();
+    let mut swept: Vec<(String, usize)> =
+        names.map(|name| (name.to_owned(), distinct(table, name))).collect();
+    swept.retain(|(_, values)| *values > 1);
+    swept.sort_by_key(|(name, _)| rank(name));
+    swept
+}
+
+/// Returns the ratio of the largest and the smallest number of a column, if all are positive.
+fn spans(table: &Table, column: &str) -> Option<f64> {
+    let integers =
+        table.integers(column).map(|all| all.iter().flatten().map(|n| n as f64).collect());
+    let numbers: Vec<f64> = match integers {
+        Ok(numbers) => numbers,
+        Err(_) => table.reals(column).ok()?.iter().flatten().collect(),
+    };
+    let least = numbers.iter().copied().reduce(f64::min).filter(|least| *least > 0.0)?;
+    Some(numbers.iter().copied().fold(least, f64::max) / least)
+}

@@ -1,0 +1,458 @@
+//! Points of a declared or automatic figure: rows of a table, or means over the rows of the
+//! surfaces, with their error bars.
+//!
+//! The coordinates of the table decide which rows are one point. Rows that agree in every parameter
+//! and load are the surfaces of one point. Points belong to one series if they agree in all
+//! coordinates that x does not determine: a series with two points at one x would mix parameter
+//! points.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
+
+use arrow::array::Array;
+use arrow::datatypes::DataType;
+use arrow::util::display::array_value_to_string;
+
+use asperity_manifest::decimal;
+use asperity_pipeline::study::figures::{
+    BarSource, ErrorBars, FigureSpec, Quantity, Value as Selected, has_surfaces,
+};
+use asperity_stages::columns::{CONTENT, CORRECTION, HURST, K_LOWER, K_ROLLOFF, K_UPPER, STOP};
+use asperity_stages::ensemble::{self, grouped};
+use asperity_stages::solve::PAIR_LIMIT;
+use asperity_statistics::intervals::two_sided_quantile;
+use asperity_tables::column::{Role, Value};
+use asperity_tables::table::{Table, TableError};
+
+use crate::ensembles;
+
+/// Level of the intervals of means.
+const LEVEL: f64 = 0.95;
+
+/// Points of one quantity.
+#[derive(Debug)]
+pub struct Points {
+    pub points: Vec<Point>,
+    /// Column of the colours: that of the figure, or the first column in which points with the same
+    /// x differ.
+    pub colour: Option<String>,
+    /// Further columns in which points with the same x differ.
+    pub others: Vec<String>,
+    /// True if points of a series may be joined by a line.
+    pub is_curve: bool,
+    /// Number of rows whose load did not converge.
+    pub unconverged: usize,
+    /// Table of the rows, in which `Point::row` is an index.
+    pub table: Table,
+}
+
+#[derive(Debug, Clone)]
+pub struct Point {
+    pub x: f64,
+    pub y: f64,
+    pub bar: Option<[f64; 2]>,
+    /// Number of surfaces, if known.
+    pub surfaces: Option<usize>,
+    pub facet: Option<Value>,
+    pub colour: Option<Value>,
+    pub others: Vec<Option<Value>>,
+    /// Index of the first table row of the point.
+    pub row: usize,
+}
+
+impl Points {
+    /// Collects the points of a quantity of a figure from the table of its stage.
+    pub fn from_table(
+        table: &Table,
+        figure: &FigureSpec,
+        quantity: &Quantity,
+    ) -> Result<Points, TableError> {
+        let of_surfaces = has_surfaces(table);
+        let table =
+            if of_surfaces { ensemble::without_repeated_rows(table)? } else { table.clone() };
+        let selected: Vec<usize> =
+            (0..table.rows()).filter(|&row| is_selected(&table, row, figure)).collect();
+        let table = table.pick(&selected);
+        let keys = Keys::new(&table, figure);
+        let numbers = Numbers::new(&table, figure, quantity)?;
+        let mut points = Vec::new();
+        let groups = if of_surfaces {
+            complete(&table, &keys)
+        } else {
+            (0..table.rows()).map(|row| vec![row]).collect()
+        };
+        for rows in groups {
+            points.extend(numbers.point(&rows).map(|point| (point, rows[0])));
+        }
+        let split = keys.split(&table, points.iter().map(|(_, row)| *row).collect());
+        let mut others = split;
+        let colour = figure.colour.clone();
+        let colour = colour.or_else(|| (!others.is_empty()).then(|| others.remove(0)));
+        let cell = |name: &str, row: usize| {
+            let column = table.batch().column_by_name(name)?;
+            value(column.as_ref(), row)
+        };
+        let points = points.into_iter().map(|(mut point, row)| {
+            point.facet = figure.facet.as_deref().and_then(|name| cell(name, row));
+            point.colour = colour.as_deref().and_then(|name| cell(name, row));
+            point.others = others.iter().map(|name| cell(name, row)).collect();
+            point
+        });
+        Ok(Points {
+            points: points.collect(),
+            colour,
+            is_curve: keys.has_x || keys.path.is_some(),
+            unconverged: unconverged(&table),
+            others,
+            table,
+        })
+    }
+}
+
+/// Returns the value of a cell; flags become texts.
+fn value(column: &dyn Array, row: usize) -> Option<Value> {
+    Value::from_array(column, row).or_else(|| {
+        let is_flag = column.data_type() == &DataType::Boolean && column.is_valid(row);
+        is_flag.then(|| Value::Text(array_value_to_string(column, row).unwrap_or_default()))
+    })
+}
+
+fn is_selected(table: &Table, row: usize, figure: &FigureSpec) -> bool {
+    figure.selection.iter().all(|(name, wanted)| {
+        let column = table.batch().column_by_name(name);
+        let found = column.and_then(|column| value(column.as_ref(), row));
+        let is_wanted = |wanted: &Selected| match (wanted, &found) {
+            (Selected::Number(wanted), Some(Value::Real(found))) => {
+                decimal::is_same(*wanted, *found)
+            }
+            (Selected::Number(wanted), Some(Value::Integer(found))) => *wanted == *found as f64,
+            (Selected::Word(wanted), Some(Value::Text(found))) => wanted == found,
+            _ => false,
+        };
+        wanted.iter().any(is_wanted)
+    })
+}
+
+fn unconverged(table: &Table) -> usize {
+    if let Ok(stops) = table.texts(STOP.name) {
+        return stops.iter().filter(|stop| *stop == Some(PAIR_LIMIT)).count();
+    }
+    let counts = table.integers("unconverged").ok();
+    counts.map_or(0, |counts| counts.iter().flatten().sum::<i64>() as usize)
+}
+
+/// Columns that distinguish points.
+struct Keys {
+    /// Parameters and loads, and the columns of colours and panels.
+    columns: Vec<String>,
+    /// Columns of which a series has one value by declaration, and x if it is a coordinate.
+    fixed: Vec<String>,
+    has_x: bool,
+    /// Coordinate that varies along a series, if x is not a coordinate.
+    path: Option<String>,
+}
+
+impl Keys {
+    fn new(table: &Table, figure: &FigureSpec) -> Keys {
+        let is_key = |role: Role| matches!(role, Role::Parameter | Role::Load);
+        let coordinates = table.keep(|_, role| role.is_some_and(is_key));
+        let mut columns: Vec<String> = coordinates.names().into_iter().map(str::to_owned).collect();
+        // The name of a spectrum comes first, and what often follows from other parameters last.
+        columns.sort_by_key(|name| rank(name));
+        let declared = [&figure.facet, &figure.colour].into_iter().flatten();
+        let mut fixed: Vec<String> = declared.cloned().collect();
+        let further: Vec<String> =
+            fixed.iter().filter(|name| !columns.contains(name)).cloned().collect();
+        columns.extend(further);
+        // Without any coordinates, as in results of queries, x alone distinguishes points.
+        let has_x = columns.contains(&figure.x) || coordinates.names().is_empty();
+        let loads = table.in_role(Role::Load);
+        let path = (!has_x).then(|| {
+            let free = columns.iter().filter(|name| !fixed.contains(name));
+            let varying = free.filter(|name| distinct(table, name) > 1);
+            varying.min_by_key(|name| Reverse(loads.has(name))).cloned()
+        });
+        fixed.extend(has_x.then(|| figure.x.clone()));
+        let path = path.flatten();
+        fixed.extend(path.clone());
+        Keys { columns, fixed, has_x, path }
+    }
+
+    /// Returns the columns, besides the fixed ones, that are needed to distinguish the points in
+    /// these rows.
+    fn split(&self, table: &Table, rows: Vec<usize>) -> Vec<String> {
+        let table = table.pick(&rows);
+        let mut known: Vec<&str> = self.fixed.iter().map(String::as_str).collect();
+        let mut split = Vec::new();
+        for name in self.columns.iter().filter(|name| !self.fixed.contains(name)) {
+            let groups = grouped(&table.only(&known));
+            let differs = |rows: &Vec<usize>| distinct(&table.pick(rows), name) > 1;
+            if groups.iter().any(differs) {
+                known.push(name);
+                split.push(name.clone());
+            }
+        }
+        split
+    }
+}
+
+/// Returns the rank of a coordinate among those that can distinguish series.
+pub fn rank(name: &str) -> usize {
+    const FIRST: [&str; 6] =
+        [CONTENT.name, HURST.name, K_LOWER.name, K_UPPER.name, K_ROLLOFF.name, CORRECTION.name];
+    const LAST: [&str; 7] =
+        ["nodes", "nodes_x", "nodes_y", "side", "side_x", "side_y", "coefficient"];
+    let first = FIRST.iter().position(|first| *first == name);
+    let last = LAST.iter().position(|last| *last == name).map(|at| FIRST.len() + 1 + at);
+    first.or(last).unwrap_or(FIRST.len())
+}
+
+/// Returns the number of different values in a column.
+pub fn distinct(table: &Table, name: &str) -> usize {
+    if table.rows() == 0 { 0 } else { grouped(&table.only(&[name])).len() }
+}
+
+/// Returns the rows of each point: rows that agree in every coordinate. Points at loads at which a
+/// surface of the parameter point has no row are left out, because the mean over the other surfaces
+/// belongs to another ensemble.
+fn complete(table: &Table, keys: &Keys) -> Vec<Vec<usize>> {
+    let names: Vec<&str> = keys.columns.iter().map(String::as_str).collect();
+    let loads = table.in_role(Role::Load);
+    let parameters: Vec<&str> = names.iter().copied().filter(|name| !loads.has(name)).collect();
+    let mut curve_of_row = vec![0; table.rows()];
+    for (curve, rows) in grouped(&table.only(&parameters)).into_iter().enumerate() {
+        rows.into_iter().for_each(|row| curve_of_row[row] = curve);
+    }
+    let groups = grouped(&table.only(&names));
+    let mut fullest: BTreeMap<usize, usize> = BTreeMap::new();
+    for rows in &groups {
+        let most = fullest.entry(curve_of_row[rows[0]]).or_insert(0);
+        *most = (*most).max(rows.len());
+    }
+    let is_complete = |rows: &Vec<usize>| rows.len() == fullest[&curve_of_row[rows[0]]];
+    groups.into_iter().filter(is_complete).collect()
+}
+
+/// Numbers of the columns that a figure draws.
+struct Numbers<'a> {
+    x: Vec<Option<f64>>,
+    y: Vec<Option<f64>>,
+    bars: Bars<'a>,
+    surfaces: Option<Vec<Option<f64>>>,
+    units: Vec<i64>,
+}
+
+/// Columns of error bars.
+enum Bars<'a> {
+    Source(&'a BarSource),
+    Ends([Vec<Option<f64>>; 2]),
+    Half(Vec<Option<f64>>),
+    Student { errors: Vec<Option<f64>>, surfaces: Vec<Option<f64>> },
+}
+
+impl<'a> Numbers<'a> {
+    fn new(
+        table: &Table,
+        figure: &FigureSpec,
+        quantity: &'a Quantity,
+    ) -> Result<Numbers<'a>, TableError> {
+        let of = |name: &str| reals(table, name);
+        let bars = match &quantity.bars {
+            BarSource::Ends { ends: [lower, upper], .. } => Bars::Ends([of(lower)?, of(upper)?]),
+            BarSource::Half { column, .. } => Bars::Half(of(column)?),
+            BarSource::Student { error, surfaces } => {
+                Bars::Student { errors: of(error)?, surfaces: of(surfaces)? }
+            }
+            source => Bars::Source(source),
+        };
+        let has_counts = !has_surfaces(table) && table.has("surfaces");
+        Ok(Numbers {
+            x: of(&figure.x)?,
+            y: of(&quantity.column)?,
+            bars,
+            surfaces: has_counts.then(|| of("surfaces")).transpose()?,
+            units: ensemble::sampling_units(table)?,
+        })
+    }
+
+    /// Returns the point of these rows, or `None` if they have no values.
+    fn point(&self, rows: &[usize]) -> Option<Point> {
+        let known = || rows.iter().filter(|&&row| self.x[row].is_some() && self.y[row].is_some());
+        let first = *known().next()?;
+        let values: Vec<f64> = known().filter_map(|&row| self.y[row]).collect();
+        let xs: Vec<f64> = known().filter_map(|&row| self.x[row]).collect();
+        let y = mean(&values);
+        let units: BTreeSet<i64> = known().map(|&row| self.units[row]).collect();
+        let (bar, surfaces) = match &self.bars {
+            Bars::Source(BarSource::Surfaces(kind)) => {
+                (half_bar(&values, *kind).map(|half| [y - half, y + half]), Some(units.len()))
+            }
+            Bars::Source(_) => (None, None),
+            Bars::Ends([lower, upper]) => {
+                (lower[first].zip(upper[first]).map(<[f64; 2]>::from), None)
+            }
+            Bars::Half(half) => (half[first].map(|half| [y - half, y + half]), None),
+            Bars::Student { errors, surfaces } => {
+                let half = errors[first].zip(surfaces[first]).filter(|(_, count)| *count >= 2.0);
+                let half = half.map(|(error, count)| student(count as usize) * error);
+                (half.map(|half| [y - half, y + half]), None)
+            }
+        };
+        let counted = || Some(self.surfaces.as_ref()?[first]? as usize);
+        Some(Point {
+            x: mean(&xs),
+            y,
+            bar: bar.filter(|ends| ends.iter().all(|end| end.is_finite())),
+            surfaces: surfaces.or_else(counted),
+            facet: None,
+            colour: None,
+            others: Vec::new(),
+            row: first,
+        })
+    }
+}
+
+/// Returns half the length of the error bar of a mean over surfaces; `None` for a single surface.
+fn half_bar(values: &[f64], kind: ErrorBars) -> Option<f64> {
+    let deviation = ensembles::deviation(values)?;
+    let error = deviation / (values.len() as f64).sqrt();
+    match kind {
+        ErrorBars::Ci95 => Some(student(values.len()) * error),
+        ErrorBars::Sem => Some(error),
+        ErrorBars::Sd => Some(deviation),
+        ErrorBars::None => None,
+    }
+}
+
+/// Returns the number of standard errors in half the 95 % interval of a mean of `count` values.
+fn student(count: usize) -> f64 {
+    two_sided_quantile(LEVEL, count.saturating_sub(1).max(1) as u32)
+}
+
+/// Returns the mean; equal values are their own mean, without rounding.
+fn mean(values: &[f64]) -> f64 {
+    let first = values[0];
+    let is_same = values.iter().all(|value| *value == first);
+    if is_same { first } else { values.iter().sum::<f64>() / values.len() as f64 }
+}
+
+/// Returns a column of numbers, with `None` for missing values.
+fn reals(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> {
+    match table.integers(name) {
+        Ok(integers) => Ok(integers.iter().map(|value| value.map(|value| value as f64)).collect()),
+        Err(_) => Ok(table.reals(name)?.iter().collect()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_pipeline::study::figures::Scales;
+    use asperity_stages::columns::{AREA_FRACTION, LOAD, REALIZATION, SURFACE};
+    use asperity_tables::column::{Column, ColumnKind, integers, reals, texts};
+
+    const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
+
+    /// Returns a table of areas of two surfaces for each of two Hurst exponents and two loads. The
+    /// mesh follows from the exponent.
+    fn table() -> Table {
+        let mut rows = Vec::new();
+        for (hurst, nodes, offset) in [(0.3, 64, 0.0), (0.8, 128, 0.1)] {
+            for load in [0.1, 0.2] {
+                for realization in [0, 1] {
+                    let area = load + offset + 0.02 * realization as f64;
+                    rows.push((hurst, nodes, load, realization, area));
+                }
+            }
+        }
+        let name = |row: &(f64, i64, f64, i64, f64)| format!("{}-{}", row.0, row.3);
+        Table::new(
+            rows.len(),
+            vec![
+                (SURFACE, texts(rows.iter().map(name))),
+                (HURST, reals(rows.iter().map(|row| row.0))),
+                (NODES, integers(rows.iter().map(|row| row.1))),
+                (LOAD, reals(rows.iter().map(|row| row.2))),
+                (REALIZATION, integers(rows.iter().map(|row| row.3))),
+                (AREA_FRACTION, reals(rows.iter().map(|row| row.4))),
+            ],
+        )
+    }
+
+    fn points(table: &Table, x: &str, change: impl FnOnce(&mut FigureSpec)) -> Points {
+        let quantity = Quantity::find(table, "area_fraction", None).unwrap();
+        let mut figure = FigureSpec {
+            name: "figure".to_owned(),
+            from: "area".to_owned(),
+            x: x.to_owned(),
+            y: vec![quantity.clone()],
+            colour: None,
+            facet: None,
+            scales: Scales::Linear,
+            theories: Vec::new(),
+            selection: BTreeMap::new(),
+            title: None,
+            caption: None,
+        };
+        change(&mut figure);
+        Points::from_table(table, &figure, &quantity).unwrap()
+    }
+
+    #[test]
+    fn points_are_means_over_surfaces_with_intervals_of_student() {
+        let points = points(&table(), "hurst", |figure| {
+            figure.selection.insert("load".to_owned(), vec![Selected::Number(0.1)]);
+        });
+        let told: Vec<(f64, f64)> = points.points.iter().map(|point| (point.x, point.y)).collect();
+        assert_eq!(told.len(), 2);
+        for ((x, y), expected) in told.into_iter().zip([(0.3, 0.11), (0.8, 0.21)]) {
+            assert!(x == expected.0 && (y - expected.1).abs() < 1e-15);
+        }
+        // The standard error of two values is half their distance of 0.02, and the quantile of
+        // Student's t for one degree of freedom is tan(0.95 π/2).
+        let half = 0.01 * (0.95 * std::f64::consts::FRAC_PI_2).tan();
+        let [low, high] = points.points[0].bar.unwrap();
+        assert!((high - low - 2.0 * half).abs() < 1e-9);
+        assert_eq!(points.points[0].surfaces, Some(2));
+        assert!(points.colour.is_none() && points.is_curve);
+    }
+
+    #[test]
+    fn what_follows_from_x_or_from_the_colour_makes_no_series() {
+        let against_hurst = points(&table(), "hurst", |_| {});
+        assert_eq!(against_hurst.colour.as_deref(), Some("load"), "the mesh follows from H");
+        assert!(against_hurst.others.is_empty());
+        let against_load = points(&table(), "load", |_| {});
+        assert_eq!(against_load.colour.as_deref(), Some("hurst"));
+        assert!(against_load.others.is_empty());
+        let by_load = points(&table(), "load", |figure| figure.colour = Some("load".to_owned()));
+        assert_eq!(by_load.others, ["hurst"], "points of two exponents are never mixed");
+    }
+
+    #[test]
+    fn one_surface_has_no_interval() {
+        let table = table().pick(&[0, 4]);
+        let points = points(&table, "hurst", |_| {});
+        assert!(points.points.iter().all(|point| point.bar.is_none()));
+        assert_eq!(points.points.len(), 2);
+    }
+
+    #[test]
+    fn a_load_that_a_surface_lacks_has_no_point() {
+        let points = points(&table().pick(&[0, 1, 2]), "load", |_| {});
+        let loads: Vec<f64> = points.points.iter().map(|point| point.x).collect();
+        assert_eq!(loads, [0.1]);
+    }
+
+    #[test]
+    fn points_against_a_result_follow_the_loads() {
+        let table = table().with(vec![(
+            Column::result("mean_gap", ColumnKind::Real, "1", "gap"),
+            reals((0..8).map(|row| 2.0 - 0.1 * f64::from(row))),
+        )]);
+        let points = points(&table, "mean_gap", |_| {});
+        assert_eq!(points.colour.as_deref(), Some("hurst"));
+        assert_eq!(points.points.len(), 4);
+        assert!(points.is_curve && (points.points[0].x - 1.95).abs() < 1e-15);
+    }
+}

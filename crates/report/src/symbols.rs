@@ -1,0 +1,178 @@
+//! Labels of axes and legends: names and symbols of the columns of tables, with their units.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use asperity_stages::columns::{
+    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, CONTENT, EFFECTIVE_MODULUS, HURST,
+    K_LOWER, K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES, PRESSURE, RMS_SLOPE, SIDE,
+};
+use asperity_tables::column::{Description, Value};
+use asperity_tables::table::Table;
+
+use crate::ensembles;
+use crate::figure_data::{AREA_LABEL, FigureData, LOAD_LABEL};
+use crate::units::{LengthUnit, Scaled, digits, of_pressures};
+
+/// Columns with the labels of their axes and their symbols.
+const KNOWN: [(&str, &str, &str); 28] = [
+    (LOAD.name, LOAD_LABEL, "y"),
+    (PRESSURE.name, "mean pressure p₀", "p₀"),
+    (AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
+    (AREA_CORRECTED.name, AREA_LABEL, "A/A₀"),
+    (ASPERITY_AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
+    (HURST.name, "Hurst exponent H", "H"),
+    (K_LOWER.name, "lower cutoff k_lower", "k_lower"),
+    (K_ROLLOFF.name, "roll-off k_rolloff", "k_rolloff"),
+    (K_UPPER.name, "upper cutoff k_upper", "k_upper"),
+    (RMS_SLOPE.name, "rms slope h′", "h′"),
+    ("rms_height", "rms height", "rms height"),
+    (NODES.name, "nodes per side N", "N"),
+    (SIDE.name, "side L", "L"),
+    (EFFECTIVE_MODULUS.name, "effective modulus E*", "E*"),
+    (MEAN_GAP.name, "mean gap ū", "ū"),
+    ("mean_contact_pressure", "mean contact pressure", "mean contact pressure"),
+    ("secant", "secant A/(A₀ y)", "A/(A₀ y)"),
+    ("nayak", "Nayak's parameter α", "α"),
+    ("nayak_lattice", "Nayak's parameter α", "α"),
+    ("nayak_continuum", "Nayak's parameter α", "α"),
+    ("hardness_reduced", "hardness H/(E* h′)", "hardness"),
+    ("kappa", "κ", "κ"),
+    ("beta", "β", "β"),
+    ("mu", "μ", "μ"),
+    ("hurst_exponent", "fitted Hurst exponent H", "H"),
+    ("percolation_area", "area A/A₀ at percolation", "A/A₀"),
+    ("percolation_load", "load y at percolation", "y"),
+    ("full_contact_load", "load y of full contact", "y"),
+];
+
+/// Returns the label of an axis of a column, without its unit.
+pub fn name(column: &str) -> String {
+    let known = |column: &str| KNOWN.iter().find(|(name, ..)| *name == column);
+    if let Some((_, label, _)) = known(column) {
+        return (*label).to_owned();
+    }
+    // A statistic of a column, such as `area_fraction_q05`.
+    let starts = column.rmatch_indices('_').map(|(at, _)| (&column[..at], &column[at + 1..]));
+    for (base, statistic) in starts {
+        if let Some((_, label, _)) = known(base) {
+            return format!("{label}, {}", statistic.replace('_', " "));
+        }
+    }
+    column.replace('_', " ")
+}
+
+/// Returns the symbol of a column for legends and titles of panels.
+pub fn symbol(column: &str) -> String {
+    let known = KNOWN.iter().find(|(name, ..)| *name == column);
+    known.map_or_else(|| column.to_owned(), |(.., symbol)| (*symbol).to_owned())
+}
+
+/// Returns the unit of a column of a table; empty for pure numbers and texts.
+pub fn unit(table: &Table, column: &str) -> String {
+    let field = table.batch().schema_ref().field_with_name(column);
+    let unit = field.map(|field| Description::from(field).unit).unwrap_or_default();
+    if unit == "1" { String::new() } else { unit }
+}
+
+/// Unit of an axis, and the factor that converts numbers of the table to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisUnit {
+    pub factor: f64,
+    unit: String,
+}
+
+impl AxisUnit {
+    /// Returns the label of an axis.
+    pub fn label(&self, name: &str) -> String {
+        if self.unit.is_empty() { name.to_owned() } else { format!("{name}, in {}", self.unit) }
+    }
+}
+
+/// Labels of the values of the columns of a table.
+pub struct Labels {
+    /// Units of the columns by name.
+    units: BTreeMap<String, String>,
+    lengths: LengthUnit,
+    /// Unit of length of the surfaces, if all have the same.
+    length: Option<String>,
+    least_modulus: f64,
+}
+
+impl Labels {
+    pub fn new(data: &FigureData, table: &Table) -> Labels {
+        let names = table.names().into_iter();
+        let points = (0..table.rows()).map(|row| ensembles::point(table, row));
+        let units: BTreeSet<Option<String>> =
+            points.map(|point| data.units.at(&point).map(str::to_owned)).collect();
+        let lengths = LengthUnit::common(units.iter().map(Option::as_deref));
+        let moduli = table.reals(EFFECTIVE_MODULUS.name);
+        let moduli = moduli.iter().flat_map(|moduli| moduli.iter()).flatten();
+        Labels {
+            units: names.map(|name| (name.to_owned(), unit(table, name))).collect(),
+            lengths,
+            length: units.first().cloned().flatten().filter(|_| units.len() == 1),
+            least_modulus: moduli.fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// Returns the unit in which values of a column are shown.
+    pub fn unit(&self, column: &str, values: impl Iterator<Item = f64>) -> AxisUnit {
+        let largest = values.fold(0.0_f64, |most, value| most.max(value.abs()));
+        let scaled = match self.units.get(column).map(String::as_str).unwrap_or_default() {
+            "pressure" => of_pressures(largest, self.least_modulus, &self.lengths),
+            "length" => {
+                let factor = self.lengths.factor(self.length.as_deref());
+                let scaled = self.lengths.scaled(factor * largest);
+                Scaled { factor: factor * scaled.factor, ..scaled }
+            }
+            // The label of the load contains its unit.
+            _ if column.starts_with(LOAD.name) => Scaled { factor: 1.0, unit: String::new() },
+            unit => Scaled { factor: 1.0, unit: unit.to_owned() },
+        };
+        AxisUnit { factor: scaled.factor, unit: scaled.unit }
+    }
+
+    /// Returns text such as `H = 0.8`, `p₀ = 5 MPa` or `correction 2017`.
+    pub fn told(&self, column: &str, value: Option<&Value>, data: &FigureData) -> String {
+        let symbol = symbol(column);
+        let number = match value {
+            None => return format!("no {symbol}"),
+            Some(Value::Text(text)) if column == CONTENT.name => {
+                return data.files.get(text).unwrap_or(text).clone();
+            }
+            Some(Value::Text(text)) => return format!("{symbol} {text}"),
+            Some(Value::Integer(number)) => return format!("{symbol} = {number}"),
+            Some(Value::Real(number)) => *number,
+        };
+        let AxisUnit { factor, unit } = self.unit(column, std::iter::once(number));
+        let text = format!("{symbol} = {} {unit}", digits(factor * number, 6));
+        text.trim_end().to_owned()
+    }
+
+    /// Lists the values of a column for messages.
+    pub fn values(&self, table: &Table, column: &str) -> String {
+        const MOST: usize = 12;
+        let column = table.batch().column_by_name(column);
+        let values = column.iter().flat_map(|column| {
+            (0..table.rows()).filter_map(|row| Value::from_array(column.as_ref(), row))
+        });
+        let values: BTreeSet<Value> = values.collect();
+        let told: Vec<String> = values.iter().take(MOST).map(Value::to_string).collect();
+        let more = if values.len() > MOST { " …" } else { "" };
+        told.join(", ") + more
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_columns_have_symbols_and_others_their_names() {
+        assert_eq!(name("hurst"), "Hurst exponent H");
+        assert_eq!(name("area_fraction"), "contact area A/A₀");
+        assert_eq!(name("area_fraction_q05"), "contact area A/A₀, q05");
+        assert_eq!(name("largest_cluster"), "largest cluster");
+        assert_eq!([symbol("load"), symbol("correction")], ["y", "correction"]);
+    }
+}

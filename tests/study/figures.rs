@@ -1,0 +1,112 @@
+//! Figures that a study declares, and automatic ones.
+
+use std::fs;
+
+use crate::bench::{Bench, text};
+use crate::report::report;
+
+/// Study of the area against the Hurst exponent under one load.
+const HURST: &str = r#"
+[study]
+name = "hurst"
+
+[stage.surfaces]
+kind = "generate"
+nodes = 32
+hurst = [0.2, 0.5, 0.8]
+k_lower = 2
+k_upper = 8
+realizations = 3
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+loads = [0.05]
+
+[stage.area]
+kind = "measure"
+from = "contact"
+"#;
+
+/// Statistics of the areas, and a figure of them.
+const DECLARED: &str = r#"
+[stage.statistics]
+kind = "aggregate"
+from = "area"
+over = "area_fraction"
+
+[figure.Poster]
+from = "statistics"
+x = "hurst"
+y = "area_fraction"
+theories = ["persson", "greenwood-mccool"]
+title = "Area against H"
+caption = "The answer."
+"#;
+
+fn files(bench: &Bench) -> Vec<String> {
+    let folder = bench.data().join("results/hurst/figures");
+    let names = fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name());
+    let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn areas_against_a_swept_parameter_are_the_first_figure_without_being_asked() {
+    let bench = Bench::new();
+    bench.run(HURST);
+    let (said, page) = report(&bench);
+    assert_eq!(said["drawn"][0], "Contact area A/A₀ against Hurst exponent H", "{said}");
+    assert!(page.contains("Points are means over 3 surfaces. Bars are 95 % confidence"), "{page}");
+    assert!(page.contains("At y = 0.05."));
+    let pdf = fs::read(bench.data().join("results/hurst/figures/area.pdf")).unwrap();
+    assert!(pdf.starts_with(b"%PDF-1.7") && pdf.ends_with(b"%%EOF\n"));
+}
+
+#[test]
+fn a_declared_figure_comes_first_and_replaces_the_automatic_one_of_its_stage() {
+    let bench = Bench::new();
+    bench.run(&format!("{HURST}{DECLARED}"));
+    let (said, page) = report(&bench);
+    assert_eq!(said["drawn"][0], "Area against H");
+    let drawn = said["drawn"].as_array().unwrap();
+    let of_area = drawn.iter().filter(|title| title.as_str().unwrap().contains("against H"));
+    assert_eq!(of_area.count(), 1, "{said}");
+    assert!(page.contains("The answer. Points are means over 3 surfaces."));
+    for ending in ["svg", "png", "pdf"] {
+        assert!(files(&bench).contains(&format!("Poster.{ending}")));
+    }
+    let svg = fs::read_to_string(bench.data().join("results/hurst/figures/Poster.svg")).unwrap();
+    for label in [">Hurst exponent H<", ">contact area A/A₀<", ">Persson 2001<"] {
+        assert!(svg.contains(label), "{label} in {svg}");
+    }
+}
+
+#[test]
+fn files_of_a_figure_that_is_no_longer_declared_are_removed_and_no_task_is_computed_again() {
+    let bench = Bench::new();
+    bench.run(&format!("{HURST}{DECLARED}"));
+    report(&bench);
+    let path = bench.write(&format!("{HURST}{DECLARED}").replace("figure.Poster", "figure.other"));
+    let plan = bench.output(&["plan", path.to_str().unwrap(), "--json"]);
+    let plan: serde_json::Value = serde_json::from_slice(&plan.stdout).unwrap();
+    assert_eq!(plan["missing"].as_array().map(Vec::len).unwrap_or(0), 0, "{plan}");
+    report(&bench);
+    assert!(!files(&bench).iter().any(|name| name.starts_with("Poster")), "{:?}", files(&bench));
+    assert!(files(&bench).contains(&"other.pdf".to_owned()));
+}
+
+#[test]
+fn a_figure_that_cannot_be_drawn_says_what_it_needs() {
+    let bench = Bench::new();
+    let figures = "\n[figure.negative]\nfrom = \"surfaces\"\nx = \"hurst\"\ny = \"excess_kurtosis\"\n\
+                   scale = \"log-y\"\n\n[figure.nothing]\nfrom = \"area\"\nx = \"hurst\"\n\
+                   y = \"area_fraction\"\nwhere = { hurst = 0.4 }\n";
+    bench.run(&format!("{HURST}{figures}"));
+    let path = bench.path("study.toml");
+    let output = bench.output(&["report", path.to_str().unwrap()]);
+    let printed = text(&output.stdout);
+    assert!(output.status.success(), "{printed}");
+    assert!(printed.contains("hurst has the values 0.2, 0.5, 0.8"), "{printed}");
+}
