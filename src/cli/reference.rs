@@ -88,10 +88,9 @@ const KEYS_HEAD: &str = "\
 <!-- Written by `asperity reference`; the source is the code. -->
 
 A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one of six kinds, and a table
-`[figure.NAME]` for each figure that it declares. Values of another type, values out of bounds, unknown keys and
-missing required keys are errors. The message names the
-key, its value and its position, and explains how to correct it ([errors](errors.md)). Numbers are compared
-with twelve significant digits.
+`[figure.NAME]` for each figure that it declares. Values of another type, values out of bounds, unknown keys
+and missing required keys are errors. The message names the key, its value and its position, and explains how
+to correct it ([errors](errors.md)). Numbers are compared with twelve significant digits.
 
 - *swept* – a list of values gives one parameter point per value; several lists give a grid.
 - *pair* – `[along x, along y]`, for rectangles.

@@ -193,7 +193,7 @@ pub(super) fn write_report(
     }
     let existing = if options.replace { Existing::Replace } else { Existing::Keep };
     if let Some(folder) = &options.output {
-        check_folder(folder, &reading.plan.study, existing)?;
+        check_folder(folder, &reading.study, existing)?;
     }
     let manifest = fs::read_to_string(session.manifest()).map_err(SessionError::Text)?;
     let rows = reading.all()?;

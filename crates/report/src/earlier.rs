@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::figure_data::FinishedStage;
 use crate::figures::{self, DrawnFigure};
 use crate::{FIGURES, PAGE, ReportError};
+use asperity_pipeline::study::Study;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, lock_to_read};
 
@@ -135,7 +136,7 @@ pub fn figure_files(page: &Path) -> BTreeSet<String> {
 /// # Errors
 /// If the folder contains another page or figure. A page that is not a report is never replaced.
 /// Other files are replaced with [`Existing::Replace`].
-pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<(), ReportError> {
+pub fn check_folder(folder: &Path, study: &Study, existing: Existing) -> Result<(), ReportError> {
     let page = folder.join(PAGE);
     let basis = match fs::read(&page) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
@@ -149,12 +150,16 @@ pub fn check_folder(folder: &Path, study: &str, existing: Existing) -> Result<()
         return Ok(());
     }
     let changed = changed_files(folder);
-    let taken = |path: PathBuf| Err(ReportError::Taken { path, study: study.to_owned() });
-    if basis.as_ref().is_some_and(|basis| basis.study != study) || changed.contains(&page) {
+    let taken = |path: PathBuf| Err(ReportError::Taken { path, study: study.name.clone() });
+    if basis.as_ref().is_some_and(|basis| basis.study != study.name) || changed.contains(&page) {
         return taken(page);
     }
     let own = basis.unwrap_or_default().files;
-    for name in figure_files(&page) {
+    // Automatic figures have the names of their stages.
+    let declared = study.figures.iter().map(|figure| &figure.name);
+    let names = declared.chain(study.stages.iter().map(|stage| &stage.name));
+    let names = names.flat_map(|name| figures::file_names(name));
+    for name in figure_files(&page).into_iter().chain(names) {
         let path = folder.join(FIGURES).join(&name);
         let is_own = own.contains_key(&name) && !changed.contains(&path);
         if !is_own && path.symlink_metadata().is_ok() {

@@ -234,8 +234,8 @@ fn draw(
     }))
 }
 
-/// Writes an SVG, a PNG and a PDF file for each figure, and removes the files in `earlier`, those of
-/// an earlier report, that the report no longer has.
+/// Writes an SVG, a PNG and a PDF file for each figure, and removes the files in `earlier`, those
+/// of an earlier report, that the report no longer has.
 fn write_figures(
     there: &[DrawnFigure],
     earlier: BTreeSet<String>,

@@ -4,8 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, CONTENT, EFFECTIVE_MODULUS, HURST,
-    K_LOWER, K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES, PRESSURE, RMS_SLOPE, SIDE,
+    K_LOWER, K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES, PRESSURE, RMS_SLOPE, SIDE, SPECTRUM_OF,
+    UNIT,
 };
+use asperity_stages::ensemble::grouped;
 use asperity_tables::column::{Description, Value};
 use asperity_tables::table::Table;
 
@@ -101,7 +103,8 @@ pub struct Labels {
 impl Labels {
     pub fn new(data: &FigureData, table: &Table) -> Labels {
         let names = table.names().into_iter();
-        let points = (0..table.rows()).map(|row| ensembles::point(table, row));
+        let of_length = grouped(&table.only(&[UNIT.name, SPECTRUM_OF.name])).into_iter();
+        let points = of_length.map(|rows| ensembles::point(table, rows[0]));
         let units: BTreeSet<Option<String>> =
             points.map(|point| data.units.at(&point).map(str::to_owned)).collect();
         let lengths = LengthUnit::common(units.iter().map(Option::as_deref));

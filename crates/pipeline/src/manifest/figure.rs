@@ -39,8 +39,8 @@ pub struct FigureTable {
     /// Scales of the axes.
     #[schemars(extend("default" = "linear"))]
     pub scale: Key<Scales>,
-    /// Theories whose areas are drawn as curves, named as in `models` of `aggregate`. They need area
-    /// fractions on the vertical axis, and a column `load`. By default there are none.
+    /// Theories whose areas are drawn as curves, named as in `models` of `aggregate`. They need
+    /// area fractions on the vertical axis, and a column `load`. By default there are none.
     #[schemars(length(min = 1), transform = list)]
     pub theories: Key<Vec<Spanned<Model>>>,
     /// Selection of the rows by columns: `{ load = 0.05, hurst = [0.3, 0.8] }` draws the rows with

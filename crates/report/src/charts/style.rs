@@ -2,8 +2,8 @@
 //!
 //! A figure uses CSS variables for colours, so a page can be light or dark. A separate file
 //! contains the light colours. Series have colours after Okabe & Ito (2008), which colour-blind
-//! people can distinguish, and lighter ones on a dark page. Series of ascending numbers have colours
-//! of the gradient *plasma*: its dark part on a light page, its light part on a dark one.
+//! people can distinguish, and lighter ones on a dark page. Series of ascending numbers have
+//! colours of the gradient *plasma*: its dark part on a light page, its light part on a dark one.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,5 @@
-//! Figures that nobody asked for: results of a stage against a swept parameter, or against the load.
+//! Figures that nobody asked for: results of a stage against a swept parameter, or against the
+//! load.
 
 use arrow::array::Array;
 

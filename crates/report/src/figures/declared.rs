@@ -262,7 +262,7 @@ impl Plot<'_> {
             let values = values
                 .iter()
                 .map(|(name, value)| self.labels.told(name, value.as_ref(), self.data));
-            values.chain(quantity.clone()).collect::<Vec<_>>().join(" · ")
+            values.chain(quantity.as_ref().map(|name| name.replace('_', " "))).collect::<Vec<_>>().join(" · ")
         };
         let mut entries = Vec::new();
         let (colours, further) = (key.colours.len(), key.further.len());
@@ -498,13 +498,17 @@ mod tests {
     #[test]
     fn no_two_series_look_alike() {
         for are_numbers in [true, false] {
-            for (colours, further) in [(1, 1), (12, 1), (60, 1), (1, 24), (8, 3), (3, 20), (20, 7)] {
+            for (colours, further) in [(1, 1), (12, 1), (60, 1), (1, 24), (8, 3), (3, 20), (20, 7)]
+            {
                 let key = key(colours, further, are_numbers);
                 let mut looks = Vec::new();
                 for colour in 0..colours {
                     for index in 0..further {
                         let style = key.style(colour, index);
-                        assert!(!looks.contains(&style), "{colour}, {index} of {colours} × {further}");
+                        assert!(
+                            !looks.contains(&style),
+                            "{colour}, {index} of {colours} × {further}"
+                        );
                         looks.push(style);
                     }
                 }
