@@ -262,7 +262,10 @@ impl Plot<'_> {
             let values = values
                 .iter()
                 .map(|(name, value)| self.labels.told(name, value.as_ref(), self.data));
-            values.chain(quantity.as_ref().map(|name| name.replace('_', " "))).collect::<Vec<_>>().join(" · ")
+            values
+                .chain(quantity.as_ref().map(|name| name.replace('_', " ")))
+                .collect::<Vec<_>>()
+                .join(" · ")
         };
         let mut entries = Vec::new();
         let (colours, further) = (key.colours.len(), key.further.len());
