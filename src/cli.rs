@@ -30,7 +30,7 @@ use serde::Serialize;
 
 use crate::session::words::chain;
 use crate::session::{
-    DataFolder, Event, Instructions, Session, SessionError, UnknownName, Warning,
+    DataFolder, Event, Instructions, Session, SessionError, Setting, UnknownName, Warning,
 };
 
 pub use crate::session::silence_panics;
@@ -205,6 +205,23 @@ fn is_closed_pipe(failure: &(dyn Error + 'static)) -> bool {
     failure
         .downcast_ref::<std::io::Error>()
         .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// Options that override keys of the manifest.
+#[derive(clap::Args)]
+struct SetArguments {
+    /// Override a key of the manifest, such as `stage.surfaces.realizations=20`. Can be repeated.
+    ///
+    /// The value is in TOML; a word needs no quotes. A setting has the same effect as an edit of the
+    /// manifest.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<Setting>,
+}
+
+impl SetArguments {
+    fn settings(&self) -> impl Iterator<Item = Setting> {
+        self.settings.iter().cloned()
+    }
 }
 
 /// Opens a session that prints its notices on standard error.

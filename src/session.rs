@@ -85,6 +85,7 @@ pub use asperity_claims::names as claim_names;
 pub use asperity_contact::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{InvalidShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;
+pub use asperity_pipeline::manifest::setting::Setting;
 pub use asperity_pipeline::plan::{Plan, PlannedStage};
 pub use asperity_pipeline::results::{StageRows, StudyResults};
 pub use asperity_pipeline::study::Warning;
@@ -106,11 +107,12 @@ pub(crate) use asperity_tables::store::files::make_folder;
 
 /// Manifest of a study with its data folder.
 ///
-/// The session stores only the two paths. Each method reads the manifest again, so the manifest may
-/// change between calls.
+/// The session stores only the two paths and the settings. Each method reads the manifest again, so
+/// the manifest may change between calls.
 #[derive(Clone)]
 pub struct Session<'a> {
     manifest: PathBuf,
+    settings: Vec<Setting>,
     data: DataFolder,
     observer: &'a dyn Observer,
 }
@@ -118,7 +120,7 @@ pub struct Session<'a> {
 impl fmt::Debug for Session<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut session = formatter.debug_struct("Session");
-        session.field("manifest", &self.manifest);
+        session.field("manifest", &self.manifest).field("settings", &self.settings);
         session.field("data", &self.data).finish_non_exhaustive()
     }
 }
@@ -128,6 +130,7 @@ impl Session<'static> {
     pub fn new(manifest: impl Into<PathBuf>, data: impl Into<PathBuf>) -> Session<'static> {
         Session {
             manifest: manifest.into(),
+            settings: Vec::new(),
             data: DataFolder::new(data),
             observer: &|_: Event<'_>| {},
         }
@@ -137,12 +140,24 @@ impl Session<'static> {
 impl Session<'_> {
     /// Returns the session with an observer that receives its events.
     pub fn observed_by(self, observer: &dyn Observer) -> Session<'_> {
-        Session { manifest: self.manifest, data: self.data, observer }
+        let Session { manifest, settings, data, .. } = self;
+        Session { manifest, settings, data, observer }
+    }
+
+    /// Returns the session with settings, which override keys of the manifest. The study has the
+    /// same results folder; a setting has the same effect as an edit of the manifest.
+    pub fn with_settings(self, settings: impl IntoIterator<Item = Setting>) -> Self {
+        Session { settings: settings.into_iter().collect(), ..self }
     }
 
     /// Returns the path of the manifest.
     pub fn manifest(&self) -> &Path {
         &self.manifest
+    }
+
+    /// Returns the settings that override keys of the manifest.
+    pub fn settings(&self) -> &[Setting] {
+        &self.settings
     }
 
     /// Returns the data folder of the study.
@@ -155,7 +170,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns an error if the manifest is invalid; the error lists all its problems.
     pub fn study(&self) -> Result<Study, SessionError> {
-        Ok(Study::read(&self.manifest, claim_names)?)
+        Ok(Study::read(&self.manifest, &self.settings, claim_names)?)
     }
 
     /// Returns the study and its plan, with the number of surfaces that adaptive sampling requires.
@@ -207,7 +222,7 @@ impl Session<'_> {
     /// Returns the same errors as [`Session::sampled`].
     pub fn reading(&self) -> Result<StudyResults, SessionError> {
         let (store, results) = (self.data.open_read_only()?, self.data.results());
-        let study = read_study(&self.manifest, claim_names, &store, &results)?;
+        let study = read_study(&self.manifest, &self.settings, claim_names, &store, &results)?;
         for file in study.sources.recalled() {
             self.notify(Event::Notice(Notice::Recalled(file)));
         }

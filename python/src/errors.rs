@@ -82,10 +82,7 @@ pub fn unknown_name(py: Python<'_>, message: String) -> PyErr {
 pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
     let name = match error {
         SessionError::Manifest(errors) => return manifest_error(py, errors),
-        SessionError::Text(_)
-        | SessionError::Store(_)
-        | SessionError::Results(_)
-        | SessionError::Table(_) => "StoreError",
+        SessionError::Store(_) | SessionError::Results(_) | SessionError::Table(_) => "StoreError",
         SessionError::Unknown(_) | SessionError::Task(_) => "UnknownNameError",
         SessionError::Query(_) => "QueryError",
         SessionError::NotComputed { .. } | SessionError::NoMaps { .. } => "NotComputedError",

@@ -14,7 +14,7 @@ use super::console::{Console, Patience, StopSignal};
 use super::plan::core_hours;
 use super::run::{exit_code, run_text};
 use super::terminal::stdout;
-use super::{Failure, print_json, warn};
+use super::{Failure, SetArguments, print_json, warn};
 use crate::session::status::Queue;
 use crate::session::submission::settings::Settings;
 use crate::session::submission::{Submission, ranges, settings};
@@ -28,6 +28,9 @@ use crate::session::{
 pub struct SubmitArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Print the scripts and the expected cost without writing or submitting anything.
     #[arg(long)]
@@ -56,7 +59,7 @@ pub fn submit(
     data: &DataFolder,
     own: Option<&Path>,
 ) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data);
+    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
     let program = match arguments.program.as_deref().or(own) {
         Some(program) => program.to_owned(),
         None => env::current_exe()?,
@@ -287,6 +290,9 @@ pub struct FinishArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
 
+    #[command(flatten)]
+    set: SetArguments,
+
     /// Number of earlier resubmissions of missing tasks.
     #[arg(long, value_name = "N", default_value_t = 0)]
     round: u32,
@@ -310,7 +316,9 @@ pub struct FinishArguments {
 
 pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
-    let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
+    let session = Session::new(&arguments.manifest, data.path())
+        .with_settings(arguments.set.settings())
+        .observed_by(&console);
     let stop = StopSignal::on_signal(Patience::Scheduler)?;
     let options = FinishOptions {
         round: arguments.round,

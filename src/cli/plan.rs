@@ -2,7 +2,7 @@
 //! with their costs and reasons.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread::available_parallelism;
 use std::time::Duration;
@@ -11,10 +11,12 @@ use serde::Serialize;
 
 use super::tables::write_json;
 use super::terminal::stdout;
-use super::{Failure, print_json};
+use super::{Failure, SetArguments, print_json};
 use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus};
 use crate::session::words::{counted, duration};
-use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
+use crate::session::{
+    DataFolder, Plan, Session, SessionError, Status, UnknownName, Warning, new_manifest,
+};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.
 const MAX_REASONS: usize = 20;
@@ -40,14 +42,22 @@ pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Opens a session with settings that prints its notices on standard error.
+fn session(manifest: &Path, set: &SetArguments, data: &DataFolder) -> Session<'static> {
+    super::session(manifest, data).with_settings(set.settings())
+}
+
 #[derive(clap::Args)]
 pub struct CheckArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 }
 
 pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let study = super::session(&arguments.manifest, data).study()?;
+    let study = session(&arguments.manifest, &arguments.set, data).study()?;
     let plan = Plan::new(&study);
     super::print_warnings(&study.warnings());
     let mut out = stdout();
@@ -68,6 +78,9 @@ pub struct PlanArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
 
+    #[command(flatten)]
+    set: SetArguments,
+
     /// Print the result as JSON.
     ///
     /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
@@ -86,7 +99,7 @@ pub struct PlanArguments {
 }
 
 pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let status = super::session(&arguments.manifest, data).status()?;
+    let status = session(&arguments.manifest, &arguments.set, data).status()?;
     let stages = status.stages();
     super::print_warnings(&status.warnings);
     let mut out = stdout();
@@ -167,6 +180,9 @@ pub struct ExplainArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
 
+    #[command(flatten)]
+    set: SetArguments,
+
     /// Stage to explain (default: all stages).
     stage: Option<String>,
 
@@ -182,7 +198,7 @@ pub struct ExplainArguments {
 }
 
 pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let status = super::session(&arguments.manifest, data).status()?;
+    let status = session(&arguments.manifest, &arguments.set, data).status()?;
     let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
         let names: Vec<&str> = stages.iter().map(|stage| stage.count.name).collect();

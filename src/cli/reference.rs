@@ -87,19 +87,30 @@ const KEYS_HEAD: &str = "\
 
 <!-- Written by `asperity reference`; the source is the code. -->
 
-A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one of six kinds, and a table
-`[figure.NAME]` for each figure that it declares. Values of another type, values out of bounds, unknown keys
-and missing required keys are errors. The message names the key, its value and its position, and explains how
-to correct it ([errors](errors.md)). Numbers are compared with twelve significant digits.
+A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one of six kinds, a table
+`[figure.NAME]` for each figure that it declares, and optionally a table `[parameters]`. Values of another type,
+values out of bounds, unknown keys and missing required keys are errors. The message names the key, its value
+and its position, and explains how to correct it ([errors](errors.md)). Numbers are compared with twelve
+significant digits.
 
 - *swept* – a list of values gives one parameter point per value; several lists give a grid.
 - *pair* – `[along x, along y]`, for rectangles.
 - `cases`, allowed if any key is swept, lists parameter points explicitly: each of its tables sets some of the
   swept keys.
 - `from` names the stage that is read, or lists several stages.
+- A text in the place of a number is an [expression](../how-to/variants.md) in other keys of the same parameter
+  point and in parameters, such as `\"8 * k_upper\"`.
 
 Lengths are in the unit of `side`, and pressures in the unit of `effective_modulus` or of the moduli of the
 bodies; you choose both units. Loads are mean pressures in units of E* × rms slope, unless `load_unit` is set.
+";
+
+const PARAMETERS: &str = "
+## `[parameters]`
+
+Numbers, lists of numbers to sweep, and expressions in other parameters, each with a name of letters, digits
+and `_`. Keys of stages use them in expressions; a list is one axis of each stage that uses it. See
+[variants](../how-to/variants.md).
 ";
 
 /// Page of the guide with the formulas of each kind of stage.
@@ -117,12 +128,13 @@ const EXPLAINED: [&str; 3] = ["kind", "from", "cases"];
 
 /// Returns the text of `keys.md`.
 fn keys_page() -> String {
-    let schema = new_manifest::schema();
+    let schema = new_manifest::declared();
     let study = &schema["properties"]["study"];
     let mut page = format!("{KEYS_HEAD}\n## `[study]`\n\n");
     for (name, key) in properties(study) {
         page += &key_item(name, key, name == "name", &[], 0);
     }
+    page += PARAMETERS;
     let forms = schema["properties"]["stage"]["additionalProperties"]["oneOf"].as_array();
     let forms = forms.expect("a stage has one of several forms");
     for kind in kinds(forms) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::SystemTime;
 
-use super::{Failure, print_answer};
+use super::{Failure, SetArguments, print_answer};
 use crate::session::results::NotDrawn;
 use crate::session::words::counted;
 use crate::session::{Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy};
@@ -13,6 +13,9 @@ use crate::session::{Bars, DataFolder, Day, Report, ReportOptions, ShareOptions,
 pub struct ReportArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Folder for `report.html` and `figures/` (default: the folder of the study's tables).
     #[arg(long, short, value_name = "FOLDER")]
@@ -49,7 +52,7 @@ enum BarKind {
 }
 
 pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data);
+    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
     let report = session.report(&ReportOptions {
         output: arguments.output.clone(),
         replace: arguments.replace,
@@ -79,6 +82,9 @@ fn report_text(report: &Report) -> String {
 pub struct ShareArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Archive to write (default: `STUDY.zip` in the current folder).
     #[arg(long, short, value_name = "FILE.zip")]
@@ -118,7 +124,7 @@ pub struct ShareArguments {
 }
 
 pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data);
+    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
     let shared = session.share(&ShareOptions {
         output: arguments.output.clone(),
         store: arguments.store,

@@ -10,7 +10,7 @@ use bytesize::ByteSize;
 
 use super::console::{Console, Patience, StopSignal};
 use super::terminal::stdout;
-use super::{Failure, print_json};
+use super::{Failure, SetArguments, print_json};
 use crate::session::results::{PublishedTable, TableSource};
 use crate::session::run::{RunOutcome, TaskError};
 use crate::session::words::counted;
@@ -22,6 +22,9 @@ use crate::session::{
 pub struct RunArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Number of cores to use (default: all).
     ///
@@ -78,7 +81,9 @@ pub struct RunArguments {
 
 pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
-    let session = Session::new(&arguments.manifest, data.path()).observed_by(&console);
+    let session = Session::new(&arguments.manifest, data.path())
+        .with_settings(arguments.set.settings())
+        .observed_by(&console);
     let run = session.prepare(&arguments.options())?;
     let patience = match arguments.shard {
         Some(_) => Patience::Scheduler,

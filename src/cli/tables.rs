@@ -20,7 +20,7 @@ use comfy_table::{CellAlignment, ContentArrangement, Table as Grid, presets};
 use serde_json::Value;
 
 use super::terminal::{Output, stdout};
-use super::{Failure, Misused, unknown};
+use super::{Failure, Misused, SetArguments, unknown};
 use crate::session::failures::COMMAND;
 use crate::session::results::{Description, Table, TableFile, TableSource};
 use crate::session::words::{cells, counted, listed, short, whole_cells, wrapped};
@@ -33,6 +33,9 @@ const CHUNK: usize = 1024;
 pub struct TableArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Stage whose table to print (required without `--sql`).
     stage: Option<String>,
@@ -62,7 +65,7 @@ pub struct TableArguments {
 }
 
 pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data);
+    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
     let table: TableSource = match (&arguments.sql, &arguments.stage) {
         (Some(query), _) => session.sql(query)?.into(),
         (None, Some(stage)) => session.tables()?.open(stage)?,

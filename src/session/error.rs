@@ -1,4 +1,3 @@
-use std::io;
 use std::path::PathBuf;
 
 use super::Shard;
@@ -29,9 +28,6 @@ pub use asperity_stages::surface_files::{ContentHash, SurfaceFileError};
 pub enum SessionError {
     #[error(transparent)]
     Manifest(#[from] ManifestErrors),
-    /// The text of the manifest cannot be read for the report.
-    #[error(transparent)]
-    Text(io::Error),
     #[error(transparent)]
     Store(#[from] StoreError),
     /// Adaptive sampling cannot decide the number of surfaces.

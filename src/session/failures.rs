@@ -6,7 +6,7 @@ use arrow::array::Array;
 use arrow::util::display::array_value_to_string;
 
 use super::words::counted;
-use super::{Session, SessionError};
+use super::{Session, SessionError, Setting};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::PublishedTable;
 use asperity_pipeline::results::failures::{
@@ -66,7 +66,8 @@ fn command(session: &Session, key: TaskKey) -> String {
         quoted.unwrap_or_else(|_| path.into_owned())
     };
     let [data, manifest] = [session.data().path(), session.manifest()].map(word);
-    format!("asperity --data {data} run {manifest} --only {key}")
+    let settings: String = session.settings().iter().map(Setting::option).collect();
+    format!("asperity --data {data} run {manifest}{settings} --only {key}")
 }
 
 /// Describes up to `limit` failed tasks, one line each, and counts the remaining ones.

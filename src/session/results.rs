@@ -1,7 +1,6 @@
 //! Results of a study: tables, descriptions of columns, and the HTML report.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -195,7 +194,6 @@ pub(super) fn write_report(
     if let Some(folder) = &options.output {
         check_folder(folder, &reading.study, existing)?;
     }
-    let manifest = fs::read_to_string(session.manifest()).map_err(SessionError::Text)?;
     let rows = reading.all()?;
     let mut warnings = reading.study.warnings();
     warnings.extend(exceeded_hardness::warnings(&reading.study, &reading.plan, |stage| {
@@ -207,7 +205,7 @@ pub(super) fn write_report(
         rows: &rows,
         archive: &reading.reader,
         sources: &reading.study.sources,
-        manifest: &manifest,
+        manifest: &reading.study.manifest.text,
         warnings: &warnings,
     };
     let default = || session.data().results_of(&reading.plan.study);

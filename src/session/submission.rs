@@ -90,7 +90,11 @@ impl Session<'_> {
         let processors = receipts.iter().filter(|receipt| !receipt.pace.is_empty());
         let processors: BTreeSet<&str> =
             processors.map(|receipt| receipt.processor.as_str()).collect();
-        let extras = ScriptOptions { report: options.report, replace: options.replace };
+        let extras = ScriptOptions {
+            report: options.report,
+            replace: options.replace,
+            settings: self.settings.clone(),
+        };
         Ok(PlannedSubmission {
             study: study.name.clone(),
             scripts: Scripts::new(&study.name, &sizing, &options.settings, &paths, extras)?,

@@ -12,6 +12,7 @@ use super::{ShareError, ShareOptions};
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::names;
 use asperity_pipeline::data_folder::DataFolder;
+use asperity_pipeline::manifest::composition::EffectiveManifest;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::owner::{self, Owner};
 use asperity_pipeline::results::{self, StudyResults};
@@ -61,7 +62,8 @@ impl Contents {
         options: &ShareOptions,
     ) -> Result<Contents, ShareError> {
         let sources = &reading.study.sources;
-        let paths = ArchivePaths::new(manifest, sources.read_files())?;
+        let bases = &reading.study.manifest.bases;
+        let paths = ArchivePaths::new(manifest, sources.read_files().iter().chain(bases))?;
         let mut contents = Contents {
             study: reading.plan.study.clone(),
             about: about(reading),
@@ -71,7 +73,7 @@ impl Contents {
             stored: None,
             incomplete: Vec::new(),
         };
-        contents.add_manifest(manifest)?;
+        contents.add_manifest(manifest, &reading.study.manifest)?;
         let finished = contents.add_results(reading, manifest, data)?;
         if options.store {
             contents.add_store(reading)?;
@@ -141,14 +143,29 @@ impl Contents {
         Ok(research_object::metadata(&whole, &files))
     }
 
-    fn add_manifest(&mut self, manifest: &Path) -> Result<(), ShareError> {
+    /// Adds the manifest, the manifests that it extends and the files of surfaces. If keys were set
+    /// on the command line, the manifest in the archive is the effective one.
+    fn add_manifest(
+        &mut self,
+        manifest: &Path,
+        effective: &EffectiveManifest,
+    ) -> Result<(), ShareError> {
         let folder = manifest.parent().unwrap_or(Path::new(""));
         let files: Vec<_> = self.paths.files.clone().into_iter().collect();
         for (named, path) in files {
-            let source = Source::File(folder.join(named));
-            self.add(path, source, Role::Input, "input file of the manifest")?;
+            let about = if effective.bases.contains(&named) {
+                "manifest that the manifest of the study extends"
+            } else {
+                "input file of the manifest"
+            };
+            self.add(path, Source::File(folder.join(named)), Role::Input, about)?;
         }
-        let (path, source) = (self.paths.manifest.clone(), Source::File(manifest.to_owned()));
+        let source = if effective.settings.is_empty() {
+            Source::File(manifest.to_owned())
+        } else {
+            Source::Bytes(effective.text.clone().into_bytes())
+        };
+        let path = self.paths.manifest.clone();
         self.add(path, source, Role::Manifest, "manifest: definition of the study")
     }
 

@@ -48,5 +48,6 @@ mod statistics;
 mod tables;
 mod topography;
 mod units;
+mod variants;
 mod views;
 mod warnings;

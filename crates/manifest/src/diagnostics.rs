@@ -61,6 +61,12 @@ impl Problem {
         self.help.as_deref()
     }
 
+    /// Moves all spans by a number of bytes.
+    pub fn shifted(mut self, bytes: usize) -> Self {
+        self.labels.iter_mut().for_each(|(span, _)| *span = span.start + bytes..span.end + bytes);
+        self
+    }
+
     fn start(&self) -> usize {
         self.labels.first().map_or(0, |(span, _)| span.start)
     }
@@ -108,9 +114,38 @@ impl Problems {
 
     /// Returns the problems in the order of their positions. `file` is the name of the manifest in
     /// messages, and `text` its content.
-    pub fn into_errors(mut self, file: &str, text: &str) -> ManifestErrors {
+    pub fn into_errors(self, file: &str, text: &str) -> ManifestErrors {
+        let (name, text) = (file.to_owned(), text.to_owned());
+        self.into_errors_in(file, vec![SourceText { name, text, start: 0 }])
+    }
+
+    /// Returns the problems of a manifest that is composed of several texts, at least one. The
+    /// texts are in the order of their positions.
+    pub fn into_errors_in(mut self, file: &str, sources: Vec<SourceText>) -> ManifestErrors {
         self.found.sort_by_key(Problem::start);
-        ManifestErrors { file: file.to_owned(), text: text.to_owned(), problems: self.found }
+        ManifestErrors { file: file.to_owned(), sources, problems: self.found }
+    }
+}
+
+/// A text in which problems have positions.
+#[derive(Debug, Clone)]
+pub struct SourceText {
+    /// Name of the text in messages.
+    pub name: String,
+    pub text: String,
+    /// Position of the first byte of the text in the spans of problems.
+    pub start: usize,
+}
+
+impl SourceText {
+    /// Returns line and column of a position in a span, counted from 1 in characters.
+    fn line_and_column(&self, position: usize) -> [usize; 2] {
+        let before = self.text.char_indices();
+        let before = before.take_while(|(index, _)| index + self.start < position);
+        before.fold([1, 1], |[line, column], (_, character)| match character {
+            '\n' => [line + 1, 1],
+            _ => [line, column + 1],
+        })
     }
 }
 
@@ -119,7 +154,7 @@ impl Problems {
 #[error("manifest `{file}` has {}", count(problems.len()))]
 pub struct ManifestErrors {
     file: String,
-    text: String,
+    sources: Vec<SourceText>,
     problems: Vec<Problem>,
 }
 
@@ -145,13 +180,17 @@ impl ManifestErrors {
         }
         let handler =
             GraphicalReportHandler::new_themed(theme).with_wrap_lines(false).with_links(false);
-        let text = sanitized(&self.text);
-        let source = NamedSource::new(sanitized(&self.file), text);
+        let named = self
+            .sources
+            .iter()
+            .map(|source| NamedSource::new(sanitized(&source.name), sanitized(&source.text)));
+        let named: Vec<_> = named.collect();
         let mut page = String::new();
         for problem in self.problems.iter().take(MAX_SHOWN) {
-            let shown = ProblemInText::new(problem, &source);
+            let index = self.source_index(problem.start());
+            let shown = ProblemInText::new(&self.within(problem, index), &named[index]);
             if problem.labels.is_empty() {
-                page.push_str(&format!("{}:\n", source.name()));
+                page.push_str(&format!("{}:\n", sanitized(&self.file)));
             }
             if handler.render_report(&mut page, &shown).is_err() {
                 page.push_str(&sanitized(&format!("{}: {}\n", self.file, problem.message)));
@@ -165,15 +204,34 @@ impl ManifestErrors {
     /// [`ManifestErrors::render`] displays them. Returns `None` for a problem without a position.
     pub fn position(&self, problem: &Problem) -> Option<[usize; 2]> {
         let (span, _) = problem.labels.first()?;
-        let before: Vec<char> = {
-            let characters = self.text.char_indices();
-            let before = characters.take_while(|(index, _)| *index < span.start);
-            before.map(|(_, character)| character).collect()
-        };
-        let line_start = before.iter().rposition(|character| *character == '\n');
-        let lines = before.iter().filter(|character| **character == '\n').count();
-        let column = before.len() - line_start.map_or(0, |index| index + 1);
-        Some([lines + 1, column + 1])
+        Some(self.sources[self.source_index(span.start)].line_and_column(span.start))
+    }
+
+    /// Returns the index of the text that contains a position.
+    fn source_index(&self, position: usize) -> usize {
+        self.sources.iter().rposition(|source| source.start <= position).unwrap_or(0)
+    }
+
+    /// Returns a problem with spans in one of the texts. Labels in other texts become help.
+    fn within(&self, problem: &Problem, index: usize) -> Problem {
+        let mut own = Problem { labels: Vec::new(), ..problem.clone() };
+        let start = self.sources[index].start;
+        for (span, label) in &problem.labels {
+            let other = self.source_index(span.start);
+            if other == index {
+                let span = span.start.saturating_sub(start)..span.end.saturating_sub(start);
+                own.labels.push((span, label.clone()));
+                continue;
+            }
+            let source = &self.sources[other];
+            let [line, column] = source.line_and_column(span.start);
+            let place = format!("{}:{line}:{column}: {label}", source.name);
+            own.help = Some(match own.help {
+                Some(help) => format!("{help}; {place}"),
+                None => place,
+            });
+        }
+        own
     }
 
     fn summary(&self) -> String {

@@ -1,5 +1,5 @@
-//! Arithmetic expressions in the columns of a table: `k_lower / k_upper`, `area_corrected / load`,
-//! `-1 / slope(mean_gap)`.
+//! Arithmetic expressions in the columns of a table, such as `area_corrected / load` or
+//! `-1 / slope(mean_gap)`, or in keys of the manifest, such as `8 * k_upper`.
 //!
 //! An expression consists of numbers, names of columns, `+ - * / ^`, parentheses, and the functions
 //! of [`Function`]. As in Python, powers bind more tightly than signs and associate to the right:
@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use serde::{Serialize, Serializer};
 
-use crate::diagnostics::{did_you_mean, listed};
+use crate::diagnostics::{Span, did_you_mean, listed};
 
 /// Maximum length of an expression in bytes. It also bounds the depth of the recursion of the
 /// parser.
@@ -54,6 +54,18 @@ pub struct ExpressionError {
     pub reason: String,
     /// Bytes of the text where the error is.
     pub at: Range<usize>,
+}
+
+impl ExpressionError {
+    /// Returns the position of the error in a manifest, given the expression and the span of the
+    /// text, with its quotes. If the text has escaped characters, returns the span of the text.
+    pub fn span_in(&self, expression: &str, written: &Span) -> Span {
+        let inside = written.start + 1..written.end.saturating_sub(1);
+        if inside.len() != expression.len() {
+            return written.clone();
+        }
+        inside.start + self.at.start..inside.start + self.at.end.max(self.at.start)
+    }
 }
 
 impl Function {
@@ -324,8 +336,10 @@ impl Parser<'_> {
             }
             Some(letter) if letter.is_ascii_digit() || letter == '.' => self.number(),
             Some(letter) if letter.is_ascii_alphabetic() || letter == '_' => self.name(),
-            Some(letter) => Err(self
-                .here(format!("unexpected `{letter}`; a number, a column or `(` is needed here"))),
+            Some(letter) => {
+                Err(self
+                    .here(format!("unexpected `{letter}`; a number, a name or `(` is needed here")))
+            }
         }
     }
 

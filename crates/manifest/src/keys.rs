@@ -6,14 +6,17 @@
 //! or take a pair.
 //!
 //! [`Layout`] collects these declarations as a JSON Schema. The [`reader`] validates each value
-//! against the schema and combines swept lists into parameter points, a [`Section`].
+//! against the schema and combines swept lists into parameter points, a [`Section`]. Numbers may be
+//! expressions in other keys and in [`parameters`], which [`derived`] evaluates at each point.
 //! [`Checks`](checks::Checks) take defaults from the schema and check keys against each other.
 
 pub mod bounds;
 pub mod checks;
+pub mod derived;
 pub mod expected_keys;
 pub mod layout;
 pub mod on_axes;
+pub mod parameters;
 pub mod reader;
 pub mod validation;
 

@@ -4,25 +4,34 @@
 //! each value in the text, and it continues after an unreadable value so that all problems are
 //! found. [`crate::study`] then checks the values.
 
+pub mod composition;
 pub mod figure;
 mod schema;
+pub mod setting;
+pub mod syntax;
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned as TomlSpanned;
-use toml::de::{DeString, DeTable, DeValue, Error};
+use toml::de::{DeString, DeTable, DeValue};
 
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use asperity_manifest::keys::declare::required;
+use asperity_manifest::keys::derived::Scope;
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
+use asperity_manifest::keys::parameters::Parameters;
 use asperity_manifest::keys::validation::{found, unknown_word, validate_against};
 use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
 use asperity_stages::Kind;
 use asperity_stages::form::{FromKey, StagePoints, StageVariant, with_article};
+use asperity_stages::generate::method::SurfacePoints;
 
 use self::figure::WrittenFigure;
 
-pub use schema::schema;
+pub use schema::{declared, schema};
 
 /// Keys of the study as a whole.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -32,6 +41,12 @@ pub struct StudyTable {
     /// `_` and `-`.
     #[schemars(transform = required)]
     pub name: Key<String>,
+    /// Path of a manifest that this one extends, relative to the folder of this manifest. Tables
+    /// are merged key by key, and the values of this manifest override those of the other one.
+    /// Lists are replaced. The `name` is not inherited.
+    pub extends: Key<String>,
+    /// Keys of the extended manifest that are left out, such as `["stage.surfaces.k_rolloff"]`.
+    pub remove: Key<Vec<String>>,
     /// Seed of the stages that draw random numbers and have no `seed`.
     #[schemars(extend("default" = 0))]
     pub seed: Key<u64>,
@@ -64,26 +79,31 @@ pub struct StageTable {
     /// All other keys, at each parameter point. `None` if the kind is unknown, because it decides
     /// which keys are valid.
     pub points: Option<StagePoints>,
+    /// The swept parameters that the stage uses.
+    pub swept_parameters: BTreeSet<String>,
 }
 
 type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
 
 impl Manifest {
-    /// Parses the text of a manifest. Returns `None` if it is not valid TOML.
-    pub fn parse(text: &str, problems: &mut Problems) -> Option<Manifest> {
-        let (document, errors) = DeTable::parse_recoverable(text);
-        if !errors.is_empty() {
-            report_syntax(text, &errors, problems);
-            return None;
-        }
+    /// Reads the tables of a manifest.
+    pub fn read(mut document: DeTable<'_>, problems: &mut Problems) -> Manifest {
+        let parameters = document.remove_entry("parameters");
+        let parameters = parameters.and_then(|entry| table_of(entry, problems));
+        let parameters =
+            parameters.map_or_else(Parameters::default, |table| Parameters::read(table, problems));
         let (mut study, mut stages, mut figures) = (None, Vec::new(), Vec::new());
-        for entry in document.into_inner() {
+        for entry in document {
             match entry.0.get_ref().as_ref() {
                 "study" => study = read_study(entry, problems),
-                "stage" => stages = read_stages(entry, problems),
+                "stage" => stages = read_stages(entry, &parameters, problems),
                 "figure" => figures = read_figures(entry, problems),
                 _ => problems.push(unknown_table(&entry)),
             }
+        }
+        if problems.is_empty() {
+            parameters.report_unused(problems);
+            report_repeated_sweeps(&stages, problems);
         }
         if stages.is_empty() && problems.is_empty() {
             problems.push(
@@ -100,7 +120,7 @@ impl Manifest {
             }
             Section::unreadable(0..0)
         });
-        Some(Manifest { study, stages, figures })
+        Manifest { study, stages, figures }
     }
 
     /// Returns the name of the study, if it has one.
@@ -118,9 +138,25 @@ fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTabl
 }
 
 /// Reads the stages in the order of the file.
-fn read_stages(entry: Entry, problems: &mut Problems) -> Vec<StageTable> {
+fn read_stages(
+    entry: Entry,
+    parameters: &Parameters<'_>,
+    problems: &mut Problems,
+) -> Vec<StageTable> {
     let entries = entries_of(entry, "stages", MAX_STAGES, problems).into_iter();
-    entries.map(|entry| read_stage(entry, problems)).collect()
+    // Surfaces are read first, because loads may depend on them.
+    let is_generate = |(_, value): &Entry| {
+        let kind = value.get_ref().as_table().and_then(|table| table.get("kind"));
+        kind.and_then(|kind| kind.get_ref().as_str()) == Some(Kind::Generate.name())
+    };
+    let (generate, others): (Vec<_>, Vec<_>) = entries.partition(is_generate);
+    let mut read =
+        |entry, surfaces: &[StageTable]| read_stage(entry, parameters, surfaces, problems);
+    let mut stages: Vec<_> = generate.into_iter().map(|entry| read(entry, &[])).collect();
+    let others: Vec<_> = others.into_iter().map(|entry| read(entry, &stages)).collect();
+    stages.extend(others);
+    stages.sort_by_key(|stage| stage.name.span.start);
+    stages
 }
 
 /// Reads the figures in the order of the file.
@@ -157,7 +193,13 @@ fn entries_of<'i>(
     entries
 }
 
-fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
+/// Reads the table of a stage. `surfaces` are the stages that generate surfaces.
+fn read_stage(
+    entry: Entry,
+    parameters: &Parameters<'_>,
+    surfaces: &[StageTable],
+    problems: &mut Problems,
+) -> StageTable {
     let span = entry.0.span();
     let name = Spanned { value: entry.0.get_ref().to_string(), span: span.clone() };
     let Some(mut table) = table_of(entry, problems) else {
@@ -173,15 +215,71 @@ fn read_stage(entry: Entry, problems: &mut Problems) -> StageTable {
         FromKey::Optional if !table.contains_key("from") => Some(Vec::new()),
         FromKey::Optional | FromKey::Required => read_from(&mut table, kind, &span, problems),
     };
-    let points = variant.map(|variant| variant.read(table, span, problems));
-    StageTable { name, kind: Some(kind), from, points }
+    let mut swept_parameters = BTreeSet::new();
+    let points = variant.map(|variant| {
+        let inputs = from.iter().flatten().map(|input| {
+            let stage = surfaces.iter().find(|stage| stage.name.value == input.value);
+            (input.value.as_str(), stage.and_then(StageTable::surfaces))
+        });
+        let scope = Scope {
+            parameters: Some(parameters),
+            known: Some(variant.full_contact(inputs.collect())),
+            swept: RefCell::default(),
+        };
+        let points = variant.read(table, span, &scope, problems);
+        swept_parameters = scope.swept.into_inner();
+        points
+    });
+    StageTable { name, kind: Some(kind), from, points, swept_parameters }
 }
 
 impl StageTable {
     /// Creates a stage of which only the name is known. Stages that read it then cause no further
     /// errors.
     fn unreadable(name: Spanned<String>) -> Self {
-        Self { name, kind: None, from: None, points: None }
+        Self { name, kind: None, from: None, points: None, swept_parameters: BTreeSet::new() }
+    }
+
+    /// Returns the parameter points of a stage that generates surfaces.
+    fn surfaces(&self) -> Option<&SurfacePoints> {
+        match &self.points {
+            Some(StagePoints::Generate(points)) => Some(points),
+            _ => None,
+        }
+    }
+}
+
+/// Reports stages that sweep the same parameter as a stage that they read, because they would
+/// combine each of its values with every other one.
+fn report_repeated_sweeps(stages: &[StageTable], problems: &mut Problems) {
+    let inputs = |stage: &StageTable| {
+        let names = stage.from.iter().flatten().map(|name| &name.value);
+        let input = |name: &String| stages.iter().position(|input| input.name.value == *name);
+        names.filter_map(input).collect::<Vec<_>>()
+    };
+    for stage in stages.iter().filter(|stage| !stage.swept_parameters.is_empty()) {
+        let mut pending = inputs(stage);
+        let mut seen = BTreeSet::new();
+        while let Some(index) = pending.pop().filter(|_| !problems.is_full()) {
+            if !seen.insert(index) {
+                continue;
+            }
+            let input = &stages[index];
+            pending.extend(inputs(input));
+            for parameter in stage.swept_parameters.intersection(&input.swept_parameters) {
+                let (early, late) = (&input.name, &stage.name);
+                let message = format!(
+                    "the stages `{}` and `{}` both sweep the parameter `{parameter}`",
+                    early.value, late.value
+                );
+                let label = format!("would combine each value with all rows of `{}`", early.value);
+                let problem = Problem::new(message, late.span.clone(), label);
+                problems.push(problem.and(early.span.clone(), "sweeps it first").help(
+                    "the parameter is a column of the earlier stage, which later stages keep; \
+                     use it in one of the two stages",
+                ));
+            }
+        }
     }
 }
 
@@ -246,97 +344,16 @@ fn unknown_table((key, value): &Entry) -> Problem {
     let problem = Problem::new(
         format!("unknown {what} `{name}`"),
         key.span(),
-        match did_you_mean(name, ["study", "stage", "figure"]) {
+        match did_you_mean(name, ["study", "stage", "figure", "parameters"]) {
             Some(word) => format!("did you mean `{word}`?"),
             None if is_table => format!("if this is a stage, write `[stage.{name}]`"),
             None => "not allowed in a manifest".to_owned(),
         },
     );
     problem.help(
-        "a manifest has one table `[study]`, a table `[stage.NAME]` for each stage and, if it \
-         declares figures, a table `[figure.NAME]` for each of them",
+        "a manifest has one table `[study]`, a table `[stage.NAME]` for each stage and, if it needs \
+         them, `[parameters]` and tables `[figure.NAME]`",
     )
-}
-
-/// Maximum number of syntax errors that are examined, because each requires a search through the
-/// text.
-const MAX_ERRORS: usize = 200;
-
-/// Reports syntax errors, except those that are consequences of other errors.
-pub fn report_syntax(text: &str, errors: &[Error], problems: &mut Problems) {
-    let mut last_line = None;
-    let mut repeated_table: Option<usize> = None;
-    for error in errors.iter().take(MAX_ERRORS) {
-        let mut span = error.span().unwrap_or(text.len()..text.len());
-        span.start = span.start.min(text.len());
-        let line = line_start(text, span.start);
-        // Later errors on a line are mostly consequences of the first one.
-        if last_line.replace(line) == Some(line) {
-            continue;
-        }
-        if error.message() != "duplicate key" {
-            problems.push(syntax_error(text, error, span));
-            continue;
-        }
-        // If a table is repeated, its repeated keys are not reported.
-        let is_within = |table: usize| !text[table..span.start].contains("\n[");
-        if repeated_table.is_some_and(is_within) {
-            continue;
-        }
-        if text[line..].starts_with('[') {
-            repeated_table = Some(line);
-        }
-        problems.push(duplicate(text, line, span));
-    }
-}
-
-fn line_start(text: &str, position: usize) -> usize {
-    text[..position].rfind('\n').map_or(0, |end| end + 1)
-}
-
-fn syntax_error(text: &str, error: &Error, span: Span) -> Problem {
-    if is_decimal_comma(text, span.start) {
-        let message = "invalid TOML: a comma within a number";
-        return Problem::new(message, span, "write the decimal point as `.`");
-    }
-    Problem::new(format!("invalid TOML: {}", error.message()), span, "here")
-}
-
-fn is_decimal_comma(text: &str, position: usize) -> bool {
-    let is_digit = |at: Option<usize>| {
-        at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit)
-    };
-    text.as_bytes().get(position) == Some(&b',')
-        && is_digit(position.checked_sub(1))
-        && is_digit(Some(position + 1))
-}
-
-/// Describes the problem that the key or table at `span` appears twice. `line` is the start of its
-/// line in `text`.
-fn duplicate(text: &str, line: usize, span: Span) -> Problem {
-    let name = text.get(span.clone()).unwrap_or_default();
-    let (what, help) = if text[line..].starts_with('[') {
-        ("the table", "rename one of the stages, or remove it")
-    } else {
-        ("the key", "remove one of them")
-    };
-    let mut problem = Problem::new(
-        format!("{what} `{}` appears twice", name.trim()),
-        span.clone(),
-        "repeated here",
-    )
-    .help(help);
-    let beginning = text.get(line..span.end).unwrap_or_default();
-    let is_end = |rest: &str| rest.starts_with([' ', '\t', '=', ']', '.']);
-    let is_same = |&(position, _): &(usize, &str)| {
-        position == line_start(text, position) && is_end(&text[position + beginning.len()..])
-    };
-    let before = text[..line].match_indices(beginning).filter(is_same).last();
-    if let Some((position, _)) = before.filter(|_| !name.is_empty()) {
-        let end = position + beginning.len();
-        problem = problem.and(end - name.len()..end, "first here");
-    }
-    problem
 }
 
 /// Name of the schema file. The first line of the template refers to this file in the folder of the

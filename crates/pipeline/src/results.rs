@@ -14,6 +14,7 @@ pub mod reader;
 use std::path::{Path, PathBuf};
 
 use crate::adaptive_sampling::{ClaimRule, SampledStudy, SamplingError};
+use crate::manifest::setting::Setting;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::publishing::{RowContext, TableParts};
 use crate::results::reader::ResultReader;
@@ -78,15 +79,16 @@ pub struct StageRows<T = Table> {
     pub is_published: bool,
 }
 
-/// Reads a manifest as [`Study::read`] does. If a surface file is missing, it is assumed to have
+/// Reads a manifest with settings as [`Study::read`] does. If a surface file is missing, it is assumed to have
 /// the same content as when the results were published.
 pub fn read_study(
     manifest: &Path,
+    settings: &[Setting],
     claims: ClaimNames,
     store: &Store,
     folder: &Path,
 ) -> Result<Study, ManifestErrors> {
-    Study::read_recalling(manifest, claims, |name| {
+    Study::read_recalling(manifest, settings, claims, |name| {
         ResultReader::new(store.clone(), &folder.join(name)).recollection()
     })
 }

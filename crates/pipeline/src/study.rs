@@ -15,10 +15,12 @@ use std::sync::OnceLock;
 
 use self::figures::FigureSpec;
 use crate::manifest::Manifest;
+use crate::manifest::composition::{Composition, EffectiveManifest};
+use crate::manifest::setting::Setting;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::names;
 use asperity_stages::StageError;
-use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles, read_regular};
+use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
 use asperity_tables::table::Table;
 
 pub use warnings::Warning;
@@ -38,11 +40,9 @@ pub fn no_claims() -> Vec<&'static str> {
     Vec::new()
 }
 
-/// Maximum size of a manifest in bytes.
-const MAX_MANIFEST_BYTES: u64 = 4 << 20;
-
-/// A study whose manifest is valid.
-#[derive(Debug, Clone, PartialEq)]
+/// A study whose manifest is valid. Two studies are equal if they compute the same, however their
+/// manifests are written.
+#[derive(Debug, Clone)]
 pub struct Study {
     /// Name of the study and of its folder of results.
     pub name: String,
@@ -51,6 +51,8 @@ pub struct Study {
     /// Figures that the manifest declares, in its order.
     pub figures: Vec<FigureSpec>,
     pub sources: SurfaceFiles,
+    /// The manifest after the manifests that it extends and the settings were applied.
+    pub manifest: EffectiveManifest,
 }
 
 /// Collection of the tables of all stages of a study, without rows. Each table is derived when it
@@ -98,14 +100,26 @@ pub struct Stage {
     pub work: Work,
 }
 
+impl PartialEq for Study {
+    fn eq(&self, other: &Study) -> bool {
+        (&self.name, &self.stages, &self.figures, &self.sources)
+            == (&other.name, &other.stages, &other.figures, &other.sources)
+    }
+}
+
 impl Study {
-    /// Reads a manifest and the surface files that it names.
+    /// Reads a manifest, the manifests that it extends and the surface files that it names.
+    /// `settings` override keys of the manifest.
     ///
     /// # Errors
     /// Returns all problems of the manifest, or the reason why it cannot be read.
-    pub fn read(path: &Path, claims: ClaimNames) -> Result<Study, ManifestErrors> {
-        let file = path.display().to_string();
-        Study::parse(&read_text(path)?, &file, folder(path), claims)
+    pub fn read(
+        path: &Path,
+        settings: &[Setting],
+        claims: ClaimNames,
+    ) -> Result<Study, ManifestErrors> {
+        let composition = Composition::read(path, settings)?;
+        Study::validated(&composition, SurfaceFiles::new(folder(path)), claims)
     }
 
     /// Reads a manifest whose results exist. If a surface file cannot be read, the properties that
@@ -115,18 +129,22 @@ impl Study {
     /// Returns the same errors as [`Study::read`], except for files that `recall` knows.
     pub fn read_recalling(
         path: &Path,
+        settings: &[Setting],
         claims: ClaimNames,
         recall: impl FnOnce(&str) -> RecordedFiles,
     ) -> Result<Study, ManifestErrors> {
-        let (text, file) = (read_text(path)?, path.display().to_string());
-        Study::parse(&text, &file, folder(path), claims).or_else(|errors| {
-            let manifest = Manifest::parse(&text, &mut Problems::default());
+        let composition = Composition::read(path, settings)?;
+        let sources = SurfaceFiles::new(folder(path));
+        Study::validated(&composition, sources, claims).or_else(|errors| {
+            let ignored = &mut Problems::default();
+            let document = composition.document(ignored);
+            let manifest = document.map(|document| Manifest::read(document, ignored));
             let name = manifest.as_ref().and_then(Manifest::study_name);
             let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
             };
             let sources = SurfaceFiles::with_records(folder(path), recall(name));
-            Study::validated(&text, &file, sources, claims)
+            Study::validated(&composition, sources, claims)
         })
     }
 
@@ -161,8 +179,8 @@ impl Study {
 
     /// Parses and validates the text of a manifest.
     ///
-    /// `file` is the name of the manifest in messages. Paths of surface files are relative to
-    /// `folder`. `claims` returns the names of the claims that the manifest can name.
+    /// `file` is the name of the manifest in messages. Paths of surface files and of extended
+    /// manifests are relative to `folder`. `claims` returns the names of the claims that the manifest can name.
     ///
     /// # Errors
     /// Returns all problems of the manifest that can be found in one pass.
@@ -172,21 +190,25 @@ impl Study {
         folder: &Path,
         claims: ClaimNames,
     ) -> Result<Study, ManifestErrors> {
-        Study::validated(text, file, SurfaceFiles::new(folder), claims)
+        let composition = Composition::new(text.to_owned(), file, folder, None, &[])?;
+        Study::validated(&composition, SurfaceFiles::new(folder), claims)
     }
 
     fn validated(
-        text: &str,
-        file: &str,
+        composition: &Composition,
         sources: SurfaceFiles,
         claims: ClaimNames,
     ) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
-        let study = Manifest::parse(text, &mut problems)
-            .and_then(|manifest| validate::validate(&manifest, sources, claims, &mut problems));
+        let study = composition.document(&mut problems).and_then(|document| {
+            let effective = composition.effective(&document);
+            let manifest = Manifest::read(document, &mut problems);
+            let study = validate::validate(&manifest, sources, claims, &mut problems)?;
+            Some(Study { manifest: effective, ..study })
+        });
         match study {
             Some(study) if problems.is_empty() => Ok(study),
-            _ => Err(problems.into_errors(file, text)),
+            _ => Err(composition.errors(problems)),
         }
     }
 }
@@ -194,28 +216,4 @@ impl Study {
 /// Returns the folder of a manifest.
 fn folder(manifest: &Path) -> &Path {
     manifest.parent().unwrap_or(Path::new(""))
-}
-
-/// Reads the text of a manifest.
-fn read_text(path: &Path) -> Result<String, ManifestErrors> {
-    let file = path.display().to_string();
-    let unreadable = |reason: String| {
-        let mut problems = Problems::default();
-        let problem = Problem::without_position(format!("cannot read manifest `{file}`: {reason}"));
-        let with_ending = path.with_extension("toml");
-        let meant = path.extension().is_none() && with_ending.is_file();
-        problems.push(if meant {
-            problem.help(format!("did you mean `{}`?", with_ending.display()))
-        } else {
-            problem
-        });
-        problems.into_errors(&file, "")
-    };
-    let bytes = read_regular(path, MAX_MANIFEST_BYTES);
-    let bytes = bytes.map_err(|error| unreadable(error.to_string()))?;
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
-        unreadable(format!("line {line} is not UTF-8"))
-    })
 }

@@ -14,6 +14,7 @@ use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Reads, Recipe, RowKind, StageError, Work, aggregate, correct, measure, solve};
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::diagnostics::{Problems, Span};
+use asperity_manifest::keys::derived::{KnownNumber, Scope};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::validation::unknown_word;
 use asperity_manifest::keys::{KeyTable, Layout, Section, reader};
@@ -164,11 +165,12 @@ impl StageVariant {
     }
 
     /// Returns the keys that the stage can have, for messages about unknown keys.
-    fn expected_keys(self) -> ExpectedKeys {
+    fn expected_keys<'a>(self, scope: &'a Scope<'a>) -> ExpectedKeys<'a> {
         ExpectedKeys {
             table: self.describe(),
             common: self.common_keys(),
             owner: Box::new(move |key| self.owner(key).map(StageVariant::describe)),
+            scope: Some(scope),
         }
     }
 
@@ -206,10 +208,31 @@ impl StageVariant {
         }
     }
 
+    /// Returns the load of full contact, which expressions of a stage can use. `inputs` are the
+    /// names of the stages that the stage reads, with the points of those that generate surfaces.
+    pub fn full_contact<'a>(
+        self,
+        inputs: Vec<(&'a str, Option<&'a SurfacePoints>)>,
+    ) -> KnownNumber<'a> {
+        KnownNumber {
+            name: solve::full_contact::NAME,
+            value: Box::new(move |key, point| match self {
+                StageVariant::Solve => solve::full_contact::load(&inputs, key, point),
+                _ => Err("it is known only in the loads of `solve` stages".to_owned()),
+            }),
+        }
+    }
+
     /// Reads the table of a stage. The keys `kind`, `from` and the selecting key must have been
-    /// removed from the table.
-    pub fn read(self, table: DeTable, span: Span, problems: &mut Problems) -> StagePoints {
-        let expected = &self.expected_keys();
+    /// removed from the table. `scope` has the names that expressions can use besides keys.
+    pub fn read(
+        self,
+        table: DeTable,
+        span: Span,
+        scope: &Scope<'_>,
+        problems: &mut Problems,
+    ) -> StagePoints {
+        let expected = &self.expected_keys(scope);
         match self {
             StageVariant::Generate(method) => {
                 StagePoints::Generate(method.read(table, span, expected, problems))

@@ -8,7 +8,7 @@ mod mesh;
 pub mod method;
 pub mod origin;
 mod random;
-mod shapes;
+pub mod shapes;
 pub mod spectrum;
 
 use std::borrow::Cow;

@@ -7,6 +7,7 @@
 mod asperities;
 mod contact;
 mod fields;
+pub mod full_contact;
 pub mod keys;
 mod loads;
 mod parallel;

@@ -1,6 +1,7 @@
 //! Reports keys that a table does not have.
 
 use super::Layout;
+use super::derived::Scope;
 use crate::diagnostics::{Problem, Span, did_you_mean, listed};
 
 /// Keys that have been renamed: old name, new name, and help.
@@ -14,8 +15,9 @@ const RENAMED: [(&str, &str, &str); 1] = [(
 /// Function that returns the name of another table that has a key, for messages.
 pub type FindOwner = dyn Fn(&str) -> Option<String>;
 
-/// The keys that a table can have, for messages about unknown keys.
-pub struct ExpectedKeys {
+/// The keys that a table can have, for messages about unknown keys, and the names that its
+/// expressions can use.
+pub struct ExpectedKeys<'a> {
     /// Name of the table in messages.
     pub table: String,
     /// Keys that the table can have in addition to those of its [`Layout`], such as `kind` and
@@ -24,12 +26,14 @@ pub struct ExpectedKeys {
     /// Function that finds another table that has a key, for messages about a key unknown to this
     /// table.
     pub owner: Box<FindOwner>,
+    /// The names that expressions can use, or `None` if numbers cannot be expressions.
+    pub scope: Option<&'a Scope<'a>>,
 }
 
-impl ExpectedKeys {
+impl ExpectedKeys<'_> {
     /// Creates the expected keys of a table that has only the keys of its [`Layout`].
     pub fn of_table(table: &str) -> Self {
-        Self { table: table.to_owned(), common: Vec::new(), owner: Box::new(|_| None) }
+        Self { table: table.to_owned(), common: Vec::new(), owner: Box::new(|_| None), scope: None }
     }
 
     /// Returns the problem of an unknown key, and the key that was probably meant.

@@ -154,6 +154,11 @@ impl Layout {
         Some(serde_json::from_value(default).expect("a declared default has the type of its key"))
     }
 
+    /// Returns the declared default of a key, if it has one that is a number.
+    pub fn default_number(&self, path: &str) -> Option<f64> {
+        self.declared(path)?.get("default")?.as_f64()
+    }
+
     /// Returns the schema of a key, or of a key of an inner table, such as `loads.from`.
     fn declared(&self, path: &str) -> Option<&Value> {
         let mut names = path.split('.');

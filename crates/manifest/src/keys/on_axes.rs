@@ -19,7 +19,7 @@ use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeTable, DeValue};
 
 use super::Layout;
-use super::bounds::number;
+use super::reader::plain;
 
 /// One number for both axes, or one number for each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -110,8 +110,13 @@ impl Notation {
         let items: Vec<_> = list.iter().map(TomlSpanned::get_ref).collect();
         match items.as_slice() {
             items if items.iter().any(|item| item.is_array()) => Notation::Pairs,
-            [x, y] if [x, y].iter().all(|item| item.is_integer() || item.is_float()) => {
-                Notation::TwoNumbers(number(x) != number(y))
+            // A text is an expression.
+            [x, y]
+                if [x, y]
+                    .iter()
+                    .all(|item| item.is_integer() || item.is_float() || item.is_str()) =>
+            {
+                Notation::TwoNumbers(plain(x) != plain(y))
             }
             _ => Notation::Other,
         }

@@ -12,13 +12,13 @@ use serde::de::DeserializeOwned;
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue, Error, ValueDeserializer};
 
+use super::derived::{Expressions, Point, replaced};
 use super::expected_keys::ExpectedKeys;
 use super::on_axes::Pairs;
+use super::parameters::Parameters;
 use super::validation::{found, validate};
 use super::{KeyTable, Layout};
 use crate::diagnostics::{Problem, Problems, Span, listed};
-
-type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
 
 /// Maximum number of points of a parameter grid. A larger grid is probably a mistake, and checking
 /// it would take long.
@@ -68,12 +68,14 @@ pub fn deserialize<T: DeserializeOwned>(value: TomlSpanned<DeValue<'_>>) -> Resu
 pub fn read<T: KeyTable>(
     table: DeTable<'_>,
     span: Span,
-    expected: &ExpectedKeys,
+    expected: &ExpectedKeys<'_>,
     problems: &mut Problems,
 ) -> Section<T> {
+    let layout = T::layout();
     let mut reader = Reader::<T> {
-        layout: T::layout(),
-        pairs: Pairs::among(&table, T::layout()),
+        layout,
+        pairs: Pairs::among(&table, layout),
+        expressions: expected.scope.map(|scope| Expressions { layout, scope }),
         expected,
         problems,
         grid: Grid::default(),
@@ -91,18 +93,20 @@ pub fn read<T: KeyTable>(
     if let Some(cases) = cases {
         reader.cases(cases);
     }
-    let (grid, reported_keys, pairs) = (reader.grid, reader.reported_keys, reader.pairs);
-    let points = grid.spread(&span).unwrap_or_else(|problem| {
-        problems.push(problem);
+    reader.sweep_parameters();
+    let points = reader.spread(&span).unwrap_or_else(|problem| {
+        reader.problems.push(problem);
         Vec::new()
     });
+    let (reported_keys, pairs) = (reader.reported_keys, reader.pairs);
     Section { span, points, reported_keys, may_be_swept: pairs.may_be_swept }
 }
 
 struct Reader<'a, 'i, T> {
     layout: &'static Layout,
     pairs: Pairs,
-    expected: &'a ExpectedKeys,
+    expressions: Option<Expressions<'a>>,
+    expected: &'a ExpectedKeys<'a>,
     problems: &'a mut Problems,
     grid: Grid<'i>,
     reported_keys: BTreeSet<String>,
@@ -167,25 +171,10 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         }
         let mut values: Vec<_> = values.into_iter().collect();
         values.retain(|value| self.is_valid(&key, value));
-        self.remove_repeats(key.get_ref(), &mut values);
+        remove_repeats(key.get_ref(), &mut values, self.problems);
         if !values.is_empty() {
             self.grid.axes.insert(axis, Axis { key, values });
         }
-    }
-
-    /// Removes and reports values that a swept list contains twice, because their results would
-    /// count twice.
-    fn remove_repeats(&mut self, key: &str, values: &mut Vec<TomlSpanned<DeValue<'i>>>) {
-        let mut seen = BTreeMap::new();
-        values.retain(|value| {
-            let Some(before) = seen.insert(plain(value.get_ref()), value.span()) else {
-                return true;
-            };
-            let message = format!("`{key}` is swept over the same value twice");
-            let problem = Problem::new(message, value.span(), "here again");
-            self.problems.push(problem.and(before, "first here"));
-            false
-        });
     }
 
     fn cases(&mut self, value: TomlSpanned<DeValue<'i>>) {
@@ -252,6 +241,131 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         false
     }
 
+    /// Adds an axis for each swept parameter that the table uses, at the place of the first swept
+    /// key that uses it.
+    fn sweep_parameters(&mut self) {
+        let Some(expressions) = self.expressions else {
+            return;
+        };
+        let Grid { shared, axes, cases, .. } = &self.grid;
+        let in_all_cases = |name: &str| {
+            let cases = cases.as_deref().unwrap_or_default();
+            !cases.is_empty() && cases.iter().all(|(_, case)| case.contains_key(name))
+        };
+        let is_given = |name: &str| {
+            shared.contains_key(name)
+                || axes.values().any(|axis| axis.key.get_ref() == name)
+                || in_all_cases(name)
+        };
+        let axis_values =
+            axes.values().flat_map(|axis| axis.values.iter().map(|value| (&axis.key, value)));
+        let case_values = cases.iter().flatten().flat_map(|(_, case)| case);
+        let mut first_keys = BTreeMap::<String, (usize, Span)>::new();
+        for (key, value) in shared.iter().chain(axis_values).chain(case_values) {
+            let key = key.get_ref().as_ref();
+            let swept = self.layout.swept.iter().position(|swept| *swept == key);
+            for name in expressions.swept_in(key, value, is_given) {
+                let user = (swept.unwrap_or(usize::MAX), value.span());
+                let first = first_keys.entry(name).or_insert(user.clone());
+                if user.0 < first.0 {
+                    *first = user;
+                }
+            }
+        }
+        for (name, (axis, span)) in first_keys {
+            expressions.scope.swept.borrow_mut().insert(name.clone());
+            if axis == usize::MAX {
+                let swept = self.layout.swept.iter().copied();
+                let message =
+                    format!("the parameter `{name}` is a list, and this key is not swept");
+                let help = format!("the swept keys are {}", listed(swept, "and"));
+                self.problems.push(Problem::new(message, span, "must be one number").help(help));
+            } else {
+                self.grid.parameters.push((axis, name));
+            }
+        }
+        self.grid.parameters.sort();
+    }
+
+    /// Deserialises every parameter point, or returns a problem if there are too many points.
+    fn spread(&mut self, span: &Span) -> Result<Vec<GridPoint<T>>, Problem> {
+        let mut grid = std::mem::take(&mut self.grid);
+        let cases = grid.cases.take().unwrap_or_else(|| vec![(span.clone(), DeTable::new())]);
+        let axes = grid.axes(self.expressions.and_then(|own| own.scope.parameters));
+        let lengths = axes.iter().map(Values::len);
+        let combinations = lengths.fold(1, usize::saturating_mul);
+        let points = combinations.saturating_mul(cases.len());
+        let shared = grid.shared.values().map(|value| size(value.get_ref()));
+        let values = points.saturating_mul(shared.sum::<usize>() + axes.len());
+        if points > 1 && (points > MAX_POINTS || values > MAX_VALUES) {
+            return Err(too_many(points, values, span));
+        }
+        let mut spread = Vec::with_capacity(points);
+        for (span, case) in &cases {
+            for combination in 0..combinations {
+                let mut table = grid.shared.clone();
+                let mut parameters = BTreeMap::new();
+                for chosen in choose(&axes, combination) {
+                    match chosen {
+                        Values::OfKey(key, values) => {
+                            table.insert(key.clone(), values[0].clone());
+                        }
+                        Values::OfParameter(name, values) => {
+                            parameters.insert(name, &values[0]);
+                        }
+                    }
+                }
+                table.extend(case.clone());
+                let span = span.clone();
+                match self.point(table, &parameters, &span) {
+                    Ok(table) => spread.push(GridPoint { table, span }),
+                    // Values that satisfy the schema can be deserialised; this is a safeguard.
+                    Err(error) => return Err(Problem::new(error.message(), span, "here")),
+                }
+            }
+        }
+        Ok(spread)
+    }
+
+    /// Evaluates the expressions of a point and deserialises it. A key without a valid result is
+    /// left out.
+    fn point(
+        &mut self,
+        table: DeTable<'_>,
+        parameters: &BTreeMap<&str, &TomlSpanned<DeValue<'_>>>,
+        span: &Span,
+    ) -> Result<T, Error> {
+        let deserialized =
+            |table| deserialize(TomlSpanned::new(span.clone(), DeValue::Table(table)));
+        let Some(expressions) = self.expressions else {
+            return deserialized(table);
+        };
+        let reported = &self.reported_keys;
+        let (numbers, problems) = Point::evaluate(expressions, &table, parameters, reported);
+        if numbers.is_empty() {
+            return deserialized(table);
+        }
+        // One problem of each key is enough, because other points often have similar ones.
+        let is_new = |(key, _): &(String, Problem)| !self.reported_keys.contains(key);
+        let new = problems.into_iter().filter(is_new);
+        new.for_each(|(_, problem)| self.problems.push(problem));
+        let mut plain = DeTable::new();
+        for (key, value) in table {
+            let name = key.get_ref().to_string();
+            let value = replaced(value, &numbers);
+            let mistakes = value.iter().flat_map(|value| validate(self.layout, &name, value, None));
+            let mistakes: Vec<_> = mistakes.collect();
+            match value {
+                Some(value) if mistakes.is_empty() => {
+                    plain.insert(key, value);
+                }
+                _ if !self.reported_keys.insert(name) => {}
+                _ => mistakes.into_iter().for_each(|mistake| self.problems.push(mistake)),
+            }
+        }
+        deserialized(plain)
+    }
+
     /// Validates a value and reports all mistakes in it. Returns whether the value is valid.
     fn is_valid(
         &mut self,
@@ -259,7 +373,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         value: &TomlSpanned<DeValue<'i>>,
     ) -> bool {
         let name = key.get_ref().as_ref();
-        let mistakes = validate(self.layout, name, value);
+        let mistakes = validate(self.layout, name, value, self.expressions);
         let is_valid = mistakes.is_empty();
         if !is_valid {
             self.reported_keys.insert(name.to_owned());
@@ -267,6 +381,25 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         mistakes.into_iter().for_each(|mistake| self.problems.push(mistake));
         is_valid
     }
+}
+
+/// Removes and reports values that a swept list contains twice, because their results would count
+/// twice.
+pub fn remove_repeats(
+    key: &str,
+    values: &mut Vec<TomlSpanned<DeValue<'_>>>,
+    problems: &mut Problems,
+) {
+    let mut seen = BTreeMap::new();
+    values.retain(|value| {
+        let Some(before) = seen.insert(plain(value.get_ref()), value.span()) else {
+            return true;
+        };
+        let message = format!("`{key}` is swept over the same value twice");
+        let problem = Problem::new(message, value.span(), "here again");
+        problems.push(problem.and(before, "first here"));
+        false
+    });
 }
 
 /// Returns a list unchanged, and any other value as a list of one value.
@@ -281,7 +414,7 @@ pub fn as_list(value: TomlSpanned<DeValue<'_>>) -> TomlSpanned<DeValue<'_>> {
 }
 
 /// Formats a value in canonical notation, in which `1`, `1.0` and `1e0` are equal.
-fn plain(value: &DeValue<'_>) -> String {
+pub(super) fn plain(value: &DeValue<'_>) -> String {
     let exact = |number: i128| number.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS;
     match value {
         DeValue::Integer(integer) => {
@@ -309,12 +442,30 @@ struct Grid<'i> {
     shared: DeTable<'i>,
     /// Swept lists by the index of their keys in [`Layout::swept`].
     axes: BTreeMap<usize, Axis<'i>>,
+    /// Swept parameters, each with the index of the first swept key that uses it.
+    parameters: Vec<(usize, String)>,
     cases: Option<Vec<(Span, DeTable<'i>)>>,
 }
 
 struct Axis<'i> {
     key: TomlSpanned<DeString<'i>>,
     values: Vec<TomlSpanned<DeValue<'i>>>,
+}
+
+/// The values of an axis of the grid.
+#[derive(Clone, Copy)]
+enum Values<'g, 'i> {
+    OfKey(&'g TomlSpanned<DeString<'i>>, &'g [TomlSpanned<DeValue<'i>>]),
+    OfParameter(&'g str, &'g [TomlSpanned<DeValue<'g>>]),
+}
+
+impl Values<'_, '_> {
+    fn len(&self) -> usize {
+        match self {
+            Values::OfKey(_, values) => values.len(),
+            Values::OfParameter(_, values) => values.len(),
+        }
+    }
 }
 
 impl<'i> Grid<'i> {
@@ -327,34 +478,19 @@ impl<'i> Grid<'i> {
         axis.or_else(shared).map(TomlSpanned::span)
     }
 
-    /// Deserialises every parameter point, or returns a problem if there are too many points.
-    fn spread<T: DeserializeOwned>(self, span: &Span) -> Result<Vec<GridPoint<T>>, Problem> {
-        let cases = self.cases.unwrap_or_else(|| vec![(span.clone(), DeTable::new())]);
-        let axes: Vec<Axis> = self.axes.into_values().collect();
-        let lengths = axes.iter().map(|axis| axis.values.len());
-        let combinations = lengths.fold(1, usize::saturating_mul);
-        let points = combinations.saturating_mul(cases.len());
-        let shared = self.shared.values().map(|value| size(value.get_ref()));
-        let values = points.saturating_mul(shared.sum::<usize>() + axes.len());
-        if points > 1 && (points > MAX_POINTS || values > MAX_VALUES) {
-            return Err(too_many(points, values, span));
-        }
-        let mut spread = Vec::with_capacity(points);
-        for (span, case) in &cases {
-            for combination in 0..combinations {
-                let mut table = self.shared.clone();
-                table.extend(choose(&axes, combination));
-                table.extend(case.clone());
-                let value = TomlSpanned::new(span.clone(), DeValue::Table(table));
-                let span = span.clone();
-                match deserialize(value) {
-                    Ok(table) => spread.push(GridPoint { table, span }),
-                    // Values that satisfy the schema can be deserialised; this is a safeguard.
-                    Err(error) => return Err(Problem::new(error.message(), span, "here")),
-                }
-            }
-        }
-        Ok(spread)
+    /// Returns the axes in the order of their keys. The axis of a parameter precedes that of the
+    /// key that uses it.
+    fn axes<'g>(&'g self, parameters: Option<&'g Parameters<'g>>) -> Vec<Values<'g, 'i>> {
+        let of_parameters = self.parameters.iter().filter_map(|(index, name)| {
+            let values = &parameters?.get(name)?.values;
+            Some((*index, Values::OfParameter(name, values)))
+        });
+        let of_keys = self.axes.iter();
+        let of_keys = of_keys.map(|(&index, axis)| (index, Values::OfKey(&axis.key, &axis.values)));
+        let mut axes: Vec<_> = of_parameters.chain(of_keys).collect();
+        // The sort is stable.
+        axes.sort_by_key(|(index, _)| *index);
+        axes.into_iter().map(|(_, values)| values).collect()
     }
 }
 
@@ -370,11 +506,14 @@ fn too_many(points: usize, values: usize, span: &Span) -> Problem {
 
 /// Returns one value of each axis. The indices of the values are the digits of `combination` in the
 /// mixed radix of the numbers of values; the index of the last axis is the lowest digit.
-fn choose<'i>(axes: &[Axis<'i>], mut combination: usize) -> Vec<Entry<'i>> {
+fn choose<'g, 'i>(axes: &[Values<'g, 'i>], mut combination: usize) -> Vec<Values<'g, 'i>> {
     let choice = axes.iter().rev().map(|axis| {
-        let index = combination % axis.values.len();
-        combination /= axis.values.len();
-        (axis.key.clone(), axis.values[index].clone())
+        let index = combination % axis.len();
+        combination /= axis.len();
+        match *axis {
+            Values::OfKey(key, values) => Values::OfKey(key, &values[index..=index]),
+            Values::OfParameter(name, values) => Values::OfParameter(name, &values[index..=index]),
+        }
     });
     choice.collect()
 }

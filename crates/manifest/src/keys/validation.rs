@@ -7,19 +7,26 @@ use toml::de::DeValue;
 
 use super::Layout;
 use super::bounds::out_of_bounds;
+use super::derived::Expressions;
 use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
 
-/// Validates the value of a key of a table, and returns the mistakes in it.
-pub fn validate(layout: &Layout, name: &str, value: &Written<'_>) -> Vec<Problem> {
+/// Validates the value of a key of a table, and returns the mistakes in it. With `expressions`, the
+/// value may contain expressions, whose results are not validated.
+pub fn validate(
+    layout: &Layout,
+    name: &str,
+    value: &Written<'_>,
+    expressions: Option<Expressions<'_>>,
+) -> Vec<Problem> {
     let is_sweep = value.get_ref().is_array() && !layout.swept.contains(&name);
     let help_for_lists =
         (is_sweep && !layout.swept.is_empty() && !layout.takes_pairs(name)).then(|| {
             format!("only lists of {} are swept", listed(layout.swept.iter().copied(), "and"))
         });
     let mut problems = Vec::new();
-    let root = ValuePath { path: name, is_item: false, help_for_lists };
+    let root = ValuePath { path: name, is_item: false, help_for_lists, expressions };
     root.check(value, &layout.properties()[name], None, &mut problems);
     problems
 }
@@ -28,7 +35,7 @@ pub fn validate(layout: &Layout, name: &str, value: &Written<'_>) -> Vec<Problem
 /// `name`.
 pub fn validate_against(schema: &Value, name: &str, value: &Written<'_>) -> Vec<Problem> {
     let mut problems = Vec::new();
-    let root = ValuePath { path: name, is_item: false, help_for_lists: None };
+    let root = ValuePath { path: name, is_item: false, help_for_lists: None, expressions: None };
     root.check(value, schema, None, &mut problems);
     problems
 }
@@ -49,6 +56,8 @@ struct ValuePath<'a> {
     is_item: bool,
     /// Help if the value is a list and must not be one.
     help_for_lists: Option<String>,
+    /// The expressions that the table may contain.
+    expressions: Option<Expressions<'a>>,
 }
 
 impl ValuePath<'_> {
@@ -67,6 +76,12 @@ impl ValuePath<'_> {
         let alternatives = alternatives(schema);
         let mut fitting = alternatives.iter().copied().filter(|one| is_of_type(value, one));
         let words = words(&alternatives);
+        let expressions = self.expressions.iter();
+        let checked = expressions.filter_map(|own| own.check(path, written, &alternatives)).next();
+        if let Some(found) = checked {
+            problems.extend(found);
+            return;
+        }
         let problem = |message: String, label: String| {
             let problem = Problem::new(message, written.span(), label);
             match help {
@@ -139,7 +154,8 @@ impl ValuePath<'_> {
             let name = key.get_ref().as_ref();
             if let Some(rules) = keys.get(name).or(more) {
                 let path = format!("{path}.{name}");
-                let inner = ValuePath { path: &path, is_item: false, help_for_lists: None };
+                let inner =
+                    ValuePath { path: &path, is_item: false, help_for_lists: None, ..*self };
                 inner.check(value, rules, help, problems);
                 continue;
             }
@@ -204,7 +220,7 @@ fn shown(value: &DeValue<'_>) -> String {
     }
 }
 
-fn is_of_type(value: &DeValue<'_>, schema: &Value) -> bool {
+pub(super) fn is_of_type(value: &DeValue<'_>, schema: &Value) -> bool {
     let is = |kind| is_type(schema, kind);
     match value {
         DeValue::String(_) => is("string"),
@@ -225,7 +241,7 @@ pub(super) fn is_type(schema: &Value, kind: &str) -> bool {
 }
 
 /// Returns the words of which a text must be one. The list is empty if any text is valid.
-fn words<'a>(alternatives: &[&'a Value]) -> Vec<&'a str> {
+pub(super) fn words<'a>(alternatives: &[&'a Value]) -> Vec<&'a str> {
     let texts = alternatives.iter().filter(|one| is_type(one, "string"));
     let words = texts.map(|text| match (text.get("const"), text.get("enum")) {
         (Some(Value::String(word)), _) => Some(vec![word.as_str()]),
@@ -372,7 +388,7 @@ mod tests {
     fn problems(text: &str) -> Vec<String> {
         let table = DeTable::parse(text).unwrap().into_inner();
         let (key, value) = table.iter().next().unwrap();
-        let problems = validate(Example::layout(), key.get_ref(), value);
+        let problems = validate(Example::layout(), key.get_ref(), value, None);
         problems.iter().map(ToString::to_string).collect()
     }
 

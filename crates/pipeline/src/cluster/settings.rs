@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
-use crate::manifest::report_syntax;
+use crate::manifest::syntax::report_syntax;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, did_you_mean};
 use asperity_manifest::keys::checks::Checks;

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::cluster::settings::Settings;
 use crate::cluster::sizing::Sizing;
 use crate::cluster::slurm::Job;
+use crate::manifest::setting::Setting;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, write_whole};
 
@@ -29,12 +30,14 @@ pub struct ScriptPaths {
 }
 
 /// Options that the scripts pass on to the commands.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct ScriptOptions {
     /// True if the last job writes the HTML report.
     pub report: bool,
     /// True if the results of another manifest may be overwritten.
     pub replace: bool,
+    /// Settings that override keys of the manifest.
+    pub settings: Vec<Setting>,
 }
 
 /// Batch scripts of one submission.
@@ -78,6 +81,8 @@ struct TemplateValues<'a> {
     logs: String,
     report: bool,
     replace: bool,
+    /// Options of the commands that override keys of the manifest.
+    settings: String,
 }
 
 impl Scripts {
@@ -109,6 +114,7 @@ impl Scripts {
             logs: quoted(&paths.folder.join("logs")).replace('%', "%%"),
             report: options.report,
             replace: options.replace,
+            settings: options.settings.iter().map(Setting::option).collect(),
         };
         values.common = render(include_str!("script/common.sh"), &values);
         let element = render(include_str!("script/element.sh"), &values) + "\n";
@@ -278,7 +284,7 @@ mod tests {
             manifest: format!("{folder}/quarter.toml").into(),
             folder: format!("{folder}/data/cluster/quarter").into(),
         };
-        let options = ScriptOptions { report: true, replace: false };
+        let options = ScriptOptions { report: true, ..ScriptOptions::default() };
         Scripts::new("quarter", &sizing, &settings, &paths, options)
     }
 

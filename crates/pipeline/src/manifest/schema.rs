@@ -10,6 +10,15 @@ use asperity_stages::form::{FromKey, StageVariant};
 
 /// Returns the JSON Schema of manifests in draft 7, which the TOML extensions of editors support.
 pub fn schema() -> Value {
+    let mut schema = declared();
+    let stages = schema.pointer_mut("/properties/stage/additionalProperties/oneOf");
+    let stages = stages.and_then(Value::as_array_mut).into_iter().flatten();
+    stages.for_each(accept_expressions);
+    schema
+}
+
+/// Returns the schema of the keys as they are declared, in which no number is an expression.
+pub fn declared() -> Value {
     let stages: Vec<Value> = StageVariant::all().map(stage).collect();
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -18,6 +27,7 @@ pub fn schema() -> Value {
         "type": "object",
         "properties": {
             "study": StudyTable::layout().schema,
+            "parameters": parameters(),
             "stage": {
                 "description": "Stages of the study, each a table `[stage.NAME]`.",
                 "type": "object",
@@ -35,6 +45,64 @@ pub fn schema() -> Value {
         "required": ["study", "stage"],
         "additionalProperties": false,
     })
+}
+
+fn parameters() -> Value {
+    let value = json!({ "type": ["number", "string"], "pattern": EXPRESSION });
+    json!({
+        "description": "Named numbers, lists of numbers to sweep, and expressions in other \
+                        parameters, which keys of stages use in expressions.",
+        "type": "object",
+        "propertyNames": { "pattern": "^[A-Za-z_][A-Za-z0-9_]*$" },
+        "additionalProperties": {
+            "anyOf": [value, { "type": "array", "items": value, "minItems": 1 }],
+        },
+    })
+}
+
+/// Regular expression of expressions: they contain a letter or an operator.
+const EXPRESSION: &str = "[A-Za-z_*/^()+]";
+/// Regular expression of expressions for keys that also take words: they contain an operator.
+const OPERATION: &str = "[*/^()+]";
+
+/// Lets all numbers in a schema be expressions.
+fn accept_expressions(schema: &mut Value) {
+    accept_expressions_within(schema, if takes_words(schema) { OPERATION } else { EXPRESSION });
+}
+
+/// Returns whether one of the alternatives of a schema, or of the items of a list, is a word.
+fn takes_words(schema: &Value) -> bool {
+    let alternatives = ["anyOf", "oneOf"].into_iter();
+    let mut alternatives = alternatives.filter_map(|rule| schema.get(rule)?.as_array()).flatten();
+    let is_word = schema.get("enum").or(schema.get("const")).is_some();
+    is_word || alternatives.any(takes_words) || schema.get("items").is_some_and(takes_words)
+}
+
+fn accept_expressions_within(schema: &mut Value, pattern: &str) {
+    let kinds = match schema.get("type") {
+        Some(Value::Array(kinds)) => kinds.clone(),
+        Some(kind) => vec![kind.clone()],
+        None => Vec::new(),
+    };
+    if kinds.iter().any(|kind| kind == "number" || kind == "integer") {
+        schema["type"] = [kinds, vec![json!("string")]].concat().into();
+        schema["pattern"] = json!(pattern);
+    }
+    for rule in ["anyOf", "oneOf"] {
+        let alternatives = schema.get_mut(rule).and_then(Value::as_array_mut);
+        let alternatives = alternatives.into_iter().flatten();
+        alternatives.for_each(|one| accept_expressions_within(one, pattern));
+    }
+    if let Some(items) = schema.get_mut("items") {
+        accept_expressions(items);
+    }
+    for rule in ["properties", "patternProperties"] {
+        let keys = schema.get_mut(rule).and_then(Value::as_object_mut);
+        keys.into_iter().flatten().for_each(|(_, key)| accept_expressions(key));
+    }
+    if let Some(more) = schema.get_mut("additionalProperties").filter(|more| more.is_object()) {
+        accept_expressions(more);
+    }
 }
 
 /// Returns the schema of the table of a stage.

@@ -327,7 +327,7 @@ fn manifests_that_ship_make_sense() {
     let entries = fs::read_dir(root.join("manifests")).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
     for path in paths.filter(|path| path.extension().is_some_and(|end| end == "toml")) {
-        if let Err(errors) = Study::read(&path, crate::study::no_claims) {
+        if let Err(errors) = Study::read(&path, &[], crate::study::no_claims) {
             panic!("{}", errors.render(false));
         }
     }
@@ -335,12 +335,12 @@ fn manifests_that_ship_make_sense() {
 
 #[test]
 fn a_manifest_that_cannot_be_read_says_why() {
-    let missing = Study::read(Path::new("no/such.toml"), crate::study::no_claims).unwrap_err();
+    let missing = Study::read(Path::new("no/such.toml"), &[], crate::study::no_claims).unwrap_err();
     assert!(missing.render(false).contains("cannot read manifest `no/such.toml`"));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("latin.toml");
     fs::write(&file, b"[study]\nname = \"\xe9\"\n").unwrap();
-    let latin = Study::read(&file, crate::study::no_claims).unwrap_err().render(false);
+    let latin = Study::read(&file, &[], crate::study::no_claims).unwrap_err().render(false);
     assert!(latin.contains("line 2 is not UTF-8"), "{latin}");
 }
 

@@ -2,6 +2,7 @@
 
 use arrow::datatypes::DataType;
 
+use crate::manifest::composition::EffectiveManifest;
 use crate::manifest::{Manifest, StageTable, StudyTable};
 use crate::study::figures;
 use crate::study::graph::Graph;
@@ -75,6 +76,7 @@ pub fn validate(
         stages: stages.collect::<Option<_>>()?,
         figures: figures?,
         sources: validator.sources,
+        manifest: EffectiveManifest::default(),
     })
 }
 

@@ -156,7 +156,7 @@ impl LawWord {
         self,
         table: DeTable,
         span: Span,
-        expected: &ExpectedKeys,
+        expected: &ExpectedKeys<'_>,
         problems: &mut Problems,
     ) -> FitPoints {
         match self {

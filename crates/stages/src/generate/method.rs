@@ -147,7 +147,7 @@ impl Method {
         self,
         table: DeTable,
         span: Span,
-        expected: &ExpectedKeys,
+        expected: &ExpectedKeys<'_>,
         problems: &mut Problems,
     ) -> SurfacePoints {
         use SurfacePoints as Points;

@@ -6,5 +6,5 @@
 #SBATCH --output={{ logs }}/finish-%j.txt
 {{ common }}
 
-exec "$program" --data "$data" finish "$manifest" --round "${1:-0}" \
+exec "$program" --data "$data" finish "$manifest"{{ settings }} --round "${1:-0}" \
     --jobs {{ cores }} --memory {{ memory }}{{ " --report" if report }}{{ " --replace" if replace }}

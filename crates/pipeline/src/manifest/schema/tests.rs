@@ -67,6 +67,15 @@ fn satisfies(value: &Value, rule: &str, wanted: &Value, schema: &Value) -> bool 
             let is_known = |key: &str| schema["properties"].get(key).is_some();
             object.iter().all(|(key, value)| is_known(key) || is_valid(value, wanted))
         }),
+        // The only patterns are those of expressions.
+        "pattern" => value.as_str().is_none_or(|text| {
+            let letters = wanted.as_str().unwrap_or_default();
+            let has = |letter: char| match letter {
+                letter if letter.is_ascii_alphabetic() || letter == '_' => letters.contains("A-Z"),
+                letter => letters.contains(letter) && !letter.is_ascii_digit(),
+            };
+            text.contains(has)
+        }),
         "$schema" | "title" | "description" | "default" | "format" | "propertyNames" => true,
         "minProperties" | "uniqueItems" => true,
         other => panic!("the schema uses `{other}`, which this test does not know"),
@@ -303,4 +312,35 @@ fn bounds_of_the_schema_are_those_of_the_study() {
         }
     }
     assert!(bounds > 50, "{bounds} bounds were compared");
+}
+
+#[test]
+fn numbers_may_be_expressions_of_parameters() {
+    let schema = schema();
+    let manifest = |nodes: Value, correction: Value| {
+        serde_json::json!({
+            "study": { "name": "derived", "extends": "base.toml" },
+            "parameters": { "k": [8, "2 * half"], "half": 8 },
+            "stage": {
+                "surfaces": {
+                    "kind": "generate",
+                    "nodes": nodes,
+                    "hurst": ["hurst", 0.8],
+                    "k_lower": 1,
+                    "k_upper": "k",
+                },
+                "contact": {
+                    "kind": "solve",
+                    "from": "surfaces",
+                    "loads": { "to": "0.5 * full_contact", "steps": 4 },
+                },
+                "area": { "kind": "measure", "from": "contact" },
+                "corrected": { "kind": "correct", "from": "area", "correction": correction },
+            },
+        })
+    };
+    assert!(is_valid(&manifest("8 * k_upper".into(), "2017".into()), &schema));
+    assert!(is_valid(&manifest(64.into(), "none".into()), &schema));
+    assert!(!is_valid(&manifest("64".into(), "none".into()), &schema));
+    assert!(!is_valid(&manifest(64.into(), "nonne".into()), &schema));
 }

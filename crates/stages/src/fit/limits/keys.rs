@@ -164,13 +164,7 @@ fn expression(
         Ok(read) => read,
         Err(error) => {
             let message = format!("cannot read the expression {:?}", written.value);
-            // Skip the quotes. With escaped characters, mark the whole text.
-            let inside = written.span.start + 1..written.span.end.saturating_sub(1);
-            let span = if inside.len() == written.value.len() {
-                inside.start + error.at.start..inside.start + error.at.end.max(error.at.start)
-            } else {
-                written.span.clone()
-            };
+            let span = error.span_in(&written.value, &written.span);
             let problem = Problem::new(message, span, error.reason);
             checks.problems.push(problem.help(
                 "an expression has columns, numbers, `+ - * / ^`, parentheses, `ln(…)`, `sqrt(…)` \

@@ -1,0 +1,172 @@
+//! Expressions at the points of a small table.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::*;
+use crate::diagnostics::Problems;
+use crate::keys::declare::{pair, swept};
+use crate::keys::expected_keys::ExpectedKeys;
+use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct Example {
+    #[schemars(range(min = 1, max = 4096), transform = pair, transform = swept)]
+    nodes: Key<OnAxes<u32>>,
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 2.0), transform = pair, transform = swept)]
+    side: Key<OnAxes<f64>>,
+    #[schemars(transform = swept)]
+    k: Key<u32>,
+    #[schemars(transform = swept)]
+    factor: Key<Factor>,
+    range: Key<Range>,
+    seed: Key<u64>,
+    list: Key<Vec<Spanned<f64>>>,
+}
+
+table!(Example);
+
+#[derive(Debug, Clone, Copy, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+enum Factor {
+    Word(Word),
+    Number(f64),
+}
+
+crate::keys::deserialize_either!(Factor { word => Word, number => Number });
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+enum Word {
+    #[serde(rename = "pi/8")]
+    PiEighth,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[expect(dead_code, reason = "only the declarations are used")]
+struct Range {
+    to: Spanned<f64>,
+    #[serde(default)]
+    steps: Key<u32>,
+}
+
+/// Reads a table with parameters, and returns its points and problems.
+fn read(parameters: &str, text: &str) -> (Section<Example>, Vec<String>) {
+    let mut problems = Problems::default();
+    let parameters = DeTable::parse(parameters).unwrap().into_inner();
+    let parameters = Parameters::read(parameters, &mut problems);
+    let scope = Scope { parameters: Some(&parameters), ..Scope::default() };
+    let expected = ExpectedKeys { scope: Some(&scope), ..ExpectedKeys::of_table("the table") };
+    let table = DeTable::parse(text).unwrap().into_inner();
+    let section = reader::read(table, 0..0, &expected, &mut problems);
+    let errors = problems.into_errors("study.toml", text);
+    (section, errors.problems().iter().map(ToString::to_string).collect())
+}
+
+/// Returns nodes, `k` and the factor of each point of a table without problems.
+fn points(parameters: &str, text: &str) -> Vec<([u32; 2], Option<u32>, Option<Factor>)> {
+    let (section, problems) = read(parameters, text);
+    assert_eq!(problems, [""; 0], "{text}");
+    let points = section.points.iter().map(|point| &point.table);
+    let values = points.map(|point| {
+        let nodes = point.nodes.value().map_or([0; 2], |nodes| nodes.pair());
+        (nodes, point.k.value(), point.factor.value())
+    });
+    values.collect()
+}
+
+#[test]
+fn an_expression_is_evaluated_at_each_point() {
+    let written = points("", "k = [4, 8]\nnodes = \"8 * k\"");
+    assert_eq!(written, [([32; 2], Some(4), None), ([64; 2], Some(8), None)]);
+    // In lists, pairs and cases, and through other keys.
+    let written = points("", "nodes = [[\"k\", \"2 * k\"], [\"4 * k\", \"k\"]]\nk = \"4 * side\"");
+    assert_eq!(written, [([8, 16], Some(8), None), ([32, 8], Some(8), None)]);
+    let written =
+        points("", "cases = [{ k = 2, nodes = \"k + 1\" }, { k = \"nodes / 2\", nodes = 6 }]");
+    assert_eq!(written, [([3; 2], Some(2), None), ([6; 2], Some(3), None)]);
+}
+
+#[test]
+fn a_swept_parameter_is_one_axis() {
+    let written = points("n = [1, 2]", "k = \"n\"\nnodes = \"8 * n\"");
+    assert_eq!(written, [([8; 2], Some(1), None), ([16; 2], Some(2), None)]);
+    // The parameter varies where its first key would: more slowly than `k`.
+    let written = points("n = [1, 2]\nm = \"8 * n\"", "k = [3, 4]\nnodes = \"m\"");
+    let numbers: Vec<_> = written.iter().map(|(nodes, k, _)| (nodes[0], k.unwrap())).collect();
+    assert_eq!(numbers, [(8, 3), (8, 4), (16, 3), (16, 4)]);
+}
+
+#[test]
+fn keys_shadow_parameters_but_never_mean_themselves() {
+    let written = points("k = 3\nnodes = 7", "k = \"k + 1\"\nnodes = \"nodes * k\"");
+    assert_eq!(written, [([28; 2], Some(4), None)]);
+}
+
+#[test]
+fn words_remain_words_and_numbers_keep_all_digits() {
+    let written = points("pi = 8", "factor = \"pi/8\"");
+    assert_eq!(written[0].2, Some(Factor::Word(Word::PiEighth)));
+    let written = points("half = \"1 / 2\"", "factor = \"half + 1\"");
+    assert_eq!(written[0].2, Some(Factor::Number(1.5)));
+    let (section, problems) = read("large = 9223372036854775807", "seed = \"large\"");
+    assert_eq!(problems, [""; 0]);
+    assert_eq!(section.points[0].table.seed.value(), Some(i64::MAX as u64));
+    // Three times a tenth is rounded to the number that was meant.
+    let (section, _) = read("", "list = [\"3 * k / 10\"]\nk = 1");
+    assert_eq!(section.points[0].table.list.written().unwrap().value[0].value, 0.3);
+}
+
+#[test]
+fn mistakes_in_expressions_name_the_place_and_the_reason() {
+    for (parameters, text, expected) in [
+        ("", "nodes = \"8 * k_uper\"\nk = 1", "unknown name, `k_uper`"),
+        ("", "nodes = \"8 * zz\"", "no key of the stage and no parameter is called `zz`"),
+        (
+            "hurst = 1",
+            "k = \"hust\"",
+            "`k` must be a number or an expression (did you mean `hurst`?)",
+        ),
+        ("", "nodes = \"8 * (k\"", "`)` is missing"),
+        ("", "nodes = \"slope(k)\"", "`slope` needs the loads of a surface"),
+        ("", "nodes = \"8 * k\"", "`k` is not given"),
+        ("", "nodes = \"8 / k\"\nk = 0", "`k` is 0, the result is inf"),
+        ("", "nodes = \"0 / 0\"", "the result is NaN"),
+        ("", "nodes = \"k / 2\"\nk = 3", "(this is the number 1.5)"),
+        ("", "nodes = \"k - 4\"\nk = 3", "`nodes` is -1 (must be from 1 to 4096)"),
+        (
+            "",
+            "range = { to = \"1 / k\", steps = \"k / 2\" }\nk = 3",
+            "`range.steps` must be a whole",
+        ),
+        ("", "nodes = \"2 * k\"\nk = \"nodes / 2\"", "`k` depends on this key"),
+        ("", "k = \"k + 1\"", "`k` depends on itself, and there is no parameter `k`"),
+        ("", "nodes = \"2 * factor\"\nfactor = \"pi/8\"", "`factor` is not a single number here"),
+        ("n = [1, 2]", "seed = \"n\"", "the parameter `n` is a list, and this key is not swept"),
+        ("side = \"10 um\"", "k = \"2 * side\"", "`side` is \"10 um\", and expressions take plain"),
+        ("", "factor = \"pi/9\"", "`factor` cannot be \"pi/9\""),
+        ("", "nodes = \"32\"", "write numbers without quotes"),
+    ] {
+        let (_, problems) = read(parameters, text);
+        assert_eq!(problems.len(), 1, "{text}: {problems:?}");
+        assert!(problems[0].contains(expected), "{text}: {problems:?}");
+    }
+}
+
+#[test]
+fn a_reported_key_causes_no_further_problems() {
+    let (section, problems) = read("", "k = -1\nnodes = \"2 * k\"");
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert!(section.reported_keys.contains("nodes"));
+}
+
+#[test]
+fn quantities_have_a_number_and_a_unit() {
+    for text in ["2", "10 MPa", "-2.5e-3 m", "3µm", "5 %", "1e9Pa", "2 N/mm^2"] {
+        assert!(has_unit(text), "{text}");
+    }
+    for text in ["8 * k", "k", "2e", "1 / 2", "(2)", "-k", "2^k", ""] {
+        assert_eq!(has_unit(text), text == "2e", "{text}");
+    }
+}
