@@ -11,6 +11,7 @@ use super::words::{chain, counted, duration};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results::owner::OtherManifest;
 use asperity_pipeline::study::Warning;
 use asperity_stages::Kind;
 use asperity_tables::store::{Store, StoreError};
@@ -111,6 +112,12 @@ pub enum Notice<'a> {
     },
     /// A table in the results folder that belongs to no stage of the study.
     Orphan(&'a Path),
+    /// The results folder has results of another manifest with the same study name.
+    OtherManifest {
+        other: &'a OtherManifest,
+        /// Results folder of the study.
+        folder: &'a Path,
+    },
     /// The record of the run could not be written.
     RecordNotSaved(&'a StoreError),
     /// Path of a missing file of a measured surface. The results for its last known version are
@@ -144,6 +151,7 @@ impl Notice<'_> {
             | Notice::Edited { .. }
             | Notice::RecordNotSaved(_) => Severity::Warning,
             Notice::ScarceMemory { .. }
+            | Notice::OtherManifest { .. }
             | Notice::Orphan(_)
             | Notice::Recalled(_)
             | Notice::Incomplete { .. } => Severity::Note,
@@ -186,6 +194,20 @@ impl fmt::Display for Notice<'_> {
                 formatter,
                 "`{}` belongs to a stage that the study no longer has; you can delete it",
                 path.display()
+            ),
+            Notice::OtherManifest { other: OtherManifest::Gone(other), folder } => write!(
+                formatter,
+                "the results in `{}` belonged to `{}`, which no longer exists; they now belong to this \
+                 manifest",
+                folder.display(),
+                other.display()
+            ),
+            Notice::OtherManifest { other: OtherManifest::Shares(other), folder } => write!(
+                formatter,
+                "`{}` also holds results of `{}`, whose study has the same name; each manifest can only \
+                 add to the results of the other; rename one of the studies to separate them",
+                folder.display(),
+                other.display()
             ),
             Notice::RecordNotSaved(error) => {
                 write!(

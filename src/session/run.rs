@@ -216,7 +216,10 @@ impl<'a> PreparedRun<'a> {
         if !options.replace {
             let folder = session.data().results_of(&sampled.plan.study);
             let reader = ResultReader::new(store.clone(), &folder);
-            owner::check(session.manifest(), &sampled.study, &sampled.plan, &reader)?;
+            let other = owner::check(session.manifest(), &sampled.study, &sampled.plan, &reader)?;
+            if let Some(other) = &other {
+                session.notify(Event::Notice(Notice::OtherManifest { other, folder: &folder }));
+            }
         }
         let missing = runner::missing(&sampled.plan, &store);
         let wanted = options.selection.tasks(&sampled.plan, &missing, &store)?;

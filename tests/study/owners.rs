@@ -180,3 +180,54 @@ fn an_empty_folder_is_anybodys() {
     let other = write(&bench, "other.toml", &STUDY.replace("seed = 7", "seed = 8"));
     assert!(run(&bench, &other, &[]).status.success());
 }
+
+#[test]
+fn a_renamed_manifest_keeps_its_results_and_says_so() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let before = bench.files();
+    let renamed = bench.path("renamed.toml");
+    fs::rename(bench.path("study.toml"), &renamed).unwrap();
+    let output = run(&bench, &renamed, &[]);
+    assert!(output.status.success());
+    let printed = text(&output.stderr);
+    assert!(printed.contains("study.toml`, which no longer exists"), "{printed}");
+    for (path, bytes) in bench.files() {
+        assert!(path.ends_with("owner.json") || before[&path] == bytes, "{}", path.display());
+    }
+    // The results belong to the new file, which may change as it likes.
+    assert!(!text(&run(&bench, &renamed, &[]).stderr).contains("study.toml"));
+    write(&bench, "renamed.toml", &STUDY.replace("seed = 7", "seed = 8"));
+    assert!(run(&bench, &renamed, &[]).status.success());
+    // After another rename, the manifest also loses rows, which needs permission.
+    fs::remove_file(&renamed).unwrap();
+    assert!(is_refused(&bench, STUDY).contains("renamed.toml`, which no longer exists"));
+}
+
+#[test]
+fn a_copy_never_becomes_the_only_owner() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let copy = write(&bench, "copy.toml", STUDY);
+    let output = run(&bench, &copy, &[]);
+    assert!(output.status.success());
+    let printed = text(&output.stderr);
+    assert!(
+        printed.contains("also holds results of") && printed.contains("study.toml"),
+        "{printed}"
+    );
+    // The copy was run last, and still must not remove rows of the original.
+    write(&bench, "copy.toml", &STUDY.replace("seed = 7", "seed = 8"));
+    let output = run(&bench, &copy, &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("study.toml"), "{}", text(&output.stderr));
+    // The original may change only together with the copy, unless the copy gets another name.
+    bench.run(STUDY);
+    let changed = bench.write(&STUDY.replace("seed = 7", "seed = 8"));
+    assert_eq!(run(&bench, &changed, &[]).status.code(), Some(2));
+    write(&bench, "copy.toml", &STUDY.replace("\"small\"", "\"other\""));
+    assert!(run(&bench, &copy, &[]).status.success());
+    let output = run(&bench, &changed, &["--replace"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(run(&bench, &changed, &[]).status.success());
+}

@@ -269,7 +269,7 @@ fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
     let mut files = listing::known(&folder.join(FIGURES), |_| None)?;
     let study = || name.to_string();
     files.extend(listing::known(folder, |file| match file {
-        owner::FILE => Some(FileKind::Owner { study: study() }),
+        owner::FILE | owner::EFFECTIVE_MANIFEST => Some(FileKind::Owner { study: study() }),
         table => Some(FileKind::Stage {
             study: study(),
             stage: table.strip_suffix(".parquet")?.to_owned(),

@@ -1,8 +1,9 @@
-//! Owner of a results folder: the manifest whose study was last written to it.
+//! Owners of a results folder: the manifests whose studies were written to it.
 //!
-//! Two manifests may give their studies the same name and thus share a results folder. Therefore
-//! the folder has a record of its manifest and study. The same manifest may change the study in any
-//! way, but another manifest may only add results.
+//! Several manifests may give their studies the same name and thus share a results folder.
+//! Therefore the folder has a record of each manifest and its study. A manifest may change its own
+//! study in any way, but it may only add to the results of the others. A manifest that no longer
+//! exists was renamed or deleted; another manifest that has all of its results replaces it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,6 +13,7 @@ use serde_json::Value;
 
 use super::reader::ResultReader;
 use crate::adaptive_sampling::with_maximum_surfaces;
+use crate::manifest::composition::{EffectiveManifest, names_study, normalized};
 use crate::plan::Plan;
 use crate::plan::reasons::record::{PointRecord, Record, StageRecord};
 use crate::study::Study;
@@ -20,18 +22,46 @@ use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, from_folder, write_whole};
 use asperity_tables::store::key::TaskKey;
 
-/// Name of the file that records the owner, beside the tables.
+/// Name of the file that records the owners, beside the tables.
 pub const FILE: &str = "owner.json";
+/// Name of the file with the effective manifest, if the manifest extends another one or if keys
+/// were set on the command line.
+pub const EFFECTIVE_MANIFEST: &str = "manifest.toml";
 /// Maximum size in bytes of an owner file that is read, enough for tens of thousands of points.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// A manifest with the record of its study.
+/// The manifest that was run last, with the record of its study, and other manifests with results
+/// in the same folder.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Owner {
+    #[serde(flatten)]
+    last: RecordedManifest,
+    /// Manifests that the last one extends, relative to its folder.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    extends: Vec<PathBuf>,
+    /// Settings of the command line in the last run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    settings: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    others: Vec<RecordedManifest>,
+}
+
+/// A manifest with the record of its study.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct RecordedManifest {
     /// Path of the manifest relative to the folder of the tables, so that both can be moved
     /// together.
     manifest: String,
     study: Record,
+}
+
+/// Another manifest with results in the folder of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum OtherManifest {
+    /// The manifest exists. Both may add results.
+    Shares(PathBuf),
+    /// The manifest no longer exists, and its results now belong to the study.
+    Gone(PathBuf),
 }
 
 /// Error of writing to a folder in which results of another manifest would be lost.
@@ -50,8 +80,11 @@ pub struct Taken {
 }
 
 fn named(owner: Option<&Path>) -> String {
-    let manifest = owner.map(|owner| format!("`{}`", owner.display()));
-    manifest.unwrap_or_else(|| "an unknown manifest".to_owned())
+    match owner {
+        Some(owner) if owner.exists() => format!("`{}`", owner.display()),
+        Some(owner) => format!("`{}`, which no longer exists,", owner.display()),
+        None => "an unknown manifest".to_owned(),
+    }
 }
 
 /// Returns the path of a manifest relative to a folder, as a text.
@@ -61,13 +94,37 @@ fn relative_path(manifest: &Path, folder: &Path) -> String {
 
 impl Owner {
     /// Creates the owner of the results folder `folder`.
+    /// Other manifests whose results the study has, too, remain recorded.
     pub fn new(manifest: &Path, study: &Study, plan: &Plan, folder: &Path) -> Owner {
-        Owner::at(relative_path(manifest, folder), study, plan)
+        let mut owner = Owner::at(relative_path(manifest, folder), study, plan);
+        let before = Owner::read(folder).map_or_else(Vec::new, Owner::into_manifests);
+        owner.others.extend(before.into_iter().filter(|other| {
+            other.manifest != owner.last.manifest && other.exists(folder, &study.name)
+        }));
+        if !owner.others.is_empty() {
+            let most = with_maximum_surfaces(study.clone());
+            let record = Record::new(&most, &Plan::new(&most), &[]);
+            owner.others.retain(|other| other.study.lost_by(&record).is_empty());
+        }
+        owner
     }
 
     /// Creates the owner from the path of the manifest relative to the results folder.
     pub fn at(relative_path: String, study: &Study, plan: &Plan) -> Owner {
-        Owner { manifest: relative_path, study: Record::new(study, plan, &[]) }
+        Owner {
+            last: RecordedManifest {
+                manifest: relative_path,
+                study: Record::new(study, plan, &[]),
+            },
+            extends: study.manifest.bases.clone(),
+            settings: study.manifest.settings.clone(),
+            others: Vec::new(),
+        }
+    }
+
+    /// Returns all manifests with results in the folder, the last one first.
+    fn into_manifests(self) -> Vec<RecordedManifest> {
+        [vec![self.last], self.others].concat()
     }
 
     /// Returns the owner as the bytes of its file.
@@ -77,7 +134,7 @@ impl Owner {
 
     /// Returns the record of the study whose tables the folder has.
     pub fn into_study(self) -> Record {
-        self.study
+        self.last.study
     }
 
     /// Reads the owner of a results folder. Returns `None` if there is no valid owner file.
@@ -97,7 +154,38 @@ impl Owner {
     }
 }
 
-/// Checks that a study can be written to its results folder.
+/// Writes the effective manifest to the folder of the tables if it differs from the file of the
+/// manifest, and otherwise deletes that of an earlier run.
+pub fn write_effective_manifest(
+    manifest: &EffectiveManifest,
+    folder: &Path,
+) -> Result<(), StoreError> {
+    let path = folder.join(EFFECTIVE_MANIFEST);
+    let written = fs::read_to_string(&path).ok();
+    if manifest.is_composed() && written.as_ref() != Some(&manifest.text) {
+        return write_whole(&path, manifest.text.as_bytes(), Existing::Replace, folder);
+    }
+    if !manifest.is_composed() && written.is_some() {
+        return fs::remove_file(&path).map_err(|source| StoreError::Write { path, source });
+    }
+    Ok(())
+}
+
+impl RecordedManifest {
+    /// Returns the path of the manifest relative to the current folder.
+    fn path(&self, folder: &Path) -> PathBuf {
+        let path = folder.join(&self.manifest);
+        if path.exists() { from_folder(&path, Path::new(".")) } else { normalized(&path) }
+    }
+
+    /// Returns whether the manifest still exists and has a study of this name.
+    fn exists(&self, folder: &Path, study: &str) -> bool {
+        names_study(&folder.join(&self.manifest), study)
+    }
+}
+
+/// Checks that a study can be written to its results folder. Returns the other manifest that was
+/// run last, unless the last one was the manifest of the study.
 ///
 /// # Errors
 /// Returns an error if results of another manifest would be lost.
@@ -106,36 +194,42 @@ pub fn check(
     study: &Study,
     plan: &Plan,
     reader: &ResultReader,
-) -> Result<(), Taken> {
+) -> Result<Option<OtherManifest>, Taken> {
     let folder = reader.folder();
-    let owner = Owner::read(folder);
-    let is_own = |owner: &Owner| owner.manifest == relative_path(manifest, folder);
-    if owner.as_ref().is_some_and(is_own) {
-        return Ok(());
-    }
     let published = reader.published_tasks();
-    let lost = match &owner {
-        _ if published.is_empty() => Vec::new(),
-        Some(owner) => {
-            let most = with_maximum_surfaces(study.clone());
-            owner.study.lost_by(&Record::new(&most, &Plan::new(&most), &[]))
-        }
-        None => {
-            let keys = plan.keys();
-            let is_lost = |tasks: &[TaskKey]| tasks.iter().any(|task| !keys.contains(task));
-            let lost = published.iter().filter(|(_, tasks)| is_lost(tasks));
-            lost.map(|(stage, _)| format!("rows of `{stage}`")).collect()
-        }
-    };
-    if lost.is_empty() {
-        Ok(())
-    } else {
-        Err(Taken {
-            folder: folder.to_owned(),
-            owner: owner.map(|owner| from_folder(&folder.join(owner.manifest), Path::new("."))),
-            lost,
-        })
+    if published.is_empty() {
+        return Ok(None);
     }
+    let taken = |owner, lost| Taken { folder: folder.to_owned(), owner, lost };
+    let Some(owner) = Owner::read(folder) else {
+        let keys = plan.keys();
+        let is_lost = |tasks: &[TaskKey]| tasks.iter().any(|task| !keys.contains(task));
+        let lost = published.iter().filter(|(_, tasks)| is_lost(tasks));
+        let lost: Vec<_> = lost.map(|(stage, _)| format!("rows of `{stage}`")).collect();
+        return if lost.is_empty() { Ok(None) } else { Err(taken(None, lost)) };
+    };
+    let own = relative_path(manifest, folder);
+    let was_last = owner.last.manifest == own;
+    let mut others = owner.into_manifests();
+    others.retain(|other| other.manifest != own);
+    let Some(last) = others.first() else {
+        return Ok(None);
+    };
+    let most = with_maximum_surfaces(study.clone());
+    let record = Record::new(&most, &Plan::new(&most), &[]);
+    for other in &others {
+        let lost = other.study.lost_by(&record);
+        if !lost.is_empty() {
+            return Err(taken(Some(other.path(folder)), lost));
+        }
+    }
+    Ok(if was_last {
+        None
+    } else if last.exists(folder, &study.name) {
+        Some(OtherManifest::Shares(last.path(folder)))
+    } else {
+        Some(OtherManifest::Gone(last.path(folder)))
+    })
 }
 
 impl Record {

@@ -9,7 +9,7 @@ use bytesize::ByteSize;
 
 use crate::adaptive_sampling::SampledStudy;
 use crate::plan::{Plan, PlannedStage};
-use crate::results::owner::Owner;
+use crate::results::owner::{self, Owner};
 use crate::results::published_stage::{KIND, MISSING_COLUMNS, MissingColumns, PARTS, light_parts};
 use crate::results::reader::ResultReader;
 use crate::results::{PATH, ResultsError, TASK, described, digest, file};
@@ -101,7 +101,8 @@ impl Publisher<'_> {
     fn own(&self) -> Result<(), StoreError> {
         make_folder(&self.folder)?;
         let SampledStudy { study, plan, .. } = self.sampled;
-        Owner::new(self.manifest, study, plan, &self.folder).write(&self.folder)
+        Owner::new(self.manifest, study, plan, &self.folder).write(&self.folder)?;
+        owner::write_effective_manifest(&study.manifest, &self.folder)
     }
 
     /// Writes the table of one stage if it has finished tasks, unless the same table exists.
