@@ -122,24 +122,44 @@ fn points_of(table: &Table) -> Points {
     groups.map(|rows| (ParameterPoint::from_row(&parameters, rows[0]).map(rounded), rows)).collect()
 }
 
-/// Returns the parameters without a common value in both tables, such as a tolerance that was
-/// changed. The other parameters must still distinguish the points of each table.
+/// Returns the parameters that were changed between two tables, such as a tolerance. The other
+/// parameters must still distinguish the points of each table.
+///
+/// A parameter is changed if no value is in both tables. If no point is in both tables, so is the
+/// parameter without which most points are, such as a mesh that follows another parameter.
 fn changed_parameters(a: &Points, b: &Points) -> Vec<String> {
     let names: BTreeSet<&str> =
         a.iter().chain(b).flat_map(|(point, _)| point.iter()).map(|(name, _)| name).collect();
     let values = |points: &Points, name: &str| -> BTreeSet<Option<Value>> {
         points.iter().map(|(point, _)| point.get(name).cloned()).collect()
     };
-    let is_changed = |name: &&str| values(a, name).is_disjoint(&values(b, name));
-    let is_constant = |name: &&str| values(a, name).len() == 1 && values(b, name).len() == 1;
-    let changed: Vec<&str> = names.into_iter().filter(is_changed).collect();
-    let is_distinct = |points: &Points| {
-        let mut known = BTreeSet::new();
-        points.iter().all(|(point, _)| known.insert(point.clone().without(&changed)))
+    // Points without some parameters, or `None` if these parameters distinguish points.
+    let distinct = |points: &Points, without: &[&str]| {
+        let left = points.iter().map(|(point, _)| point.clone().without(without));
+        let left: BTreeSet<ParameterPoint> = left.collect();
+        (left.len() == points.len()).then_some(left)
     };
-    let all_distinct = !a.is_empty() && !b.is_empty() && is_distinct(a) && is_distinct(b);
-    let kept = changed.iter().filter(|name| all_distinct || is_constant(name));
-    kept.map(|name| (*name).to_owned()).collect()
+    let common = |without: &[&str]| {
+        let (a, b) = (distinct(a, without)?, distinct(b, without)?);
+        Some(a.intersection(&b).count())
+    };
+    let is_disjoint = |name: &&str| values(a, name).is_disjoint(&values(b, name));
+    let is_constant = |name: &&str| values(a, name).len() == 1 && values(b, name).len() == 1;
+    let mut changed: Vec<&str> = names.iter().copied().filter(is_disjoint).collect();
+    if common(&changed).is_none() {
+        changed.retain(is_constant);
+    }
+    if common(&changed) == Some(0) {
+        let others = names.iter().copied().filter(|name| !changed.contains(name));
+        let candidates = others.filter_map(|name| {
+            let points = common(&[&changed[..], &[name]].concat())?;
+            (points > 0).then_some((points, name))
+        });
+        // Of several, take the last in alphabetical order: `nodes` and not `k_upper`.
+        let best = candidates.max_by_key(|(points, _)| *points);
+        changed.extend(best.map(|(_, name)| name));
+    }
+    changed.into_iter().map(str::to_owned).collect()
 }
 
 /// Bits of a rounded load, or `None` without a load.
@@ -315,6 +335,15 @@ mod tests {
         let b = table(&[(0.5, 0.2, 0, 0.01)]);
         let matched = MatchedRows::new(&a, &b).unwrap();
         assert_eq!((matched.common, matched.across), (0, vec!["tolerance".to_owned()]));
+    }
+
+    #[test]
+    fn a_parameter_that_follows_another_one_does_not_prevent_a_match() {
+        // The tolerance is twice and four times the exponent.
+        let a = table(&[(0.2, 0.4, 0, 0.01), (0.4, 0.8, 0, 0.01), (0.8, 1.6, 0, 0.01)]);
+        let b = table(&[(0.2, 0.8, 0, 0.01), (0.4, 1.6, 0, 0.01), (0.8, 3.2, 0, 0.01)]);
+        let matched = MatchedRows::new(&a, &b).unwrap();
+        assert_eq!((matched.common, matched.across), (3, vec!["tolerance".to_owned()]));
     }
 
     #[test]
