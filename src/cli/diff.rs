@@ -113,12 +113,23 @@ fn study_text(study: &StudyComparison, all: bool) -> String {
         }
     }
     text += &noise_text(&study.noise);
-    if study.equal {
-        let has_results = study.stages.iter().any(|stage| stage.tables.is_some());
-        text +=
-            if has_results { "\nA and B are equal\n" } else { "\nA and B are equal manifests\n" };
-    }
+    text += outcome(study);
     text
+}
+
+/// Returns the last line about two studies if their tables are equal.
+fn outcome(study: &StudyComparison) -> &'static str {
+    let tables: Vec<bool> =
+        study.stages.iter().filter_map(|stage| Some(stage.tables.as_ref()?.equal)).collect();
+    if study.equal && tables.is_empty() {
+        "\nA and B are equal manifests\n"
+    } else if study.equal {
+        "\nA and B are equal\n"
+    } else if !tables.is_empty() && tables.len() == study.stages.len() && !tables.contains(&false) {
+        "\nA and B have different parameters and equal results\n"
+    } else {
+        ""
+    }
 }
 
 fn origin(study: &StudyName) -> String {

@@ -211,9 +211,28 @@ fn an_altered_table_of_an_older_data_folder_is_found() {
         let relative = mean["relative"].as_f64().unwrap();
         assert!((relative - (1.0 / 1.01 - 1.0)).abs() < 1e-12, "{relative}");
     }
-    // The store of the old folder still has the rows that the old table had.
     let (printed, _) = diff(&bench, &bench.data(), &old, &["--study", "small"]);
     assert!(printed.contains("area_fraction"), "{printed}");
+}
+
+#[test]
+fn another_version_of_a_stage_is_a_difference_even_if_its_results_are_equal() {
+    let bench = Bench::new();
+    let manifest = run(&bench, "study.toml", STUDY);
+    let owner = bench.path("data/results/small/owner.json");
+    let mut record: Value = serde_json::from_slice(&fs::read(&owner).unwrap()).unwrap();
+    let light = &mut record["study"]["stages"][1];
+    assert_eq!(light["name"], "light");
+    light["version"] = 1.into();
+    fs::write(&owner, record.to_string()).unwrap();
+    let tables = bench.data().join("results/small");
+    let (printed, code) = diff(&bench, &tables, &manifest, &["--exit-code"]);
+    assert!(printed.contains("light: stage version 1 → "), "{printed}");
+    assert!(
+        printed.ends_with("A and B have different parameters and equal results\n"),
+        "{printed}"
+    );
+    assert_eq!(code, Some(1));
 }
 
 #[test]
