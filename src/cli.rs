@@ -8,7 +8,7 @@
 mod claims;
 mod cluster;
 mod console;
-mod diff;
+pub mod diff;
 mod maintenance;
 mod pictures;
 mod plan;

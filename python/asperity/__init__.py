@@ -37,6 +37,7 @@ _MODULE_OF = {
     "Study": "_study",
     "Plan": "_plan",
     "Run": "_plan",
+    "Diff": "_plan",
     "Report": "_plan",
     "Map": "_map",
     "Table": "_table",

@@ -8,7 +8,7 @@ from asperity._laws import (
 )
 from asperity._contact import Contact as Contact, ContactState as ContactState
 from asperity._map import Map as Map
-from asperity._plan import Plan as Plan, Report as Report, Run as Run
+from asperity._plan import Diff as Diff, Plan as Plan, Report as Report, Run as Run
 from asperity._press import press as press, press_each as press_each
 from asperity._study import Study as Study
 from asperity._surfaces import read as read, surface as surface
@@ -35,6 +35,7 @@ __all__ = [
     "Contact",
     "ContactState",
     "CorrectedArea",
+    "Diff",
     "Error",
     "EvolutionLaw",
     "FitError",

@@ -6,6 +6,8 @@ from html import escape
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
+from asperity._table import Table
+
 
 class Reason(NamedTuple):
     """Reason why tasks will run.
@@ -140,6 +142,34 @@ class Run:
         failed = f", {self.failed} failed" if self.failed else ""
         done = f"{self.computed} tasks computed{failed}" if self.computed or self.failed else "nothing to do"
         return f"<asperity.Run of {self.study}: {done}>"
+
+
+class Diff:
+    """Comparison of two studies, which prints like the command ``asperity diff``.
+
+    Differences are those of the other study B minus this study A.
+
+    Attributes
+    ----------
+    equal : bool
+        True if parameters, rows and values are equal.
+    means : Table
+        A row for each mean of a numeric column by parameter point and load: ``stage``, ``column``,
+        ``mean_a``, ``mean_b``, ``difference``, its 95 % interval from ``lower`` to ``upper``, and
+        ``more_than_noise``.
+    details : dict
+        The content of ``asperity diff --json``: ``equal``, and ``studies`` with ``parameters``, ``stages`` and
+        ``noise``.
+    """
+
+    def __init__(self, means: Table, text: str, details: Dict[str, Any]) -> None:
+        self.equal: bool = details["equal"]
+        self.means = means
+        self.details = details
+        self._text = text
+
+    def __repr__(self) -> str:
+        return self._text.rstrip()
 
 
 class Report(NamedTuple):

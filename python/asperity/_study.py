@@ -11,7 +11,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from asperity import _asperity
 from asperity._map import Map
-from asperity._plan import Plan, Report, Run
+from asperity._plan import Diff, Plan, Report, Run
 from asperity._progress import Callback, Progress
 from asperity._table import Column, Table
 from asperity._topography import Topography
@@ -388,16 +388,15 @@ class Study:
         }
         return stages if name is None else stages[name]
 
-    def diff(self, other: "Study") -> Dict[str, Any]:
-        """Compares the study with another one: parameters, rows, and means of all columns.
+    def diff(self, other: "Study") -> Diff:
+        """Compares the study with another one: parameters, rows, and means of all numeric columns.
 
-        Differences are those of `other` minus this study.
+        Means are compared surface by surface if both studies have the same surfaces.
 
         Returns
         -------
-        dict
-            The content of ``asperity diff --json``: ``equal``, and ``studies`` with ``parameters``, ``stages``
-            and ``noise``.
+        Diff
+            Whether the studies are equal, a table of all means with their differences, and a text.
 
         Raises
         ------
@@ -406,9 +405,9 @@ class Study:
         StoreError
             If a table is damaged.
         """
-        comparison, notices = self._session.diff(str(other.path), str(other.data))
+        (means, text, details), notices = self._session.diff(other._session)
         _warn(notices)
-        return json.loads(comparison)
+        return Diff(Table(means), text, json.loads(details))
 
     def claims(self) -> List[Dict[str, Any]]:
         """Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use asperity::cli::diff::comparison_text;
 use asperity::cli::terminal::escaped;
-use asperity::session;
+use asperity::session::{self, diff};
 use asperity::session::{ReportOptions, RunOptions, RunReport, SessionError, Status};
 use bytesize::ByteSize;
 use pyo3::prelude::*;
@@ -33,10 +34,17 @@ type Checked = (String, Vec<String>, usize, bool, Vec<String>);
 /// Name of a stage, and name, type, role, unit and meaning of its columns.
 type StageColumns = (Option<String>, Vec<[String; 5]>);
 
+/// Means of two studies, and their comparison as text and as JSON.
+type Compared = (Table, String, String);
+
 /// Table with notices about it.
 type TableRead = (Table, Notices);
 
 impl Session {
+    fn session(&self) -> session::Session<'static> {
+        session::Session::new(&self.manifest, &self.data)
+    }
+
     /// Calls a method of a session in another thread; on Ctrl-C, the thread is abandoned.
     fn call<T: Send + 'static>(
         &self,
@@ -54,15 +62,12 @@ impl Session {
         + Send
         + 'static,
     ) -> PyResult<(T, Notices)> {
-        let (manifest, data) = (self.manifest.clone(), self.data.clone());
+        let session = self.session();
         let listener = Listener::default();
         let events = listener.clone();
         let stop: Arc<AtomicBool> = Arc::default();
         let stopped = stop.clone();
-        let work = move || {
-            let session = session::Session::new(manifest, data);
-            method(&session.observed_by(&listener), &stopped)
-        };
+        let work = move || method(&session.observed_by(&listener), &stopped);
         let answer = watched(py, &stop, work, |_| Ok(()))?;
         match answer {
             Ok(answer) => Ok((answer, events.take_notices())),
@@ -113,15 +118,12 @@ impl Session {
             replace,
             ..RunOptions::default()
         };
-        let (manifest, data) = (self.manifest.clone(), self.data.clone());
+        let session = self.session();
         let listener = Listener::default();
         let events = listener.clone();
         let stop: Arc<AtomicBool> = Arc::default();
         let stopped = stop.clone();
-        let work = move || {
-            let session = session::Session::new(manifest, data);
-            session.observed_by(&listener).run(&options, &stopped)
-        };
+        let work = move || session.observed_by(&listener).run(&options, &stopped);
         let show = |_: Python<'_>| match (&on_progress, events.advance()) {
             (Some(on_progress), Some(advance)) => on_progress.call1((advance,)).map(drop),
             _ => Ok(()),
@@ -192,9 +194,15 @@ impl Session {
         Ok(stages.collect())
     }
 
-    /// Compares the study with another one. The answer is that of `asperity diff --json`.
-    fn diff(&self, py: Python<'_>, other: PathBuf, data: PathBuf) -> PyResult<(String, Notices)> {
-        self.call(py, move |session| Ok(session.diff(&session::Session::new(other, data))?.json()))
+    /// Compares the study with another one. Returns all means as a table, and the text and the JSON
+    /// of the command `diff`.
+    fn diff(&self, py: Python<'_>, other: &Session) -> PyResult<(Compared, Notices)> {
+        let other = other.session();
+        self.call(py, move |session| {
+            let comparison = session.diff(&other)?;
+            let text = plain(comparison_text(&comparison, false));
+            Ok((diff::table(&comparison).into(), text, comparison.json()))
+        })
     }
 
     fn claims<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import warnings
 
+import numpy as np
 import pytest
 
 import asperity
@@ -26,10 +27,30 @@ def test_tables_can_be_asked(finished):
     assert set(finished.columns()) == {"surfaces", "contact"}
     assert len(finished.failures()) == 0
     assert {claim["verdict"] for claim in finished.claims()} >= {"noted", "not computed"}
-    comparison = finished.diff(finished)
-    assert comparison["equal"] and [stage["equal"] for stage in comparison["studies"][0]["stages"]] == [True, True]
     assert finished.report().page.is_file()
     assert "finished" in finished.explain()
+
+
+def test_a_study_equals_itself(finished):
+    comparison = finished.diff(finished)
+    assert comparison.equal and repr(comparison).endswith("A and B are equal")
+    assert [stage["equal"] for stage in comparison.details["studies"][0]["stages"]] == [True, True]
+    assert not np.any(comparison.means["difference"])
+
+
+def test_differences_are_those_of_the_means(finished, tmp_path):
+    text = finished.path.read_text().replace("[stage.contact]", "[stage.contact]\ntolerance = 0.01")
+    loose = asperity.Study.parse(text, data=tmp_path / "loose")
+    loose.run(progress=False)
+    comparison = finished.diff(loose)
+    assert not comparison.equal and "tolerance" in repr(comparison)
+    means = comparison.means
+    is_gap = [(stage, column) == ("contact", "mean_gap") for stage, column in zip(means["stage"], means["column"])]
+    average = "select load, avg(mean_gap) as gap from contact group by load order by load"
+    before, after = (study.sql(average) for study in (finished, loose))
+    assert np.array_equal(means["load"][is_gap], before["load"])
+    differences = after["gap"] - before["gap"]
+    assert np.any(differences) and np.allclose(means["difference"][is_gap], differences, rtol=1e-6, atol=1e-15)
 
 
 def test_a_mistake_has_file_line_and_column(study):

@@ -82,7 +82,8 @@ pub fn diff(arguments: &DiffArguments, data: &DataFolder) -> Result<ExitCode, Fa
     Ok(if differs { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-fn comparison_text(comparison: &Comparison, all: bool) -> String {
+/// Formats a comparison for users. `all` lists every mean, and not only the largest differences.
+pub fn comparison_text(comparison: &Comparison, all: bool) -> String {
     let studies = comparison.studies.iter().map(|study| study_text(study, all));
     let mut text = studies.collect::<Vec<_>>().join("\n");
     for (side, names) in [("A", &comparison.only_in_a), ("B", &comparison.only_in_b)] {

@@ -25,7 +25,7 @@ use studies::StageTable;
 
 pub use asperity_pipeline::plan::reasons::differences::{Difference, StageDifference};
 pub use columns::{MeanComparison, Test};
-pub use output::write;
+pub use output::{table, write};
 pub use studies::{ComparedStudy, Studies};
 
 /// Comparison of the studies of two folders, or of single studies.

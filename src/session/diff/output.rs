@@ -56,7 +56,8 @@ fn is_comparison(path: &Path) -> bool {
     source.is_ok_and(|(_, metadata)| metadata.get(MADE_BY.0) == Some(MADE_BY.1))
 }
 
-fn table(comparison: &Comparison) -> Table {
+/// Returns a table with a row for each mean of a comparison.
+pub fn table(comparison: &Comparison) -> Table {
     let mut rows = Vec::new();
     for study in &comparison.studies {
         for stage in &study.stages {
