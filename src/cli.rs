@@ -93,8 +93,10 @@ enum Command {
     Diff(diff::DiffArguments),
     /// Pack a study into one archive: manifest, input files, tables, plan and checksums.
     Share(report::ShareArguments),
-    /// Draw the surface, the contact map or the pressures of one task.
+    /// Draw a map of one task: heights, contact, pressures, gaps or displacements.
     View(pictures::ViewArguments),
+    /// Export the maps of one task to ParaView (VTK) or NumPy.
+    Export(pictures::ExportArguments),
     /// Describe the channels of a topography file and draw one of them.
     Surface(pictures::SurfaceArguments),
     /// Check all tables, pages and figures for damage and set damaged tables aside.
@@ -151,6 +153,7 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
         Command::Diff(arguments) => diff::diff(&arguments, &data),
         Command::Share(arguments) => report::share(&arguments, &data),
         Command::View(arguments) => pictures::view(&arguments, &data),
+        Command::Export(arguments) => pictures::export(&arguments, &data),
         Command::Surface(arguments) => pictures::surface(&arguments),
         Command::Verify(arguments) => maintenance::verify(&arguments, &data),
         Command::Prune(arguments) => maintenance::prune(&arguments, &data),

@@ -1,4 +1,5 @@
-//! Commands that draw the maps of a task (`view`) and describe topography files (`surface`).
+//! Commands that draw (`view`) and export (`export`) the maps of a task, and describe topography
+//! files (`surface`).
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,10 +9,12 @@ use comfy_table::{CellAlignment, Table as Grid, presets};
 use serde::Serialize;
 
 use super::{Failure, Misused, print_answer};
+use crate::session::export::{ExportFormat, Exported, ExportedMaps};
+use crate::session::outputs::write_png;
 use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
-use crate::session::view::{Picture, ViewOptions, write_png};
-use crate::session::words::{listed, short, wrapped};
-use crate::session::{Coordinate, DataFolder, MapKind, maps};
+use crate::session::view::{Picture, PictureFormat, ViewOptions};
+use crate::session::words::{counted, listed, short, wrapped};
+use crate::session::{Coordinate, DataFolder, MapKind, PerAxis, TaskMaps, maps};
 
 #[derive(clap::Args)]
 pub struct ViewArguments {
@@ -31,27 +34,44 @@ pub struct ViewArguments {
     #[arg(long, value_enum)]
     map: Option<MapKind>,
 
-    /// Load to draw, in the unit of the study: reduced, or in pascals if its loads are absolute.
+    /// Load to draw, in the unit of the study: reduced, or in the unit of the moduli if its loads
+    /// are absolute.
     ///
     /// By default, the contacts at all loads are overlaid, from dark (smallest load) to light
-    /// (largest load), and pressures are drawn at the largest load.
+    /// (largest load), and other maps are drawn at the largest load.
     #[arg(long, value_parser = finite)]
     load: Option<f64>,
 
-    /// PNG file to write (default: named after the task, the map and the load).
-    #[arg(long, short, value_name = "FILE.png")]
+    /// Show the surface in perspective, shaded and with the colours of the map.
+    #[arg(long = "3d")]
+    relief: bool,
+
+    /// Draw an animation with one picture for each load, all with the same colours.
+    ///
+    /// Files that end in `.gif` or `.apng` are always animations.
+    #[arg(long, conflicts_with = "load")]
+    animate: bool,
+
+    /// Draw the map alone, one pixel for each node, without title and bars (PNG only).
+    #[arg(long, conflicts_with_all = ["animate", "relief"])]
+    bare: bool,
+
+    /// File to write, whose suffix names the format: `.png`, `.svg` or `.pdf`, and for animations
+    /// `.gif`, `.apng` or `.png` (default: a PNG file named after the task, the map and the load).
+    #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
 
-    /// Overwrite an existing PNG file (other files are never overwritten).
+    /// Overwrite an existing file of the same format (other files are never overwritten).
     #[arg(long)]
     replace: bool,
 
     /// Print the result as JSON.
     ///
-    /// Form: `{"file", "task", "map", "nodes", "load", "load_column", "lowest", "highest",
-    /// "unit"}`.
+    /// Form: `{"file", "task", "map", "nodes", "load", "load_column", "pictures", "lowest",
+    /// "highest", "unit"}`.
     ///
-    /// `load` is in the unit of the column `load_column`. For rectangles, `nodes` is `[x, y]`.
+    /// `load` is in the unit of the column `load_column`. For rectangles, `nodes` is `[x, y]`. In
+    /// perspective, `height_factor` is the factor by which heights are enlarged.
     #[arg(long)]
     json: bool,
 }
@@ -67,20 +87,102 @@ struct PictureFile<'a> {
 pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let picture = picture(arguments, data)?;
     let file = arguments.output.clone().unwrap_or_else(|| picture.file_name().into());
-    picture.write(&file, arguments.replace)?;
+    if arguments.bare {
+        picture.write_bare(&file, arguments.replace)?;
+    } else {
+        picture.write(&file, arguments.replace)?;
+    }
     print_answer(arguments.json, &PictureFile { file: &file, picture: &picture }, || {
         format!("{}: {}\n", file.display(), picture.caption())
     })
 }
 
 fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
-    let ViewArguments { what, coordinates, map, load, .. } = arguments;
-    let options = ViewOptions { map: *map, load: *load };
-    // Ctrl-C ends the process, because the command writes nothing before the picture.
-    let stop = AtomicBool::new(false);
+    let ViewArguments { what, stage, coordinates, map, load, relief, .. } = arguments;
+    let format = arguments.output.as_deref().map(PictureFormat::from_path).transpose()?;
+    let animate = arguments.animate || format.is_some_and(PictureFormat::is_animation);
+    let options = ViewOptions { map: *map, load: *load, relief: *relief, animate };
+    let mut maps = maps_of(what, stage.as_deref(), coordinates, *load, data)?;
+    // Ctrl-C ends the process, because nothing is written before the picture is drawn.
+    Ok(Picture::draw(&mut maps, options, &AtomicBool::new(false))?)
+}
+
+#[derive(clap::Args)]
+pub struct ExportArguments {
+    /// Key of a finished task (at least its first 4 digits), as in the `task` column of tables; or
+    /// the manifest of a study.
+    #[arg(value_name = "KEY|MANIFEST")]
+    what: PathBuf,
+
+    /// Stage of the task, if a manifest is given.
+    stage: Option<String>,
+
+    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`.
+    #[arg(value_name = "COLUMN=VALUE")]
+    coordinates: Vec<Coordinate>,
+
+    /// Maps to export, separated by commas (default: all that the task has).
+    #[arg(long, value_enum, value_name = "MAPS", value_delimiter = ',')]
+    map: Vec<MapKind>,
+
+    /// Load to export, in the unit of the study (default: all loads).
+    #[arg(long, value_parser = finite)]
+    load: Option<f64>,
+
+    /// File to write, whose suffix names the format.
+    ///
+    /// `.vti` is VTK image data of one load, `.pvd` a ParaView collection with a folder of `.vti`
+    /// files, one for each load, `.npy` a NumPy array of one map, and `.npz` an archive of NumPy
+    /// arrays with sides, loads and units.
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Overwrite existing files of the same format (other files are never overwritten).
+    #[arg(long)]
+    replace: bool,
+
+    /// Print the result as JSON.
+    ///
+    /// Form: `{"files", "task", "arrays", "nodes", "side", "unit", "pressure_unit", "loads",
+    /// "load_column"}`.
+    ///
+    /// For rectangles, `nodes` and `side` are `[x, y]`.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let ExportArguments { what, stage, coordinates, map, load, output, .. } = arguments;
+    ExportFormat::from_path(output)?;
+    let mut maps = maps_of(what, stage.as_deref(), coordinates, *load, data)?;
+    // Ctrl-C ends the process, because nothing is written before all maps are computed.
+    let exported = ExportedMaps::read(&mut maps, map, *load, &AtomicBool::new(false))?;
+    let exported = exported.write(output, arguments.replace)?;
+    print_answer(arguments.json, &exported, || {
+        let Exported { arrays, nodes: PerAxis([x, y]), loads, .. } = &exported;
+        let loads = match loads.len() {
+            0 => String::new(),
+            count => format!(" at {}", counted(count, "load")),
+        };
+        format!(
+            "{}: {}{loads} on {x} × {y} nodes\n",
+            output.display(),
+            listed(arrays.iter().copied(), "and")
+        )
+    })
+}
+
+/// Opens the maps of a task that is given by its key, or by manifest, stage and coordinates.
+fn maps_of(
+    what: &Path,
+    stage: Option<&str>,
+    coordinates: &[Coordinate],
+    load: Option<f64>,
+    data: &DataFolder,
+) -> Result<TaskMaps, Failure> {
     let session = super::session(what, data);
-    match &arguments.stage {
-        Some(stage) => Ok(session.view(stage, coordinates, options, &stop)?),
+    match stage {
+        Some(stage) => Ok(session.maps(stage, coordinates, load)?),
         None if what.is_file() => {
             let study = session.study()?;
             let stages: Vec<_> = study.stages.iter().map(|stage| &*stage.name).collect();
@@ -91,10 +193,7 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
             );
             Err(Misused(message).into())
         }
-        None => {
-            let mut maps = maps::finished_task(&what.to_string_lossy(), data)?;
-            Ok(Picture::draw(&mut maps, options, &stop)?)
-        }
+        None => Ok(maps::finished_task(&what.to_string_lossy(), data)?),
     }
 }
 

@@ -86,6 +86,9 @@ pub enum SessionError {
     NoMap { task: TaskKey },
     #[error(transparent)]
     Map(MapError),
+    /// A picture cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] PixelsError),
     #[error(transparent)]
     Recipe(serde_json::Error),
     #[error("`{}` is in use by another process; prune when that process has ended", store.display())]

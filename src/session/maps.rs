@@ -87,6 +87,10 @@ pub struct Map {
     pub unit: Option<String>,
     /// Load in the unit of the study, or `None` for heights.
     pub load: Option<f64>,
+    /// Unit of pressures, if it is known.
+    pub pressure_unit: Option<String>,
+    /// Effective modulus E* in the unit of pressures, or `None` for heights.
+    pub effective_modulus: Option<f64>,
     /// Column of the load: `load` for reduced loads, `pressure` for loads in the unit of the moduli.
     pub load_column: Option<&'static str>,
     /// Unit of the load, or `None` if it is unknown.
@@ -237,6 +241,23 @@ impl TaskMaps {
         self.contact.as_ref().map_or(Ok(Vec::new()), SolvedTask::loads)
     }
 
+    /// Returns the unit of length of the surface, if it is known without reading the heights.
+    pub fn length_unit(&self) -> Option<String> {
+        unit_of(&self.contact.as_ref()?.table)
+    }
+
+    /// Names the load with its unit: `load`, `mean pressure (MPa)`.
+    pub fn load_in_words(&self) -> String {
+        let Some(contact) = &self.contact else { return "load".to_owned() };
+        if load_column(&contact.table) == LOAD.name {
+            return "load".to_owned();
+        }
+        match contact.pressure_unit() {
+            Some(unit) => format!("mean pressure ({unit})"),
+            None => "mean pressure".to_owned(),
+        }
+    }
+
     /// Returns the quantities that the task has maps of.
     pub fn kinds(&self) -> &'static [MapKind] {
         if self.contact.is_some() { &MapKind::ALL } else { &[MapKind::Heights] }
@@ -280,14 +301,15 @@ impl TaskMaps {
         };
         let load = contact.table.reals(column)?.value(row);
         let (grid, length_unit) = (contact.grid, unit_of(&contact.table));
-        let pressure_unit = pressure_unit(&contact.table, row, length_unit.as_deref())?;
+        let pressure_unit = contact.pressure_unit();
+        let effective_modulus = contact.table.reals(EFFECTIVE_MODULUS.name)?.value(row);
         let load_unit = match column {
             _ if column == LOAD.name => Some(LOAD.unit.to_owned()),
             _ => pressure_unit.clone(),
         };
         let unit = match kind {
             MapKind::Contact => None,
-            MapKind::Pressures => pressure_unit,
+            MapKind::Pressures => pressure_unit.clone(),
             MapKind::Heights | MapKind::Gap | MapKind::Displacement => length_unit.clone(),
         };
         let values = match kind {
@@ -301,8 +323,18 @@ impl TaskMaps {
             }
             _ => self.field(kind, row, stop)?,
         };
-        let (load, load_column) = (Some(load), Some(column));
-        Ok(Map { kind, values, grid, length_unit, unit, load, load_column, load_unit })
+        Ok(Map {
+            kind,
+            values,
+            grid,
+            length_unit,
+            unit,
+            load: Some(load),
+            load_column: Some(column),
+            load_unit,
+            pressure_unit,
+            effective_modulus: Some(effective_modulus),
+        })
     }
 
     /// Returns the surface of the task.
@@ -332,6 +364,8 @@ impl TaskMaps {
             length_unit: drawn.unit.clone(),
             unit: drawn.unit.clone(),
             load: None,
+            pressure_unit: None,
+            effective_modulus: None,
             load_column: None,
             load_unit: None,
         })
@@ -425,6 +459,13 @@ impl SolvedTask {
         ContactMap::from_bytes(self.grid.nodes(), bytes).map_err(SessionError::Map)
     }
 
+    /// Returns the unit of pressures, if it is known.
+    fn pressure_unit(&self) -> Option<String> {
+        let modulus = self.table.reals(EFFECTIVE_MODULUS.name).ok()?.iter().next()??;
+        let length_unit = unit_of(&self.table);
+        assumed_pressure_unit(modulus, length_unit.as_deref()).map(str::to_owned)
+    }
+
     /// Returns the pressures in a row if they are stored.
     fn stored_pressures(&self, row: usize) -> Option<Vec<f64>> {
         let lists = self.table.lists(PRESSURES.name).ok()?;
@@ -441,16 +482,6 @@ impl SolvedTask {
 fn unit_of(table: &Table) -> Option<String> {
     let unit = table.texts(UNIT.name).ok()?.iter().next()?;
     unit.filter(|unit| !unit.is_empty()).map(str::to_owned)
-}
-
-/// Returns the unit of the pressures in the row of a load, if it is known.
-fn pressure_unit(
-    table: &Table,
-    row: usize,
-    length_unit: Option<&str>,
-) -> Result<Option<String>, SessionError> {
-    let modulus = table.reals(EFFECTIVE_MODULUS.name)?.value(row);
-    Ok(assumed_pressure_unit(modulus, length_unit).map(str::to_owned))
 }
 
 /// Returns threads for a mesh on all cores of the machine. Results do not depend on their number.

@@ -1,58 +1,121 @@
-//! Pictures of the heights, contacts or pressures of one task.
+//! Pictures of the maps of one task: plain, shaded in perspective, and animated over the loads.
 
-use std::fs::{self, File};
-use std::io::{self, Read};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
 use super::coordinates::{Coordinate, load_as_typed};
-use super::maps::{MapKind, TaskMaps};
-use super::words::short;
+use super::maps::{Map, MapKind, TaskMaps};
+use super::outputs::{has_suffix, is_stream, write_output};
+use super::words::{counted, short};
 use super::{Session, SessionError};
 use asperity_contact::grid::Grid;
-use asperity_report::{CONTACT, GAP, Raster, Scale};
+use asperity_report::animation::{AnimationFormat, animation};
+use asperity_report::map_pictures::{
+    NodeValues, Quantity, StillFormat, contacts_panel, pixels, still,
+};
+use asperity_report::relief::Relief;
+use asperity_report::{MapPanel, Raster, Scale, digits};
 use asperity_stages::columns::LOAD;
 use asperity_stages::generate::PerAxis;
-use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, write_file};
 use asperity_tables::store::key::TaskKey;
 
 /// Number of digits of the key in file names.
 const KEY_DIGITS: usize = 8;
+/// Largest number of pixels of a map along one side in an animation.
+const MAX_ANIMATED_PIXELS: usize = 1024;
 
-/// First bytes of every PNG file.
-const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
-
-/// Options of [`Session::view`] and [`finished_task`].
+/// Options of [`Session::view`] and [`Picture::draw`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ViewOptions {
     /// Map to draw (default: heights for surfaces, contact for loads).
     pub map: Option<MapKind>,
-    /// Load in the unit of the study (default: contacts at all loads, pressures at the largest).
+    /// Load in the unit of the study (default: contacts at all loads, other maps at the largest).
     pub load: Option<f64>,
+    /// Show the surface in perspective, with the colours of the map.
+    pub relief: bool,
+    /// Draw one picture for each load, with the same colours.
+    pub animate: bool,
 }
 
 /// Picture of a map with its description.
 #[derive(Debug, Serialize)]
 pub struct Picture {
+    /// One map, or the maps at ascending loads.
     #[serde(skip)]
-    raster: Raster,
+    panels: Vec<MapPanel>,
     /// Key of the requested task, which may differ from the task that contains the map.
     pub task: TaskKey,
     pub map: MapKind,
     /// Number of nodes along x and y.
     pub nodes: PerAxis<usize>,
-    /// Load of the map, or `None` for heights and for contacts at all loads.
+    /// Load of the map, or `None` for heights, for contacts at all loads and for animations.
     pub load: Option<f64>,
-    /// Name of the column of the load: `load` for reduced loads, `pressure` for loads in pascals.
+    /// Name of the column of the load: `load` for reduced loads, `pressure` for loads in the unit
+    /// of the moduli.
     pub load_column: Option<&'static str>,
+    /// Number of pictures, one for each load of an animation.
+    pub pictures: usize,
     /// Smallest value of the colour scale; `None` for contacts.
     pub lowest: Option<f64>,
     /// Largest value of the colour scale; `None` for contacts.
     pub highest: Option<f64>,
     pub unit: Option<String>,
+    /// Factor by which heights are enlarged in perspective.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_factor: Option<f64>,
+}
+
+/// Format of a file with a picture, which its suffix names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureFormat {
+    Still(StillFormat),
+    Animation(AnimationFormat),
+    /// PNG, or APNG for an animation.
+    Png,
+}
+
+impl PictureFormat {
+    /// Returns the format of a file. Streams without a suffix receive PNG.
+    ///
+    /// # Errors
+    /// Returns an error if no format has the suffix.
+    pub fn from_path(path: &Path) -> Result<PictureFormat, SessionError> {
+        let formats = [
+            ("png", PictureFormat::Png),
+            ("svg", PictureFormat::Still(StillFormat::Svg)),
+            ("pdf", PictureFormat::Still(StillFormat::Pdf)),
+            ("apng", PictureFormat::Animation(AnimationFormat::Apng)),
+            ("gif", PictureFormat::Animation(AnimationFormat::Gif)),
+        ];
+        let found = formats.into_iter().find(|(suffix, _)| has_suffix(path, suffix));
+        match found {
+            Some((_, format)) => Ok(format),
+            None if is_stream(path) => Ok(PictureFormat::Png),
+            None => Err(SessionError::Refused(format!(
+                "the format of `{}` is unknown; pictures end in `.png`, `.svg` or `.pdf`, and \
+                 animations in `.gif`, `.apng` or `.png`",
+                path.display()
+            ))),
+        }
+    }
+
+    /// Returns whether files of this format are animations, whatever the options are.
+    pub fn is_animation(self) -> bool {
+        matches!(self, PictureFormat::Animation(_))
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            PictureFormat::Png
+            | PictureFormat::Still(StillFormat::Png)
+            | PictureFormat::Animation(AnimationFormat::Apng) => "PNG",
+            PictureFormat::Still(StillFormat::Svg) => "SVG",
+            PictureFormat::Still(StillFormat::Pdf) => "PDF",
+            PictureFormat::Animation(AnimationFormat::Gif) => "GIF",
+        }
+    }
 }
 
 impl Session<'_> {
@@ -73,7 +136,7 @@ impl Session<'_> {
 }
 
 impl Picture {
-    /// Draws a map of a task.
+    /// Draws a map of a task, or its maps at all loads.
     ///
     /// # Errors
     /// Returns the same errors as [`TaskMaps::map`].
@@ -88,53 +151,97 @@ impl Picture {
             MapKind::Heights
         };
         let kind = options.map.unwrap_or(default);
-        if kind == MapKind::Contact && options.load.is_none() {
-            let (grid, contacts) = maps.contacts()?;
-            return Ok(Picture::new(maps.task, kind, grid, Raster::from_contacts(&contacts)));
+        let surface =
+            if options.relief { Some(maps.map(MapKind::Heights, None, stop)?) } else { None };
+        if kind == MapKind::Contact && options.load.is_none() && !options.animate {
+            return Picture::of_all_contacts(maps, surface.as_ref());
         }
-        let map = maps.map(kind, options.load, stop)?;
-        let (nodes, values) = (map.grid.nodes(), map.values.as_slice());
-        let (raster, scale) = match kind {
-            MapKind::Contact => {
-                let colour = |value| if value > 0.0 { CONTACT } else { GAP };
-                (Raster::from_values(nodes, values, colour), Scale::from_pressures(values))
-            }
-            MapKind::Pressures => {
-                (Raster::from_pressures(nodes, values), Scale::from_pressures(values))
-            }
-            MapKind::Heights | MapKind::Gap | MapKind::Displacement => {
-                (Raster::from_heights(nodes, values), Scale::from_heights(values))
-            }
+        let shown = if options.animate {
+            animated(maps, kind, options.load, stop)?
+        } else {
+            vec![maps.map(kind, options.load, stop)?]
         };
-        let mut picture = Picture::new(maps.task, kind, map.grid, raster);
-        (picture.load, picture.load_column) = (map.load, map.load_column);
+        let scales = shown.iter().map(|map| map.node_values().scale());
+        let scale = scales.reduce(Scale::covering).expect("there is a map");
+        let mut picture = Picture::new(maps.task, kind, shown[0].grid);
+        for map in &shown {
+            let panel = map.node_values().panel(map.title(), &scale);
+            picture.add(panel, surface.as_ref(), map.grid);
+        }
+        if let [map] = shown.as_slice() {
+            picture.load = map.load;
+        }
+        picture.load_column = shown[0].load_column;
+        picture.pictures = shown.len();
         if kind != MapKind::Contact {
             let (lowest, highest) = scale.range().into_inner();
             (picture.lowest, picture.highest) = (Some(lowest), Some(highest));
-            picture.unit = Some(map.unit.unwrap_or_default());
+            picture.unit = Some(shown[0].unit.clone().unwrap_or_default());
         }
         Ok(picture)
     }
 
-    fn new(task: TaskKey, map: MapKind, grid: Grid, raster: Raster) -> Picture {
+    /// Draws the contacts at all loads in one map.
+    fn of_all_contacts(maps: &TaskMaps, surface: Option<&Map>) -> Result<Picture, SessionError> {
+        let (grid, contacts) = maps.contacts()?;
+        let load = maps.load_in_words();
+        let loads: Vec<String> = maps.loads()?.iter().map(|load| digits(*load, 3)).collect();
+        let label = format!("{load} at which contact begins");
+        let title = "contact at all loads".to_owned();
+        let unit = maps.length_unit();
+        let panel = contacts_panel(title, grid, &contacts, &loads, label, unit.as_deref());
+        let mut picture = Picture::new(maps.task, MapKind::Contact, grid);
+        picture.add(panel, surface, grid);
+        Ok(picture)
+    }
+
+    fn new(task: TaskKey, map: MapKind, grid: Grid) -> Picture {
         Picture {
-            raster: raster.in_proportion(grid.cell().size()),
+            panels: Vec::new(),
             task,
             map,
             nodes: PerAxis(grid.nodes()),
             load: None,
             load_column: None,
+            pictures: 1,
             lowest: None,
             highest: None,
             unit: None,
+            height_factor: None,
         }
+    }
+
+    /// Adds a map, drawn over the surface if there is one.
+    fn add(&mut self, panel: MapPanel, surface: Option<&Map>, grid: Grid) {
+        self.panels.push(match surface {
+            None => {
+                let raster = panel.raster.in_proportion(grid.cell().size());
+                MapPanel { raster, ..panel }
+            }
+            Some(surface) => {
+                let Relief { raster, factor } =
+                    Relief::draw(surface.grid, &surface.values, &panel.raster);
+                self.height_factor = Some(factor);
+                let title = match self.map {
+                    MapKind::Heights => format!("heights × {}", short(factor)),
+                    _ => format!("{} · heights × {}", panel.title, short(factor)),
+                };
+                let size = raster.size().map(|side| side as f64);
+                MapPanel {
+                    colour_bar: panel.colour_bar,
+                    has_outline: false,
+                    ..MapPanel::new(title, raster, size)
+                }
+            }
+        });
     }
 
     /// Returns a file name that is unique for the picture.
     pub fn file_name(&self) -> String {
         let load = self.load_in_words().map(|load| format!("-{load}"));
         let key = &self.task.to_string()[..KEY_DIGITS];
-        format!("{key}-{}{}.png", self.map.name(), load.unwrap_or_default())
+        let relief = if self.height_factor.is_some() { "-3d" } else { "" };
+        format!("{key}-{}{}{relief}.png", self.map.name(), load.unwrap_or_default())
     }
 
     /// Describes the picture in one line.
@@ -142,6 +249,9 @@ impl Picture {
         let load = match (self.map, self.load_column.zip(self.load_in_words())) {
             (MapKind::Heights, _) => String::new(),
             (_, Some((column, load))) => format!(" at {column} {load}"),
+            (_, None) if self.panels.len() > 1 => {
+                format!(" at {}", counted(self.panels.len(), "load"))
+            }
             (_, None) => " at all loads".to_owned(),
         };
         let range = match (self.lowest, self.highest) {
@@ -153,15 +263,50 @@ impl Picture {
         };
         let PerAxis([nodes_x, nodes_y]) = self.nodes;
         let range = range.trim_end();
-        format!("{}{load} on {nodes_x} × {nodes_y} nodes{range}", self.map.name())
+        let relief = self.height_factor.map(|factor| format!(", heights × {}", short(factor)));
+        let relief = relief.unwrap_or_default();
+        format!("{}{load} on {nodes_x} × {nodes_y} nodes{range}{relief}", self.map.name())
     }
 
-    /// Writes the picture with [`write_png`].
+    /// Writes the picture with its title and bars in the format of the suffix; see
+    /// [`write_output`].
     ///
     /// # Errors
-    /// Returns the same errors as [`write_png`].
+    /// Returns an error if no format has the suffix, if an animation cannot have the format, if the
+    /// picture is too large, or if the file must not be overwritten or cannot be written.
     pub fn write(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
-        write_png(path, &self.raster.to_png(), replace)
+        let format = PictureFormat::from_path(path)?;
+        let bytes = match (format, self.panels.as_slice()) {
+            (PictureFormat::Animation(format), panels) => animation(&frames(panels)?, format),
+            (PictureFormat::Png, [panel]) => still(panel, StillFormat::Png)?,
+            (PictureFormat::Png, panels) => animation(&frames(panels)?, AnimationFormat::Apng),
+            (PictureFormat::Still(format), [panel]) => still(panel, format)?,
+            (PictureFormat::Still(_), _) => {
+                return Err(SessionError::Refused(format!(
+                    "`{}` cannot hold an animation; choose a file that ends in `.gif`, `.apng` or \
+                     `.png`",
+                    path.display()
+                )));
+            }
+        };
+        write_output(path, &bytes, format.name(), replace)
+    }
+
+    /// Writes the map alone, one pixel for each node, as a PNG file.
+    ///
+    /// # Errors
+    /// Returns an error if the suffix is not `.png`, for an animation, or if the file must not be
+    /// overwritten or cannot be written.
+    pub fn write_bare(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
+        match (PictureFormat::from_path(path)?, self.panels.as_slice()) {
+            (PictureFormat::Png, [panel]) => {
+                write_output(path, &panel.raster.to_png(), "PNG", replace)
+            }
+            _ => Err(SessionError::Refused(format!(
+                "a map without title and bars is a single PNG picture; omit `--bare` to write `{}`",
+                path.display()
+            ))),
+        }
     }
 
     /// Formats the load for captions and file names: `0.1000`, or `1e8` in pascals.
@@ -171,62 +316,68 @@ impl Picture {
     }
 }
 
-/// Writes a picture to a file whose name ends in `.png`.
-///
-/// A file with the same picture is not changed. Another PNG file is overwritten if `replace` is
-/// set; a file of another kind is never overwritten.
-///
-/// # Errors
-/// Returns an error if the name has another extension, or if the file must not be overwritten or
-/// cannot be written.
-pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionError> {
-    let shown = path.display();
-    let refused = |message: String| Err(SessionError::Refused(message));
-    if is_stream(path) {
-        return Ok(fs::write(path, png).map_err(|source| unwritten(path, source))?);
+/// Returns the maps of a quantity at all loads.
+fn animated(
+    maps: &mut TaskMaps,
+    kind: MapKind,
+    load: Option<f64>,
+    stop: &AtomicBool,
+) -> Result<Vec<Map>, SessionError> {
+    if kind == MapKind::Heights || load.is_some() {
+        let message = "an animation shows a map of the contact at all loads; choose another map \
+                       than heights, and omit `--load`";
+        return Err(SessionError::Refused(message.to_owned()));
     }
-    let ending = path.extension().unwrap_or_default();
-    if !ending.eq_ignore_ascii_case("png") {
-        return refused(format!(
-            "pictures are written as PNG files, but `{shown}` does not end in `.png`; use `{}`",
-            path.with_extension("png").display()
-        ));
+    let loads = maps.loads()?;
+    if loads.is_empty() {
+        // The error says what the task lacks.
+        return Ok(vec![maps.map(kind, None, stop)?]);
     }
-    if let Some(there) = beginning(path, png.len() + 1)? {
-        if there == png {
-            return Ok(());
-        }
-        if !there.starts_with(SIGNATURE) {
-            return refused(format!(
-                "`{shown}` is not a PNG file and will not be overwritten; choose another file"
-            ));
-        }
-        if !replace {
-            return refused(format!("`{shown}` already exists; use `--replace` to overwrite it"));
-        }
-    }
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    let folder = folder.unwrap_or(Path::new("."));
-    Ok(write_file(path, png, Existing::Replace, folder)?)
+    loads.into_iter().map(|load| maps.map(kind, Some(load), stop)).collect()
 }
 
-/// Returns whether the path is a pipe or a device, such as `/dev/stdout`.
-fn is_stream(path: &Path) -> bool {
-    let metadata = path.metadata();
-    metadata.is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+/// Draws the pictures of an animation.
+fn frames(panels: &[MapPanel]) -> Result<Vec<Raster>, SessionError> {
+    let frame = |panel: &MapPanel| {
+        let raster = panel.raster.at_most(MAX_ANIMATED_PIXELS);
+        Ok(pixels(&MapPanel { raster, ..panel.clone() })?)
+    };
+    panels.iter().map(frame).collect()
 }
 
-/// Returns up to `limit` bytes from the start of a file, or `None` if it does not exist.
-fn beginning(path: &Path, limit: usize) -> Result<Option<Vec<u8>>, StoreError> {
-    let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(limit as u64).read_to_end(&mut bytes));
-    match read {
-        Ok(_) => Ok(Some(bytes)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(unwritten(path, source)),
+impl Map {
+    /// Returns the values with what a picture needs to know about them.
+    fn node_values(&self) -> NodeValues<'_> {
+        NodeValues {
+            quantity: match self.kind {
+                MapKind::Heights => Quantity::Height,
+                MapKind::Contact => Quantity::Contact,
+                MapKind::Pressures => Quantity::Pressure,
+                MapKind::Gap => Quantity::Gap,
+                MapKind::Displacement => Quantity::Displacement,
+            },
+            values: &self.values,
+            grid: self.grid,
+            unit: self.unit.as_deref(),
+            length_unit: self.length_unit.as_deref(),
+            effective_modulus: self.effective_modulus.unwrap_or(1.0),
+        }
     }
-}
 
-fn unwritten(path: &Path, source: io::Error) -> StoreError {
-    StoreError::Write { path: path.to_owned(), source }
+    /// Returns quantity and load: `gap at load 0.1`, or `gap at 10 MPa`.
+    fn title(&self) -> String {
+        let name = self.kind.name();
+        match (self.load, self.load_column) {
+            (Some(load), Some(column)) if column == LOAD.name => {
+                format!("{name} at load {}", digits(load, 4))
+            }
+            (Some(load), Some(_)) => match self.pressure_unit.as_deref() {
+                Some(unit) => {
+                    format!("{name} at {}", asperity_report::pressure_in_words(load, unit))
+                }
+                None => format!("{name} at pressure {}", load_as_typed(load)),
+            },
+            _ => name.to_owned(),
+        }
+    }
 }

@@ -16,6 +16,7 @@ mod distributions;
 mod disturbance;
 mod ensembles;
 mod explain;
+mod exports;
 mod failures;
 mod faults;
 mod figures;

@@ -284,7 +284,7 @@ fn size_of(bench: &Bench, arguments: &[&str]) -> ([u32; 2], Value) {
     let path = bench.path("view.png");
     let study = bench.path("study.toml");
     let start = ["view", study.to_str().unwrap()];
-    let options = ["--json", "--replace", "--output", path.to_str().unwrap()];
+    let options = ["--bare", "--json", "--replace", "--output", path.to_str().unwrap()];
     let output = bench.output(&[&start, arguments, &options].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let file = BufReader::new(File::open(path).unwrap());

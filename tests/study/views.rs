@@ -60,25 +60,64 @@ fn a_picture_replaces_no_other_file_unless_it_is_asked_for_and_nothing_but_pictu
     assert!(code == Some(2) && printed.contains("is not a PNG file"), "{printed}");
     assert_eq!(fs::read_to_string(map).unwrap(), STUDY);
     let (code, printed) = view("0.1", &["-o", manifest, "--replace"]);
-    assert!(code == Some(2) && printed.contains("does not end in `.png`"), "{printed}");
+    assert!(code == Some(2) && printed.contains("the format of"), "{printed}");
     assert_eq!(fs::read_to_string(manifest).unwrap(), STUDY);
 }
 
 #[test]
-fn a_picture_is_a_png_file_and_no_other_ending_promises_another_format() {
+fn the_suffix_of_a_picture_names_its_format_and_other_suffixes_are_refused() {
     let bench = Bench::new();
     bench.run(STUDY);
     let key = first_task(&bench, "light");
-    for ending in ["pdf", "svg"] {
-        let path = bench.path(&format!("map.{ending}"));
+    for (suffix, beginning) in [
+        ("png", &b"\x89PNG"[..]),
+        ("PNG", &b"\x89PNG"[..]),
+        ("svg", &b"<svg"[..]),
+        ("pdf", &b"%PDF"[..]),
+        ("gif", &b"GIF89a"[..]),
+        ("apng", &b"\x89PNG"[..]),
+    ] {
+        let path = bench.path(&format!("map.{suffix}"));
+        let output = bench.output(&["view", &key, "--output", path.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(fs::read(&path).unwrap().starts_with(beginning), "{suffix}");
+    }
+    for suffix in ["webp", "txt", "parquet"] {
+        let path = bench.path(&format!("map.{suffix}"));
         let printed = refused(&bench, &[&key, "--output", path.to_str().unwrap()]);
-        assert!(printed.contains("written as PNG files"), "{printed}");
-        assert!(printed.contains("map.png`"), "{printed}");
+        assert!(printed.contains("`.png`, `.svg` or `.pdf`"), "{printed}");
         assert!(!path.exists());
     }
-    let path = bench.path("map.PNG");
-    let output = bench.output(&["view", &key, "--output", path.to_str().unwrap()]);
-    assert!(output.status.success() && path.exists());
+}
+
+#[test]
+fn an_animation_has_a_picture_for_each_load_and_no_vectors() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let key = first_task(&bench, "light");
+    let (printed, bytes) = view(&bench, &[&key, "--map", "gap", "--animate"]);
+    assert_eq!((&printed["pictures"], &printed["load"]), (&4.into(), &Value::Null));
+    let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    assert_eq!(reader.info().animation_control.unwrap().num_frames, 4);
+    let path = bench.path("gap.svg");
+    let printed = refused(&bench, &[&key, "--animate", "--output", path.to_str().unwrap()]);
+    assert!(printed.contains("cannot hold an animation"), "{printed}");
+    let surface = first_task(&bench, "surfaces");
+    let printed = refused(&bench, &[&surface, "--animate"]);
+    assert!(printed.contains("at all loads"), "{printed}");
+}
+
+#[test]
+fn a_relief_is_a_picture_of_its_own_with_the_factor_of_its_heights() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let key = first_task(&bench, "light");
+    let flat = view(&bench, &[&key, "--map", "pressures"]);
+    let relief = view(&bench, &[&key, "--map", "pressures", "--3d"]);
+    assert!(relief.0["height_factor"].as_f64().unwrap() > 0.0);
+    assert_eq!(relief.0["highest"], flat.0["highest"]);
+    assert_ne!(relief.1, flat.1);
+    assert_eq!(view(&bench, &[&key, "--map", "pressures", "--3d"]), relief);
 }
 
 fn refused(bench: &Bench, arguments: &[&str]) -> String {
@@ -102,7 +141,7 @@ fn a_contact_map_has_a_dark_pixel_for_each_node_that_touches() {
     let (table, _) = parquet::decode(file, Columns::All).unwrap();
     for row in 0..table.rows() {
         let load = table.reals("load").unwrap().value(row);
-        view(&bench, &[&key, "--load", &load.to_string()]);
+        view(&bench, &[&key, "--load", &load.to_string(), "--bare"]);
         let (nodes, pixels) = pixels(&bench.path("view.png"));
         let map = ContactMap::from_bytes([nodes; 2], table.bytes("contact").unwrap().value(row));
         let map = map.unwrap();

@@ -15,10 +15,13 @@
 //! | `plotted` | points of declared and automatic figures, from the rows of a table |
 //! | `symbols` | labels of axes and legends for columns of tables |
 //! | `figures` | all figures, in files by subject |
+//! | `map_pictures`, `relief` | pictures of single maps, and of surfaces in perspective |
+//! | `animation` | sweeps of loads as GIF and APNG files |
 //! | `charts` | drawing: axes, series, legends, maps; SVG, PNG and PDF |
 //! | `page` | the HTML page and its provenance |
 //! | `earlier` | contents and replacement of an earlier report |
 
+pub mod animation;
 mod charts;
 mod earlier;
 mod ensembles;
@@ -26,19 +29,22 @@ mod ensembles;
 mod every_consumer;
 mod figure_data;
 mod figures;
+pub mod map_pictures;
 mod page;
 mod plotted;
+pub mod relief;
 mod samples;
 mod styles;
 mod surface_curves;
 mod symbols;
 mod units;
 
-pub use charts::raster::{CONTACT, GAP, Raster, Scale};
+pub use charts::map_panel::{BarNumbers, ColourBar, MapPanel, ScaleBar};
+pub use charts::raster::{Raster, Scale};
 pub use charts::svg::PixelsError;
 pub use earlier::{changed_files, check_folder};
 pub use ensembles::Bars;
-pub use units::assumed_pressure_unit;
+pub use units::{assumed_pressure_unit, digits, pressure_in_words};
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -141,6 +141,13 @@ pub fn assumed_pressure_unit(modulus: f64, length_unit: Option<&str>) -> Option<
     are_pascals(modulus, &LengthUnit::common([length_unit])).then_some("Pa")
 }
 
+/// Formats a pressure with its unit: `10 MPa`. Pascals get a suitable prefix.
+pub fn pressure_in_words(pressure: f64, unit: &str) -> String {
+    let Scaled { factor, unit } =
+        if unit == "Pa" { in_pascals(pressure) } else { Scaled::plain(unit) };
+    format!("{} {unit}", digits(factor * pressure, 4))
+}
+
 /// Returns pascals with a prefix for pressures up to `largest`.
 pub fn in_pascals(largest: f64) -> Scaled {
     prefixed(largest, "Pa")

@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use colorous::{CIVIDIS, Gradient, INFERNO, YELLOW_GREEN_BLUE};
+use colorous::{CIVIDIS, Gradient, INFERNO, PLASMA, VIRIDIS, YELLOW_GREEN_BLUE};
 
 use asperity_contact::morphology::map::ContactMap;
 
@@ -47,6 +47,29 @@ impl Scale {
     pub fn from_pressures(pressures: &[f64]) -> Scale {
         let scale = Scale::over(INFERNO, pressures);
         Scale { lowest: 0.0, ..scale }
+    }
+
+    /// Creates a scale from zero to the largest gap. If the material yields, the scale begins at the
+    /// deepest negative gap.
+    pub fn from_gaps(gaps: &[f64]) -> Scale {
+        let scale = Scale::over(VIRIDIS, gaps);
+        // Gaps are solved to a tolerance, so slightly negative gaps are no yielding.
+        let yields = scale.lowest < -1e-3 * scale.highest;
+        Scale { lowest: if yields { scale.lowest } else { 0.0 }, ..scale }
+    }
+
+    /// Creates a scale from the lowest to the highest displacement.
+    pub fn from_displacements(displacements: &[f64]) -> Scale {
+        Scale::over(PLASMA, displacements)
+    }
+
+    /// Extends the scale such that it covers another one.
+    pub fn covering(self, other: Scale) -> Scale {
+        Scale {
+            lowest: self.lowest.min(other.lowest),
+            highest: self.highest.max(other.highest),
+            ..self
+        }
     }
 
     fn over(gradient: Gradient, values: &[f64]) -> Scale {
@@ -132,6 +155,21 @@ impl Raster {
         })
     }
 
+    /// Returns the colours of ascending loads in [`Raster::from_contacts`].
+    pub fn from_loads(count: usize) -> Raster {
+        let pixels = (0..count).map(|load| colour_of_load(load, count)).collect();
+        Raster { width: count, height: 1, pixels }
+    }
+
+    /// Creates a picture from its pixels by rows, from the top.
+    ///
+    /// # Panics
+    /// If the number of pixels is not `width` × `height`.
+    pub fn from_pixels([width, height]: [usize; 2], pixels: Vec<Pixel>) -> Raster {
+        assert_eq!(pixels.len(), width * height, "a picture is a rectangle");
+        Raster { width, height, pixels }
+    }
+
     /// Draws nodes with x to the right and y upwards.
     fn from_nodes([nodes_x, nodes_y]: [usize; 2], colour: impl Fn(usize) -> Pixel) -> Raster {
         let rows = (0..nodes_y).rev();
@@ -140,9 +178,22 @@ impl Raster {
     }
 
     /// Returns the pixels by rows, from the top.
+    pub fn as_slice(&self) -> &[Pixel] {
+        &self.pixels
+    }
+
+    /// Returns the pixels by rows, from the top.
     #[cfg(test)]
     pub(super) fn pixels(&self) -> impl Iterator<Item = &Pixel> {
         self.pixels.iter()
+    }
+
+    /// Returns the different colours, sorted.
+    pub fn palette(&self) -> Vec<Pixel> {
+        let mut palette = self.pixels.clone();
+        palette.sort_unstable();
+        palette.dedup();
+        palette
     }
 
     pub fn size(&self) -> [usize; 2] {
@@ -194,9 +245,7 @@ impl Raster {
     /// Encodes the picture as PNG. Equal pictures give equal bytes. Pictures with few colours use a
     /// palette, which takes a third of the space.
     pub fn to_png(&self) -> Vec<u8> {
-        let mut palette: Vec<Pixel> = self.pixels.clone();
-        palette.sort_unstable();
-        palette.dedup();
+        let palette = self.palette();
         let size = self
             .size()
             .map(|side| u32::try_from(side).expect("a picture has fewer than 2³² pixels per side"));
@@ -255,7 +304,7 @@ impl HeightMap {
 
 /// Averages the heights over rectangles of nodes. Returns the numbers of rectangles along x and y,
 /// each at most `most`, and the means.
-fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<f64>) {
+pub(crate) fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<f64>) {
     let [step_x, step_y] = nodes.map(|side| side.div_ceil(most.max(1)));
     let pixels = [nodes[0].div_ceil(step_x), nodes[1].div_ceil(step_y)];
     let mut means = Vec::with_capacity(pixels[0] * pixels[1]);

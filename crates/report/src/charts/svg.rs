@@ -7,11 +7,12 @@ use std::sync::{Arc, LazyLock};
 
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene};
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{self, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, MetadataProvider};
 
+use crate::charts::raster::Raster;
 use crate::charts::style::{self, Colour};
 
 /// Returns the scene as SVG that scales with the page. `maps` are drawn behind it.
@@ -94,27 +95,32 @@ pub(super) fn tree(svg: &str) -> Result<Tree, PixelsError> {
 
 /// Converts an SVG drawing to PNG, with `scale` pixels per unit.
 pub fn to_png(svg: &str, scale: f32) -> Result<Vec<u8>, PixelsError> {
+    let pixels = to_raster(svg, scale)?;
+    let encode = |error: png::EncodingError| PixelsError::Encode { reason: error.to_string() };
+    let [width, height] = pixels.size().map(|side| side as u32);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder
+        .write_header()
+        .and_then(|mut writer| writer.write_image_data(pixels.as_slice().as_flattened()))
+        .map_err(encode)?;
+    Ok(bytes)
+}
+
+/// Draws an SVG drawing with a background as pixels, with `scale` pixels per unit.
+pub fn to_raster(svg: &str, scale: f32) -> Result<Raster, PixelsError> {
     let tree = tree(svg)?;
     let [width, height] =
         [tree.size().width(), tree.size().height()].map(|side| (side * scale).ceil() as u32);
     let mut pixels = Pixmap::new(width, height).ok_or(PixelsError::Size { width, height })?;
+    // The background covers the edges that a fraction of a pixel leaves free.
+    pixels.fill(tiny_skia::Color::WHITE);
     let transform = Transform::from_scale(scale, scale);
     resvg::render(&tree, transform, &mut pixels.as_mut());
-    let encode = |error: png::EncodingError| PixelsError::Encode { reason: error.to_string() };
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
     // Separate drawings have a background, so no pixel is transparent.
-    let colours: Vec<u8> = pixels
-        .pixels()
-        .iter()
-        .flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()])
-        .collect();
-    encoder
-        .write_header()
-        .and_then(|mut writer| writer.write_image_data(&colours))
-        .map_err(encode)?;
-    Ok(bytes)
+    let colours = pixels.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]);
+    Ok(Raster::from_pixels([width as usize, height as usize], colours.collect()))
 }
 
 /// Returns the width of a text of this size, in pixels. A character that is not in the font counts

@@ -9,7 +9,7 @@ use arrow::array::Array;
 use crate::ReportError;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, Series};
-use crate::charts::map_panel::{ColourBar, MapPanel};
+use crate::charts::map_panel::{BarNumbers, ColourBar, MapPanel};
 use crate::charts::raster::{HeightMap, Raster};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::charts::{Figure, Panel, in_rows, panel_of_map};
@@ -134,7 +134,7 @@ fn panel(title: String, map: &ShownMap, unit: Option<&str>) -> MapPanel {
     let ShownMap { heights, size } = map;
     MapPanel {
         scale_bar: scale_bar(size[0], unit),
-        colour_bar: heights.range.map(|range| colour_bar(heights, range, unit)),
+        colour_bar: heights.range.map(|range| Box::new(colour_bar(heights, range, unit))),
         ..MapPanel::new(title, heights.raster.clone(), *size)
     }
 }
@@ -150,7 +150,7 @@ fn colour_bar(heights: &HeightMap, range: [f64; 2], unit: Option<&str>) -> Colou
             LengthUnit::Metre | LengthUnit::Named(_) => format!("{number} {}", scaled.unit),
         }
     };
-    ColourBar { colours: heights.colours.clone(), lowest: text(range[0]), highest: text(range[1]) }
+    ColourBar { colours: heights.colours.clone(), numbers: BarNumbers::Ends(range.map(text)) }
 }
 
 /// Returns the number of columns: one for each upper cutoff if all pairs of cutoffs exist,

@@ -1,0 +1,173 @@
+//! Animations of pictures as APNG and GIF files, which repeat without end.
+//!
+//! Equal pictures give equal bytes.
+
+use gif::{Encoder, Frame, Repeat};
+
+use crate::charts::raster::{Pixel, Raster};
+
+/// Duration of an animation without its last picture, in hundredths of a second.
+const DURATION: usize = 800;
+/// Shortest and longest time for one picture, in hundredths of a second.
+const TIMES: [usize; 2] = [8, 80];
+/// Time for the last picture, in hundredths of a second.
+const LAST: u16 = 150;
+/// Largest number of colours of a GIF file.
+const PALETTE: usize = 256;
+
+/// Format of an animation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AnimationFormat {
+    Apng,
+    Gif,
+}
+
+/// Encodes pictures of the same size as an animation.
+///
+/// # Panics
+/// If there is no picture, or if the pictures have different sizes.
+pub fn animation(pictures: &[Raster], format: AnimationFormat) -> Vec<u8> {
+    let size = pictures[0].size();
+    assert!(pictures.iter().all(|picture| picture.size() == size), "all pictures have one size");
+    match format {
+        AnimationFormat::Apng => apng(pictures, size),
+        AnimationFormat::Gif => gif(pictures, size),
+    }
+}
+
+/// Returns the time for each of `count` pictures, in hundredths of a second.
+fn times(count: usize) -> impl Iterator<Item = u16> {
+    let [shortest, longest] = TIMES;
+    let time = (DURATION / count).clamp(shortest, longest) as u16;
+    std::iter::repeat_n(time, count - 1).chain([LAST])
+}
+
+fn apng(pictures: &[Raster], size: [usize; 2]) -> Vec<u8> {
+    let [width, height] = size.map(|side| side as u32);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::High);
+    let written = encoder.set_animated(pictures.len() as u32, 0).and_then(|()| {
+        let mut writer = encoder.write_header()?;
+        for (picture, time) in pictures.iter().zip(times(pictures.len())) {
+            writer.set_frame_delay(time, 100)?;
+            writer.write_image_data(picture.as_slice().as_flattened())?;
+        }
+        writer.finish()
+    });
+    written.expect("writing to memory cannot fail");
+    bytes
+}
+
+fn gif(pictures: &[Raster], size: [usize; 2]) -> Vec<u8> {
+    let [width, height] = size.map(|side| u16::try_from(side).expect("pictures are small"));
+    let (palette, bits) = palette(pictures);
+    let mut bytes = Vec::new();
+    let encoder = Encoder::new(&mut bytes, width, height, palette.as_flattened());
+    let written = encoder.and_then(|mut encoder| {
+        encoder.set_repeat(Repeat::Infinite)?;
+        for (picture, delay) in pictures.iter().zip(times(pictures.len())) {
+            let index = |pixel: &Pixel| {
+                let found = palette.binary_search(&rounded(*pixel, bits));
+                found.expect("the palette has all colours") as u8
+            };
+            let buffer = picture.as_slice().iter().map(index).collect::<Vec<u8>>().into();
+            encoder.write_frame(&Frame { width, height, delay, buffer, ..Frame::default() })?;
+        }
+        Ok(())
+    });
+    written.expect("writing to memory cannot fail");
+    bytes
+}
+
+/// Returns the colours of all pictures, rounded to as many bits per channel as give at most
+/// [`PALETTE`] colours, and the number of bits.
+fn palette(pictures: &[Raster]) -> (Vec<Pixel>, u32) {
+    let mut all: Vec<Pixel> = pictures.iter().flat_map(Raster::palette).collect();
+    all.sort_unstable();
+    all.dedup();
+    for bits in (1..=8).rev() {
+        let mut colours: Vec<Pixel> = all.iter().map(|colour| rounded(*colour, bits)).collect();
+        colours.sort_unstable();
+        colours.dedup();
+        if colours.len() <= PALETTE {
+            return (colours, bits);
+        }
+    }
+    unreachable!("one bit per channel gives eight colours")
+}
+
+/// Rounds the channels of a colour to a number of bits, such that black and white stay what they
+/// are.
+fn rounded(colour: Pixel, bits: u32) -> Pixel {
+    let levels = (1u32 << bits) - 1;
+    colour.map(|channel| {
+        let level = (u32::from(channel) * levels + 127) / 255;
+        ((level * 255 + levels / 2) / levels) as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pictures() -> Vec<Raster> {
+        let picture = |shift: usize| {
+            let pixel = |index: usize| [(index * 3 + shift) as u8, (index * 7) as u8, shift as u8];
+            Raster::from_pixels([20, 30], (0..600).map(pixel).collect())
+        };
+        (0..3).map(picture).collect()
+    }
+
+    #[test]
+    fn an_apng_holds_every_picture_and_repeats() {
+        let pictures = pictures();
+        let bytes = animation(&pictures, AnimationFormat::Apng);
+        assert_eq!(bytes, animation(&pictures, AnimationFormat::Apng));
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        let control = reader.info().animation_control.unwrap();
+        assert_eq!((control.num_frames, control.num_plays), (3, 0));
+        for picture in &pictures {
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            assert_eq!(pixels, picture.as_slice().as_flattened());
+        }
+    }
+
+    #[test]
+    fn a_gif_holds_every_picture_with_colours_that_differ_by_rounding_only() {
+        let pictures = pictures();
+        let bytes = animation(&pictures, AnimationFormat::Gif);
+        let mut options = gif::DecodeOptions::new();
+        options.set_color_output(gif::ColorOutput::RGBA);
+        let mut decoder = options.read_info(bytes.as_slice()).unwrap();
+        assert_eq!(decoder.repeat(), Repeat::Infinite);
+        for picture in &pictures {
+            let frame = decoder.read_next_frame().unwrap().unwrap();
+            let found = frame.buffer.chunks(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]);
+            for (found, expected) in found.zip(picture.as_slice()) {
+                let channels = found.iter().zip(expected);
+                assert!(channels.into_iter().all(|(one, other)| one.abs_diff(*other) <= 36));
+            }
+        }
+        assert!(decoder.read_next_frame().unwrap().is_none());
+    }
+
+    #[test]
+    fn few_colours_keep_all_bits() {
+        let picture = Raster::from_pixels([2, 1], vec![[1, 2, 3], [4, 5, 6]]);
+        assert_eq!(palette(&[picture]), (vec![[1, 2, 3], [4, 5, 6]], 8));
+        for bits in 1..=8 {
+            assert_eq!(rounded([0, 255, 0], bits), [0, 255, 0]);
+        }
+    }
+
+    #[test]
+    fn pictures_of_long_sweeps_are_shown_shorter() {
+        let of = |count| times(count).next().unwrap();
+        assert_eq!([of(2), of(20), of(1000)], [80, 40, 8]);
+        assert_eq!(times(5).last(), Some(LAST));
+        assert_eq!(times(1).collect::<Vec<_>>(), [LAST]);
+    }
+}

@@ -1,0 +1,161 @@
+//! The command `asperity export`.
+
+use std::fs;
+
+use asperity::topography_files::read;
+use serde_json::Value;
+
+use crate::bench::{Bench, STUDY, text};
+
+/// Rectangle with a ridge along y near the end of x, which no exchange of axes leaves unchanged.
+const RIDGE: &str = r#"
+[study]
+name = "ridge"
+
+[stage.surface]
+kind = "generate"
+method = "file"
+path = "ridge.npy"
+side = [6.0, 4.0]
+unit = "µm"
+
+[stage.contact]
+kind = "solve"
+from = "surface"
+boundary = "free"
+loads = [0.01, 0.02]
+"#;
+
+const NODES: [usize; 2] = [24, 16];
+
+fn height(i: usize, j: usize) -> f64 {
+    if i >= 20 { 0.1 + 0.001 * j as f64 } else { 0.0 }
+}
+
+/// Runs the study of a ridge.
+fn ridge() -> Bench {
+    let bench = Bench::new();
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (24, 16), }";
+    let header = format!("{header:<117}\n");
+    let heights = (0..NODES[0] * NODES[1]).map(|node| height(node / NODES[1], node % NODES[1]));
+    let start = [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes()];
+    let file: Vec<u8> =
+        start.concat().into_iter().chain(heights.flat_map(f64::to_le_bytes)).collect();
+    fs::write(bench.path("ridge.npy"), file).unwrap();
+    bench.run(RIDGE);
+    bench
+}
+
+fn export(bench: &Bench, stage: &str, file: &str, options: &[&str]) -> Result<Value, String> {
+    let (study, path) = (bench.path("study.toml"), bench.path(file));
+    let start = ["export", study.to_str().unwrap(), stage, "--json"];
+    let end = ["--output", path.to_str().unwrap()];
+    let output = bench.output(&[&start, options, &end].concat());
+    if output.status.success() {
+        return Ok(serde_json::from_slice(&output.stdout).unwrap());
+    }
+    assert_eq!(output.status.code(), Some(2));
+    Err(text(&output.stderr))
+}
+
+#[test]
+fn a_numpy_array_has_x_along_its_first_axis() {
+    let bench = ridge();
+    let printed = export(&bench, "contact", "heights.npy", &["--map", "heights"]).unwrap();
+    assert_eq!(printed["arrays"], serde_json::json!(["height"]));
+    assert_eq!(printed["nodes"], serde_json::json!([24, 16]));
+    assert_eq!((&printed["side"][0], &printed["unit"]), (&6.0.into(), &"µm".into()));
+    let bytes = fs::read(bench.path("heights.npy")).unwrap();
+    let header = String::from_utf8_lossy(&bytes[10..128]);
+    assert!(header.contains("'shape': (24, 16), }"), "{header}");
+    let file = read(&bytes).unwrap();
+    let map = file.channels()[0].map();
+    assert_eq!(map.nodes(), NODES);
+    let mean = map.heights().iter().sum::<f64>() / map.heights().len() as f64;
+    let given: Vec<f64> = (0..24 * 16).map(|node| height(node / 16, node % 16)).collect();
+    let given_mean = given.iter().sum::<f64>() / given.len() as f64;
+    for (found, given) in map.heights().iter().zip(&given) {
+        assert!((found - mean - (given - given_mean)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_sweep_has_an_axis_of_loads_and_a_single_load_has_none() {
+    let bench = ridge();
+    let shape = |file: &str, options: &[&str]| {
+        export(&bench, "contact", file, options).unwrap();
+        let bytes = fs::read(bench.path(file)).unwrap();
+        String::from_utf8_lossy(&bytes[10..128]).trim_end().to_owned()
+    };
+    let sweep = shape("gap.npy", &["--map", "gap"]);
+    assert!(sweep.contains("'shape': (2, 24, 16), }"), "{sweep}");
+    let single = shape("contact.npy", &["--map", "contact", "--load", "0.02"]);
+    assert!(single.contains("'descr': '|b1'") && single.contains("(24, 16)"), "{single}");
+}
+
+#[test]
+fn vtk_image_data_has_x_fastest_and_units() {
+    let bench = ridge();
+    export(&bench, "contact", "maps.vti", &["--load", "0.02", "--map", "heights,contact"]).unwrap();
+    let bytes = fs::read(bench.path("maps.vti")).unwrap();
+    let start = bytes.windows(5).position(|window| window == b"raw\">").unwrap() + 7;
+    let head = String::from_utf8_lossy(&bytes[..start]);
+    assert!(head.contains("WholeExtent=\"0 23 0 15 0 0\""), "{head}");
+    assert!(head.contains("Spacing=\"0.25 0.25 0.25\""), "{head}");
+    assert!(head.contains(">µm</InformationKey>"), "{head}");
+    assert!(head.contains("Name=\"load\" NumberOfTuples=\"1\" format=\"ascii\">0.02<"), "{head}");
+    assert!(head.contains("Name=\"contact\" format=\"appended\" offset=\"3080\""), "{head}");
+    let number = |at: usize| -> [u8; 8] { bytes[start + at..start + at + 8].try_into().unwrap() };
+    assert_eq!(u64::from_le_bytes(number(0)), 24 * 16 * 8);
+    let found = |i: usize, j: usize| f64::from_le_bytes(number(8 + 8 * (j * 24 + i)));
+    for (i, j) in [(0, 0), (19, 15), (20, 0), (23, 7), (22, 15)] {
+        let difference = found(i, j) - found(0, 0) - height(i, j);
+        assert!(difference.abs() < 1e-12, "({i}, {j})");
+    }
+}
+
+#[test]
+fn a_collection_has_a_file_for_each_load() {
+    let bench = ridge();
+    let printed = export(&bench, "contact", "sweep.pvd", &["--map", "pressures"]).unwrap();
+    assert_eq!(printed["loads"], serde_json::json!([0.01, 0.02]));
+    assert_eq!(printed["files"].as_array().unwrap().len(), 3);
+    let collection = fs::read_to_string(bench.path("sweep.pvd")).unwrap();
+    assert!(collection.contains("timestep=\"0.02\" part=\"0\" file=\"sweep/0001.vti\""));
+    assert!(bench.path("sweep/0000.vti").exists() && bench.path("sweep/0001.vti").exists());
+}
+
+#[test]
+fn equal_maps_are_equal_archives_of_all_arrays() {
+    let bench = ridge();
+    let printed = export(&bench, "contact", "maps.npz", &[]).unwrap();
+    let arrays = ["height", "contact", "pressure", "gap", "displacement"];
+    assert_eq!(printed["arrays"], serde_json::json!(arrays));
+    let first = fs::read(bench.path("maps.npz")).unwrap();
+    export(&bench, "contact", "again.npz", &[]).unwrap();
+    assert_eq!(fs::read(bench.path("again.npz")).unwrap(), first);
+    let names = String::from_utf8_lossy(&first).into_owned();
+    for name in arrays.iter().chain(&["side", "load", "unit"]) {
+        assert!(names.contains(&format!("{name}.npy")), "{name}");
+    }
+    let surface = export(&bench, "surface", "surface.npz", &[]).unwrap();
+    assert_eq!(surface["arrays"], serde_json::json!(["height"]));
+}
+
+#[test]
+fn impossible_exports_are_refused_with_advice() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let task = ["k_upper=8", "realization=1"];
+    for (stage, file, options, message) in [
+        ("light", "map.csv", &[][..], "`.vti` (VTK, one load)"),
+        ("light", "map.vti", &[][..], "write all to"),
+        ("light", "map.npy", &[][..], "choose one of `height`, `contact`"),
+        ("light", "map.npz", &["--load", "7"][..], "the nearest is 0.1"),
+        ("surfaces", "map.npz", &["--map", "gap"][..], "generates a surface and has no gap"),
+    ] {
+        let refused = export(&bench, stage, file, &[&task[..], options].concat()).unwrap_err();
+        assert!(refused.contains(message), "{message} in\n{refused}");
+        assert!(!bench.path(file).exists());
+    }
+}
