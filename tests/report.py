@@ -48,18 +48,48 @@ return lowest;
 
 # Names of empty figures: without size, without axes and map, or with points that are not numbers.
 UNDRAWN = """
-return [...document.querySelectorAll("figure")].filter((figure) => {
-    const svg = figure.querySelector("svg");
+return [...document.querySelectorAll("figure .panel")].filter((panel) => {
+    const svg = panel.querySelector("svg");
     const box = svg?.getBoundingClientRect();
-    const marks = svg?.querySelectorAll("path, polyline, circle, image, polygon").length;
-    return !box || box.width < 200 || box.height < 100 || !marks || /="[^"]*\\bNaN\\b/.test(svg.outerHTML.replace(/data:[^"]*/g, ""));
-}).map((figure) => figure.id);
+    const marks = svg?.querySelectorAll(".series path, .series polyline, .series circle, image, .series polygon").length;
+    return !box || box.width < 180 || box.height < 100 || !marks || /="[^"]*\\bNaN\\b/.test(svg.outerHTML.replace(/data:[^"]*/g, ""));
+}).map((panel) => panel.closest("figure").id);
+"""
+
+# Charts whose data are at one place only.
+ONE_PLACE = """
+return [...document.querySelectorAll("figure .chart")].filter((chart) => {
+    const all = [...chart.querySelectorAll("[data-points]")].flatMap((group) => group.dataset.points.split(" "));
+    const places = new Set(all.map((point) => point.split(",")[0]));
+    return places.size < 2;
+}).map((chart) => chart.closest("figure").id);
+"""
+
+# Height in pixels of the smallest visible text, and this text.
+SMALLEST = """
+let smallest = [Infinity, ""];
+for (const element of document.querySelectorAll("body *")) {
+    const own = [...element.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!own || !element.getClientRects().length || element.closest("script, style, details:not([open]) > :not(summary)")) continue;
+    const matrix = element instanceof SVGElement ? element.getScreenCTM() : null;
+    const scale = matrix ? Math.hypot(matrix.c, matrix.d) : 1;
+    const size = scale * parseFloat(getComputedStyle(element).fontSize);
+    if (size < smallest[0]) smallest = [size, element.textContent.trim().slice(0, 40)];
+}
+return smallest;
+"""
+
+# Visible text of the page without code, for texts that were not formatted.
+TEXT = """
+const copy = document.body.cloneNode(true);
+copy.querySelectorAll("pre, code, script, style").forEach((part) => part.remove());
+return copy.textContent;
 """
 
 # Pairs of overlapping words in one drawing.
 OVERLAPS = """
 const pairs = [];
-for (const svg of document.querySelectorAll("figure svg")) {
+for (const svg of document.querySelectorAll("figure .panel svg")) {
     const words = [...svg.querySelectorAll("text")].map((t) => [t.textContent, t.getBoundingClientRect()]);
     words.forEach(([one, a], i) => words.slice(i + 1).forEach(([other, b]) => {
         const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
@@ -86,7 +116,7 @@ picture.onload = () => {
         holes += pixels[at] === 213 && pixels[at + 1] === 46 && pixels[at + 2] === 35;
     done(400 * holes / pixels.length);
 };
-picture.src = document.querySelector("#surfaces svg image").getAttribute("href");
+picture.src = document.querySelector("#surfaces .panel svg image").getAttribute("href");
 """
 
 # Text of a scale bar, and number of missing points of a map.
@@ -125,6 +155,7 @@ def check_sorting(driver):
     def unsorted():
         """Returns a heading whose column is not sorted yet; a table of one row has none."""
         for table in driver.find_elements(By.CSS_SELECTOR, "#tables details table"):
+            driver.execute_script("arguments[0].closest('details').open = true", table)
             for heading in table.find_elements(By.CSS_SELECTOR, "th.number"):
                 at = int(driver.execute_script("return arguments[0].cellIndex", heading))
                 values = column(table, at)
@@ -150,8 +181,8 @@ def check_sorting(driver):
 def check_sliders(driver):
     """Checks that keys, mouse and touch select a load, and that map and text belong to it."""
     sliders = driver.find_elements(By.CSS_SELECTOR, ".loads")
-    has_maps = driver.find_elements(By.ID, "contact-maps")
-    assert bool(sliders) == bool(has_maps), "each page with contact maps has sliders"
+    several = len(driver.find_elements(By.CSS_SELECTOR, "#contact-maps .panel")) > 2
+    assert sliders or not several, "each page with contact maps under several loads has sliders"
     for loads in sliders:
         slider, output = loads.find_element(By.TAG_NAME, "input"), loads.find_element(By.TAG_NAME, "output")
         maps = loads.find_elements(By.TAG_NAME, "img")
@@ -184,6 +215,83 @@ def check_sliders(driver):
     return len(sliders)
 
 
+ORDER = ["summary", "declared", "results", "paper", "maps", "tables", "missing", "provenance"]
+
+
+def check_order(driver):
+    """Checks that the page begins with a summary, and that its parts follow in a fixed order."""
+    found = [part.get_attribute("id") for part in driver.find_elements(By.CSS_SELECTOR, "section")]
+    assert found == [part for part in ORDER if part in found], found
+    assert {"summary", "tables", "provenance"} <= set(found), found
+    first = driver.execute_script("return document.querySelector('main').firstElementChild.id")
+    assert first == "summary", first
+    terms = [term.text for term in driver.find_elements(By.CSS_SELECTOR, "#summary dt")]
+    assert terms[0] == "varied" and "surfaces" in terms and terms[-1] == "state", terms
+    boxes = len(driver.find_elements(By.CSS_SELECTOR, "#provenance svg.stages g rect"))
+    stages = len(driver.find_elements(By.CSS_SELECTOR, "#provenance tbody tr"))
+    assert boxes == stages > 0, (boxes, stages)
+
+
+def check_hover(driver):
+    """Checks that each chart tells the values of the point below the pointer, and that keys go to the next one."""
+    tip = lambda: driver.find_element(By.CSS_SELECTOR, ".tip")
+    charts = driver.find_elements(By.CSS_SELECTOR, "figure .chart")
+    for chart in charts:
+        driver.execute_script("arguments[0].scrollIntoView({ block: 'center' })", chart)
+        svg = chart.find_element(By.XPATH, "./ancestor::*[name()='svg']")
+        group = chart.find_element(By.CSS_SELECTOR, "[data-points]")
+        x, y = group.get_attribute("data-points").split(" ")[0].split(",")[:2]
+        at = driver.execute_script("""
+            const [chart, x, y] = arguments;
+            const [left, top, width, height] = chart.dataset.box.split(" ").map(Number);
+            const share = (axis, value) => {
+                const [from, to, spacing] = axis.split(" ");
+                const place = spacing === "log" ? Math.log : Number;
+                return (place(value) - place(Number(from))) / (place(Number(to)) - place(Number(from)));
+            };
+            const point = new DOMPoint(left + width * share(chart.dataset.x, Number(x)),
+                top + height * (1 - share(chart.dataset.y, Number(y)))).matrixTransform(chart.getScreenCTM());
+            return [Math.round(point.x), Math.round(point.y)];""", chart, x, y)
+        pointer = ActionBuilder(driver)
+        pointer.pointer_action.move_to_location(*at)
+        pointer.perform()
+        assert tip().is_displayed(), (at, x, y)
+        label = chart.get_attribute("data-x-label")
+        shown = tip().text
+        assert f"{label}: " in shown and chart.get_attribute("data-y-label") in shown, shown
+        ring = chart.find_element(By.CSS_SELECTOR, ".ring").rect
+        centre = [ring["x"] + ring["width"] / 2, ring["y"] + ring["height"] / 2]
+        scroll = driver.execute_script("return [scrollX, scrollY]")
+        away = max(abs(c - s - a) for c, s, a in zip(centre, scroll, at))
+        assert away < 4, (centre, scroll, at)
+        svg.send_keys(Keys.ARROW_RIGHT)
+        assert tip().is_displayed()
+    pointer = ActionBuilder(driver)
+    pointer.pointer_action.move_to_location(1, 1)
+    pointer.perform()
+    driver.execute_script("document.activeElement.blur()")
+    assert not tip().is_displayed()
+    return len(charts)
+
+
+def check_hiding(driver):
+    """Checks that a click on an entry of a legend hides its series, and a second one or a key shows it again."""
+    entries = driver.find_elements(By.CSS_SELECTOR, ".legend li")
+    for entry in entries:
+        figure = entry.find_element(By.XPATH, "./ancestor::figure")
+        of = entry.get_attribute("data-entry")
+        groups = lambda: figure.find_elements(By.CSS_SELECTOR, f".series[data-entry='{of}']")
+        hidden = lambda: {driver.execute_script("return getComputedStyle(arguments[0]).display", g) for g in groups()}
+        others = figure.find_elements(By.CSS_SELECTOR, f".series:not([data-entry='{of}'])")
+        assert groups() and hidden() == {"inline"}, entry.text
+        driver.execute_script("arguments[0].click()", entry)
+        assert hidden() == {"none"} and entry.get_attribute("aria-pressed") == "false"
+        assert all(driver.execute_script("return getComputedStyle(arguments[0]).display", g) != "none" for g in others)
+        entry.send_keys(Keys.ENTER)
+        assert hidden() == {"inline"} and entry.get_attribute("aria-pressed") == "true"
+    return len(entries)
+
+
 def check_measured(driver):
     """Checks units of lengths, scale bars and the area of holes on a page with measured surfaces."""
     bars = driver.find_elements(By.CSS_SELECTOR, ".loads .scale")
@@ -194,7 +302,7 @@ def check_measured(driver):
         line = bar.find_element(By.TAG_NAME, "span").size["width"]
         maps = bar.find_element(By.XPATH, "..").find_element(By.CLASS_NAME, "shown").size["width"]
         assert 0.05 * maps < line < 0.4 * maps, (line, maps)
-    words = lambda figure: [text.text for text in driver.find_elements(By.CSS_SELECTOR, f"#{figure} svg text")]
+    words = lambda figure: [text.text for text in driver.find_elements(By.CSS_SELECTOR, f"#{figure} .panel svg text")]
     for figure in ["surfaces", "contact-maps"]:
         assert any(LENGTH.fullmatch(text) for text in words(figure)), figure
     for figure, unit in [("heights", "m"), ("spectrum", "m⁴"), ("slope-at-scale", "m"), ("pressure", "Pa")]:
@@ -208,7 +316,7 @@ def check_measured(driver):
 
 def check_maps_without_slider(driver, page):
     """Checks that all maps and no slider are visible on paper and without scripts."""
-    shown = lambda: (driver.find_element(By.CSS_SELECTOR, "#contact-maps svg").is_displayed(),
+    shown = lambda: (driver.find_element(By.CSS_SELECTOR, "#contact-maps .panel svg").is_displayed(),
                      any(loads.is_displayed() for loads in driver.find_elements(By.CSS_SELECTOR, ".loads")))
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     assert shown() == (True, False), "on paper"
@@ -224,6 +332,11 @@ def check(driver, page, pictures):
     look(driver, WIDE, "light")
     driver.get(page.resolve().as_uri())
     figures = driver.execute_script("return document.querySelectorAll('figure').length")
+    check_order(driver)
+    backticks = [line.strip() for line in driver.execute_script(TEXT).splitlines() if "`" in line]
+    assert not backticks, backticks
+    alone = driver.execute_script(ONE_PLACE)
+    assert not alone, alone
     undrawn = driver.execute_script(UNDRAWN)
     assert figures > 0 and not undrawn, undrawn
     overlaps = driver.execute_script(OVERLAPS)
@@ -232,6 +345,7 @@ def check(driver, page, pictures):
                                     ".map((r) => r.name).filter((n) => !n.startsWith('data:'))")
     assert not fetched, fetched
     sorted_by = "sorted" if check_sorting(driver) else "nothing to sort"
+    shown, hidden = check_hover(driver), check_hiding(driver)
     sliders = check_sliders(driver)
     measured = check_measured(driver)
     if sliders:
@@ -246,6 +360,8 @@ def check(driver, page, pictures):
             contrasts.append(contrast)
             sideways = driver.execute_script("return document.documentElement.scrollWidth")
             assert sideways <= size[0], (device, sideways)
+            height, text = driver.execute_script(SMALLEST)
+            assert height >= 10, (device, height, text)
             if pictures:
                 picture(driver, pictures / f"{name}-{scheme}-{device}.png")
     look(driver, WIDE, "light")
@@ -253,7 +369,7 @@ def check(driver, page, pictures):
     assert paper.startswith(b"%PDF") and len(paper) > 10_000
     errors = [entry["message"][-300:] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
     assert not errors, errors
-    told = [f"{figures} figures", f"{sliders} sliders", sorted_by, measured,
+    told = [f"{figures} figures", f"{shown} charts with values", f"{hidden} series to hide", f"{sliders} sliders", sorted_by, measured,
             f"contrast at least {min(contrasts):.1f}", "no errors"]
     print(f"{page}: {', '.join(filter(None, told))}")
 

@@ -45,7 +45,7 @@ fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do
     let bench = Bench::new();
     bench.run(STUDY);
     let (_, page) = report(&bench);
-    let sliders: Vec<&str> = page.split("<div class=\"loads\" hidden>").skip(1).collect();
+    let sliders: Vec<&str> = page.split("<div class=\"loads\"").skip(1).collect();
     assert!(!sliders.is_empty());
     let area = bench.table("small", "area");
     let first = area.texts("surface").unwrap().value(0).to_owned();
@@ -382,4 +382,77 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
     let by_hand = bench.data().join("results/small/area.parquet");
     fs::write(&by_hand, "edited").unwrap();
     assert_eq!(verify().status.code(), Some(1));
+}
+
+#[test]
+fn a_page_begins_with_the_answer_and_ends_with_its_provenance() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let (_, page) = report(&bench);
+    let sections = ["summary", "results", "paper", "maps", "tables", "missing", "provenance"];
+    let place = |id: &str| page.find(&format!("<section id=\"{id}\"")).expect(id);
+    let places = sections.map(place);
+    assert!(places.is_sorted(), "{places:?}");
+    let summary = &page[places[0]..places[1]];
+    for part in [
+        "<code>k_upper</code> = 4, 8",
+        "2 surfaces for each of 2 parameter points, 4 in total",
+        "4 loads from 0.025 to 0.1",
+        "means over the surfaces with 95 % intervals, at the load y = 0.05",
+    ] {
+        assert!(summary.contains(part), "{part} in {summary}");
+    }
+    // The intervals follow from the surfaces, though the stage has only the standard deviation.
+    assert!(summary.contains(" ± "), "{summary}");
+    for stage in ["surfaces", "light", "area", "corrected", "law", "curves"] {
+        assert!(page[places[6]..].contains(&format!(">{stage}</text>")), "{stage}");
+    }
+}
+
+#[test]
+fn loads_in_pascals_are_in_pascals_on_axes_maps_and_sliders() {
+    let bench = Bench::new();
+    measured(&bench, &["worn"]);
+    let (_, page) = report(&bench);
+    for name in ["area-full", "gap"] {
+        let svg = figure(&bench, name);
+        let is_in_pascals = |unit| svg.contains(&format!(">mean pressure p₀, in {unit}<"));
+        assert!(["MPa", "GPa"].into_iter().any(is_in_pascals), "{name}");
+        assert!(!svg.contains(">load p₀/(E* h′)<"), "{name}");
+    }
+    let maps = figure(&bench, "contact-maps");
+    assert!(maps.contains(">worn.npy · (a) ") && maps.contains("MPa<"), "{maps}");
+    let slider = page.split("<div class=\"loads\"").nth(1).unwrap();
+    assert!(slider.contains("data-load-name=\"mean pressure p₀\""), "{slider}");
+    let loads = slider.split("data-load=\"").skip(1).map(|load| load.split('"').next().unwrap());
+    assert!(loads.clone().count() > 1 && loads.clone().all(|load| load.ends_with("Pa")));
+    assert_eq!(loads.last(), Some("1 GPa"));
+    assert!(page.contains("6 loads from 38.4 MPa to 1 GPa"), "{page}");
+}
+
+#[test]
+fn a_study_with_one_load_has_no_chart_of_one_place() {
+    let bench = Bench::new();
+    let study = &STUDY[..STUDY.find("[stage.law]").unwrap()];
+    bench.run(&study.replace("{ to = 0.1, steps = 4 }", "[0.1]"));
+    let (_, page) = report(&bench);
+    for series in page.split("<g class=\"chart\"").skip(1) {
+        let chart = series.split("</svg>").next().unwrap();
+        let points = chart.split("data-points=\"").skip(1);
+        let points = points.flat_map(|points| points.split('"').next().unwrap().split(' '));
+        let places = points.map(|point| point.split(',').next().unwrap());
+        let places: std::collections::BTreeSet<&str> = places.collect();
+        assert!(places.len() > 1, "{chart}");
+    }
+}
+
+#[test]
+fn texts_on_a_page_have_no_backticks() {
+    let bench = Bench::new();
+    bench.run(&STUDY.replace("nodes = 32", "nodes = 16"));
+    let (_, page) = report(&bench);
+    let head = &page[page.find("<body>").unwrap()..page.find("<h3>Manifest</h3>").unwrap()];
+    assert!(head.contains("Warning:") && head.contains("<code>nodes = 16</code>"), "{head}");
+    let outside = head.split("<pre>").map(|part| part.split("</pre>").last().unwrap());
+    assert!(outside.clone().all(|part| !part.contains('`')));
 }

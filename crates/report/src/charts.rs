@@ -3,10 +3,11 @@
 //!
 //! A [`chart::Chart`] or a [`map_panel::MapPanel`] describes one panel. A [`Figure`] arranges
 //! panels above a common legend and draws them as SVG, which [`svg`] converts to PNG and [`pdf`] to
-//! PDF. Equal data give equal bytes.
+//! PDF. For a page, [`interactive`] draws each panel separately. Equal data give equal bytes.
 
 pub mod axis;
 pub mod chart;
+pub mod interactive;
 pub mod map_panel;
 pub mod pdf;
 pub mod raster;
@@ -117,7 +118,28 @@ impl Figure {
             colours.draw(&mut scene, below, width);
         }
         legend.draw(&mut scene, top, width);
-        finished(&scene, &pictures, name)
+        finished(&scene, &pictures, name, 1.4)
+    }
+
+    /// Returns true if all panels are maps.
+    pub fn is_of_maps(&self) -> bool {
+        self.rows.iter().flatten().all(|panel| panel.map().is_some())
+    }
+
+    /// Removes charts that would show their data at one place only, and guides that are not seen.
+    /// Returns false if no panel is left.
+    pub fn keep_courses(&mut self) -> bool {
+        for row in &mut self.rows {
+            row.retain_mut(|panel| match panel {
+                Panel::Chart(chart) => {
+                    chart.remove_unseen_guides();
+                    chart.shows_a_course()
+                }
+                Panel::Map(_) => true,
+            });
+        }
+        self.rows.retain(|row| !row.is_empty());
+        !self.rows.is_empty()
     }
 
     fn series(&self) -> impl Iterator<Item = &Series> {
@@ -296,6 +318,21 @@ impl Legend {
     }
 
     fn draw_entry(&self, scene: &mut Scene, entry: &Entry, x: f64, y: f64) {
+        self.draw_sample(scene, entry, x, y);
+        scene.add(Primitive::Text {
+            x: x + SAMPLE,
+            y: y + f64::from(self.words) * 0.36,
+            content: entry.label.clone(),
+            size: self.words,
+            anchor: TextAnchor::Start,
+            rotate: None,
+            bold: false,
+            color: Some(Colour::Text.css().into()),
+        });
+    }
+
+    /// Draws the line and the marker of an entry from `x` on.
+    fn draw_sample(&self, scene: &mut Scene, entry: &Entry, x: f64, y: f64) {
         let Style { colour, line, marker } = entry.style;
         if let Some(line) = line {
             scene.add(Primitive::Line {
@@ -317,16 +354,6 @@ impl Legend {
                 .with_size(f64::from(self.words) * 0.27);
             scene.elements.extend(marker_at(sample, centre));
         }
-        scene.add(Primitive::Text {
-            x: x + SAMPLE,
-            y: y + f64::from(self.words) * 0.36,
-            content: entry.label.clone(),
-            size: self.words,
-            anchor: TextAnchor::Start,
-            rotate: None,
-            bold: false,
-            color: Some(Colour::Text.css().into()),
-        });
     }
 }
 

@@ -32,6 +32,9 @@ pub struct Basis {
     study: String,
     figures: BTreeSet<String>,
     rows: BTreeMap<String, usize>,
+    /// Name of the first figure of the page, if the page has figures.
+    #[serde(default)]
+    pub main: Option<String>,
     #[serde(default)]
     files: BTreeMap<String, String>,
 }
@@ -44,6 +47,8 @@ impl Basis {
             study: study.to_owned(),
             figures: figures.iter().map(|figure| figure.title.clone()).collect(),
             rows: rows.collect(),
+            // The page shows the groups in this order.
+            main: figures.iter().min_by_key(|one| one.group).map(|one| one.name.clone()),
             files: files.map(|(name, bytes)| (name, digest(bytes))).collect(),
         }
     }
@@ -53,7 +58,7 @@ impl Basis {
     }
 
     /// Reads the basis of a page.
-    fn from_page(page: &str) -> Option<Basis> {
+    pub fn from_page(page: &str) -> Option<Basis> {
         let (_, rest) = page.split_once(BASIS[0])?;
         let (json, _) = rest.split_once(BASIS[1])?;
         serde_json::from_str(json).ok()

@@ -10,6 +10,7 @@ use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::Style;
 use crate::ensembles::{self, Bars, EnsembleCurves, Mean, Point};
 use crate::figures::Drawn;
+use crate::loads::Loads;
 use crate::samples::{FILE_IS_GONE, MeasuredMaps};
 use crate::styles::{Files, Styles};
 use crate::units::{LengthUnit, Units};
@@ -94,6 +95,7 @@ pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 pub struct FigureData<'a> {
     pub finished: &'a FinishedStages<'a>,
     pub units: Units,
+    pub loads: Loads,
     pub maps: MeasuredMaps,
     pub measured: Vec<EnsembleCurves<'a>>,
     pub corrected: Vec<EnsembleCurves<'a>>,
@@ -129,6 +131,7 @@ impl<'a> FigureData<'a> {
         Ok(FigureData {
             finished,
             maps: MeasuredMaps::read(finished, &units)?,
+            loads: Loads::from_stages(finished, &units)?,
             units,
             measured,
             corrected,
@@ -222,7 +225,8 @@ impl<'a> FigureData<'a> {
         let range = if least == most { least } else { format!("{least} to {most}") };
         Ok(format!(
             "According to the correction of 2017, {range} % of the counted area at the load \
-             nearest to {LIGHT} is an error of the mesh."
+             nearest to {} is an error of the mesh.",
+            self.loads.text_of_reduced(LIGHT),
         ))
     }
 

@@ -26,6 +26,7 @@ use serde::Serialize;
 
 use crate::ReportError;
 use crate::charts::Figure;
+use crate::charts::interactive::PageFigure;
 use crate::figure_data::{FigureData, FinishedStages};
 use crate::figures::contact_maps::LoadSlider;
 use asperity_pipeline::study::Study;
@@ -178,8 +179,8 @@ impl Drawn {
     }
 }
 
-/// Reason why a figure is on the page.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// Reason why a figure is on the page, in the order of the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Group {
     /// The manifest declares the figure in a table `[figure.NAME]`.
@@ -188,16 +189,18 @@ pub enum Group {
     Automatic,
     /// The figure is one of [`ALL`].
     Paper,
+    /// The figure is one of [`ALL`] and has maps only.
+    Maps,
 }
 
-/// A figure as SVG for the page, and as separate files.
+/// A figure for the page, and as separate files.
 #[derive(Debug, Serialize)]
 pub struct DrawnFigure {
     /// Name of the files, and anchor on the page.
     pub name: String,
     pub title: String,
     pub group: Group,
-    pub svg: String,
+    pub drawing: PageFigure,
     #[serde(skip)]
     pub alone: String,
     #[serde(skip)]

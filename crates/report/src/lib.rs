@@ -11,14 +11,15 @@
 //! | `ensembles` | means over the surfaces of a parameter point, with error bars |
 //! | `surface_curves` | means against wavenumber or distance |
 //! | `samples` | one surface of each parameter point, and measured maps |
-//! | `styles`, `units` | colours, markers and labels; units with prefixes |
+//! | `styles`, `units`, `loads` | colours, markers and labels; units with prefixes; unit of loads |
 //! | `plotted` | points of declared and automatic figures, from the rows of a table |
 //! | `symbols` | labels of axes and legends for columns of tables |
 //! | `figures` | all figures, in files by subject |
 //! | `map_pictures`, `relief` | pictures of single maps, and of surfaces in perspective |
 //! | `animation` | sweeps of loads as GIF and APNG files |
 //! | `charts` | drawing: axes, series, legends, maps; SVG, PNG and PDF |
-//! | `page` | the HTML page and its provenance |
+//! | `page` | the HTML page: summary, figures, tables, provenance |
+//! | `index` | the page of all studies of a data folder |
 //! | `earlier` | contents and replacement of an earlier report |
 
 pub mod animation;
@@ -29,6 +30,8 @@ mod ensembles;
 mod every_consumer;
 mod figure_data;
 mod figures;
+pub mod index;
+mod loads;
 pub mod map_pictures;
 mod page;
 mod plotted;
@@ -127,6 +130,13 @@ pub enum ReportError {
         page.display()
     )]
     NoReport { page: PathBuf },
+    /// The existing file is not a page of studies.
+    #[error(
+        "`{}` was not written by `asperity report --index`; move it away, or overwrite it with \
+         `--replace`",
+        page.display()
+    )]
+    NoIndex { page: PathBuf },
     /// An existing file is not part of an earlier report of the study, or was changed.
     #[error(
         "`{}` is not part of a report of `{study}`, or was changed since; overwrite it with \
@@ -158,6 +168,12 @@ impl Subject<'_> {
     fn is_complete(&self) -> bool {
         let mut stages = self.plan.stages.iter().zip(self.rows);
         stages.all(|(stage, rows)| rows.tasks.len() == stage.tasks.len())
+    }
+
+    /// Returns the numbers of finished and of planned tasks.
+    fn tasks(&self) -> (usize, usize) {
+        let done: BTreeSet<usize> = self.rows.iter().flat_map(|rows| rows.tasks.clone()).collect();
+        (done.len(), self.plan.tasks.len())
     }
 }
 
@@ -202,7 +218,7 @@ pub fn write(
     let _alone = lock_to_write(folder);
     let pictures = folder.join(FIGURES);
     write_figures(&there, earlier::figure_files(&page), &pictures)?;
-    let text = page::html(subject, &finished, &there, &missing, &basis, folder);
+    let text = page::html(subject, &data, &there, &missing, &basis, folder);
     let text = earlier::sealed(text);
     write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
     Ok(Report {
@@ -224,16 +240,26 @@ fn draw(
     stem: &str,
     data: &FigureData,
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
-    let (title, group) = (figure.title(), figure.group());
+    let (title, mut group) = (figure.title(), figure.group());
     Ok(Some(match figure.draw(data)? {
-        Drawn::Figure { figure, caption, sliders } => {
+        Drawn::Figure { mut figure, caption, sliders } => {
             let name = stem.to_owned();
-            let svg = figure.to_svg(&name);
-            let alone = svg::alone(&svg);
+            if group == Group::Paper {
+                data.loads.on_axes(&mut figure);
+                if figure.is_of_maps() {
+                    group = Group::Maps;
+                } else if !figure.keep_courses() {
+                    let lines = Some(data.lines_of_loads("{ to = 0.06, steps = 10 }"));
+                    let needs = "results at two or more loads or parameters".into();
+                    return Ok(Some(Err(MissingFigure { title, group, needs, lines })));
+                }
+            }
+            let alone = svg::alone(&figure.to_svg(&name));
             let files = svg::to_png(&alone, SCALE).and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
             let (png, pdf) =
                 files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
-            Ok(DrawnFigure { name, title, group, svg, alone, png, pdf, caption, sliders })
+            let drawing = figure.for_page(&name);
+            Ok(DrawnFigure { name, title, group, drawing, alone, png, pdf, caption, sliders })
         }
         Drawn::Missing { needs, lines } => Err(MissingFigure { title, group, needs, lines }),
         Drawn::NotAsked => return Ok(None),

@@ -1,29 +1,37 @@
-//! The page in one self-contained file: figures, missing figures, tables and provenance.
+//! The page in one self-contained file: summary, figures, tables, missing figures and provenance.
 
-use std::collections::BTreeSet;
+mod stages_picture;
+mod summary;
+
 use std::path::Path;
 
-use arrow::datatypes::DataType;
 use base64::prelude::{BASE64_STANDARD, Engine};
-use minijinja::Environment;
 use minijinja::value::Serde;
+use minijinja::{Environment, Value};
 use serde::Serialize;
 
 use crate::Subject;
 use crate::charts::{style, svg};
 use crate::earlier::Basis;
-use crate::figure_data::{FinishedStage, FinishedStages};
-use crate::figures::{DrawnFigure, MissingFigure};
+use crate::figure_data::{FigureData, FinishedStage};
+use crate::figures::{DrawnFigure, Group, MissingFigure};
+use crate::page::stages_picture::StageBox;
+use crate::page::summary::Summary;
 use asperity_pipeline::forecast;
-use asperity_stages::columns::STOP;
-use asperity_stages::solve::PAIR_LIMIT;
 use asperity_tables::cells::cells;
 use asperity_tables::column::Description;
 use asperity_tables::store::files::from_folder;
 
-const TEMPLATE: &str = include_str!("page/page.html");
-const STYLE: &str = include_str!("page/page.css");
-const SCRIPT: &str = include_str!("page/page.js");
+/// Parts of the page in their order: the answer first.
+const TEMPLATE: &str = concat!(
+    include_str!("page/head.html"),
+    include_str!("page/summary.html"),
+    include_str!("page/figures.html"),
+    include_str!("page/tables.html"),
+    include_str!("page/provenance.html"),
+);
+pub const STYLE: &str = include_str!("page/style.css");
+const SCRIPT: &str = include_str!("page/script.js");
 
 /// Largest number of rows of a table on the page.
 const ROWS: usize = 100;
@@ -32,17 +40,15 @@ const ROWS: usize = 100;
 #[derive(Serialize)]
 struct Contents<'a> {
     study: &'a str,
+    description: Option<String>,
     version: &'static str,
     machine: String,
-    completeness: String,
-    /// Number of loads that were solved.
-    loads: usize,
-    /// Number of solved loads that did not converge.
-    unconverged: usize,
+    summary: Summary,
     warnings: Vec<String>,
+    sections: Vec<Section<'a>>,
     stages: Vec<StageOrigin<'a>>,
+    picture: String,
     manifest: &'a str,
-    figures: &'a [DrawnFigure],
     missing: &'a [MissingFigure],
     tables: Vec<ShownTable<'a>>,
     basis: String,
@@ -51,6 +57,15 @@ struct Contents<'a> {
     light: String,
     dark: String,
     font: String,
+}
+
+/// Figures under a common heading.
+#[derive(Serialize)]
+struct Section<'a> {
+    id: &'static str,
+    title: &'static str,
+    note: Option<String>,
+    figures: Vec<&'a DrawnFigure>,
 }
 
 /// Row of the provenance table: a stage, with the numbers of tasks.
@@ -83,17 +98,32 @@ struct ShownFile {
     link: String,
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Clone, Serialize)]
 struct ShownColumn {
     name: String,
+    /// Meaning of the values, with their unit.
     meaning: String,
     numeric: bool,
+}
+
+impl ShownColumn {
+    fn new(description: &Description) -> ShownColumn {
+        let unit = match description.unit.as_str() {
+            "" | "1" => String::new(),
+            unit => format!(" [{unit}]"),
+        };
+        ShownColumn {
+            name: description.name.clone(),
+            meaning: format!("{}{unit}", description.explained()),
+            numeric: matches!(description.kind, "real" | "integer"),
+        }
+    }
 }
 
 /// Returns the page as HTML, with links relative to `folder`.
 pub fn html(
     subject: &Subject,
-    finished: &FinishedStages,
+    data: &FigureData,
     figures: &[DrawnFigure],
     missing: &[MissingFigure],
     basis: &Basis,
@@ -108,21 +138,20 @@ pub fn html(
         planned: stage.tasks.len(),
         digest: if rows.table.is_some() { &rows.digest } else { "–" },
     });
-    let (loads, unconverged) = converged(finished);
     let [light, dark] = style::declarations();
     let contents = Contents {
         study: &plan.study,
+        description: description(subject.manifest),
         version: env!("CARGO_PKG_VERSION"),
         machine: machine(),
-        completeness: completeness(subject),
-        loads,
-        unconverged,
+        summary: Summary::new(subject, data),
         warnings: subject.warnings.iter().map(ToString::to_string).collect(),
+        sections: sections(figures),
         stages: stages.collect(),
+        picture: picture(subject),
         manifest: subject.manifest,
-        figures,
         missing,
-        tables: finished.stages.iter().map(|stage| shown(stage, folder)).collect(),
+        tables: data.finished.stages.iter().map(|stage| shown(stage, folder)).collect(),
         basis: basis.json(),
         style: STYLE,
         script: SCRIPT,
@@ -130,26 +159,80 @@ pub fn html(
         dark,
         font: BASE64_STANDARD.encode(svg::FONT),
     };
-    let page = Environment::new().render_named_str("page.html", TEMPLATE, Serde(&contents));
+    let page = environment().render_named_str("page.html", TEMPLATE, Serde(&contents));
     page.expect("the template only uses these contents")
+}
+
+/// Returns the environment of templates, with filters for texts that mark code by backticks: `code`
+/// writes it as HTML, `plain` removes the backticks.
+pub fn environment() -> Environment<'static> {
+    let mut environment = Environment::new();
+    environment.add_filter("code", |text: &str| Value::from_safe_string(with_code(text)));
+    environment.add_filter("plain", |text: &str| text.replace('`', ""));
+    environment
+}
+
+/// Escapes a text for HTML and marks its parts in backticks as code.
+fn with_code(text: &str) -> String {
+    let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let escaped = escaped.replace('"', "&quot;");
+    let mut written = String::new();
+    for (index, part) in escaped.split('`').enumerate() {
+        let is_code = index % 2 == 1;
+        written += &if is_code { format!("<code>{part}</code>") } else { part.to_owned() };
+    }
+    written
+}
+
+/// Returns the first paragraph of the comment at the beginning of a manifest.
+pub fn description(manifest: &str) -> Option<String> {
+    let lines = manifest.lines().map_while(|line| line.trim().strip_prefix('#'));
+    // Editors read `#:schema` as the path of the schema.
+    let lines = lines.filter(|line| !line.starts_with(':')).map(str::trim);
+    let paragraph = lines.skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty());
+    let text = paragraph.collect::<Vec<_>>().join(" ");
+    (!text.is_empty()).then_some(text)
+}
+
+/// Sorts the figures into sections, in the order of the page.
+fn sections(figures: &[DrawnFigure]) -> Vec<Section<'_>> {
+    let notation = "p₀ is the mean pressure, h′ the rms slope, E* the effective modulus. \
+                    Dimensionless results for elastic contact depend only on the load y = p₀/(E* \
+                    h′). Colours stand for the lower cutoff `k_lower` and markers for the upper \
+                    cutoff `k_upper` of the spectrum, or for other parameters that vary.";
+    let all = [
+        (Group::Declared, "declared", "Figures of the manifest", None),
+        (Group::Automatic, "results", "Results against the varied parameters", None),
+        (Group::Paper, "paper", "Comparison with theories", Some(notation.to_owned())),
+        (Group::Maps, "maps", "Maps", None),
+    ];
+    let sections = all.into_iter().map(|(group, id, title, note)| Section {
+        id,
+        title,
+        note,
+        figures: figures.iter().filter(|figure| figure.group == group).collect(),
+    });
+    sections.filter(|section| !section.figures.is_empty()).collect()
+}
+
+fn picture(subject: &Subject) -> String {
+    let planned = subject.plan.stages.iter().zip(subject.rows);
+    let boxes = subject.study.stages.iter().zip(planned).map(|(stage, (planned, rows))| StageBox {
+        name: &stage.name,
+        kind: planned.kind.name(),
+        inputs: &stage.inputs,
+        finished: rows.tasks.len(),
+        planned: planned.tasks.len(),
+        rows: rows.table.as_ref().map_or(0, |table| table.rows()),
+    });
+    stages_picture::svg(&boxes.collect::<Vec<_>>())
 }
 
 fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
     let FinishedStage { name, kind, table, path, .. } = stage;
     let shown = table.rows().min(ROWS);
     let fields = table.batch().schema_ref().fields();
-    let columns = fields.iter().map(|field| {
-        let description = Description::from(field.as_ref());
-        let unit = match description.unit.as_str() {
-            "" | "1" => String::new(),
-            unit => format!(" [{unit}]"),
-        };
-        ShownColumn {
-            name: field.name().clone(),
-            meaning: format!("{}{unit}", description.explained()),
-            numeric: matches!(field.data_type(), DataType::Float64 | DataType::Int64),
-        }
-    });
+    let columns = fields.iter().map(|field| ShownColumn::new(&Description::from(field.as_ref())));
     let by_column: Vec<Vec<String>> =
         table.batch().columns().iter().map(|column| cells(column.as_ref(), shown)).collect();
     let row = |row: usize| by_column.iter().map(|column| column[row].clone()).collect();
@@ -168,31 +251,32 @@ fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
     }
 }
 
-fn completeness(subject: &Subject) -> String {
-    let planned = subject.plan.tasks.len();
-    let done: BTreeSet<usize> = subject.rows.iter().flat_map(|rows| rows.tasks.clone()).collect();
-    let done = done.len();
-    if done == planned {
-        format!("complete: all {planned} tasks are done")
-    } else {
-        format!("unfinished: {done} of {planned} tasks are done; the figures show their results")
-    }
-}
-
-/// Returns (number of solved loads, number of these that did not converge).
-fn converged(finished: &FinishedStages) -> (usize, usize) {
-    let solved = finished.with(&["pairs", STOP.name]);
-    let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
-    stops.fold((0, 0), |(loads, unconverged), stops| {
-        let given_up = stops.iter().filter(|stop| *stop == Some(PAIR_LIMIT)).count();
-        (loads + stops.iter().len(), unconverged + given_up)
-    })
-}
-
 /// Returns the processor, the number of cores and the operating system.
 fn machine() -> String {
     let model = forecast::processor();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let plural = if cores == 1 { "" } else { "s" };
     format!("{model}, {cores} core{plural}, {}", std::env::consts::OS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn code_is_marked_and_everything_is_escaped() {
+        assert_eq!(
+            with_code("set `a < 1`, or \"b\""),
+            "set <code>a &lt; 1</code>, or &quot;b&quot;"
+        );
+        assert_eq!(with_code("a & b"), "a &amp; b");
+    }
+
+    #[test]
+    fn a_description_is_the_first_paragraph_of_the_first_comment() {
+        let manifest =
+            "#:schema s.json\n# Area against H,\n# in two lines.\n#\n# More.\n[study]\n# No.";
+        assert_eq!(description(manifest).as_deref(), Some("Area against H, in two lines."));
+        assert_eq!(description("[study]\n# No."), None);
+    }
 }

@@ -136,7 +136,7 @@ impl Styles {
 }
 
 /// Compares numbers by size, and other texts alphabetically.
-fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
+pub fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
     match (one.parse::<f64>(), other.parse::<f64>()) {
         (Ok(one), Ok(other)) => one.total_cmp(&other),
         _ => one.cmp(other),

@@ -2,9 +2,10 @@
 //! pascals if their unit is known.
 //!
 //! Tables contain lengths in the unit of their surface and pressures in the unit of the modulus.
-//! Lengths are converted to metres if possible. The unit of the modulus is not recorded. It is
-//! assumed to be the pascal if the unit of length is known and E* ≥ 10⁶: no solid has an E* of 10⁶
-//! MPa, and all solids but gels have an E* above 10⁶ Pa.
+//! Lengths are converted to metres if possible. If the unit of the modulus is not recorded, it is
+//! assumed to be the pascal for large numbers. If the unit of length is known, these are E* ≥ 10⁶:
+//! no solid has an E* of 10⁶ MPa, and all solids but gels have an E* above 10⁶ Pa. Otherwise they
+//! are E* ≥ 10⁸, which no solid has in pounds per square inch.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +17,8 @@ use asperity_stages::columns::{SPECTRUM_OF, SURFACE, UNIT};
 use asperity_tables::table::TableError;
 use asperity_topography_files::length_ratio;
 
-/// Smallest E* that is assumed to be in pascals.
-const LEAST_MODULUS_IN_PASCALS: f64 = 1e6;
+/// Smallest E* that is assumed to be in pascals, with a known unit of length and without.
+const LEAST_MODULUS_IN_PASCALS: [f64; 2] = [1e6, 1e8];
 /// Largest length of a scale bar relative to the side of the map along x.
 const MOST_OF_SIDE: f64 = 0.35;
 
@@ -132,7 +133,7 @@ pub fn of_pressures(largest: f64, least_modulus: f64, lengths: &LengthUnit) -> S
 }
 
 fn are_pascals(least_modulus: f64, lengths: &LengthUnit) -> bool {
-    *lengths == LengthUnit::Metre && least_modulus >= LEAST_MODULUS_IN_PASCALS
+    least_modulus >= LEAST_MODULUS_IN_PASCALS[usize::from(*lengths != LengthUnit::Metre)]
 }
 
 /// Returns the unit of the pressures on a surface with this unit of length: `Pa` if the modulus is
@@ -255,11 +256,14 @@ mod tests {
     }
 
     #[test]
-    fn pressures_are_pascals_where_no_megapascals_can_be_meant() {
+    fn pressures_are_pascals_where_no_other_unit_can_be_meant() {
         let unit = |modulus: f64, lengths: &LengthUnit| of_pressures(3e8, modulus, lengths).unit;
         let metre = &LengthUnit::Metre;
         assert_eq!(unit(2.1e11, metre), "MPa");
         assert_eq!(unit(2.1e5, metre), "the unit of E*", "steel in megapascals");
-        assert_eq!(unit(2.1e11, &LengthUnit::Unknown), "the unit of E*");
+        assert_eq!(unit(5e6, metre), "MPa", "rubber in pascals");
+        assert_eq!(unit(2.1e11, &LengthUnit::Unknown), "MPa");
+        let in_psi = unit(3e7, &LengthUnit::Unknown);
+        assert_eq!(in_psi, "the unit of E*", "steel in pounds per square inch");
     }
 }

@@ -43,6 +43,12 @@ impl Axis {
         Axis { range: Some([from, to]), ..self }
     }
 
+    /// Converts the range of the axis to another unit.
+    pub(super) fn convert(&mut self, factor: f64, label: String) {
+        self.range = self.range.map(|ends| ends.map(|end| factor * end));
+        self.label = label;
+    }
+
     /// Returns true if the axis can show a number: any finite number on a linear axis, any finite
     /// positive number on other axes. The range of the axis is not considered.
     pub fn can_show(&self, value: f64) -> bool {
@@ -73,6 +79,25 @@ impl Axis {
                 [from.max(to / RATIO).min(to / 1.01), to]
             }
         }
+    }
+
+    /// Returns the range around the data in which guides are shown: a quarter of the extent of the
+    /// data beyond each end. Returns `None` without data.
+    pub fn reach(&self, data: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+        const BEYOND: f64 = 0.25;
+        let data = data.filter(|&value| self.can_show(value));
+        let (least, most) = data
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
+        (least <= most).then(|| match self.spacing {
+            Spacing::Linear => {
+                let room = BEYOND * if most > least { most - least } else { most.abs() };
+                [least - room, most + room]
+            }
+            Spacing::Logarithmic | Spacing::Octaves => {
+                let room = if most > least { (most / least).powf(BEYOND) } else { 2.0 };
+                [least / room, most * room]
+            }
+        })
     }
 
     fn unbounded_ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -241,6 +266,14 @@ mod tests {
             }
         }
         assert_eq!(Axis::linear("").within(0.2, 0.3).ends(std::iter::empty()), [0.2, 0.3]);
+    }
+
+    #[test]
+    fn guides_are_in_reach_up_to_a_quarter_of_the_extent_of_the_data() {
+        let reach = |axis: Axis, data: &[f64]| axis.reach(data.iter().copied());
+        assert_eq!(reach(Axis::linear(""), &[1.0, f64::NAN, 3.0]), Some([0.5, 3.5]));
+        assert_eq!(reach(Axis::logarithmic(""), &[-1.0, 1.0, 16.0]), Some([0.5, 32.0]));
+        assert_eq!(reach(Axis::logarithmic(""), &[0.0]), None);
     }
 
     #[test]

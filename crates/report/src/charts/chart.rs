@@ -73,6 +73,12 @@ impl Series {
         Series::new((0..=STEPS).map(|step| (at(step), of(at(step)))), style)
     }
 
+    /// Returns true for a theory, an asymptote or another line that is drawn for comparison.
+    pub fn is_guide(&self) -> bool {
+        let is_plain = matches!(self.style.colour, Colour::Text | Colour::Muted);
+        is_plain && self.style.marker.is_none()
+    }
+
     pub fn without_bars(mut self) -> Series {
         self.points.iter_mut().for_each(|point| point.bar = None);
         self
@@ -94,6 +100,51 @@ impl Chart {
         self.series.iter().any(|series| series.points.len() > 1)
     }
 
+    /// Returns true if the data have at least two distinct values of x. The data are the series
+    /// with markers or, without any, all series but guides or, without these, all series.
+    pub fn shows_a_course(&self) -> bool {
+        let has_marker = |series: &&Series| series.style.marker.is_some();
+        let is_data = |series: &&Series| !series.is_guide();
+        let all = || self.series.iter().filter(|series| !series.points.is_empty());
+        let data: Vec<&Series> = if all().any(|series| has_marker(&series)) {
+            all().filter(has_marker).collect()
+        } else if all().any(|series| is_data(&series)) {
+            all().filter(is_data).collect()
+        } else {
+            all().collect()
+        };
+        let mut shown = data.into_iter().flat_map(|series| self.placed(series));
+        let first = shown.next();
+        first.is_some_and(|first| shown.any(|point| point.x != first.x))
+    }
+
+    /// Removes the guides of which no part lies between the axes.
+    pub fn remove_unseen_guides(&mut self) {
+        let frame = Frame::new(self);
+        let is_seen = |series: &Series| series.points.iter().any(|point| frame.holds(point));
+        self.series.retain(|series| {
+            // A series without points is the entry of a legend.
+            !series.is_guide() || series.points.is_empty() || is_seen(series)
+        });
+    }
+
+    /// Multiplies all values along x by a factor and gives the axis another label.
+    pub fn convert_x(&mut self, factor: f64, label: String) {
+        self.x.convert(factor, label);
+        self.series.iter_mut().flat_map(|one| &mut one.points).for_each(|point| point.x *= factor);
+        self.notes.iter_mut().for_each(|(x, _, _)| *x *= factor);
+    }
+
+    /// Multiplies all values along y by a factor and gives the axis another label.
+    pub fn convert_y(&mut self, factor: f64, label: String) {
+        self.y.convert(factor, label);
+        for point in self.series.iter_mut().flat_map(|one| &mut one.points) {
+            point.y *= factor;
+            point.bar = point.bar.map(|ends| ends.map(|end| factor * end));
+        }
+        self.notes.iter_mut().for_each(|(_, y, _)| *y *= factor);
+    }
+
     pub fn titled(self, title: impl Into<String>) -> Chart {
         Chart { title: title.into(), ..self }
     }
@@ -105,6 +156,7 @@ impl Chart {
         let computed = ComputedLayout::from_layout(&layout);
         let series = || self.series.iter();
         let plots = series().flat_map(|series| self.plots(series, &frame, words));
+        let layout = self.with_notes(layout, &frame, words);
         let mut scene = render_multiple(plots.collect(), layout);
         let bars = series().filter_map(|series| self.bars(series, &frame, &computed));
         // Draw error bars below the points: after the axes, before the clipped elements.
@@ -115,7 +167,7 @@ impl Chart {
         scene
     }
 
-    fn layout(&self, frame: &Frame, [width, height]: [f64; 2], words: u32) -> Layout {
+    pub(super) fn layout(&self, frame: &Frame, [width, height]: [f64; 2], words: u32) -> Layout {
         let (x_from, y_from) = frame.placed(frame.x[0], frame.y[0]);
         let (x_to, y_to) = frame.placed(frame.x[1], frame.y[1]);
         let mut layout = Layout::new((x_from, x_to), (y_from, y_to))
@@ -150,6 +202,10 @@ impl Chart {
             Spacing::Logarithmic => layout.with_log_y(),
             Spacing::Octaves => layout.with_y_tick_step(1.0),
         };
+        layout
+    }
+
+    fn with_notes(&self, mut layout: Layout, frame: &Frame, words: u32) -> Layout {
         for (x, y, text) in &self.notes {
             let (x, y) = frame.placed(*x, *y);
             let note = TextAnnotation::new(text.clone(), x, y)
@@ -160,7 +216,7 @@ impl Chart {
         layout
     }
 
-    fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
+    pub(super) fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
         let to_place = |point: &DataPoint| frame.placed(point.x, point.y);
         let colour = series.style.colour.css();
         let mut plots = Vec::new();
@@ -184,7 +240,12 @@ impl Chart {
         plots
     }
 
-    fn bars(&self, series: &Series, frame: &Frame, layout: &ComputedLayout) -> Option<Primitive> {
+    pub(super) fn bars(
+        &self,
+        series: &Series,
+        frame: &Frame,
+        layout: &ComputedLayout,
+    ) -> Option<Primitive> {
         let mut path = String::new();
         let seen = self.placed(series).filter(|point| frame.holds(point));
         for (point, bar) in seen.filter_map(|point| Some((point, point.bar?))) {
@@ -207,35 +268,34 @@ impl Chart {
         })
     }
 
-    fn placed<'a>(&'a self, series: &'a Series) -> impl Iterator<Item = &'a DataPoint> {
+    /// Returns the points of a series that the axes can show.
+    pub(super) fn placed<'a>(&'a self, series: &'a Series) -> impl Iterator<Item = &'a DataPoint> {
         let has_place = |point: &&DataPoint| self.x.can_show(point.x) && self.y.can_show(point.y);
         series.points.iter().filter(has_place)
     }
 }
 
 /// Ends of the two axes, and the conversion of points to the numbers that the drawing crate draws.
-struct Frame {
-    x: [f64; 2],
-    y: [f64; 2],
-    spacing: [Spacing; 2],
+pub(super) struct Frame {
+    pub(super) x: [f64; 2],
+    pub(super) y: [f64; 2],
+    pub(super) spacing: [Spacing; 2],
     lift: [f64; 2],
 }
 
 impl Frame {
-    fn new(chart: &Chart) -> Frame {
-        let points = || chart.series.iter().flat_map(|series| &series.points);
-        let x = chart.x.ends(points().map(|point| point.x));
-        let in_sight = |point: &&DataPoint| (x[0]..=x[1]).contains(&point.x);
+    pub(super) fn new(chart: &Chart) -> Frame {
+        let x = ends(&chart.x, &chart.series, |point| vec![point.x]);
         let heights = |point: &DataPoint| {
             let [low, high] = point.bar.unwrap_or([point.y; 2]);
-            [point.y, low, high]
+            if (x[0]..=x[1]).contains(&point.x) { vec![point.y, low, high] } else { Vec::new() }
         };
-        let y = chart.y.ends(points().filter(in_sight).flat_map(heights));
+        let y = ends(&chart.y, &chart.series, heights);
         let spacing = [chart.x.spacing_between(x), chart.y.spacing_between(y)];
         Frame { x, y, spacing, lift: [spacing[0].lift(x), spacing[1].lift(y)] }
     }
 
-    fn holds(&self, point: &DataPoint) -> bool {
+    pub(super) fn holds(&self, point: &DataPoint) -> bool {
         let is_within = |[from, to]: [f64; 2], value| (from..=to).contains(&value);
         is_within(self.x, point.x) && is_within(self.y, point.y)
     }
@@ -243,6 +303,23 @@ impl Frame {
     fn placed(&self, x: f64, y: f64) -> (f64, f64) {
         let [along_x, along_y] = self.spacing;
         (along_x.drawn_number(x, self.lift[0]), along_y.drawn_number(y, self.lift[1]))
+    }
+}
+
+/// Returns the ends of an axis of a chart. They follow the data. Guides, such as theories, are in
+/// sight where they are near the data.
+fn ends(axis: &Axis, series: &[Series], values: impl Fn(&DataPoint) -> Vec<f64>) -> [f64; 2] {
+    let of = |series: &Series| series.points.iter().flat_map(&values).collect::<Vec<f64>>();
+    let (guides, data): (Vec<&Series>, Vec<&Series>) =
+        series.iter().partition(|series| series.is_guide());
+    let data: Vec<f64> = data.into_iter().flat_map(of).collect();
+    let guides = guides.into_iter().flat_map(of);
+    match axis.reach(data.iter().copied()) {
+        None => axis.ends(guides),
+        Some([from, to]) => {
+            let near = guides.filter(|value| (from..=to).contains(value));
+            axis.ends(near.chain(data.iter().copied()))
+        }
     }
 }
 
@@ -255,5 +332,53 @@ fn theme() -> Theme {
         tick_color: text.clone(),
         text_color: text,
         ..Theme::light()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::charts::style::{self, Dash};
+
+    fn chart(data: &[(f64, f64)], guide: &[(f64, f64)]) -> Chart {
+        let mut chart = Chart::new(Axis::linear("x"), Axis::linear("y"));
+        let markers = Style::marker(Colour::Series(0), style::marker(0));
+        let line = Style::line(Colour::Text, Dash::Dashed, 1.0);
+        chart.series.push(Series::new(data.iter().copied(), markers));
+        chart.series.push(Series::new(guide.iter().copied(), line));
+        chart
+    }
+
+    #[test]
+    fn axes_follow_the_data_and_not_guides_far_from_them() {
+        let data = [(1.0, 10.0), (2.0, 20.0)];
+        let alone = Frame::new(&chart(&data, &[]));
+        let far = Frame::new(&chart(&data, &[(0.0, 900.0), (1.5, 900.0), (7.0, 15.0)]));
+        assert_eq!((alone.x, alone.y), (far.x, far.y));
+        let near = Frame::new(&chart(&data, &[(0.9, 15.0), (1.5, 21.0)]));
+        assert!(near.x[0] < 0.9 && near.y[1] > 21.0, "{:?} {:?}", near.x, near.y);
+        let only_a_guide = Frame::new(&chart(&[], &[(0.0, 1.0), (7.0, 900.0)]));
+        assert!(only_a_guide.y[1] > 900.0);
+    }
+
+    #[test]
+    fn a_chart_of_one_place_shows_no_course() {
+        let guide = [(0.0, 1.0), (1.0, 1.0)];
+        assert!(!chart(&[(0.5, 1.0), (0.5, 2.0), (f64::NAN, 1.0)], &guide).shows_a_course());
+        assert!(chart(&[(0.5, 1.0), (0.6, 2.0)], &[]).shows_a_course());
+        assert!(chart(&[], &guide).shows_a_course());
+    }
+
+    #[test]
+    fn a_guide_that_nobody_sees_is_no_entry_of_the_legend() {
+        let data = [(1.0, 10.0), (2.0, 20.0)];
+        let left = |guide: &[(f64, f64)]| {
+            let mut chart = chart(&data, guide);
+            chart.remove_unseen_guides();
+            chart.series.len()
+        };
+        assert_eq!(left(&[(1.0, 900.0), (2.0, 900.0)]), 1);
+        assert_eq!(left(&[(1.0, 900.0), (1.5, 15.0)]), 2);
+        assert_eq!(left(&[]), 2);
     }
 }

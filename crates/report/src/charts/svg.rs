@@ -15,15 +15,16 @@ use skrifa::{FontRef, MetadataProvider};
 use crate::charts::raster::Raster;
 use crate::charts::style::{self, Colour};
 
-/// Returns the scene as SVG that scales with the page. `maps` are drawn behind it.
-pub(super) fn finished(scene: &Scene, maps: &str, name: &str) -> String {
+/// Returns the scene as SVG that scales with the page up to the factor `grow`. `maps` are drawn
+/// behind it.
+pub(super) fn finished(scene: &Scene, maps: &str, name: &str, grow: f64) -> String {
     let svg = SvgBackend::new().render_scene(scene);
     let svg = with_own_numbers(&svg, name);
     let head = svg.find('>').expect("a drawing begins with its tag");
     let (width, height) = (scene.width, scene.height);
     // The figure grows on a wide page, but its texts stay similar to those around it.
-    let size =
-        format!("viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{:.0}px\"", 1.4 * width);
+    let widest = grow * width;
+    let size = format!("viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{widest:.0}px\"");
     let (tag, rest) = svg.split_at(head);
     format!("{tag} {size}>{maps}{}", &rest[1..])
 }

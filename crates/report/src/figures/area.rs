@@ -62,7 +62,7 @@ fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
         "Counted contact area fraction against load (left), and its secant at loads from {} (right), \
          from {}. Lines are means over the surfaces; points with bars show \
          some of them, and bars are {}. {}{}",
-        rounded(lightest),
+        data.loads.text_of_reduced(rounded(lightest)),
         sample(&data.sample()),
         data.bars,
         data.share_of_mesh()?,

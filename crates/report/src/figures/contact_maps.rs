@@ -13,11 +13,12 @@ use crate::charts::{Figure, Panel, in_rows, panel_of_map};
 use crate::ensembles::{self, Point};
 use crate::figure_data::{FigureData, FinishedStages};
 use crate::figures::{Definition, Drawn};
+use crate::loads::Loads;
 use crate::samples::{self, Sample};
 use crate::units::{LengthUnit, scale_bar};
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::map::ContactMap;
-use asperity_stages::columns::{CONTACT, LOAD, MEAN_GAP};
+use asperity_stages::columns::{CONTACT, LOAD, MEAN_GAP, PRESSURE};
 use asperity_stages::grids::Grids;
 use asperity_stages::{Recipe, Stage as _, StageError, ensemble};
 use asperity_tables::parquet::Columns;
@@ -51,9 +52,11 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
             continue;
         }
         let label = data.styles.label(&pressed.point);
-        let panels = pressed.panels(label.as_deref());
+        let panels = pressed.panels(label.as_deref(), &data.loads);
         rows.extend(in_rows(3, panels));
-        sliders.push(pressed.slider(label.unwrap_or_default()));
+        if pressed.states.len() > 1 {
+            sliders.push(pressed.slider(label.unwrap_or_default(), &data.loads));
+        }
     }
     if rows.is_empty() {
         let lines = data.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
@@ -105,6 +108,8 @@ struct Pressed {
 struct State {
     map: ContactMap,
     mean_gap: f64,
+    /// Mean pressure in the unit of the tables.
+    pressure: f64,
 }
 
 impl Pressed {
@@ -145,6 +150,7 @@ impl Pressed {
         }
         self.point = ensembles::point(block, 0);
         let (loads, gaps) = (block.reals(LOAD.name)?, block.reals(MEAN_GAP.name)?);
+        let pressures = block.reals(PRESSURE.name)?;
         let bits = block.bytes(CONTACT.name)?;
         let grids = Grids::new(block)?;
         for row in 0..block.rows() {
@@ -153,24 +159,32 @@ impl Pressed {
             let map = ContactMap::from_bytes(grid.nodes(), bits.value(row));
             let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
             let mean_gap = gaps.value(row);
-            self.states.insert(loads.value(row).to_bits(), State { map, mean_gap });
+            let state = State { map, mean_gap, pressure: pressures.value(row) };
+            self.states.insert(loads.value(row).to_bits(), state);
         }
         Ok(())
     }
 
-    /// Returns the maps at the shown loads, and one map that combines them.
-    fn panels(&self, label: Option<&str>) -> Vec<Panel> {
+    /// Returns the maps at the shown loads and, for several loads, one map that combines them.
+    fn panels(&self, label: Option<&str>, loads: &Loads) -> Vec<Panel> {
         let label = label.map_or_else(String::new, |label| format!("{label} · "));
         let shown = self.nearest();
-        let maps = shown.iter().map(|load| (load, &self.states[load].map));
+        let states = shown.iter().map(|load| (load, &self.states[load]));
         let mut panels: Vec<Panel> = ('a'..)
-            .zip(maps.clone())
-            .map(|(letter, (load, map))| {
-                let title = format!("{label}({letter}) load {:.3}", f64::from_bits(*load));
-                self.panel(title, &Raster::from_contact(map))
+            .zip(states.clone())
+            .map(|(letter, (load, state))| {
+                let load = match loads {
+                    Loads::Reduced => format!("load {:.3}", f64::from_bits(*load)),
+                    Loads::Pressures { .. } => loads.text(f64::from_bits(*load), state.pressure),
+                };
+                let title = format!("{label}({letter}) {load}");
+                self.panel(title, &Raster::from_contact(&state.map))
             })
             .collect();
-        let maps: Vec<ContactMap> = maps.map(|(_, map)| map.clone()).collect();
+        if panels.len() < 2 {
+            return panels;
+        }
+        let maps: Vec<ContactMap> = states.map(|(_, state)| state.map.clone()).collect();
         let title = format!("{label}all loads");
         panels.push(self.panel(title, &Raster::from_contacts(&maps)));
         panels
@@ -204,18 +218,20 @@ impl Pressed {
 
     /// Returns a slider with maps at up to [`MOST`] loads, evenly spread over all loads of the
     /// surface.
-    fn slider(&self, label: String) -> LoadSlider {
+    fn slider(&self, label: String, loads: &Loads) -> LoadSlider {
         let states: Vec<(&u64, &State)> = self.states.iter().collect();
         let step = |index: usize| {
-            let (load, State { map, mean_gap }) = states[index];
+            let (load, State { map, mean_gap, pressure }) = states[index];
+            let load = loads.text(f64::from_bits(*load), *pressure);
             let area = ContactArea::from_map(map).fraction();
             let picture = Raster::from_contact(map).at_most(PIXELS);
             let unit = self.unit.as_deref();
-            Step::new(f64::from_bits(*load), area, *mean_gap, unit, &picture)
+            Step::new(load, area, *mean_gap, unit, &picture)
         };
         let longer = self.size[0].max(self.size[1]);
         LoadSlider {
             label,
+            load_name: loads.name(),
             size: self.size.map(|side| side / longer),
             scale: self.scale_bar().map(|bar| SliderScale {
                 percent: 100.0 * bar.length / self.size[0],
@@ -234,6 +250,8 @@ const MOST: usize = 16;
 pub struct LoadSlider {
     /// Label of the surface, which is empty if it is the only one.
     pub label: String,
+    /// Name of the loads in the text below the slider.
+    pub load_name: &'static str,
     /// Sides of the maps along x and y, relative to the longer one.
     pub size: [f64; 2],
     /// Scale bar, if the unit of length is known.
@@ -253,7 +271,7 @@ pub struct SliderScale {
 /// A contact map, with its load, area and mean gap as text.
 #[derive(Debug, Serialize)]
 pub struct Step {
-    /// Load in units of E* × rms slope.
+    /// Load in the unit of the manifest.
     pub load: String,
     /// Contact area in per cent.
     pub area: String,
@@ -264,10 +282,17 @@ pub struct Step {
 }
 
 impl Step {
-    /// Creates a step from the load, the area fraction and the mean gap in the unit of the surface.
-    pub fn new(load: f64, area: f64, mean_gap: f64, unit: Option<&str>, picture: &Raster) -> Step {
+    /// Creates a step from the text of the load, the area fraction and the mean gap in the unit of
+    /// the surface.
+    pub fn new(
+        load: String,
+        area: f64,
+        mean_gap: f64,
+        unit: Option<&str>,
+        picture: &Raster,
+    ) -> Step {
         Step {
-            load: short(load),
+            load,
             area: format!("{} %", short(100.0 * area)),
             mean_gap: length_text(mean_gap, unit),
             picture: BASE64_STANDARD.encode(picture.to_png()),

@@ -10,6 +10,7 @@ use crate::charts::style::{Colour, Dash, Style};
 use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn, sample};
+use crate::loads::Loads;
 use crate::units::digits;
 use asperity_manifest::decimal;
 use asperity_stages::columns::{
@@ -229,7 +230,11 @@ fn surfaces(distributions: &[Distribution]) -> Vec<usize> {
 /// Adds the distributions at one load to a copy of the chart `empty`: for each distribution a line
 /// through all bins, and markers with error bars at some of them.
 fn chart(data: &FigureData, distributions: &[Distribution], load: f64, empty: &Chart) -> Chart {
-    let mut chart = empty.clone().titled(format!("load {}", digits(load, 4)));
+    let title = match &data.loads {
+        Loads::Reduced => format!("load {}", digits(load, 4)),
+        pressures => format!("load {}", pressures.text_of_reduced(load)),
+    };
+    let mut chart = empty.clone().titled(title);
     for distribution in distributions {
         let Some(points) = distribution.under(load) else {
             continue;

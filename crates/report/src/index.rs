@@ -1,0 +1,174 @@
+//! The page of all studies of a data folder, `index.html`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use minijinja::value::Serde;
+use serde::Serialize;
+
+use crate::charts::style;
+use crate::earlier::{self, Basis};
+use crate::{FIGURES, PAGE, ReportError, page};
+use asperity_tables::store::StoreError;
+use asperity_tables::store::files::{Existing, write_whole};
+
+/// Name of the page in the folder of results.
+const INDEX: &str = "index.html";
+const TEMPLATE: &str = include_str!("page/index.html");
+/// Text by which a page of this program is recognized.
+const MARK: &str = "<meta name=\"generator\" content=\"asperity report --index\">";
+
+/// A study of a data folder.
+#[derive(Debug, Clone, Serialize)]
+pub struct StudyEntry {
+    pub name: String,
+    /// First paragraph of the comment at the beginning of the manifest.
+    pub description: Option<String>,
+    /// Path of the manifest, if it is known.
+    pub manifest: Option<String>,
+    /// Time of the last run in UTC.
+    pub written: Option<String>,
+    /// Number of surfaces, if it is known.
+    pub surfaces: Option<u64>,
+    pub stages: Vec<StageEntry>,
+    pub state: StudyState,
+    /// What is damaged or missing, one text for each file.
+    pub problems: Vec<String>,
+    /// Path of the report relative to the folder of results.
+    pub page: Option<String>,
+    /// Path of the main figure relative to the folder of results.
+    pub picture: Option<String>,
+}
+
+/// A stage of a study with its numbers of tasks.
+#[derive(Debug, Clone, Serialize)]
+pub struct StageEntry {
+    pub name: String,
+    pub kind: &'static str,
+    pub finished: usize,
+    pub tasks: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StudyState {
+    Finished,
+    Incomplete,
+    /// The record of the last run is missing or damaged.
+    Unknown,
+}
+
+#[derive(Serialize)]
+struct Contents<'a> {
+    folder: String,
+    studies: &'a [StudyEntry],
+    style: &'static str,
+    light: String,
+    dark: String,
+}
+
+/// Returns the first paragraph of the comment at the beginning of a manifest.
+pub fn description(manifest: &str) -> Option<String> {
+    page::description(manifest)
+}
+
+/// Returns the paths of the report of a study and of its main figure, relative to the folder of
+/// results, as far as the files exist.
+pub fn report_of(results: &Path, study: &str) -> [Option<String>; 2] {
+    let folder = results.join(study);
+    let path = folder.join(PAGE);
+    let Ok(text) = fs::read_to_string(&path) else { return [None, None] };
+    let main = Basis::from_page(&text).and_then(|basis| basis.main);
+    // A page is a text that somebody may have edited: show nothing outside the folder.
+    let main = main.filter(|name| Path::new(name).file_name() == Some(name.as_ref()));
+    let picture = main.map(|name| format!("{FIGURES}/{name}.svg"));
+    let picture = picture.filter(|picture| folder.join(picture).is_file());
+    [Some(format!("{study}/{PAGE}")), picture.map(|picture| format!("{study}/{picture}"))]
+}
+
+/// Returns what is wrong with the report of a study: files that were changed by hand.
+pub fn problems_of_report(results: &Path, study: &str) -> Vec<String> {
+    let changed = earlier::changed_files(&results.join(study));
+    let name = |path: &PathBuf| path.strip_prefix(results).unwrap_or(path).display().to_string();
+    changed
+        .iter()
+        .map(|path| format!("`{}` was changed since it was written", name(path)))
+        .collect()
+}
+
+/// Writes the page of these studies into the folder of results and returns its path.
+///
+/// # Errors
+/// If the file cannot be written, or a file of this name was not written by this function.
+pub fn write_index(
+    results: &Path,
+    studies: &[StudyEntry],
+    existing: Existing,
+) -> Result<PathBuf, ReportError> {
+    let path = results.join(INDEX);
+    match fs::read_to_string(&path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+        Err(source) => return Err(StoreError::Read { path, source }.into()),
+        Ok(text) if existing == Existing::Keep && !text.contains(MARK) => {
+            return Err(ReportError::NoIndex { page: path });
+        }
+        Ok(_) => {}
+    }
+    let text = html(results, studies);
+    write_whole(&path, text.as_bytes(), Existing::Replace, results)?;
+    Ok(path)
+}
+
+fn html(results: &Path, studies: &[StudyEntry]) -> String {
+    let [light, dark] = style::declarations();
+    let folder = results.display().to_string();
+    let contents = Contents { folder, studies, style: page::STYLE, light, dark };
+    let page = page::environment().render_named_str("index.html", TEMPLATE, Serde(&contents));
+    page.expect("the template only uses these contents")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn study(name: &str) -> StudyEntry {
+        let stage =
+            |name: &str, kind| StageEntry { name: name.to_owned(), kind, finished: 3, tasks: 4 };
+        StudyEntry {
+            name: name.to_owned(),
+            description: Some("Area < 1 with `k_upper`.".to_owned()),
+            manifest: None,
+            written: None,
+            surfaces: Some(1),
+            stages: vec![stage("surfaces", "generate"), stage("contact", "solve")],
+            state: StudyState::Incomplete,
+            problems: vec!["`area.parquet` is damaged".to_owned()],
+            page: Some(format!("{name}/report.html")),
+            picture: None,
+        }
+    }
+
+    #[test]
+    fn a_study_is_listed_with_its_state_and_its_problems() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = write_index(folder.path(), &[study("small")], Existing::Keep).unwrap();
+        let page = fs::read_to_string(&path).unwrap();
+        for part in [
+            "href=\"small&#x2f;report.html\"",
+            "Area &lt; 1 with <code>k_upper</code>.",
+            "incomplete",
+            "1 surface ",
+            "6 of 8 tasks",
+            "<code>area.parquet</code> is damaged",
+        ] {
+            assert!(page.contains(part), "{part} in {page}");
+        }
+        assert!(!page.contains('`') && !page.contains("http"));
+        // It replaces its own page, but no other file.
+        write_index(folder.path(), &[], Existing::Keep).unwrap();
+        fs::write(&path, "<html>").unwrap();
+        let refused = write_index(folder.path(), &[], Existing::Keep);
+        assert!(matches!(refused, Err(ReportError::NoIndex { .. })));
+        write_index(folder.path(), &[], Existing::Replace).unwrap();
+    }
+}

@@ -1,0 +1,506 @@
+//! Summary at the beginning of a page: what was varied, the numbers of surfaces and loads, and the
+//! main results with 95 % intervals.
+
+use std::collections::BTreeSet;
+
+use arrow::array::{Array, Float64Array};
+use serde::Serialize;
+
+use super::ShownColumn;
+use crate::Subject;
+use crate::ensembles::Point;
+use crate::figure_data::{FigureData, FinishedStages, LIGHT};
+use crate::figures::sample;
+use crate::loads::{Loads, pascals_of, pressure_text};
+use crate::styles::ascending;
+use crate::symbols;
+use crate::units::{LengthUnit, digits};
+use asperity_stages::aggregate::{self, Groups, Statistic};
+use asperity_stages::columns::{
+    AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, CONTENT, K_ROLLOFF, LOAD, PRESSURE, STOP,
+};
+use asperity_stages::ensemble::{self, ParameterPoint};
+use asperity_stages::solve::PAIR_LIMIT;
+use asperity_stages::{Kind, Recipe, Work};
+use asperity_tables::cells::cells;
+use asperity_tables::column::{Description, Role};
+use asperity_tables::table::Table;
+
+/// Largest numbers of tables, of their rows and of the results of a row.
+const TABLES: usize = 3;
+const ROWS: usize = 10;
+const RESULTS: usize = 4;
+/// Largest number of values of a parameter that are listed.
+const VALUES: usize = 10;
+/// Coordinates of rows that are points of a curve, which a summary does not show.
+const ALONG_CURVES: [&str; 6] = ["bin", "wavenumber", "lag", "distance", "bearing_level", "along"];
+
+/// Parameters that follow from others: the roll-off of a spectrum without a plateau, and the
+/// coefficient of a correction.
+const FOLLOW: [&str; 2] = [K_ROLLOFF.name, COEFFICIENT.name];
+
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    lines: Vec<Line>,
+    results: Vec<ResultTable>,
+}
+
+/// A line with a name, such as `varied`.
+#[derive(Debug, Serialize)]
+struct Line {
+    name: &'static str,
+    text: String,
+    is_alarming: bool,
+}
+
+/// A small table of results.
+#[derive(Debug, Serialize)]
+struct ResultTable {
+    stage: String,
+    caption: String,
+    columns: Vec<ShownColumn>,
+    cells: Vec<Vec<String>>,
+}
+
+impl Summary {
+    pub fn new(subject: &Subject, data: &FigureData) -> Summary {
+        let finished = data.finished;
+        let line = |name, text| Line { name, text, is_alarming: false };
+        let mut lines = vec![line("varied", varied(finished, data))];
+        lines.extend(surfaces(finished).map(|text| line("surfaces", text)));
+        lines.extend(loads(finished, &data.loads).map(|text| line("loads", text)));
+        lines.extend(convergence(finished));
+        let (done, planned) = subject.tasks();
+        lines.push(if done == planned {
+            line("state", format!("complete: all {planned} tasks are done"))
+        } else {
+            Line {
+                name: "state",
+                text: format!("unfinished: {done} of {planned} tasks are done; figures and tables show their results"),
+                is_alarming: true,
+            }
+        });
+        Summary { lines, results: results(subject, data) }
+    }
+}
+
+/// Returns the parameters of surfaces and contacts that have several values, with their values.
+fn varied(finished: &FinishedStages, data: &FigureData) -> String {
+    let mut parameters: Vec<(String, Vec<String>)> = Vec::new();
+    for stage in &finished.stages {
+        if !matches!(stage.kind, Kind::Generate | Kind::Solve) {
+            continue;
+        }
+        let table = stage.table.in_role(Role::Parameter);
+        let written = Written::new(&stage.table, data);
+        for description in table.descriptions() {
+            if FOLLOW.contains(&description.name.as_str()) {
+                continue;
+            }
+            let column = column_cells(&stage.table, &description, &written);
+            let known = parameters.iter().position(|(name, _)| *name == description.name);
+            let index = known.unwrap_or_else(|| {
+                parameters.push((description.name.clone(), Vec::new()));
+                parameters.len() - 1
+            });
+            let values = &mut parameters[index].1;
+            for value in column.into_iter().collect::<BTreeSet<_>>() {
+                if !values.contains(&value) {
+                    values.push(value);
+                }
+            }
+        }
+    }
+    parameters.retain(|(_, values)| values.len() > 1);
+    let texts = parameters.into_iter().map(|(name, mut values)| {
+        if name == CONTENT.name {
+            let file = |content: &String| data.files.get(content).unwrap_or(content).clone();
+            values = values.iter().map(file).collect();
+        }
+        values.sort_by(|one, other| ascending(one, other));
+        let name = if name == CONTENT.name { "file" } else { &name };
+        format!("`{name}` = {}", listed(&values))
+    });
+    let texts: Vec<String> = texts.collect();
+    if texts.is_empty() { "one parameter point".to_owned() } else { texts.join("; ") }
+}
+
+/// Lists values; of many values, the first and the last.
+fn listed(values: &[String]) -> String {
+    if values.len() <= VALUES {
+        return values.join(", ");
+    }
+    let first = values[..VALUES - 2].join(", ");
+    format!("{first}, … {} ({} values)", values[values.len() - 1], values.len())
+}
+
+/// Returns the numbers of surfaces of the stages that generate or read them.
+fn surfaces(finished: &FinishedStages) -> Option<String> {
+    let mut counts: Vec<(ParameterPoint, usize)> = Vec::new();
+    for stage in finished.stages.iter().filter(|stage| stage.kind == Kind::Generate) {
+        for row in 0..stage.table.rows() {
+            let point = ParameterPoint::from_row(&stage.table, row);
+            match counts.iter_mut().find(|(known, _)| *known == point) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((point, 1)),
+            }
+        }
+    }
+    let counts: Vec<usize> = counts.into_iter().map(|(_, count)| count).collect();
+    let total: usize = counts.iter().sum();
+    let text = sample(&counts);
+    match counts.len() {
+        0 => None,
+        1 => Some(text),
+        _ => Some(format!("{text}, {total} in total")),
+    }
+}
+
+/// Returns the number of distinct loads with their range.
+fn loads(finished: &FinishedStages, unit: &Loads) -> Option<String> {
+    let mut loads: Vec<(f64, f64)> = Vec::new();
+    for stage in finished.with(&[LOAD.name, PRESSURE.name, "pairs"]) {
+        let reduced = stage.table.reals(LOAD.name).ok()?;
+        let pressures = stage.table.reals(PRESSURE.name).ok()?;
+        loads.extend(reduced.values().iter().copied().zip(pressures.values().iter().copied()));
+    }
+    let given = |load: &(f64, f64)| match unit {
+        Loads::Reduced => load.0,
+        Loads::Pressures { .. } => load.1,
+    };
+    loads.sort_by(|one, other| given(one).total_cmp(&given(other)));
+    loads.dedup_by(|one, other| given(one) == given(other));
+    let (first, last) = (loads.first()?, loads.last()?);
+    let text = |load: &(f64, f64)| unit.text(load.0, load.1);
+    let meaning = match unit {
+        Loads::Reduced => " (mean pressure in units of E* × rms slope)",
+        Loads::Pressures { .. } => " (mean pressure)",
+    };
+    Some(match loads.len() {
+        1 => format!("1 load, {}{meaning}", text(first)),
+        count => format!("{count} loads from {} to {}{meaning}", text(first), text(last)),
+    })
+}
+
+/// Returns the line on the convergence of the solver, if loads were solved.
+fn convergence(finished: &FinishedStages) -> Option<Line> {
+    let solved = finished.with(&["pairs", STOP.name]);
+    let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
+    let (loads, given_up) = stops.fold((0, 0), |(loads, given_up), stops| {
+        let failed = stops.iter().filter(|stop| *stop == Some(PAIR_LIMIT)).count();
+        (loads + stops.len(), given_up + failed)
+    });
+    let text = match given_up {
+        0 => format!("all {loads} loads converged"),
+        _ => format!("{given_up} of {loads} loads did not converge"),
+    };
+    (loads > 0).then_some(Line { name: "solver", text, is_alarming: given_up > 0 })
+}
+
+/// Returns the tables of the main results: aggregates and fits, or else the means of the areas.
+fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
+    let stages = subject.study.stages.iter().zip(subject.rows);
+    let (mut aggregates, mut fits) = (Vec::new(), Vec::new());
+    for (stage, rows) in stages {
+        let (Work::Evaluate(recipes), Some(table)) = (&stage.work, &rows.table) else { continue };
+        match recipes.first() {
+            Some(Recipe::Aggregate(params)) => {
+                if let aggregate::Params::Groups(groups) = &**params {
+                    let inputs = stage.inputs.iter();
+                    let inputs = inputs.filter_map(|&input| subject.rows[input].table.clone());
+                    let inputs: Vec<Table> = inputs.collect();
+                    aggregates.extend(means(&stage.name, &inputs, groups, data));
+                }
+            }
+            Some(Recipe::Fit(fit)) => fits.extend(fitted(&stage.name, table, fit.level, data)),
+            _ => {}
+        }
+    }
+    if aggregates.is_empty() {
+        aggregates.extend(areas(data));
+    }
+    aggregates.extend(fits);
+    aggregates.truncate(TABLES);
+    aggregates
+}
+
+/// Returns the means of the contact areas in the last table that has any.
+fn areas(data: &FigureData) -> Option<ResultTable> {
+    let stages = data.finished.stages.iter().rev();
+    let mut stages = stages.filter(|stage| [Kind::Measure, Kind::Correct].contains(&stage.kind));
+    let columns = [AREA_CORRECTED.name, AREA_FRACTION.name];
+    let (stage, area) = stages.find_map(|stage| {
+        columns.into_iter().find(|name| stage.table.has(name)).map(|name| (stage, name))
+    })?;
+    let over = vec![area.to_owned()];
+    let groups = Groups { group_by: None, over, statistics: Vec::new(), models: Vec::new() };
+    means(&stage.name, std::slice::from_ref(&stage.table), &groups, data)
+}
+
+/// Returns the means of the columns of an `aggregate` stage with 95 % intervals.
+fn means(stage: &str, inputs: &[Table], groups: &Groups, data: &FigureData) -> Option<ResultTable> {
+    let wanted = Groups {
+        statistics: vec![Statistic::Mean, Statistic::Confidence(0.95)],
+        models: Vec::new(),
+        ..groups.clone()
+    };
+    let input = Table::stack(inputs).ok()?;
+    let table = aggregate::grouped(&input, &wanted).ok()?;
+    let estimates = groups.over.iter().map(|name| Estimate {
+        name: name.clone(),
+        columns: [
+            format!("{name}_mean"),
+            format!("{name}_ci95_lower"),
+            format!("{name}_ci95_upper"),
+        ],
+    });
+    shown(stage, 0.95, &table, false, estimates.collect(), data)
+}
+
+/// Returns the parameters of a fit with their intervals.
+fn fitted(stage: &str, table: &Table, level: f64, data: &FigureData) -> Option<ResultTable> {
+    let names = table.names();
+    let estimates = names.iter().filter_map(|name| {
+        let ends = ["lower", "upper"].map(|end| format!("{name}_{end}"));
+        let [lower, upper] = ends;
+        let has_interval = [&lower, &upper].iter().all(|end| table.has(end));
+        has_interval.then(|| Estimate {
+            name: (*name).to_owned(),
+            columns: [(*name).to_owned(), lower, upper],
+        })
+    });
+    shown(stage, level, table, true, estimates.collect(), data)
+}
+
+/// Columns of an estimate: value and ends of its interval.
+struct Estimate {
+    name: String,
+    columns: [String; 3],
+}
+
+/// Returns the table that a reader sees: the coordinates that differ between its rows, and the
+/// estimates.
+fn shown(
+    stage: &str,
+    level: f64,
+    table: &Table,
+    is_fit: bool,
+    mut estimates: Vec<Estimate>,
+    data: &FigureData,
+) -> Option<ResultTable> {
+    if ALONG_CURVES.iter().any(|name| table.has(name)) || table.rows() == 0 {
+        return None;
+    }
+    let has_values = |name: &String| {
+        let values = table.reals(name);
+        values.is_ok_and(|values| values.null_count() < values.len())
+    };
+    estimates.retain(|estimate| {
+        // A parameter that is given has no interval. A single surface has none either.
+        has_values(&estimate.columns[0]) && (!is_fit || has_values(&estimate.columns[1]))
+    });
+    estimates.truncate(RESULTS);
+    if estimates.is_empty() {
+        return None;
+    }
+    let Selection { rows, note, points } = Selection::new(table, &data.loads);
+    let picked = table.pick(&rows);
+    let written = Written::new(&picked, data);
+    let mut columns = Vec::new();
+    let mut by_column = Vec::new();
+    let coordinates = picked.coordinates().not_in_role(Role::Surface);
+    for description in coordinates.descriptions() {
+        let name = &description.name;
+        let is_other_unit = [LOAD.name, PRESSURE.name].contains(&name.as_str())
+            && description.role != Role::Load.name();
+        let cells = column_cells(&picked, &description, &written);
+        let is_constant = cells.iter().all(|cell| *cell == cells[0]);
+        if is_constant || is_other_unit || FOLLOW.contains(&name.as_str()) {
+            continue;
+        }
+        let name = symbols::symbol(name);
+        columns.push(ShownColumn { name, ..ShownColumn::new(&description) });
+        by_column.push(cells);
+    }
+    for estimate in &estimates {
+        let [value, lower, upper] =
+            estimate.columns.each_ref().map(|name| picked.reals(name).ok().cloned());
+        let value = value?;
+        let description = picked.descriptions();
+        let description = description.into_iter().find(|one| one.name == estimate.columns[0])?;
+        let (factor, unit) = written.unit(&description, &value);
+        let cells = (0..picked.rows()).map(|row| {
+            let real = |column: &Option<Float64Array>| {
+                let column = column.as_ref().filter(|column| column.is_valid(row));
+                column.map(|column| factor * column.value(row))
+            };
+            value.is_valid(row).then(|| {
+                let ends = real(&lower).zip(real(&upper));
+                with_interval(factor * value.value(row), ends)
+            })
+        });
+        by_column.push(cells.map(|cell| cell.unwrap_or_else(|| "–".to_owned())).collect());
+        let label = symbols::name(&estimate.name);
+        let labels = estimates.iter().map(|other| symbols::name(&other.name));
+        let is_unique = labels.filter(|other| *other == label).count() == 1;
+        let name = format!("{}{unit}", if is_unique { &label } else { &estimate.name });
+        columns.push(ShownColumn { name, numeric: true, ..ShownColumn::new(&description) });
+    }
+    let cells = (0..picked.rows())
+        .map(|row| by_column.iter().map(|column: &Vec<String>| column[row].clone()).collect());
+    let what = if is_fit { "fitted parameters" } else { "means over the surfaces" };
+    // A single surface has no interval.
+    let intervals = if estimates.iter().any(|estimate| has_values(&estimate.columns[1])) {
+        format!(" with {} % intervals", digits(100.0 * level, 3))
+    } else {
+        String::new()
+    };
+    let mut caption = format!("{what}{intervals}{note}");
+    if points > rows.len() {
+        caption += &format!("; {} of {points} rows", rows.len());
+    }
+    Some(ResultTable { stage: stage.to_owned(), caption, columns, cells: cells.collect() })
+}
+
+/// Rows of a table that the summary shows.
+struct Selection {
+    rows: Vec<usize>,
+    /// Text on the load of the rows, if only one load is shown.
+    note: String,
+    /// Number of rows from which the shown ones were taken.
+    points: usize,
+}
+
+impl Selection {
+    /// Selects up to [`ROWS`] rows. Of several parameter points with several loads, the rows at the
+    /// load nearest to [`LIGHT`] are shown.
+    fn new(table: &Table, loads: &Loads) -> Selection {
+        let mut rows: Vec<usize> = (0..table.rows()).collect();
+        let mut note = String::new();
+        let column = table.reals(ensemble::load_column(table)).ok();
+        let reduced = table.reals(LOAD.name).ok();
+        if let (Some(given), Some(reduced)) = (column, reduced) {
+            let points: BTreeSet<ParameterPoint> =
+                rows.iter().map(|&row| ParameterPoint::from_row(table, row)).collect();
+            let distance = |row: &usize| (reduced.value(*row) / LIGHT).ln().abs();
+            let nearest = rows.iter().copied().filter(|&row| given.is_valid(row));
+            let nearest = nearest.min_by(|one, other| distance(one).total_cmp(&distance(other)));
+            if let Some(nearest) = nearest.filter(|_| points.len() > 1) {
+                rows.retain(|&row| given.value(row) == given.value(nearest));
+                let pressure =
+                    table.reals(PRESSURE.name).map_or(f64::NAN, |all| all.value(nearest));
+                let load = loads.text(reduced.value(nearest), pressure);
+                note = format!(", at the {} = {load}", loads.name());
+            }
+        }
+        let points = rows.len();
+        if points > ROWS {
+            let spread = |step: usize| rows[step * (points - 1) / (ROWS - 1)];
+            rows = (0..ROWS).map(spread).collect();
+        }
+        Selection { rows, note, points }
+    }
+}
+
+/// Units in which the values of a table are written.
+struct Written {
+    lengths: LengthUnit,
+    length_unit: Option<String>,
+    pascals: Option<f64>,
+}
+
+impl Written {
+    fn new(table: &Table, data: &FigureData) -> Written {
+        let point = (table.rows() > 0).then(|| crate::ensembles::point(table, 0));
+        let unit = point.as_ref().and_then(|point: &Point| data.units.at(point));
+        Written {
+            lengths: LengthUnit::common([unit]),
+            length_unit: unit.map(str::to_owned),
+            pascals: pascals_of(table, &data.units).ok().flatten(),
+        }
+    }
+
+    /// Returns the factor and the text of the unit in which the values of a column are written.
+    fn unit(&self, description: &Description, values: &Float64Array) -> (f64, String) {
+        let largest = values.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
+        match (description.unit.as_str(), self.pascals) {
+            ("length", _) if self.lengths != LengthUnit::Unknown => {
+                let own = self.lengths.factor(self.length_unit.as_deref());
+                let scaled = self.lengths.scaled(own * largest);
+                (own * scaled.factor, format!(", {}", scaled.unit))
+            }
+            ("pressure", Some(pascals)) => {
+                let scaled = crate::units::in_pascals(pascals * largest);
+                (pascals * scaled.factor, format!(", {}", scaled.unit))
+            }
+            _ => (1.0, String::new()),
+        }
+    }
+}
+
+/// Returns the cells of a column of coordinates as a person writes them.
+fn column_cells(table: &Table, description: &Description, written: &Written) -> Vec<String> {
+    let name = description.name.as_str();
+    let Ok(values) = table.reals(name) else {
+        let column = table.batch().column_by_name(name).expect("the table has described it");
+        return cells(column.as_ref(), table.rows());
+    };
+    let text = |value: f64| match (description.unit.as_str(), written.pascals) {
+        ("length", _) => {
+            let values = Float64Array::from(vec![value]);
+            let (factor, unit) = written.unit(description, &values);
+            format!("{}{}", digits(factor * value, 6), unit.replace(", ", " "))
+        }
+        ("pressure", Some(pascals)) => pressure_text(value, Some(pascals)),
+        _ => digits(value, 6),
+    };
+    values.iter().map(|value| value.map_or_else(|| "–".to_owned(), text)).collect()
+}
+
+/// Formats a value with half of its interval, `0.1234 ± 0.0014`, or with the ends of the interval
+/// if it is asymmetric. The interval has two significant digits.
+fn with_interval(value: f64, ends: Option<(f64, f64)>) -> String {
+    let Some((lower, upper)) = ends.filter(|(lower, upper)| upper > lower) else {
+        return digits(value, 4);
+    };
+    let half = (upper - lower) / 2.0;
+    let decimals = 1 - half.log10().floor() as i32;
+    if !(0..=9).contains(&decimals) && half < 1e-3 || value.abs() >= 1e6 {
+        return format!("{} ({} to {})", digits(value, 4), digits(lower, 4), digits(upper, 4));
+    }
+    let decimals = decimals.clamp(0, 9) as usize;
+    let text = |number: f64| format!("{number:.decimals$}").replace('-', "−");
+    let is_symmetric = (f64::midpoint(lower, upper) - value).abs() < 0.1 * half;
+    if is_symmetric {
+        format!("{} ± {}", text(value), text(half))
+    } else {
+        format!("{} ({} to {})", text(value), text(lower), text(upper))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_has_two_digits_and_decides_those_of_its_value() {
+        let cases = [
+            (0.123456, Some((0.12206, 0.12485)), "0.1235 ± 0.0014"),
+            (-2.0, Some((-2.25, -1.75)), "−2.00 ± 0.25"),
+            (2.0, Some((1.9, 2.4)), "2.00 (1.90 to 2.40)"),
+            (1234.4, Some((1200.0, 1268.8)), "1234 ± 34"),
+            (0.123456, None, "0.1235"),
+            (0.5, Some((0.5, 0.5)), "0.5"),
+        ];
+        for (value, ends, expected) in cases {
+            assert_eq!(with_interval(value, ends), expected);
+        }
+    }
+
+    #[test]
+    fn many_values_are_listed_by_the_first_and_the_last() {
+        let values = |count: usize| (1..=count).map(|value| value.to_string()).collect::<Vec<_>>();
+        assert_eq!(listed(&values(3)), "1, 2, 3");
+        assert_eq!(listed(&values(20)), "1, 2, 3, 4, 5, 6, 7, 8, … 20 (20 values)");
+    }
+}
