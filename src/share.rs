@@ -128,6 +128,14 @@ impl Day {
     }
 }
 
+/// Formats a moment as date and time in UTC, to the minute.
+pub(crate) fn minute(moment: SystemTime) -> String {
+    let seconds = moment.duration_since(UNIX_EPOCH);
+    let seconds = seconds.map_or(0, |since| since.as_secs().try_into().unwrap_or(0));
+    let moment = DateTime::from_timestamp(seconds, 0).unwrap_or_default();
+    moment.format("%Y-%m-%d %H:%M UTC").to_string()
+}
+
 impl FromStr for Day {
     type Err = InvalidDay;
 

@@ -7,12 +7,23 @@ use std::time::SystemTime;
 use super::{Failure, SetArguments, print_answer};
 use crate::session::results::NotDrawn;
 use crate::session::words::counted;
-use crate::session::{Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy};
+use crate::session::{
+    Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex,
+};
 
 #[derive(clap::Args)]
 pub struct ReportArguments {
     /// Path of the manifest of the study.
-    manifest: PathBuf,
+    #[arg(required_unless_present = "index")]
+    manifest: Option<PathBuf>,
+
+    /// Write one page that lists all studies of the data folder, `results/index.html`.
+    ///
+    /// The page has the name of each study, the comment at the beginning of its manifest, the time
+    /// of its last run, the numbers of surfaces and of finished tasks, and the main figure of its
+    /// report with a link. It lists what is damaged. Without a report, a study has no figure.
+    #[arg(long, conflicts_with_all = ["manifest", "output", "bars"])]
+    index: bool,
 
     #[command(flatten)]
     set: SetArguments,
@@ -38,7 +49,10 @@ pub struct ReportArguments {
 
     /// Print the result as JSON.
     ///
-    /// Form: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`.
+    /// Form: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`. With
+    /// `--index`: `{"page", "studies": [{"name", "description", "manifest", "written", "surfaces",
+    /// "stages": [{"name", "kind", "finished", "tasks"}, …], "state", "problems", "page",
+    /// "picture"}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -52,7 +66,11 @@ enum BarKind {
 }
 
 pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
+    let Some(manifest) = &arguments.manifest else {
+        let index = StudyIndex::write(data, arguments.replace)?;
+        return print_answer(arguments.json, &index, || index_text(&index));
+    };
+    let session = super::session(manifest, data).with_settings(arguments.set.settings());
     let report = session.report(&ReportOptions {
         output: arguments.output.clone(),
         replace: arguments.replace,
@@ -74,6 +92,20 @@ fn report_text(report: &Report) -> String {
     );
     for NotDrawn { figure, needs } in &report.missing {
         text += &format!("missing  {figure}: needs {needs}\n");
+    }
+    text
+}
+
+fn index_text(index: &StudyIndex) -> String {
+    let studies = match index.studies.len() {
+        1 => "1 study".to_owned(),
+        count => format!("{count} studies"),
+    };
+    let mut text = format!("page     {} · {studies}\n", index.page.display());
+    for study in &index.studies {
+        for problem in &study.problems {
+            text += &format!("damaged  {}: {problem}\n", study.name);
+        }
     }
     text
 }

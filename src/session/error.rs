@@ -51,6 +51,12 @@ pub enum SessionError {
     /// A name of a stage, claim or column is unknown.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
+    #[error(
+        "`{}` has no studies; `asperity run MANIFEST` computes one, `--data FOLDER` names another data \
+         folder",
+        data.display()
+    )]
+    NoStudies { data: PathBuf },
     #[error("{0}")]
     Query(String),
     #[error(transparent)]

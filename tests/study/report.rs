@@ -456,3 +456,70 @@ fn texts_on_a_page_have_no_backticks() {
     let outside = head.split("<pre>").map(|part| part.split("</pre>").last().unwrap());
     assert!(outside.clone().all(|part| !part.contains('`')));
 }
+
+/// Runs `asperity report --index` and returns its answer and the page.
+fn index(bench: &Bench) -> (Value, String) {
+    let output = bench.output(&["report", "--index", "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let page = fs::read_to_string(said["page"].as_str().unwrap()).unwrap();
+    (said, page)
+}
+
+#[test]
+fn an_index_lists_all_studies_with_their_states_and_main_figures() {
+    let bench = Bench::new();
+    bench.run(&format!("# Two spectra.\n{STUDY}"));
+    report(&bench);
+    let (said, page) = index(&bench);
+    let study = &said["studies"][0];
+    assert_eq!(study["name"], "small");
+    assert_eq!(study["state"], "finished");
+    assert_eq!(study["description"], "Two spectra.");
+    assert_eq!(study["surfaces"], 4);
+    assert_eq!(study["problems"], serde_json::json!([]));
+    let picture = study["picture"].as_str().unwrap();
+    assert!(bench.data().join("results").join(picture).is_file(), "{picture}");
+    assert!(page.contains("small&#x2f;report.html") && page.contains("Two spectra."));
+    // A second study, of which a task is missing, and which has no report.
+    bench.run(&STUDY.replace("\"small\"", "\"more\""));
+    let record = bench.data().join("plans/more.json");
+    let mut recorded: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
+    recorded["stages"][0]["finished"] = 3.into();
+    fs::write(&record, recorded.to_string()).unwrap();
+    let (said, page) = index(&bench);
+    let more = &said["studies"][0];
+    assert_eq!(more["name"], "more");
+    assert_eq!(more["state"], "incomplete");
+    assert_eq!(more["page"], Value::Null);
+    assert_eq!(said["studies"].as_array().unwrap().len(), 2);
+    assert!(page.contains("3 of 4 tasks") && page.contains("no report yet"), "{page}");
+}
+
+#[test]
+fn an_index_says_what_is_damaged_and_refuses_an_empty_folder() {
+    let bench = Bench::new();
+    let refused = bench.output(&["report", "--index"]);
+    assert!(!refused.status.success());
+    assert!(text(&refused.stderr).contains("has no studies"), "{}", text(&refused.stderr));
+    bench.run(STUDY);
+    report(&bench);
+    let results = bench.data().join("results/small");
+    fs::write(results.join("area.parquet"), "edited").unwrap();
+    fs::write(results.join("owner.json"), "{").unwrap();
+    let page = fs::read_to_string(results.join("report.html")).unwrap();
+    fs::write(results.join("report.html"), page.replacen("4 loads", "5 loads", 1)).unwrap();
+    fs::remove_file(bench.data().join("plans/small.json")).unwrap();
+    let (said, page) = index(&bench);
+    let study = &said["studies"][0];
+    assert_eq!(study["state"], "unknown");
+    let problems = study["problems"].to_string();
+    for part in ["area.parquet", "owner.json", "small/report.html", "small.json"] {
+        assert!(problems.contains(part), "{part} in {problems}");
+    }
+    assert_eq!(page.matches("Damaged:").count(), 4, "{page}");
+    // A page of somebody else stays.
+    fs::write(bench.data().join("results/index.html"), "<html>").unwrap();
+    let refused = bench.output(&["report", "--index"]);
+    assert!(text(&refused.stderr).contains("was not written by"), "{}", text(&refused.stderr));
+}

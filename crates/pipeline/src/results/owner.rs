@@ -184,6 +184,12 @@ impl RecordedManifest {
     }
 }
 
+/// Returns the path of the manifest that was run last in a results folder, or `None` if there is no
+/// valid owner file.
+pub fn manifest_of(folder: &Path) -> Option<PathBuf> {
+    Some(Owner::read(folder)?.last.path(folder))
+}
+
 /// Checks that a study can be written to its results folder. Returns the other manifest that was
 /// run last, unless the last one was the manifest of the study.
 ///

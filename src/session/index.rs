@@ -1,0 +1,152 @@
+//! The page of all studies of a data folder.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use serde::Serialize;
+
+use super::results::TableSource;
+use super::{DataFolder, SessionError};
+use crate::share::minute;
+use asperity_manifest::diagnostics::chain;
+use asperity_pipeline::plan::Kind;
+use asperity_pipeline::plan::reasons::record::Record;
+use asperity_pipeline::results::owner;
+use asperity_report::index::{self, StageEntry, StudyEntry, StudyState, write_index};
+use asperity_tables::store::files::Existing;
+use asperity_tables::store::listing;
+
+/// Path of the page of all studies of a data folder, and the studies.
+#[derive(Debug, Serialize)]
+pub struct StudyIndex {
+    pub page: PathBuf,
+    pub studies: Vec<StudyEntry>,
+}
+
+impl StudyIndex {
+    /// Writes `results/index.html`. Another file of this name is overwritten only with `replace`.
+    ///
+    /// # Errors
+    /// Returns an error if the folder has no studies or cannot be listed, or if the page cannot be
+    /// written.
+    pub fn write(data: &DataFolder, replace: bool) -> Result<StudyIndex, SessionError> {
+        let names = names(data)?;
+        if names.is_empty() {
+            return Err(SessionError::NoStudies { data: data.path().to_owned() });
+        }
+        let studies: Vec<StudyEntry> = names.iter().map(|name| entry(data, name)).collect();
+        let existing = if replace { Existing::Replace } else { Existing::Keep };
+        let page = write_index(&data.results(), &studies, existing)?;
+        Ok(StudyIndex { page, studies })
+    }
+}
+
+/// Returns the names of the studies that have results or the record of a run, in alphabetical
+/// order.
+fn names(data: &DataFolder) -> Result<BTreeSet<String>, SessionError> {
+    let folders = listing::folders(&data.results())?.into_iter();
+    let mut names = BTreeSet::new();
+    for folder in folders.filter(|folder| is_of_a_study(folder)) {
+        names.extend(folder.file_name().map(|name| name.to_string_lossy().into_owned()));
+    }
+    for file in Record::files(&data.records())? {
+        if let listing::FileKind::Record { study } = file.what {
+            names.insert(study);
+        }
+    }
+    Ok(names)
+}
+
+fn is_of_a_study(folder: &Path) -> bool {
+    folder.join(owner::FILE).exists() || !tables(folder).is_empty()
+}
+
+/// Returns the paths of the tables in a folder of results.
+fn tables(folder: &Path) -> Vec<PathBuf> {
+    let files = fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = files.map(|file| file.path());
+    let is_table = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "parquet");
+    let mut tables: Vec<PathBuf> = files.filter(is_table).collect();
+    tables.sort();
+    tables
+}
+
+fn entry(data: &DataFolder, name: &str) -> StudyEntry {
+    let folder = data.results_of(name);
+    let record = Record::read(&data.records(), name);
+    let manifest = owner::manifest_of(&folder);
+    let text = manifest.as_ref().and_then(|path| fs::read_to_string(path).ok());
+    let [page, picture] = index::report_of(&data.results(), name);
+    let tables = tables(&folder);
+    let record_file = Record::path(&data.records(), name);
+    let written = tables.iter().chain([&record_file]).filter_map(|path| modified(path)).max();
+    let stages: Vec<StageEntry> = record.iter().flat_map(stages).collect();
+    StudyEntry {
+        name: name.to_owned(),
+        description: text.as_deref().and_then(index::description),
+        manifest: manifest.map(|path| path.display().to_string()),
+        written: written.map(minute),
+        surfaces: record.as_ref().map(surfaces),
+        state: match &record {
+            None => StudyState::Unknown,
+            Some(_) if stages.iter().all(|stage| stage.finished == stage.tasks) => {
+                StudyState::Finished
+            }
+            Some(_) => StudyState::Incomplete,
+        },
+        problems: problems(data, name, &tables, record.is_some()),
+        stages,
+        page,
+        picture,
+    }
+}
+
+fn modified(path: &Path) -> Option<SystemTime> {
+    fs::metadata(path).ok()?.modified().ok()
+}
+
+fn stages(record: &Record) -> impl Iterator<Item = StageEntry> {
+    record.stages.iter().map(|stage| StageEntry {
+        name: stage.name.clone(),
+        kind: stage.kind.name(),
+        finished: stage.finished,
+        tasks: stage.tasks,
+    })
+}
+
+fn surfaces(record: &Record) -> u64 {
+    let generated = record.stages.iter().filter(|stage| stage.kind == Kind::Generate);
+    let points = generated.flat_map(|stage| &stage.points);
+    points.map(|point| u64::from(point.realizations)).sum()
+}
+
+/// Returns what is wrong with the files of a study.
+fn problems(data: &DataFolder, name: &str, tables: &[PathBuf], has_record: bool) -> Vec<String> {
+    let mut problems = Vec::new();
+    if !has_record {
+        let record = Record::path(&data.records(), name);
+        problems.push(format!(
+            "`{}` is missing or damaged, so the number of finished tasks is unknown; run the study \
+             again to write it",
+            record.display()
+        ));
+    }
+    let folder = data.results_of(name);
+    if tables.is_empty() {
+        problems.push(format!("`{}` has no tables; run the study again", folder.display()));
+    } else if owner::manifest_of(&folder).is_none() {
+        problems.push(format!(
+            "`{}` is missing or damaged, so the manifest is unknown; run the study again to write it",
+            folder.join(owner::FILE).display()
+        ));
+    }
+    for table in tables {
+        if let Err(error) = TableSource::open(table) {
+            problems.push(format!("{}; run the study again", chain(&error)));
+        }
+    }
+    problems.extend(index::problems_of_report(&data.results(), name));
+    problems
+}
