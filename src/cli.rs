@@ -215,8 +215,8 @@ fn is_closed_pipe(failure: &(dyn Error + 'static)) -> bool {
 struct SetArguments {
     /// Override a key of the manifest, such as `stage.surfaces.realizations=20`. Can be repeated.
     ///
-    /// The value is in TOML; a word needs no quotes. A setting has the same effect as an edit of the
-    /// manifest.
+    /// The value is in TOML; a word needs no quotes. A setting has the same effect as an edit of
+    /// the manifest.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
 }

@@ -54,7 +54,8 @@ impl Session {
         self.call_until(py, |session, _| method(session))
     }
 
-    /// Calls a method of a session in another thread; Ctrl-C sets the flag that the method receives.
+    /// Calls a method of a session in another thread; Ctrl-C sets the flag that the method
+    /// receives.
     fn call_until<T: Send + 'static>(
         &self,
         py: Python<'_>,

@@ -25,7 +25,8 @@ pub struct Coordinate {
 }
 
 impl Coordinate {
-    /// Creates a condition on a column that identifies surfaces, such as `k_upper` or `realization`.
+    /// Creates a condition on a column that identifies surfaces, such as `k_upper` or
+    /// `realization`.
     ///
     /// # Errors
     /// Returns an error for columns of the load, which is chosen separately.

@@ -105,8 +105,8 @@ impl ExportFormat {
 }
 
 impl ExportedMaps {
-    /// Reads or computes the maps of a task: of the quantities `kinds`, or of all that the task has,
-    /// at one load or at all loads.
+    /// Reads or computes the maps of a task: of the quantities `kinds`, or of all that the task
+    /// has, at one load or at all loads.
     ///
     /// # Errors
     /// Returns the same errors as [`TaskMaps::map`].

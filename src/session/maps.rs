@@ -91,7 +91,8 @@ pub struct Map {
     pub pressure_unit: Option<String>,
     /// Effective modulus E* in the unit of pressures, or `None` for heights.
     pub effective_modulus: Option<f64>,
-    /// Column of the load: `load` for reduced loads, `pressure` for loads in the unit of the moduli.
+    /// Column of the load: `load` for reduced loads, `pressure` for loads in the unit of the
+    /// moduli.
     pub load_column: Option<&'static str>,
     /// Unit of the load, or `None` if it is unknown.
     pub load_unit: Option<String>,

@@ -192,11 +192,9 @@ fn a_page_draws_distributions_and_thresholds_where_a_study_has_them() {
     bench.run(PRESSED);
     let (said, page) = report(&bench);
     let drawn = said["drawn"].as_array().unwrap();
-    for title in [
-        "Distribution of contact pressures",
-        "Distribution of gaps",
-        "Clusters of contact",
-    ] {
+    for title in
+        ["Distribution of contact pressures", "Distribution of gaps", "Clusters of contact"]
+    {
         assert!(drawn.iter().any(|one| one == title), "{title}: {said}");
     }
     // One lower cutoff would be one point of each chart.

@@ -79,8 +79,8 @@ pub struct StageRows<T = Table> {
     pub is_published: bool,
 }
 
-/// Reads a manifest with settings as [`Study::read`] does. If a surface file is missing, it is assumed to have
-/// the same content as when the results were published.
+/// Reads a manifest with settings as [`Study::read`] does. If a surface file is missing, it is
+/// assumed to have the same content as when the results were published.
 pub fn read_study(
     manifest: &Path,
     settings: &[Setting],

@@ -180,7 +180,8 @@ impl Study {
     /// Parses and validates the text of a manifest.
     ///
     /// `file` is the name of the manifest in messages. Paths of surface files and of extended
-    /// manifests are relative to `folder`. `claims` returns the names of the claims that the manifest can name.
+    /// manifests are relative to `folder`. `claims` returns the names of the claims that the
+    /// manifest can name.
     ///
     /// # Errors
     /// Returns all problems of the manifest that can be found in one pass.

@@ -54,8 +54,8 @@ impl NodeValues<'_> {
         }
     }
 
-    /// Draws one pixel for each node. Nodes out of contact are white in maps of pressures, and nodes
-    /// in contact are white in maps of gaps.
+    /// Draws one pixel for each node. Nodes out of contact are white in maps of pressures, and
+    /// nodes in contact are white in maps of gaps.
     pub fn raster(&self, scale: &Scale) -> Raster {
         let colour = |value: f64| -> Pixel {
             match self.quantity {

@@ -100,8 +100,8 @@ impl MeanComparison {
         self.difference == 0.0
     }
 
-    /// Orders differences: those that are noise first, then by the difference relative to the larger
-    /// mean.
+    /// Orders differences: those that are noise first, then by the difference relative to the
+    /// larger mean.
     pub fn by_size(&self, other: &MeanComparison) -> Ordering {
         let relative = |mean: &MeanComparison| {
             let scale = mean.mean_a.abs().max(mean.mean_b.abs());

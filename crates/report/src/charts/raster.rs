@@ -49,8 +49,8 @@ impl Scale {
         Scale { lowest: 0.0, ..scale }
     }
 
-    /// Creates a scale from zero to the largest gap. If the material yields, the scale begins at the
-    /// deepest negative gap.
+    /// Creates a scale from zero to the largest gap. If the material yields, the scale begins at
+    /// the deepest negative gap.
     pub fn from_gaps(gaps: &[f64]) -> Scale {
         let scale = Scale::over(VIRIDIS, gaps);
         // Gaps are solved to a tolerance, so slightly negative gaps are no yielding.
