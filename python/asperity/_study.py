@@ -33,6 +33,14 @@ class Study:
         Path of the manifest.
     data : str or path
         Data folder, which need not exist.
+    set : mapping, optional
+        Values for keys of the manifest, as in ``{"stage.surfaces.realizations": 20}``, like ``--set`` of the
+        command. The file of the manifest does not change.
+
+    Raises
+    ------
+    ArgumentError
+        If a name in `set` is not a key. Values are checked when the manifest is read.
 
     Examples
     --------
@@ -56,10 +64,13 @@ class Study:
     >>> folder.cleanup()
     """
 
-    def __init__(self, path: PathLike, data: PathLike = "data") -> None:
+    def __init__(
+        self, path: PathLike, data: PathLike = "data", *, set: Optional[Mapping[str, Any]] = None
+    ) -> None:
         self._path = Path(path)
         self._data = Path(data)
-        self._session = _asperity.Session(str(self._path), str(self._data))
+        self._settings = dict(set or {})
+        self._session = _asperity.Session(str(self._path), str(self._data), self._settings)
 
     @classmethod
     def parse(
@@ -109,6 +120,11 @@ class Study:
     def data(self) -> Path:
         """Path of the data folder."""
         return self._data
+
+    @property
+    def settings(self) -> Dict[str, Any]:
+        """Values that override keys of the manifest."""
+        return dict(self._settings)
 
     def check(self) -> str:
         """Validates the manifest and returns a one-line summary.
@@ -434,7 +450,8 @@ class Study:
         return Report(Path(page), Path(figures))
 
     def __repr__(self) -> str:
-        return f"Study({str(self._path)!r}, data={str(self._data)!r})"
+        settings = f", set={self._settings!r}" if self._settings else ""
+        return f"Study({str(self._path)!r}, data={str(self._data)!r}{settings})"
 
     def _repr_html_(self) -> str:
         try:

@@ -7,10 +7,10 @@ use std::sync::atomic::AtomicBool;
 use asperity::cli::diff::comparison_text;
 use asperity::cli::terminal::escaped;
 use asperity::session::{self, diff};
-use asperity::session::{ReportOptions, RunOptions, RunReport, SessionError, Status};
+use asperity::session::{ReportOptions, RunOptions, RunReport, SessionError, Setting, Status};
 use bytesize::ByteSize;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyDict, PyList};
 
 use crate::claims;
 use crate::conversion;
@@ -20,11 +20,12 @@ use crate::maps::{self, Conditions, Heights, MapArguments};
 use crate::progress::{Listener, Notices};
 use crate::table::Table;
 
-/// Manifest of a study with its data folder.
+/// Manifest of a study with its data folder and settings.
 #[pyclass(frozen, module = "asperity._asperity")]
 pub struct Session {
     manifest: PathBuf,
     data: PathBuf,
+    settings: Vec<Setting>,
 }
 
 /// Name of a study, names of its stages, number of tasks, true if that number can grow, and
@@ -42,7 +43,8 @@ type TableRead = (Table, Notices);
 
 impl Session {
     fn session(&self) -> session::Session<'static> {
-        session::Session::new(&self.manifest, &self.data)
+        let session = session::Session::new(&self.manifest, &self.data);
+        session.with_settings(self.settings.iter().cloned())
     }
 
     /// Calls a method of a session in another thread; on Ctrl-C, the thread is abandoned.
@@ -80,8 +82,17 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    fn new(manifest: PathBuf, data: PathBuf) -> Session {
-        Session { manifest, data }
+    fn new(
+        py: Python<'_>,
+        manifest: PathBuf,
+        data: PathBuf,
+        settings: &Bound<'_, PyDict>,
+    ) -> PyResult<Session> {
+        let settings = conversion::keys(settings)?.into_iter().map(|(key, value)| {
+            let setting = format!("{key}={value}").parse::<Setting>();
+            setting.map_err(|error| value_error(py, format!("`set` with the key `{key}`: {error}")))
+        });
+        Ok(Session { manifest, data, settings: settings.collect::<PyResult<_>>()? })
     }
 
     /// Validates the manifest and summarizes it.

@@ -202,3 +202,18 @@ def test_the_last_state_of_a_run_is_its_end(study):
     assert advances[-1]["tasks_done"] == advances[-1]["tasks"] == 4
     assert advances[-1]["text"] == "4 of 4 tasks, 0 s left"
     assert {advance["batch"] for advance in advances} == {"small: 4 tasks to run, 0 finished"}
+
+
+def test_settings_override_keys_and_leave_the_file(study):
+    text = study.path.read_text()
+    more = asperity.Study(
+        study.path, data=study.data, set={"stage.surfaces.realizations": 3, "stage.contact.loads": np.array([0.1, 0.2])}
+    )
+    assert study.run(progress=False).computed == 4
+    assert more.run(progress=False).computed == 4, "two surfaces are stored, and their loads of 0.2 are not"
+    assert sorted(more.table("contact")["load"]) == [0.1] * 3 + [0.2] * 3
+    assert study.path.read_text() == text and "realizations" in repr(more)
+    with pytest.raises(asperity.ArgumentError, match="is not a key"):
+        asperity.Study(study.path, set={"stage surfaces": 3})
+    with pytest.raises(asperity.ManifestError, match="realisations"):
+        asperity.Study(study.path, set={"stage.surfaces.realisations": 3}).check()
