@@ -18,6 +18,7 @@ method = "file"
 path = "ridge.npy"
 side = [6.0, 4.0]
 unit = "µm"
+periodic = false
 
 [stage.contact]
 kind = "solve"
