@@ -54,7 +54,7 @@ pub fn man<C: CommandFactory>(arguments: &ManArguments) -> Result<ExitCode, Fail
     let folder = &arguments.output;
     make_folder(folder)?;
     clap_mangen::generate_to(C::command(), folder)
-        .map_err(|source| StoreError::Write { path: folder.clone(), source })?;
+        .map_err(|source| StoreError::writing(folder, source))?;
     writeln!(stdout(), "{}", folder.join("asperity.1").display())?;
     Ok(ExitCode::SUCCESS)
 }
@@ -75,8 +75,7 @@ pub fn reference<C: CommandFactory>(arguments: &ReferenceArguments) -> Result<Ex
     ];
     for (name, page) in pages {
         let path = arguments.output.join(name);
-        fs::write(&path, page)
-            .map_err(|source| StoreError::Write { path: path.clone(), source })?;
+        fs::write(&path, page).map_err(|source| StoreError::writing(&path, source))?;
         writeln!(stdout(), "{}", path.display())?;
     }
     Ok(ExitCode::SUCCESS)

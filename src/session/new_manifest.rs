@@ -49,6 +49,6 @@ fn write_new(path: &Path, text: &str) -> Result<bool, StoreError> {
     match created.and_then(|mut file| file.write_all(text.as_bytes())) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
-        Err(source) => Err(StoreError::Write { path: path.to_owned(), source }),
+        Err(source) => Err(StoreError::writing(path, source)),
     }
 }

@@ -162,7 +162,7 @@ pub fn delete_unfinished(data: &DataFolder, moment: &HostState) -> Result<(), St
 fn remove(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        removed => removed.map_err(|source| StoreError::Write { path: path.to_owned(), source }),
+        removed => removed.map_err(|source| StoreError::writing(path, source)),
     }
 }
 

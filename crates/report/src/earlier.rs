@@ -145,7 +145,7 @@ pub fn check_folder(folder: &Path, study: &Study, existing: Existing) -> Result<
     let page = folder.join(PAGE);
     let basis = match fs::read(&page) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-        Err(source) => return Err(StoreError::Read { path: page, source }.into()),
+        Err(source) => return Err(StoreError::reading(page, source).into()),
         Ok(bytes) => match Basis::from_page(&String::from_utf8_lossy(&bytes)) {
             None => return Err(ReportError::NoReport { page }),
             basis => basis,

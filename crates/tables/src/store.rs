@@ -8,6 +8,7 @@
 pub mod files;
 pub mod key;
 pub mod listing;
+mod permissions;
 pub mod series;
 pub mod users;
 
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
 use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
 use crate::store::key::{Provenance, TaskKey};
+use crate::store::permissions::{Access, explained};
 use crate::store::series::{FileName, KnownRows, TableRef};
 use crate::store::users::Lock;
 use crate::table::Table;
@@ -65,13 +67,26 @@ pub enum StoreError {
 }
 
 impl StoreError {
+    /// Creates the error of writing, renaming or deleting a file. If permissions are missing, the
+    /// error says who owns the file or its folder.
+    pub fn writing(path: impl Into<PathBuf>, source: io::Error) -> StoreError {
+        let path = path.into();
+        StoreError::Write { source: explained(source, Access::Write, &[path.as_path()]), path }
+    }
+
+    /// Creates the error of reading a file or listing a folder. If permissions are missing, the
+    /// error says who owns it.
+    pub fn reading(path: impl Into<PathBuf>, source: io::Error) -> StoreError {
+        let path = path.into();
+        StoreError::Read { source: explained(source, Access::Read, &[path.as_path()]), path }
+    }
+
     /// Adds the path of the file to an error. A failed read becomes [`StoreError::Read`]. All other
     /// errors mean that the file is damaged.
     pub(crate) fn in_file(path: &Path, error: ParquetError) -> StoreError {
-        let path = path.to_owned();
         match error {
-            ParquetError::Read(source) => StoreError::Read { path, source },
-            source => StoreError::Damaged { path, source },
+            ParquetError::Read(source) => StoreError::reading(path, source),
+            source => StoreError::Damaged { path: path.to_owned(), source },
         }
     }
 
@@ -321,7 +336,7 @@ impl Store {
             return Ok(Some(quarantined));
         }
         let back = std::fs::rename(&quarantined, path);
-        back.map_err(|source| StoreError::Write { path: path.to_owned(), source })?;
+        back.map_err(|source| StoreError::writing(path, source))?;
         Ok(None)
     }
 }

@@ -127,7 +127,7 @@ pub fn read(folder: &Path) -> Result<Vec<Receipt>, StoreError> {
         match fs::read(&path) {
             Ok(bytes) => receipts.extend(serde_json::from_slice::<Receipt>(&bytes)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(source) => return Err(StoreError::Read { path, source }),
+            Err(source) => return Err(StoreError::reading(path, source)),
         }
     }
     Ok(receipts)

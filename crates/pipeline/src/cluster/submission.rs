@@ -227,7 +227,7 @@ impl Submission {
     /// submitted.
     pub fn read(folder: &Path) -> Result<Option<Submission>, StoreError> {
         let path = Submission::path(folder);
-        let unreadable = |source| StoreError::Read { path: path.clone(), source };
+        let unreadable = |source| StoreError::reading(&path, source);
         let bytes = match fs::read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             bytes => bytes.map_err(unreadable)?,

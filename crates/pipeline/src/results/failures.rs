@@ -215,7 +215,7 @@ pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf
     if table.rows() == 0 {
         return match fs::remove_file(&path) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                Err(StoreError::Write { path, source })
+                Err(StoreError::writing(path, source))
             }
             _ => Ok(None),
         };

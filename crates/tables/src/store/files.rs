@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use super::StoreError;
+use super::permissions::{Access, explained};
 use super::users::Writer;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
@@ -75,7 +76,7 @@ pub fn write_with(
     let result = (|| {
         let mut file = tempfile::Builder::new()
             .prefix(&Writer::own().prefix())
-            .permissions(readable())
+            .permissions(as_the_umask_allows())
             .tempfile_in(staging)?;
         write(file.as_file_mut())?;
         file.as_file().sync_all()?;
@@ -90,7 +91,10 @@ pub fn write_with(
         }
         Ok(())
     })();
-    result.map_err(|source| StoreError::Write { path: path.to_owned(), source })
+    result.map_err(|source| StoreError::Write {
+        path: path.to_owned(),
+        source: explained(source, Access::Write, &[staging, path]),
+    })
 }
 
 /// Flushes a folder, so that the names of its files are on the disk.
@@ -99,9 +103,7 @@ pub fn write_with(
 /// Returns an error if the flush fails on a file system that supports it.
 pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
     let flushed = File::open(folder).and_then(|folder| folder.sync_all());
-    flushed
-        .or_else(unless_unsupported)
-        .map_err(|source| StoreError::Write { path: folder.to_owned(), source })
+    flushed.or_else(unless_unsupported).map_err(|source| StoreError::writing(folder, source))
 }
 
 /// Converts the errors `EINVAL` and `ENOSYS` to success. They mean that the file system cannot
@@ -181,7 +183,7 @@ fn is_file(path: &Path) -> io::Result<()> {
 /// # Errors
 /// Returns an error if a folder cannot be created.
 pub fn make_folder(path: &Path) -> Result<(), StoreError> {
-    fs::create_dir_all(path).map_err(|source| StoreError::Write { path: path.to_owned(), source })
+    fs::create_dir_all(path).map_err(|source| StoreError::writing(path, source))
 }
 
 /// Returns the path of a file relative to a folder, such as `../small/area.parquet`.
@@ -203,7 +205,7 @@ pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
 /// # Errors
 /// Returns an error if the folder cannot be listed.
 pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
-    let unreadable = |source| StoreError::Read { path: folder.to_owned(), source };
+    let unreadable = |source| StoreError::reading(folder, source);
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(unreadable)?,
@@ -215,10 +217,11 @@ pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
     Ok(names)
 }
 
-/// Returns permissions that let all users read a file. By default, temporary files are private.
-fn readable() -> fs::Permissions {
+/// Returns the permissions of other programs for new files, of which the system removes those in
+/// the umask. Temporary files would otherwise be private.
+fn as_the_umask_allows() -> fs::Permissions {
     use std::os::unix::fs::PermissionsExt;
-    fs::Permissions::from_mode(0o644)
+    fs::Permissions::from_mode(0o666)
 }
 
 /// Reads the table in a file and the metadata of the file.
@@ -265,7 +268,7 @@ pub fn quarantine(path: &Path) -> Result<Option<PathBuf>, StoreError> {
     match fs::rename(path, &quarantined) {
         Ok(()) => Ok(Some(quarantined)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(StoreError::Write { path: quarantined, source }),
+        Err(source) => Err(StoreError::writing(quarantined, source)),
     }
 }
 
@@ -294,6 +297,17 @@ mod tests {
         let flushed = |number| unless_unsupported(io::Error::from_raw_os_error(number));
         assert!(flushed(22).is_ok() && flushed(38).is_ok());
         assert_eq!(flushed(5).unwrap_err().raw_os_error(), Some(5));
+    }
+
+    #[test]
+    fn files_follow_the_umask() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let [other, own] = ["other", "own"].map(|name| folder.path().join(name));
+        File::create(&other).unwrap();
+        write_whole(&own, b"a table", Existing::Replace, folder.path()).unwrap();
+        let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
+        assert_eq!(mode(&own), mode(&other));
     }
 
     #[test]

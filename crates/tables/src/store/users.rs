@@ -17,6 +17,7 @@ use std::time::{Duration, SystemTime};
 use sysinfo::{Pid, ProcessesToUpdate, System};
 
 use super::StoreError;
+use super::permissions::{Access, explained};
 
 /// Name of the lock file in the store. The file is empty and is never removed.
 const LOCK: &str = "lock";
@@ -58,7 +59,7 @@ impl Lock {
     /// Returns an error if the lock file cannot be created, opened or locked.
     pub fn exclusive(folder: &Path) -> Result<Option<Lock>, StoreError> {
         let path = folder.join(LOCK);
-        let failed = |source| StoreError::Lock { path: path.clone(), source };
+        let failed = |source| failed(&path, source);
         let file = writable(&path).map_err(failed)?;
         match file.try_lock() {
             Ok(()) => Ok(Some(Lock { _file: Some(file) })),
@@ -78,8 +79,12 @@ fn open(folder: &Path) -> Result<Option<File>, StoreError> {
     match opened.or_else(|_| File::open(&path)) {
         Ok(file) => Ok(Some(file)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(StoreError::Lock { path, source }),
+        Err(source) => Err(failed(&path, source)),
     }
+}
+
+fn failed(path: &Path, source: io::Error) -> StoreError {
+    StoreError::Lock { path: path.to_owned(), source: explained(source, Access::Open, &[path]) }
 }
 
 fn writable(path: &Path) -> io::Result<File> {

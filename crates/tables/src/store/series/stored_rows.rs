@@ -243,7 +243,7 @@ impl<'a> Listing<'a> {
             Entry::Vacant(entry) => {
                 let path = self.store.path(table.key);
                 let folder = path.parent().unwrap_or(&self.store.root);
-                let unreadable = |source| StoreError::Read { path: folder.to_owned(), source };
+                let unreadable = |source| StoreError::reading(folder, source);
                 entry.insert(finished_in(folder).map_err(unreadable)?)
             }
         };
