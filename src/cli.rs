@@ -21,7 +21,7 @@ pub mod terminal;
 use std::env;
 use std::error::Error;
 use std::ffi::OsString;
-use std::io::{IsTerminal, Write, stderr};
+use std::io::{self, IsTerminal, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -30,7 +30,8 @@ use serde::Serialize;
 
 use crate::session::words::chain;
 use crate::session::{
-    DataFolder, Event, Instructions, Session, SessionError, Setting, UnknownName, Warning,
+    DataFolder, Event, Instructions, SETTINGS_FILE, Session, SessionError, Setting, UnknownName,
+    Warning,
 };
 
 pub use crate::session::silence_panics;
@@ -127,7 +128,7 @@ pub fn main() -> ExitCode {
 pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> ExitCode {
     silence_panics();
     let arguments = Arguments::parse_from(line);
-    let data = DataFolder::new(arguments.data);
+    let data = DataFolder::new(arguments.data).with_settings(user_settings());
     if let Err(error) = console::survive_large_files() {
         return report(&error);
     }
@@ -229,7 +230,18 @@ impl SetArguments {
 
 /// Opens a session that prints its notices on standard error.
 fn session(manifest: &Path, data: &DataFolder) -> Session<'static> {
-    Session::new(manifest, data.path()).observed_by(&print_notice)
+    Session::with_data(manifest, data.clone()).observed_by(&print_notice)
+}
+
+/// Returns the path of the user's settings, following the XDG Base Directory Specification.
+///
+/// Returns `None` if access is denied: after `su`, the folder can belong to another user.
+pub fn user_settings() -> Option<PathBuf> {
+    let named = env::var_os("XDG_CONFIG_HOME").filter(|folder| Path::new(folder).is_absolute());
+    let folder = named.map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".config")));
+    let path = folder?.join("asperity").join(SETTINGS_FILE);
+    let is_denied = |error: &io::Error| error.kind() == io::ErrorKind::PermissionDenied;
+    (!path.metadata().is_err_and(|error| is_denied(&error))).then_some(path)
 }
 
 /// Prints an event if it is a notice.

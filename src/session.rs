@@ -72,7 +72,8 @@ pub mod words;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use asperity_claims::PaperClaims;
 use asperity_pipeline::data_folder;
@@ -91,6 +92,7 @@ pub use asperity_pipeline::data_folder::DataFolder;
 pub use asperity_pipeline::manifest::setting::Setting;
 pub use asperity_pipeline::plan::{Plan, PlannedStage};
 pub use asperity_pipeline::results::{StageRows, StudyResults};
+pub use asperity_pipeline::settings_file::FILE as SETTINGS_FILE;
 pub use asperity_pipeline::study::Warning;
 pub use asperity_stages::aggregate::sql::silence_panics;
 pub use asperity_stages::generate::PerAxis;
@@ -120,6 +122,8 @@ pub struct Session<'a> {
     settings: Vec<Setting>,
     data: DataFolder,
     observer: &'a dyn Observer,
+    /// True once the observer has received the notices about stores that cannot be used.
+    has_reported_stores: Arc<AtomicBool>,
 }
 
 impl fmt::Debug for Session<'_> {
@@ -132,12 +136,21 @@ impl fmt::Debug for Session<'_> {
 
 impl Session<'static> {
     /// Creates a session without reading the manifest; the data folder need not exist.
+    ///
+    /// The settings file `asperity.toml` is searched next to the manifest and in the data folder.
     pub fn new(manifest: impl Into<PathBuf>, data: impl Into<PathBuf>) -> Session<'static> {
+        Session::with_data(manifest, DataFolder::new(data))
+    }
+
+    /// Creates a session as [`Session::new`] does, for a data folder with further settings files.
+    pub fn with_data(manifest: impl Into<PathBuf>, data: DataFolder) -> Session<'static> {
+        let manifest = manifest.into();
         Session {
-            manifest: manifest.into(),
+            data: data.for_manifest(&manifest),
+            manifest,
             settings: Vec::new(),
-            data: DataFolder::new(data),
             observer: &|_: Event<'_>| {},
+            has_reported_stores: Arc::default(),
         }
     }
 }
@@ -145,8 +158,8 @@ impl Session<'static> {
 impl Session<'_> {
     /// Returns the session with an observer that receives its events.
     pub fn observed_by(self, observer: &dyn Observer) -> Session<'_> {
-        let Session { manifest, settings, data, .. } = self;
-        Session { manifest, settings, data, observer }
+        let Session { manifest, settings, data, has_reported_stores, .. } = self;
+        Session { manifest, settings, data, observer, has_reported_stores }
     }
 
     /// Returns the session with settings, which override keys of the manifest. The study has the
@@ -184,7 +197,7 @@ impl Session<'_> {
     /// Returns an error if the manifest is invalid, or a table that decides the number of surfaces
     /// cannot be read.
     pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
-        let store = self.data.open_read_only()?;
+        let store = self.open_read_only()?;
         Ok(SampledStudy::from_tables(self.study()?, &store, &PaperClaims)?)
     }
 
@@ -196,7 +209,7 @@ impl Session<'_> {
     pub fn status(&self) -> Result<Status, SessionError> {
         let sampled = self.sampled()?;
         let record = Record::read(&self.data.records(), &sampled.study.name);
-        Ok(Status::new(sampled, &self.data.open_read_only()?, record.as_ref()))
+        Ok(Status::new(sampled, &self.open_read_only()?, record.as_ref()))
     }
 
     /// Computes missing tasks and writes the tables of the stages, until all tasks are finished or
@@ -226,7 +239,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns the same errors as [`Session::sampled`].
     pub fn reading(&self) -> Result<StudyResults, SessionError> {
-        let (store, results) = (self.data.open_read_only()?, self.data.results());
+        let (store, results) = (self.open_read_only()?, self.data.results());
         let study = read_study(&self.manifest, &self.settings, claim_names, &store, &results)?;
         for file in study.sources.recalled() {
             self.notify(Event::Notice(Notice::Recalled(file)));
@@ -297,7 +310,19 @@ impl Session<'_> {
     fn open(&self) -> Result<Store, SessionError> {
         // Ignore errors: unfinished files do no harm.
         let _ = data_folder::delete_unfinished(&self.data, &HostState::here());
-        Ok(Store::open(&self.data.store())?)
+        Ok(self.data.open()?)
+    }
+
+    /// Opens the store for reading. The observer receives a notice about each listed store that
+    /// cannot be used, once per session.
+    pub(crate) fn open_read_only(&self) -> Result<Store, SessionError> {
+        let (store, unusable) = self.data.open_available()?;
+        if !self.has_reported_stores.swap(true, Ordering::Relaxed) {
+            for error in &unusable {
+                self.notify(Event::Notice(Notice::UnusableStore(error)));
+            }
+        }
+        Ok(store)
     }
 
     pub(crate) fn notify(&self, event: Event<'_>) {

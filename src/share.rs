@@ -72,7 +72,7 @@ impl Session<'_> {
         let data = self.data();
         let reading = StudyResults::new(
             self.study()?,
-            data.open_read_only()?,
+            self.open_read_only()?,
             &data.results(),
             &PaperClaims,
         )?;

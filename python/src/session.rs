@@ -24,7 +24,7 @@ use crate::table::Table;
 #[pyclass(frozen, module = "asperity._asperity")]
 pub struct Session {
     manifest: PathBuf,
-    data: PathBuf,
+    data: session::DataFolder,
     settings: Vec<Setting>,
 }
 
@@ -43,7 +43,7 @@ type TableRead = (Table, Notices);
 
 impl Session {
     fn session(&self) -> session::Session<'static> {
-        let session = session::Session::new(&self.manifest, &self.data);
+        let session = session::Session::with_data(&self.manifest, self.data.clone());
         session.with_settings(self.settings.iter().cloned())
     }
 
@@ -92,6 +92,7 @@ impl Session {
             let setting = format!("{key}={value}").parse::<Setting>();
             setting.map_err(|error| value_error(py, format!("`set` with the key `{key}`: {error}")))
         });
+        let data = session::DataFolder::new(data).with_settings(asperity::cli::user_settings());
         Ok(Session { manifest, data, settings: settings.collect::<PyResult<_>>()? })
     }
 

@@ -16,8 +16,7 @@ use super::run::{exit_code, run_text};
 use super::terminal::stdout;
 use super::{Failure, SetArguments, print_json, warn};
 use crate::session::status::Queue;
-use crate::session::submission::settings::Settings;
-use crate::session::submission::{Submission, ranges, settings};
+use crate::session::submission::{Settings, SettingsFile, Submission, ranges};
 use crate::session::words::{counted, listed};
 use crate::session::{
     DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, RunOptions, Session,
@@ -65,7 +64,7 @@ pub fn submit(
         None => env::current_exe()?,
     };
     let planned = session.plan_submission(&SubmitOptions {
-        settings: arguments.settings()?,
+        settings: arguments.settings(session.data())?,
         program,
         report: arguments.report,
         replace: arguments.replace,
@@ -95,24 +94,16 @@ pub fn submit(
 }
 
 impl SubmitArguments {
-    /// Returns the settings of the command line. Missing settings come from `asperity.toml` next to
-    /// the manifest, then from the user's configuration folder.
-    fn settings(&self) -> Result<Settings, Failure> {
+    /// Returns the settings of the command line. Missing settings come from the settings files of
+    /// the data folder, the nearest first.
+    fn settings(&self, data: &DataFolder) -> Result<Settings, Failure> {
         let mut settings = self.cluster.clone();
-        let local = self.manifest.parent().map(|folder| folder.join(settings::FILE));
-        for path in local.into_iter().chain(user_settings()) {
-            let read = Settings::read(&path).map_err(crate::session::SessionError::from)?;
-            settings = settings.or(read.unwrap_or_default());
+        for path in data.settings() {
+            let read = SettingsFile::read(path).map_err(crate::session::SessionError::from)?;
+            settings = settings.or(read.unwrap_or_default().cluster);
         }
         Ok(settings)
     }
-}
-
-/// Returns the path of the user's settings, following the XDG Base Directory Specification.
-fn user_settings() -> Option<PathBuf> {
-    let named = env::var_os("XDG_CONFIG_HOME").filter(|folder| Path::new(folder).is_absolute());
-    let folder = named.map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".config")));
-    Some(folder?.join("asperity").join(settings::FILE))
 }
 
 /// Describes the expected cost of a submission in a few lines.
@@ -316,7 +307,7 @@ pub struct FinishArguments {
 
 pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
-    let session = Session::new(&arguments.manifest, data.path())
+    let session = Session::with_data(&arguments.manifest, data.clone())
         .with_settings(arguments.set.settings())
         .observed_by(&console);
     let stop = StopSignal::on_signal(Patience::Scheduler)?;

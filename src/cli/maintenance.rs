@@ -15,6 +15,11 @@ pub struct VerifyArguments {
     /// Check only the tables of this manifest (default: all tables).
     manifest: Option<PathBuf>,
 
+    /// Also check the tables in the read-only stores that `asperity.toml` lists. Damaged files
+    /// there are reported and left in place.
+    #[arg(long)]
+    stores: bool,
+
     /// Print the result as JSON.
     ///
     /// Form: `{"checked", "damaged": [{"cause", "aside"}, …]}`.
@@ -26,7 +31,7 @@ pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode
     let session = arguments.manifest.as_deref().map(|manifest| super::session(manifest, data));
     // The bar is hidden unless stderr is a terminal.
     let bar = ProgressBar::new(0);
-    let verification = maintenance::verify(data, session.as_ref(), &|tables| {
+    let verification = maintenance::verify(data, session.as_ref(), arguments.stores, &|tables| {
         bar.set_length(tables as u64);
         bar.inc(1);
     })?;

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::tables::write_json;
 use super::terminal::stdout;
 use super::{Failure, SetArguments, print_json};
-use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus};
+use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus, TasksFromStore};
 use crate::session::words::{counted, duration};
 use crate::session::{
     DataFolder, Plan, Session, SessionError, Status, UnknownName, Warning, new_manifest,
@@ -85,15 +85,16 @@ pub struct PlanArguments {
     ///
     /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
     /// "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"}, …], "warnings":
-    /// [{"stage", "message"}, …]}`.
+    /// [{"stage", "message"}, …]}`. A stage whose tables are read from read-only stores also has
+    /// `"stores": [{"store", "tasks"}, …]`.
     #[arg(long)]
     json: bool,
 
     /// Print every task as one line of JSON, inputs first.
     ///
     /// Form: `{"stage", "task", "state", "core_seconds", …}`. `state` is "cached" or "missing". The
-    /// remaining values are the parameters and the realization of the task. `run --only TASK`
-    /// computes a single task.
+    /// remaining values are the parameters and the realization of the task. If read-only stores are
+    /// in use, `store` names the one that has the task. `run --only TASK` computes a single task.
     #[arg(long)]
     tasks: bool,
 }
@@ -108,12 +109,15 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
             write_json(&mut out, table?.batch())?;
         }
     } else if arguments.json {
-        let stages =
-            stages.iter().map(|stage| StageJson { count: stage.count, reasons: reasons(stage) });
+        let stages = stages.iter().map(|stage| StageJson {
+            count: stage.count,
+            stores: &stage.stores,
+            reasons: reasons(stage),
+        });
         let warnings = Some(status.warnings.as_slice());
         print_json(&mut out, &StudyJson::new(&status, stages.collect(), warnings))?;
     } else {
-        writeln!(out, "{}\n{}", plan_table(&stages), forecast(&status))?;
+        writeln!(out, "{}\n{}{}", plan_table(&stages), store_lines(&stages), forecast(&status))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -133,6 +137,8 @@ struct StudyJson<'a, S> {
 struct StageJson<'a> {
     #[serde(flatten)]
     count: StageCount<'a>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    stores: &'a [TasksFromStore],
     reasons: Vec<String>,
 }
 
@@ -175,6 +181,24 @@ fn plan_table(stages: &[StageStatus]) -> String {
     lines.join("\n")
 }
 
+/// Returns a line for each read-only store with the numbers of tasks that are read from it.
+fn store_lines(stages: &[StageStatus]) -> String {
+    let mut stores: Vec<(&Path, Vec<String>)> = Vec::new();
+    for stage in stages {
+        for TasksFromStore { store, tasks } in &stage.stores {
+            let index = stores.iter().position(|(known, _)| known == store).unwrap_or_else(|| {
+                stores.push((store, Vec::new()));
+                stores.len() - 1
+            });
+            stores[index].1.push(format!("{tasks} {}", stage.count.name));
+        }
+    }
+    let line = |(store, stages): (&Path, Vec<String>)| {
+        format!("finished in `{}`: {}\n", store.display(), stages.join(", "))
+    };
+    stores.into_iter().map(line).collect()
+}
+
 #[derive(clap::Args)]
 pub struct ExplainArguments {
     /// Path of the manifest of the study.
@@ -191,8 +215,8 @@ pub struct ExplainArguments {
     /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons": [{"tasks",
     /// "rows", "remaining", "core_hours", "causes": [{"stage", "why", …}, …]}, …]}, …],
     /// "core_hours", "growing"}`. `rows` is the number of loads to compute, or null for tasks that
-    /// compute whole tables, and `remaining` says how they are computed. `growing` is as in `plan
-    /// --json`.
+    /// compute whole tables, and `remaining` says how they are computed. `growing` and `stores` are
+    /// as in `plan --json`.
     #[arg(long)]
     json: bool,
 }
@@ -224,6 +248,9 @@ pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCo
 fn explained(stage: &StageStatus) -> String {
     let StageCount { name, kind, cached, to_run, .. } = stage.count;
     let mut text = format!("{name} ({kind}): {cached} finished");
+    for TasksFromStore { store, tasks } in &stage.stores {
+        text += &format!(" ({tasks} in `{}`)", store.display());
+    }
     if to_run > 0 {
         text += &format!(", {to_run} to run, {}", core_hours(stage.seconds));
     }

@@ -13,6 +13,7 @@ use super::terminal::stdout;
 use super::{Failure, SetArguments, print_json};
 use crate::session::results::{PublishedTable, TableSource};
 use crate::session::run::{RunOutcome, TaskError};
+use crate::session::status::TasksFromStore;
 use crate::session::words::counted;
 use crate::session::{
     DataFolder, Plan, PlannedStage, RunOptions, RunReport, Selection, Session, Shard,
@@ -74,14 +75,15 @@ pub struct RunArguments {
     /// Print the result as JSON.
     ///
     /// Form: as `plan --json`, with `computed` and `failed` for each stage, `"damaged": [{"task",
-    /// "cause", "aside"}, …]`, and the path of the table of `failures` or null.
+    /// "cause", "aside"}, …]`, and the path of the table of `failures` or null. If tables were read
+    /// from read-only stores, it has `"stores": [{"store", "tasks"}, …]`.
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
-    let session = Session::new(&arguments.manifest, data.path())
+    let session = Session::with_data(&arguments.manifest, data.clone())
         .with_settings(arguments.set.settings())
         .observed_by(&console);
     let run = session.prepare(&arguments.options())?;
@@ -106,6 +108,9 @@ pub fn run_text(report: &RunReport, only: Option<&str>) -> Result<String, Failur
     if let Some(tables) = &report.tables {
         let only = only.map(|_| report.wanted.as_slice());
         text += &stage_lines(&report.sampled.plan, tables, only)?;
+    }
+    for TasksFromStore { store, tasks } in &report.stores {
+        text += &format!("read from `{}`: {}\n", store.display(), counted(*tasks, "task"));
     }
     for stage in &report.sampled.stages {
         text += &format!("{stage}\n");
@@ -144,8 +149,8 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
         };
         let cure = match outcome.halted {
             true if outcome.failed.iter().any(is_denied) => {
-                "cannot write to the data folder; change its permissions or choose another folder \
-                 with `--data FOLDER`, and "
+                "cannot write to the data folder; change its permissions, or choose another one with \
+                 `--data` and list this one in `stores` of its `asperity.toml`, and "
             }
             true => {
                 "cannot store more tables; free disk space (`asperity prune` lists unused files) or \

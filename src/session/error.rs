@@ -4,6 +4,7 @@ use super::Shard;
 use super::names::{TaskNameError, UnknownName};
 use asperity_contact::morphology::map::MapError;
 use asperity_manifest::diagnostics::{ManifestErrors, counted};
+use asperity_pipeline::data_folder::OpenError;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::TableError;
@@ -125,6 +126,15 @@ pub enum SessionError {
         manifest.display()
     )]
     NotComputed { stage: String, manifest: PathBuf },
+}
+
+impl From<OpenError> for SessionError {
+    fn from(error: OpenError) -> SessionError {
+        match error {
+            OpenError::Settings(errors) => SessionError::Manifest(errors),
+            OpenError::Store(error) => SessionError::Store(error),
+        }
+    }
 }
 
 impl From<SamplingError> for SessionError {

@@ -118,6 +118,8 @@ pub enum Notice<'a> {
         /// Results folder of the study.
         folder: &'a Path,
     },
+    /// A read-only store that a settings file lists cannot be used.
+    UnusableStore(&'a StoreError),
     /// The record of the run could not be written.
     RecordNotSaved(&'a StoreError),
     /// Path of a missing file of a measured surface. The results for its last known version are
@@ -149,6 +151,7 @@ impl Notice<'_> {
             Notice::Study(_)
             | Notice::Damaged(_)
             | Notice::Edited { .. }
+            | Notice::UnusableStore(_)
             | Notice::RecordNotSaved(_) => Severity::Warning,
             Notice::ScarceMemory { .. }
             | Notice::OtherManifest { .. }
@@ -181,9 +184,13 @@ impl fmt::Display for Notice<'_> {
                 )
             }
             Notice::Damaged(damage) => {
-                let (cause, quarantined) = (chain(&damage.cause), damage.quarantined.display());
-                write!(formatter, "{cause}; set aside as `{quarantined}`")
+                let cause = chain(&damage.cause);
+                match &damage.quarantined {
+                    Some(path) => write!(formatter, "{cause}; set aside as `{}`", path.display()),
+                    None => write!(formatter, "{cause}; left in place and computed again"),
+                }
             }
+            Notice::UnusableStore(error) => formatter.write_str(&chain(*error)),
             Notice::Edited { path, quarantined } => write!(
                 formatter,
                 "`{}` was edited after `asperity run` wrote it; set aside as `{}`",

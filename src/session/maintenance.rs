@@ -22,7 +22,7 @@ use asperity_tables::store::files::{quarantine, verify_whole};
 use asperity_tables::store::key::Provenance;
 use asperity_tables::store::listing::{self, FileKind, StoredFile};
 use asperity_tables::store::users::{HostState, Lock};
-use asperity_tables::store::{Store, StoreError};
+use asperity_tables::store::{self, Store, StoreError};
 
 /// Result of verifying the tables, pages and figures of a data folder.
 #[derive(Debug, Serialize)]
@@ -75,20 +75,32 @@ pub struct PruneOptions {
 
 /// Verifies the tables, pages and figures of one study or of all, and quarantines damaged tables.
 ///
-/// `checked` is called after each table with the total number of tables.
+/// If `with_layers` is set, also verifies the tables in the read-only stores below the store of the
+/// data folder. Damaged files there are left in place. `checked` is called after each table with the total number of tables.
 ///
 /// # Errors
-/// Returns an error if the manifest is invalid or a folder cannot be listed.
+/// Returns an error if the manifest is invalid, a folder cannot be listed, or a read-only store
+/// cannot be used.
 pub fn verify(
     data: &DataFolder,
     study: Option<&Session<'_>>,
+    with_layers: bool,
     checked: &(dyn Fn(usize) + Sync),
 ) -> Result<Verification, SessionError> {
     let plan = study.map(|session| Ok::<_, SessionError>(session.reading()?.plan)).transpose()?;
-    let (plan, store) = (plan.as_ref(), data.open_read_only()?);
-    let tables = tables(plan, data)?;
-    let findings = parallel::map(&tables, |table| {
-        let finding = check(table, &store);
+    let (plan, store) = (plan.as_ref(), Store::open_read_only(&data.store())?);
+    let mut tables = tables(plan, data)?;
+    let own = tables.len();
+    let layered = with_layers.then(|| study.map_or(data, Session::data).open_read_only());
+    if let Some(store) = layered.transpose()? {
+        for root in store.layers() {
+            tables.extend(of_plan(listing::store_files(root)?, plan));
+        }
+    }
+    let tables: Vec<(StoredFile, bool)> =
+        tables.into_iter().enumerate().map(|(index, table)| (table, index < own)).collect();
+    let findings = parallel::map(&tables, |(table, is_own)| {
+        let finding = check(table, is_own.then_some(&store));
         checked(tables.len());
         finding
     });
@@ -129,6 +141,11 @@ pub fn prune(
 fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, StoreError> {
     let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);
+    Ok(of_plan(found, plan))
+}
+
+/// Returns the tables among the files that belong to one study or to all.
+fn of_plan(mut found: Vec<StoredFile>, plan: Option<&Plan>) -> Vec<StoredFile> {
     let keys = plan.map(Plan::keys);
     found.retain(|found| match &found.what {
         FileKind::Task(file) => keys.as_ref().is_none_or(|keys| keys.contains(&file.key)),
@@ -139,7 +156,7 @@ fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, Sto
         | FileKind::Quarantined
         | FileKind::Unfinished => false,
     });
-    Ok(found)
+    found
 }
 
 /// Returns the edited pages and figures of one study or of all. They are not moved, because a
@@ -153,13 +170,13 @@ fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, 
     Ok(findings.collect())
 }
 
-/// Verifies a table, and quarantines it if it is damaged. Returns `None` if the table is valid or
-/// another process has replaced it.
-fn check(table: &StoredFile, store: &Store) -> Option<Finding> {
-    let cause = read(table, store).err()?;
-    if !cause.is_recomputable() {
+/// Verifies a table. If it is damaged and in the data folder, whose store is `own`, quarantines it.
+/// Returns `None` if the table is valid or another process has replaced it.
+fn check(table: &StoredFile, own: Option<&Store>) -> Option<Finding> {
+    let cause = read(table).err()?;
+    let Some(store) = own.filter(|_| cause.is_recomputable()) else {
         return Some(Finding { cause, quarantined: None });
-    }
+    };
     let quarantined = match table.what {
         FileKind::Task(_) => store.quarantine(&table.path),
         _ => quarantine(&table.path),
@@ -170,10 +187,10 @@ fn check(table: &StoredFile, store: &Store) -> Option<Finding> {
     }
 }
 
-fn read(table: &StoredFile, store: &Store) -> Result<(), StoreError> {
+fn read(table: &StoredFile) -> Result<(), StoreError> {
     let path = &table.path;
     match &table.what {
-        FileKind::Task(file) => store.verify(file),
+        FileKind::Task(file) => store::verify(path, file),
         FileKind::Stage { study, stage } => {
             let metadata = verify_whole(path)?;
             // The table of failures belongs to no stage.

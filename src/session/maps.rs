@@ -141,7 +141,7 @@ impl Session<'_> {
             });
         }
         let sources = tables.reading.study.sources.clone();
-        let maps = TaskMaps::open(task, self.data.open_read_only()?, sources);
+        let maps = TaskMaps::open(task, self.open_read_only()?, sources);
         let maps = maps.map_err(|error| match error {
             SessionError::NoMap { .. } => {
                 let stages = plan.stages.iter();

@@ -86,5 +86,5 @@ fn beginning(path: &Path, limit: usize) -> Result<Option<Vec<u8>>, StoreError> {
 }
 
 fn unwritten(path: &Path, source: io::Error) -> StoreError {
-    StoreError::Write { path: path.to_owned(), source }
+    StoreError::writing(path, source)
 }

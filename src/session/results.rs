@@ -19,6 +19,7 @@ use asperity_stages::aggregate::sql::{self, QueryError};
 use asperity_stages::{Kind, StageError, columns_of};
 use asperity_tables::parquet::{Columns, Metadata};
 use asperity_tables::store::files::{Existing, read_whole};
+use asperity_tables::store::series::FileName;
 
 pub use asperity_pipeline::results::PublishedTable;
 pub use asperity_report::{Bars, NotDrawn, Report};
@@ -236,7 +237,8 @@ impl TableFile {
             // Rows of a series may be in several files, of which the first is shown.
             let mut files = store.files_of(key)?;
             files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));
-            files.first().map_or_else(|| store.path(key), |file| store.path_of(file))
+            let whole = FileName { key, rows: None };
+            store.locate(files.first().unwrap_or(&whole))
         };
         let (table, metadata) = read_whole(&path, Columns::All)?;
         Ok(TableFile { path, table, metadata })

@@ -25,6 +25,7 @@ use asperity_contact::threads::available_cores;
 use asperity_pipeline::forecast::memory::{self, MemoryLimit};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::plan::reasons::record::Record;
+use asperity_pipeline::plan::sources::{Sources, TasksFromStore};
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::results::{self, ResultsError, exceeded_hardness, owner};
 use asperity_pipeline::runner::{self, Damage, Resources};
@@ -131,6 +132,8 @@ pub struct RunReport {
     pub failures: Option<PathBuf>,
     /// Path of the receipt of a shard.
     pub receipt: Option<PathBuf>,
+    /// Read-only stores from which tables of finished tasks were read.
+    pub stores: Vec<TasksFromStore>,
 }
 
 /// JSON output of `asperity run`.
@@ -146,6 +149,9 @@ pub struct RunSummary<'a> {
     /// Path of the receipt of a shard.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub receipt: Option<&'a Path>,
+    /// Read-only stores from which tables of finished tasks were read.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    pub stores: &'a [TasksFromStore],
 }
 
 /// Numbers of tasks of one stage in a run.
@@ -166,9 +172,9 @@ pub struct DamagedTask<'a> {
     pub task: TaskKey,
     #[serde(serialize_with = "in_words")]
     pub cause: &'a StoreError,
-    /// New path of the damaged file.
+    /// New path of the damaged file, or `None` if the file is in a read-only store.
     #[serde(rename = "aside")]
-    pub quarantined: &'a Path,
+    pub quarantined: Option<&'a Path>,
 }
 
 impl RunReport {
@@ -189,7 +195,7 @@ impl RunReport {
         let damaged = self.outcome.damaged.iter().map(|damage| DamagedTask {
             task: self.sampled.plan.tasks[damage.task].table.key,
             cause: &damage.cause,
-            quarantined: &damage.quarantined,
+            quarantined: damage.quarantined.as_deref(),
         });
         RunSummary {
             stages: self.stages(),
@@ -198,6 +204,7 @@ impl RunReport {
             warnings: &self.warnings,
             failures: self.failures.as_deref(),
             receipt: self.receipt.as_deref(),
+            stores: &self.stores,
         }
     }
 }
@@ -295,6 +302,7 @@ impl<'a> PreparedRun<'a> {
             self.save_record();
         }
         let known = self.sampled.study.warnings();
+        let stores = Sources::new(self.plan(), &self.missing, &self.store).all();
         Ok(RunReport {
             sampled: self.sampled,
             warnings: known.into_iter().chain(found).collect(),
@@ -304,6 +312,7 @@ impl<'a> PreparedRun<'a> {
             tables,
             failures,
             receipt: None,
+            stores,
         })
     }
 
@@ -453,7 +462,9 @@ impl<'a> PreparedRun<'a> {
     /// A failure gives a notice only, because no result depends on the record.
     fn save_record(&self) {
         let study = &self.sampled.study;
+        let sources = Sources::new(self.plan(), &self.missing, &self.store);
         let record = Record::new(study, self.plan(), &self.missing);
+        let record = record.with_sources(self.plan(), &sources);
         if let Err(error) = record.write(&self.session.data().records(), &study.name) {
             self.notice(Notice::RecordNotSaved(&error));
         }

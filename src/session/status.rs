@@ -21,6 +21,7 @@ use asperity_pipeline::forecast::{self, memory};
 use asperity_pipeline::plan::reasons::changes::Cause;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::plan::reasons::{Group, Reasons};
+use asperity_pipeline::plan::sources::Sources;
 use asperity_pipeline::plan::{Kind, Plan, PlannedStage};
 use asperity_pipeline::runner;
 use asperity_pipeline::study::Warning;
@@ -30,6 +31,7 @@ use asperity_tables::table::{Table, TableError};
 pub use asperity_pipeline::adaptive_sampling::{AdaptiveStage, Condition, Finding};
 pub use asperity_pipeline::cluster::receipts::FailedTask;
 pub use asperity_pipeline::plan::reasons::changes::{Change, Field, Shown, Why};
+pub use asperity_pipeline::plan::sources::TasksFromStore;
 
 /// Plan of a study compared with the store and the last run.
 #[derive(Debug)]
@@ -41,6 +43,7 @@ pub struct Status {
     pub missing: Vec<usize>,
     /// State of the stages with adaptive sampling.
     pub adaptive: Vec<AdaptiveStage>,
+    sources: Sources,
     reasons: Reasons,
     cost: CostModel,
 }
@@ -51,6 +54,9 @@ pub struct StageStatus<'a> {
     /// Name of the stage and numbers of its tasks.
     #[serde(flatten)]
     pub count: StageCount<'a>,
+    /// Read-only stores from which tables of finished tasks are read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stores: Vec<TasksFromStore>,
     /// Missing tasks, grouped by reason.
     pub reasons: Vec<Reason<'a>>,
     /// Expected core-seconds of the missing tasks.
@@ -186,6 +192,7 @@ impl Status {
             warnings: study.warnings(),
             reasons: Reasons::new(&plan, &now, record, &missing, store),
             cost: CostModel::default().for_remaining(Remaining::new(&plan, &missing, store)),
+            sources: Sources::new(&plan, &missing, store),
             plan,
             adaptive: stages,
             missing,
@@ -195,13 +202,13 @@ impl Status {
     /// Returns the status of every stage, in the order of the plan.
     pub fn stages(&self) -> Vec<StageStatus<'_>> {
         let counts = StageCount::all(&self.plan, &self.missing).into_iter();
-        let stages = counts.zip(&self.reasons.stages);
+        let stages = counts.zip(&self.plan.stages).zip(&self.reasons.stages);
         stages
-            .map(|(count, groups)| {
+            .map(|((count, planned), groups)| {
                 let reasons: Vec<Reason> =
                     groups.iter().map(|group| self.reason(group, count.name)).collect();
                 let seconds = reasons.iter().map(|reason| reason.seconds).sum();
-                StageStatus { count, reasons, seconds }
+                StageStatus { count, stores: self.sources.of_stage(planned), reasons, seconds }
             })
             .collect()
     }
@@ -247,10 +254,10 @@ impl Status {
         memory::PROGRAM + memory::of_largest(&self.plan, &self.missing)
     }
 
-    /// Lists the tasks in tables with a row for each task: stage, key, state, expected core-seconds
-    /// and parameters.
+    /// Lists the tasks in tables with a row for each task: stage, key, state, expected core-seconds,
+    /// read-only store if there is any, and parameters.
     pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
-        forecast::worklist(&self.plan, &self.missing, &self.cost)
+        forecast::worklist(&self.plan, &self.missing, &self.cost, &self.sources)
     }
 }
 
@@ -319,7 +326,7 @@ impl Session<'_> {
     /// not answer.
     pub fn progress(&self) -> Result<Progress, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let missing = runner::missing(plan, &self.data.open_read_only()?);
+        let missing = runner::missing(plan, &self.open_read_only()?);
         let queue = self.own_queue(&study.name)?;
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let at_work = at_work(&own, queue.as_deref());
@@ -348,7 +355,7 @@ impl Session<'_> {
             }
         });
         let cores: usize = at_work.iter().map(|receipt| receipt.threads).sum();
-        let store = self.data.open_read_only()?;
+        let store = self.open_read_only()?;
         let remaining = Remaining::new(plan, &missing, &store);
         let cost = measured(&self.all_receipts()?).for_remaining(remaining);
         let core_hours_left = cost.seconds_of(plan, &missing) / 3600.0;

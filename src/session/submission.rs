@@ -22,10 +22,11 @@ use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::{cluster, runner};
 use asperity_tables::store::files::{Existing, make_folder, write_whole};
 
-pub use asperity_pipeline::cluster::settings::{self, Settings};
+pub use asperity_pipeline::cluster::settings::Settings;
 pub use asperity_pipeline::cluster::sizing::{Sizing, ranges};
 pub use asperity_pipeline::cluster::slurm::Job;
 pub use asperity_pipeline::cluster::submission::{Round, Scripts, Submission};
+pub use asperity_pipeline::settings_file::SettingsFile;
 
 /// Default of the maximum number of resubmissions.
 const DEFAULT_ROUNDS: u32 = 3;
@@ -69,7 +70,7 @@ impl Session<'_> {
         options: &SubmitOptions,
     ) -> Result<PlannedSubmission, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let store = self.data.open_read_only()?;
+        let store = self.open_read_only()?;
         if !options.replace {
             let reader = ResultReader::new(store.clone(), &self.data.results_of(&study.name));
             owner::check(&self.manifest, study, plan, &reader)?;
@@ -266,7 +267,7 @@ impl Session<'_> {
     /// split into `elements` parts. Also returns the expected core-seconds of these tasks.
     fn remainder(&self, elements: u32) -> Result<(Vec<u32>, f64), SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let missing = runner::missing(plan, &self.data.open_read_only()?);
+        let missing = runner::missing(plan, &self.open_read_only()?);
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let untried = without_failed(plan, &missing, &own);
         let cost = measured(&self.all_receipts()?);

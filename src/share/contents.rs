@@ -226,12 +226,12 @@ impl Contents {
             there += 1;
         }
         for file in files {
-            store.verify(&file)?;
+            let source = store.locate(&file);
+            store::verify(&source, &file)?;
             let folder = store::path(Path::new("data/store"), file.key);
             let path = folder.with_file_name(file.to_string());
             let path = path.to_string_lossy().into_owned();
-            let source = Source::File(store.path_of(&file));
-            self.add(path, source, Role::Other, "table of one task, with its maps")?;
+            self.add(path, Source::File(source), Role::Other, "table of one task, with its maps")?;
         }
         self.stored = Some((there, tasks.len()));
         Ok(())

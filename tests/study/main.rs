@@ -46,6 +46,7 @@ mod shipped;
 mod signals;
 mod slurm;
 mod statistics;
+mod stores;
 mod tables;
 mod topography;
 mod units;

@@ -10,8 +10,11 @@ use std::{fs, io};
 use crate::cluster::receipts::Receipt;
 use crate::plan::Plan;
 use crate::plan::reasons::record::Record;
+use crate::settings_file::{FILE, SettingsFile};
 use crate::{cluster, results};
+use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::layers::ListedStore;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::series::{self, TableRef};
 use asperity_tables::store::users::{HostState, Lock};
@@ -23,6 +26,7 @@ use asperity_tables::store::{Store, StoreError, listing};
 /// - `results/STUDY/`: tables of stages
 /// - `plans/`: a [`Record`] of each study at its last run
 /// - `cluster/STUDY/`: batch scripts and receipts of a study that is computed on a cluster
+/// - `asperity.toml`: [settings](SettingsFile), such as read-only stores of a group
 ///
 /// ```
 /// use std::path::Path;
@@ -33,25 +37,59 @@ use asperity_tables::store::{Store, StoreError, listing};
 /// assert_eq!(table, Path::new("data/results/quickstart/curves.parquet"));
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DataFolder(PathBuf);
+pub struct DataFolder {
+    path: PathBuf,
+    /// Paths of settings files, the nearest first. They need not exist.
+    settings: Vec<PathBuf>,
+}
+
+/// Error of opening the store of a data folder.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// The settings file that lists read-only stores is wrong.
+    #[error(transparent)]
+    Settings(#[from] ManifestErrors),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
 
 impl DataFolder {
     pub fn new(path: impl Into<PathBuf>) -> DataFolder {
-        DataFolder(path.into())
+        let path = path.into();
+        DataFolder { settings: vec![path.join(FILE)], path }
+    }
+
+    /// Adds a settings file that counts after all others, such as that of the user.
+    #[must_use]
+    pub fn with_settings(mut self, file: Option<PathBuf>) -> DataFolder {
+        self.settings.extend(file);
+        self
+    }
+
+    /// Adds the settings file next to a manifest, which counts before all others.
+    #[must_use]
+    pub fn for_manifest(mut self, manifest: &Path) -> DataFolder {
+        self.settings.insert(0, manifest.with_file_name(FILE));
+        self
+    }
+
+    /// Returns the paths of the settings files, the nearest first. They need not exist.
+    pub fn settings(&self) -> &[PathBuf] {
+        &self.settings
     }
 
     pub fn path(&self) -> &Path {
-        &self.0
+        &self.path
     }
 
     /// Returns the folder with the tables of tasks.
     pub fn store(&self) -> PathBuf {
-        self.0.join("store")
+        self.path.join("store")
     }
 
     /// Returns the folder `results/`, which has a subfolder for each study.
     pub fn results(&self) -> PathBuf {
-        self.0.join("results")
+        self.path.join("results")
     }
 
     /// Returns the folder with the tables of one study's stages.
@@ -66,12 +104,12 @@ impl DataFolder {
 
     /// Returns the folder with the records of studies at their last runs.
     pub fn records(&self) -> PathBuf {
-        self.0.join("plans")
+        self.path.join("plans")
     }
 
     /// Returns the folder with one study's batch scripts and receipts of cluster jobs.
     pub fn cluster_of(&self, study: &str) -> PathBuf {
-        self.0.join("cluster").join(study)
+        self.path.join("cluster").join(study)
     }
 
     /// Returns the folder with the receipts of the processes that computed shards of one study.
@@ -79,10 +117,52 @@ impl DataFolder {
         self.cluster_of(study).join("receipts")
     }
 
-    /// Opens the store for reading. Fails if the lock of the store cannot be acquired, because
-    /// another process could then delete tables at the same time.
-    pub fn open_read_only(&self) -> Result<Store, StoreError> {
-        Store::open_read_only(&self.store())
+    /// Opens the store for writing, above the read-only stores that the settings list.
+    ///
+    /// # Errors
+    /// Returns an error if the store cannot be written, a settings file is wrong, or a listed store
+    /// cannot be used.
+    pub fn open(&self) -> Result<Store, OpenError> {
+        let store = Store::open(&self.store())?;
+        all_usable(store.above(&self.listed_stores()?))
+    }
+
+    /// Opens the store for reading, above the read-only stores that the settings list.
+    ///
+    /// # Errors
+    /// Returns an error if a settings file is wrong or a listed store cannot be used. Also returns
+    /// an error if the lock of the store cannot be acquired, because another process could then
+    /// delete tables at the same time.
+    pub fn open_read_only(&self) -> Result<Store, OpenError> {
+        all_usable(self.open_available()?)
+    }
+
+    /// Opens the store as [`DataFolder::open_read_only`] does, above those listed stores that can
+    /// be used. Also returns the errors of the others.
+    ///
+    /// # Errors
+    /// Returns an error if a settings file is wrong or the lock of the store cannot be acquired.
+    pub fn open_available(&self) -> Result<(Store, Vec<StoreError>), OpenError> {
+        Ok(Store::open_read_only(&self.store())?.above(&self.listed_stores()?))
+    }
+
+    /// Returns the read-only stores of the nearest settings file that lists any.
+    fn listed_stores(&self) -> Result<Vec<ListedStore>, ManifestErrors> {
+        for file in &self.settings {
+            let stores = SettingsFile::read(file)?.and_then(|settings| settings.stores);
+            if let Some(stores) = stores {
+                let listed = |path| ListedStore { path, listed_in: file.clone() };
+                return Ok(stores.into_iter().map(listed).collect());
+            }
+        }
+        Ok(Vec::new())
+    }
+}
+
+fn all_usable((store, unusable): (Store, Vec<StoreError>)) -> Result<Store, OpenError> {
+    match unusable.into_iter().next() {
+        Some(error) => Err(error.into()),
+        None => Ok(store),
     }
 }
 

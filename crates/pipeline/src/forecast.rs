@@ -11,10 +11,11 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use self::remaining::Remaining;
+use crate::plan::sources::Sources;
 use crate::plan::{Plan, Task};
 use asperity_contact::solver::cost;
 use asperity_stages::{Effort, Extent};
-use asperity_tables::column::{Column, ColumnKind, reals, texts};
+use asperity_tables::column::{Column, ColumnKind, optional_texts, reals, texts};
 use asperity_tables::table::{Table, TableError};
 
 /// Cost model that estimates the core-seconds of tasks.
@@ -84,6 +85,8 @@ const CHUNK: usize = 1024;
 const STAGE: Column = Column::result("stage", ColumnKind::Text, "", "stage of the task");
 const TASK: Column = Column::result("task", ColumnKind::Text, "", "key of the task");
 const STATE: Column = Column::result("state", ColumnKind::Text, "", "cached or missing");
+const STORE: Column =
+    Column::result("store", ColumnKind::Text, "", "read-only store of the table of the task");
 const CORE_SECONDS: Column =
     Column::result("core_seconds", ColumnKind::Real, "s", "expected core-seconds of the task");
 
@@ -91,11 +94,13 @@ const CORE_SECONDS: Column =
 ///
 /// Each task is one row with the parameter columns of the task. Inputs come before the tasks that
 /// read them. A task that belongs to several stages is listed under the first one. The indices in
-/// `missing` must be in ascending order.
+/// `missing` must be in ascending order. If tasks are read from read-only stores, a column names
+/// these stores.
 pub fn worklist(
     plan: &Plan,
     missing: &[usize],
     cost: &CostModel,
+    sources: &Sources,
 ) -> impl Iterator<Item = Result<Table, TableError>> {
     let mut is_listed = vec![false; plan.tasks.len()];
     let stages = plan.stages.iter().flat_map(move |stage| {
@@ -119,6 +124,16 @@ pub fn worklist(
                 (CORE_SECONDS, reals(tasks.clone().map(|&task| cost.seconds(plan, task)))),
             ],
         );
+        let store = |&task: &usize| {
+            let stores: Vec<_> =
+                sources.of_task(task).map(|store| store.display().to_string()).collect();
+            (!stores.is_empty()).then(|| stores.join(" "))
+        };
+        let own = if sources.is_empty() {
+            own
+        } else {
+            own.with(vec![(STORE, optional_texts(tasks.clone().map(store)))])
+        };
         let coordinates = tasks.map(|&task| plan.coordinates(task));
         Ok(own.beside(&Table::stack(&coordinates.collect::<Result<Vec<_>, _>>()?)?))
     })

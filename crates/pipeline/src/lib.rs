@@ -14,6 +14,7 @@
 //! | [`adaptive_sampling`] | adds surfaces until a mean is precise enough or claims are decided |
 //! | [`results`] | publishes one table per stage, reads the rows, and lists failures |
 //! | [`data_folder`] | defines the layout of the data folder, and finds files that no study needs |
+//! | [`settings_file`] | reads `asperity.toml`: stores of a group and settings of cluster jobs |
 //! | [`cluster`] | splits a study among machines and Slurm jobs |
 //! | [`direct`] | generates single surfaces and solves their contact, without a study |
 
@@ -26,4 +27,5 @@ pub mod manifest;
 pub mod plan;
 pub mod results;
 pub mod runner;
+pub mod settings_file;
 pub mod study;

@@ -11,6 +11,7 @@
 
 pub mod missing_rows;
 pub mod reasons;
+pub mod sources;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};

@@ -108,7 +108,7 @@ pub fn write_index(
     let path = results.join(INDEX);
     match fs::read_to_string(&path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
-        Err(source) => return Err(StoreError::Read { path, source }.into()),
+        Err(source) => return Err(StoreError::reading(path, source).into()),
         Ok(text) if existing == Existing::Keep && !text.contains(MARK) => {
             return Err(ReportError::NoIndex { page: path });
         }

@@ -4,9 +4,13 @@
 //! path unless that exists. Equal keys mean equal tables, so several processes can share a store.
 //! If two of them compute the same table, it does not matter whose file is kept. A file contains a
 //! digest of its bytes and the recipe from which its key was computed. Reading verifies both.
+//!
+//! Read-only stores can lie below a store, see [`Store::above`]. Reading searches the own folder
+//! first and then these layers; writing concerns the own folder only.
 
 pub mod files;
 pub mod key;
+pub mod layers;
 pub mod listing;
 mod permissions;
 pub mod series;
@@ -20,6 +24,7 @@ use std::sync::Arc;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
 use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
 use crate::store::key::{Provenance, TaskKey};
+use crate::store::layers::{Layers, ListedStore};
 use crate::store::permissions::{Access, explained};
 use crate::store::series::{FileName, KnownRows, TableRef};
 use crate::store::users::Lock;
@@ -35,6 +40,7 @@ pub struct Store {
     root: PathBuf,
     unflushed: Arc<Unflushed>,
     known_rows: Arc<KnownRows>,
+    layers: Arc<Layers>,
     _lock: Arc<Lock>,
 }
 
@@ -64,6 +70,16 @@ pub enum StoreError {
     Changed { path: PathBuf },
     #[error("cannot lock the store: cannot open or lock `{}`", path.display())]
     Lock { path: PathBuf, source: io::Error },
+    /// A read-only store cannot be used.
+    #[error(
+        "cannot use the store `{}` (mount its disk, or correct `stores` in `{}`)",
+        path.display(),
+        listed_in.display()
+    )]
+    Layer { path: PathBuf, listed_in: PathBuf, source: io::Error },
+    /// All files of a table are in read-only stores, and one of them cannot be read or is damaged.
+    #[error("cannot use a table of a read-only store")]
+    InLayer(#[source] Box<StoreError>),
 }
 
 impl StoreError {
@@ -114,11 +130,12 @@ impl StoreError {
     /// Returns true if the table is damaged or missing, so that recomputing it helps.
     pub fn is_recomputable(&self) -> bool {
         match self {
-            StoreError::Damaged { .. } => true,
+            StoreError::Damaged { .. } | StoreError::InLayer(_) => true,
             StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
-            StoreError::Write { .. } | StoreError::Changed { .. } | StoreError::Lock { .. } => {
-                false
-            }
+            StoreError::Write { .. }
+            | StoreError::Changed { .. }
+            | StoreError::Lock { .. }
+            | StoreError::Layer { .. } => false,
         }
     }
 }
@@ -143,13 +160,33 @@ impl Store {
             root: root.to_owned(),
             unflushed: Arc::default(),
             known_rows: Arc::default(),
+            layers: Arc::default(),
             _lock: Arc::new(Lock::share(root)?),
         })
     }
 
-    /// Returns the path of the table of a task, which need not exist.
+    /// Returns this store above the read-only stores `listed`, whose tables count as its own when
+    /// it is read, and the errors of those that cannot be used.
+    pub fn above(self, listed: &[ListedStore]) -> (Store, Vec<StoreError>) {
+        let (layers, unusable) = Layers::open(listed, &self.root);
+        (Store { layers: Arc::new(layers), ..self }, unusable)
+    }
+
+    /// Returns the folders of the read-only stores, in the order in which they are searched.
+    pub fn layers(&self) -> impl Iterator<Item = &Path> {
+        self.layers.roots()
+    }
+
+    /// Returns the path of the table of a task in this store, which need not exist.
     pub fn path(&self, key: TaskKey) -> PathBuf {
         path(&self.root, key)
+    }
+
+    /// Returns the path of a file in the first folder that has it: this store or a layer. If none
+    /// has it, returns its path in this store.
+    pub fn locate(&self, name: &FileName) -> PathBuf {
+        let own = self.path_of(name);
+        if own.is_file() { own } else { self.layers.find(name).unwrap_or(own) }
     }
 
     /// Returns, for each of the tables in the given order, whether all of its rows exist.
@@ -164,11 +201,8 @@ impl Store {
         }
         let mut have = vec![false; tables.len()];
         for wanted in folders.into_values() {
-            let folder = self.path(tables[wanted[0]].key);
-            let listed = match folder.parent() {
-                Some(folder) if wanted.len() >= MANY => listing::finished_in(folder).ok(),
-                _ => None,
-            };
+            let first = tables[wanted[0]].key;
+            let listed = if wanted.len() >= MANY { self.finished_beside(first).ok() } else { None };
             for index in wanted {
                 let table = tables[index];
                 have[index] = match &listed {
@@ -186,7 +220,7 @@ impl Store {
     /// Returns whether all rows of a table exist.
     pub fn has(&self, table: &TableRef) -> bool {
         match table.series {
-            None => self.path(table.key).is_file(),
+            None => self.locate(&whole(table.key)).is_file(),
             Some(_) => self.files_of(table.key).is_ok_and(|names| self.is_complete(table, &names)),
         }
     }
@@ -213,13 +247,15 @@ impl Store {
     /// # Errors
     /// Returns an error if the folder cannot be listed.
     pub fn finished(&self, digits: &str) -> Result<Vec<TaskKey>, StoreError> {
-        let Some(folder) = digits.get(..2).map(|first| self.root.join(first)) else {
+        let Some(first) = digits.get(..2) else {
             return Ok(Vec::new());
         };
-        let names = files::names(&folder)?;
+        let mut names = files::names(&self.root.join(first))?;
+        names.extend(self.layers().flat_map(|layer| files::names(&layer.join(first))).flatten());
         let meant = names.iter().filter(|name| name.starts_with(digits));
         let files = meant.filter_map(|name| name.parse::<FileName>().ok());
         let mut keys: Vec<TaskKey> = files.map(|file| file.key).collect();
+        keys.sort_unstable();
         keys.dedup();
         Ok(keys)
     }
@@ -230,8 +266,8 @@ impl Store {
     /// Returns an error if a file is missing, unreadable or damaged, or if its content does not
     /// belong to the key.
     pub fn read(&self, table: &TableRef, columns: Columns) -> Result<Table, StoreError> {
-        match &table.series {
-            None => Ok(read_keyed(&self.path(table.key), table.key, columns)?.0),
+        self.ignoring_unusable(|| match &table.series {
+            None => Ok(read_keyed(&self.locate(&whole(table.key)), table.key, columns)?.0),
             Some(series) => {
                 // A task that has just finished may have replaced small files by a larger one.
                 let mut read = self.read_series(table, series, columns);
@@ -247,6 +283,28 @@ impl Store {
                 }
                 read
             }
+        })
+    }
+
+    /// Calls `read`, and repeats the call without a file of a layer that cannot be read or is
+    /// damaged.
+    fn ignoring_unusable<T>(
+        &self,
+        read: impl Fn() -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        let mut unusable = None;
+        loop {
+            match read() {
+                Err(error) if self.layers.ignore(&error) => unusable = Some(error),
+                Err(StoreError::Read { path, source }) => {
+                    let is_missing = source.kind() == io::ErrorKind::NotFound;
+                    return Err(match unusable.filter(|_| is_missing) {
+                        Some(cause) => StoreError::InLayer(Box::new(cause)),
+                        None => StoreError::Read { path, source },
+                    });
+                }
+                read => return read,
+            }
         }
     }
 
@@ -256,18 +314,14 @@ impl Store {
     /// # Errors
     /// Returns the same errors as [`Store::read`].
     pub fn read_with_provenance(&self, key: TaskKey) -> Result<(Table, Provenance), StoreError> {
-        let path = self.path(key);
-        if path.is_file() { read_keyed(&path, key, Columns::All) } else { self.read_all_rows(key) }
-    }
-
-    /// Verifies the digest of a file, and checks that its content belongs to its name. The rows are
-    /// not decoded, because the digest covers them.
-    ///
-    /// # Errors
-    /// Returns the same errors as [`Store::read`].
-    pub fn verify(&self, name: &FileName) -> Result<(), StoreError> {
-        let path = self.path_of(name);
-        series::provenance_of(&path, name, &files::verify_whole(&path)?).map(drop)
+        self.ignoring_unusable(|| {
+            let path = self.locate(&whole(key));
+            if path.is_file() {
+                read_keyed(&path, key, Columns::All)
+            } else {
+                self.read_all_rows(key)
+            }
+        })
     }
 
     /// Returns the names of the files that together hold the table of a finished task.
@@ -276,7 +330,7 @@ impl Store {
     /// Returns an error if the folder cannot be listed.
     pub fn files(&self, table: &TableRef) -> Result<Vec<FileName>, StoreError> {
         match table.series {
-            None => Ok(vec![FileName { key: table.key, rows: None }]),
+            None => Ok(vec![whole(table.key)]),
             Some(_) => self.files_of(table.key),
         }
     }
@@ -328,10 +382,7 @@ impl Store {
         };
         // Another process may have replaced the damaged file just before it was renamed.
         let name = path.file_name().and_then(|name| name.to_str()?.parse::<FileName>().ok());
-        let is_sound = name.is_some_and(|name| {
-            let metadata = files::verify_whole(&quarantined);
-            metadata.is_ok_and(|of| series::provenance_of(&quarantined, &name, &of).is_ok())
-        });
+        let is_sound = name.is_some_and(|name| verify(&quarantined, &name).is_ok());
         if !is_sound {
             return Ok(Some(quarantined));
         }
@@ -361,6 +412,25 @@ pub fn path(root: &Path, key: TaskKey) -> PathBuf {
     path
 }
 
+/// Returns the path of a file with the table of a task or with rows of a series.
+fn file_path(root: &Path, name: &FileName) -> PathBuf {
+    path(root, name.key).with_file_name(name.to_string())
+}
+
+/// Returns the name of the file with the whole table of a task.
+fn whole(key: TaskKey) -> FileName {
+    FileName { key, rows: None }
+}
+
+/// Verifies the digest of a file, and checks that its content belongs to the name `name`. The rows
+/// are not decoded, because the digest covers them.
+///
+/// # Errors
+/// Returns the same errors as [`Store::read`].
+pub fn verify(path: &Path, name: &FileName) -> Result<(), StoreError> {
+    series::provenance_of(path, name, &files::verify_whole(path)?).map(drop)
+}
+
 /// Reads a whole table and its provenance, and checks that the file belongs to the task.
 fn read_keyed(
     path: &Path,
@@ -368,8 +438,7 @@ fn read_keyed(
     columns: Columns,
 ) -> Result<(Table, Provenance), StoreError> {
     let (table, metadata) = read_whole(path, columns)?;
-    let name = FileName { key, rows: None };
-    Ok((table, series::provenance_of(path, &name, &metadata)?))
+    Ok((table, series::provenance_of(path, &whole(key), &metadata)?))
 }
 
 #[cfg(test)]

@@ -81,7 +81,7 @@ impl Studies {
         if is_zip(path) {
             return Studies::of_archive(path);
         }
-        Session::new(path, data.path()).observed_by(observer).compared()
+        Session::with_data(path, data.clone()).observed_by(observer).compared()
     }
 
     fn of_folder(path: &Path) -> Result<Studies, SessionError> {
@@ -107,7 +107,7 @@ impl Studies {
                 path.display()
             )));
         }
-        let read = |source: io::Error| StoreError::Read { path: path.to_owned(), source };
+        let read = |source: io::Error| StoreError::reading(path, source);
         let folder = tempfile::tempdir().map_err(read)?;
         unpack_results(path, folder.path()).map_err(read)?;
         let mut studies = Studies::of_folder(&folder.path().join("data"))?;
@@ -194,7 +194,7 @@ impl ComparedStudy {
 
 /// Returns the subfolders of a folder, sorted by name.
 fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let read = |source| StoreError::Read { path: folder.to_owned(), source };
+    let read = |source| StoreError::reading(folder, source);
     let entries = fs::read_dir(folder).map_err(read)?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path()));
     let mut paths = paths.collect::<Result<Vec<_>, _>>().map_err(read)?;

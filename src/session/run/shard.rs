@@ -61,6 +61,7 @@ impl PreparedRun<'_> {
             outcome,
             tables: None,
             failures: None,
+            stores: Vec::new(),
         })
     }
 }

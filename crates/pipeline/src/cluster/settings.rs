@@ -1,30 +1,19 @@
-//! Settings of cluster jobs, read from the table `[cluster]` of `asperity.toml`.
+//! Settings of cluster jobs: the table `[cluster]` of the [settings file](crate::settings_file).
 //!
-//! The file is read from the folder of the manifest and from the user's configuration folder.
 //! Options of the command line override its keys. No key in the store depends on these settings.
-
-use std::io;
-use std::path::Path;
 
 use bytesize::ByteSize;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
-use crate::manifest::syntax::report_syntax;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, did_you_mean};
+use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
-use asperity_stages::surface_files::read_regular;
 
-/// Name of the settings file.
-pub const FILE: &str = "asperity.toml";
-
-/// Maximum size of the file in bytes.
-const MAX_BYTES: u64 = 1 << 20;
 /// Maximum value of the settings `time_limit` and `per_element` in hours, about eleven years.
 const MAX_HOURS: f64 = 1e5;
 /// Maximum value of the setting `cores`.
@@ -126,35 +115,6 @@ settings! {
 
 table!(ClusterTable);
 
-impl Settings {
-    /// Reads the settings from a file. Returns `None` if there is no such file.
-    pub fn read(path: &Path) -> Result<Option<Settings>, ManifestErrors> {
-        let file = path.display().to_string();
-        let unreadable = |why: String| {
-            let mut problems = Problems::default();
-            problems.push(Problem::without_position(format!("cannot read `{file}`: {why}")));
-            problems.into_errors(&file, "")
-        };
-        let bytes = match read_regular(path, MAX_BYTES) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            bytes => bytes.map_err(|error| unreadable(error.to_string()))?,
-        };
-        let text =
-            String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8".to_owned()))?;
-        Settings::parse(&text, &file).map(Some)
-    }
-
-    /// Reads the settings from the text of a file. `file` is its name in error messages.
-    pub fn parse(text: &str, file: &str) -> Result<Settings, ManifestErrors> {
-        let mut problems = Problems::default();
-        let settings = parse(text, &mut problems);
-        match settings {
-            Some(settings) if problems.is_empty() => Ok(settings),
-            _ => Err(problems.into_errors(file, text)),
-        }
-    }
-}
-
 /// Checks that a word can be passed to `sbatch` as a name.
 fn name(word: &str) -> Result<String, String> {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "_-.,:@/+".contains(letter);
@@ -203,32 +163,15 @@ fn parsed_hours(word: &str) -> Result<f64, String> {
     hours.ok_or_else(|| format!("must be a number of hours above 0 and at most {MAX_HOURS}"))
 }
 
-fn parse(text: &str, problems: &mut Problems) -> Option<Settings> {
-    let (document, errors) = DeTable::parse_recoverable(text);
-    if !errors.is_empty() {
-        report_syntax(text, &errors, problems);
-        return None;
-    }
-    let mut settings = Settings::default();
-    for (key, value) in document.into_inner() {
-        let (name, span) = (key.get_ref().to_string(), key.span());
-        match value.into_inner() {
-            DeValue::Table(table) if name == "cluster" => {
-                let expected = ExpectedKeys::of_table("`[cluster]`");
-                let section = reader::read::<ClusterTable>(table, span, &expected, problems);
-                settings = checked(&section, problems)?;
-            }
-            _ => {
-                let label = match did_you_mean(&name, ["cluster"]) {
-                    Some(_) => "did you mean `[cluster]`?",
-                    None => "not allowed in this file",
-                };
-                let problem = Problem::new(format!("unknown `{name}`"), span, label);
-                problems.push(problem.help(format!("`{FILE}` has only the table `[cluster]`")));
-            }
-        }
-    }
-    Some(settings)
+/// Reads the table `[cluster]`. Returns `None` and reports problems if it is wrong.
+pub(crate) fn read_table(
+    table: DeTable<'_>,
+    span: Span,
+    problems: &mut Problems,
+) -> Option<Settings> {
+    let expected = ExpectedKeys::of_table("`[cluster]`");
+    let section = reader::read::<ClusterTable>(table, span, &expected, problems);
+    checked(&section, problems)
 }
 
 /// Function that converts a word to a value. Its error says what the word must be.
@@ -262,9 +205,14 @@ fn words(convert: Convert<String>) -> impl Fn(&mut Checks, &str, &Words) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings_file::{FILE, SettingsFile};
 
     fn refused(text: &str) -> String {
-        Settings::parse(text, FILE).unwrap_err().render(false)
+        SettingsFile::parse(text, FILE).unwrap_err().render(false)
+    }
+
+    fn parsed(text: &str) -> Settings {
+        SettingsFile::parse(text, FILE).unwrap().cluster
     }
 
     #[test]
@@ -280,7 +228,7 @@ mod tests {
             before = [\"module load rust\", \"ulimit -c 0\"]
             directives = \"--constraint=avx2\"
         ";
-        let settings = Settings::parse(text, FILE).unwrap();
+        let settings = parsed(text);
         let expected = Settings {
             partition: Some("short".to_owned()),
             cores: Some(8),
@@ -293,15 +241,14 @@ mod tests {
             ..Settings::default()
         };
         assert_eq!(settings, expected);
-        assert_eq!(Settings::parse("", FILE).unwrap(), Settings::default());
+        assert_eq!(parsed(""), Settings::default());
     }
 
     #[test]
     fn what_is_said_nearer_counts() {
-        let of = |text| Settings::parse(text, FILE).unwrap();
-        let near = of("[cluster]\npartition = \"short\"");
-        let far = of("[cluster]\npartition = \"long\"\naccount = \"rough\"");
-        let both = of("[cluster]\npartition = \"short\"\naccount = \"rough\"");
+        let near = parsed("[cluster]\npartition = \"short\"");
+        let far = parsed("[cluster]\npartition = \"long\"\naccount = \"rough\"");
+        let both = parsed("[cluster]\npartition = \"short\"\naccount = \"rough\"");
         assert_eq!(near.or(far), both);
     }
 
@@ -333,16 +280,10 @@ directives = [\"constraint=avx2\", \"--array=1-4\"]
     }
 
     #[test]
-    fn a_file_that_is_no_toml_or_not_there_is_told_apart() {
-        assert!(refused("[cluster").contains("invalid TOML"));
-        assert_eq!(Settings::read(Path::new("/nowhere/asperity.toml")).unwrap(), None);
-    }
-
-    #[test]
     fn no_job_runs_for_longer_than_eleven_years() {
         for key in ["time_limit", "per_element"] {
             let of = |hours: &str| format!("[cluster]\n{key} = {hours}");
-            assert!(Settings::parse(&of("1e5"), FILE).is_ok());
+            assert!(SettingsFile::parse(&of("1e5"), FILE).is_ok());
             let message = refused(&of("1e12"));
             assert!(message.contains("at most 100000"), "{message}");
         }

@@ -166,7 +166,7 @@ pub fn write_effective_manifest(
         return write_whole(&path, manifest.text.as_bytes(), Existing::Replace, folder);
     }
     if !manifest.is_composed() && written.is_some() {
-        return fs::remove_file(&path).map_err(|source| StoreError::Write { path, source });
+        return fs::remove_file(&path).map_err(|source| StoreError::writing(path, source));
     }
     Ok(())
 }

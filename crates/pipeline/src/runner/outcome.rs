@@ -49,26 +49,33 @@ impl RunOutcome {
     }
 }
 
-/// A damaged table that was quarantined in order to be recomputed.
+/// A damaged table that is recomputed.
 #[derive(Debug)]
 pub struct Damage {
     /// Task whose table was damaged.
     pub task: usize,
     pub cause: StoreError,
-    pub quarantined: PathBuf,
+    /// New path of the damaged file, or `None` if the file is in a read-only store.
+    pub quarantined: Option<PathBuf>,
 }
 
 impl Damage {
-    /// Quarantines the damaged file of a task. Returns `None` if the file is missing or another
-    /// process has already replaced it.
+    /// Quarantines the damaged file of a task, unless it is in a read-only store. Returns `None` if
+    /// the file is missing or another process has already replaced it.
     pub fn quarantine(
         task: usize,
         store: &Store,
         cause: StoreError,
     ) -> Result<Option<Damage>, StoreError> {
-        let StoreError::Damaged { path, .. } = &cause else { return Ok(None) };
-        let quarantined = store.quarantine(path)?;
-        Ok(quarantined.map(|quarantined| Damage { task, cause, quarantined }))
+        let quarantined = match &cause {
+            StoreError::Damaged { path, .. } => match store.quarantine(path)? {
+                None => return Ok(None),
+                quarantined => quarantined,
+            },
+            StoreError::InLayer(_) => None,
+            _ => return Ok(None),
+        };
+        Ok(Some(Damage { task, cause, quarantined }))
     }
 }
 

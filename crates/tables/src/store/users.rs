@@ -20,7 +20,7 @@ use super::StoreError;
 use super::permissions::{Access, explained};
 
 /// Name of the lock file in the store. The file is empty and is never removed.
-const LOCK: &str = "lock";
+pub(super) const LOCK: &str = "lock";
 
 /// Lock of a store. The lock is held until this value is dropped.
 ///
@@ -45,6 +45,14 @@ impl Lock {
         };
         let locked = file.lock_shared().is_ok();
         Ok(Lock { _file: locked.then_some(file) })
+    }
+
+    /// Takes the shared lock of a store that must not be changed. Returns `None` if the store
+    /// cannot be locked.
+    pub(super) fn share_read_only(folder: &Path) -> Option<Lock> {
+        let file = File::open(folder.join(LOCK)).ok()?;
+        file.lock_shared().ok()?;
+        Some(Lock { _file: Some(file) })
     }
 
     /// Creates the lock file if possible. Without it, no process can take the exclusive lock.

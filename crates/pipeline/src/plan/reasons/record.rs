@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::plan::Plan;
+use crate::plan::sources::{Sources, TasksFromStore};
 use crate::study::Study;
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::store::StoreError;
@@ -42,6 +43,9 @@ pub struct StageRecord {
     pub tasks: usize,
     /// Number of tasks whose tables were in the store.
     pub finished: usize,
+    /// Read-only stores from which finished tasks were read.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stores: Vec<TasksFromStore>,
 }
 
 /// Record of one parameter point of a stage.
@@ -73,9 +77,19 @@ impl Record {
                 points: points(&stage.work),
                 tasks: planned.tasks.len(),
                 finished: finished.count(),
+                stores: Vec::new(),
             }
         };
         Record { stages: stages.map(record).collect() }
+    }
+
+    /// Records the read-only stores from which the stages of the plan were read.
+    #[must_use]
+    pub fn with_sources(mut self, plan: &Plan, sources: &Sources) -> Record {
+        for (stage, planned) in self.stages.iter_mut().zip(&plan.stages) {
+            stage.stores = sources.of_stage(planned);
+        }
+        self
     }
 
     /// Returns the indices of the stages with the given names. Names without a stage are skipped.

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::hash_map::Entry;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -13,7 +13,7 @@ use crate::parquet::{Columns, ParquetError};
 use crate::store::files::Existing;
 use crate::store::key::{Provenance, TaskKey};
 use crate::store::listing::finished_in;
-use crate::store::{Store, StoreError, files};
+use crate::store::{Store, StoreError, file_path, files, path};
 use crate::table::Table;
 
 /// Values of the rows in files whose metadata have been read. Files with equal names have equal
@@ -89,7 +89,7 @@ impl Store {
         let mut values: BTreeMap<Option<&str>, Vec<f64>> = BTreeMap::new();
         let mut column = String::new();
         for name in &names {
-            let (own, stored) = stated_rows(&self.path_of(name), name)?;
+            let (own, stored) = stated_rows(&self.locate(name), name)?;
             let part = name.rows.as_ref().and_then(|rows| rows.part.as_deref());
             values.entry(part).or_default().extend(stored);
             column = own;
@@ -131,16 +131,9 @@ impl Store {
         if names.contains(&exact) {
             return self.read_file(&exact, columns);
         }
-        let mut missing = values.to_vec();
         let (mut tables, mut provenance) = (Vec::new(), None);
-        for name in names.iter().filter(|name| is_of(name, part)) {
-            let stored = self.rows_of(name).unwrap_or_default();
-            let (here, others): (Vec<f64>, Vec<f64>) =
-                missing.iter().partition(|value| contains(&stored, **value));
-            if here.is_empty() {
-                continue;
-            }
-            missing = others;
+        let chosen = self.chosen(names, part, values).ok_or_else(|| not_found(&self.path(key)))?;
+        for (name, here) in chosen {
             let (table, made) = self.read_file(name, columns)?;
             let of_rows = values_in(&table, column, &self.path(key))?;
             let wanted = of_rows.iter().enumerate().filter(|(_, value)| contains(&here, **value));
@@ -148,12 +141,50 @@ impl Store {
             tables.push(table.pick(&wanted));
             provenance = Some(made);
         }
-        let Some(provenance) = provenance.filter(|_| missing.is_empty()) else {
-            return Err(not_found(&self.path(key)));
-        };
+        let provenance = provenance.ok_or_else(|| not_found(&self.path(key)))?;
         let stacked = Table::stack(&tables).map_err(|_| not_found(&self.path(key)))?;
         let order = ascending(&values_in(&stacked, column, &self.path(key))?);
         Ok((stacked.pick(&order), provenance))
+    }
+
+    /// Chooses the files from which rows are read, and the values of the rows that each provides.
+    /// Returns `None` if the files `names` lack a row.
+    fn chosen<'n>(
+        &self,
+        names: &'n [FileName],
+        part: Option<&str>,
+        values: &[f64],
+    ) -> Option<Vec<(&'n FileName, Vec<f64>)>> {
+        let mut missing = values.to_vec();
+        let mut chosen = Vec::new();
+        for name in names.iter().filter(|name| is_of(name, part)) {
+            let stored = self.rows_of(name).unwrap_or_default();
+            let (here, others): (Vec<f64>, Vec<f64>) =
+                missing.iter().partition(|value| contains(&stored, **value));
+            if !here.is_empty() {
+                missing = others;
+                chosen.push((name, here));
+            }
+        }
+        missing.is_empty().then_some(chosen)
+    }
+
+    /// Returns the indices of the layers from which a table with the files `names` is read.
+    fn layers_read(&self, table: &TableRef, names: &[FileName]) -> BTreeSet<usize> {
+        let layer = |name: &FileName| self.layers.index_of(&self.locate(name));
+        let Some(series) = &table.series else {
+            return layer(&FileName { key: table.key, rows: None }).into_iter().collect();
+        };
+        let parts = series.parts.iter().map(|of| (Some(of.part.name.as_str()), &of.values));
+        let read = [(None, &series.values)].into_iter().chain(parts).flat_map(|(part, values)| {
+            let exact = FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
+            if names.contains(&exact) {
+                return vec![exact];
+            }
+            let chosen = self.chosen(names, part, values).unwrap_or_default();
+            chosen.into_iter().map(|(name, _)| name.clone()).collect()
+        });
+        read.filter_map(|name| layer(&name)).collect()
     }
 
     fn read_file(
@@ -161,7 +192,7 @@ impl Store {
         name: &FileName,
         columns: Columns,
     ) -> Result<(Table, Provenance), StoreError> {
-        let path = self.path_of(name);
+        let path = self.locate(name);
         let (table, metadata) = files::read_whole(&path, columns)?;
         Ok((table, provenance_of(&path, name, &metadata)?))
     }
@@ -172,24 +203,70 @@ impl Store {
         if let Some(known) = lock().get(name) {
             return Some(known.clone());
         }
-        let values: Arc<[f64]> = stated_rows(&self.path_of(name), name).ok()?.1.into();
+        let stated = stated_rows(&self.locate(name), name);
+        let values: Arc<[f64]> = match stated {
+            Ok((_, values)) => values.into(),
+            Err(error) => {
+                self.layers.ignore(&error);
+                return None;
+            }
+        };
         lock().insert(name.clone(), values.clone());
         Some(values)
     }
 
-    /// Returns the names of the files with rows of a series, sorted.
+    /// Returns the names of the files with rows of a series: those of this store, sorted, then
+    /// those that only layers have.
     pub fn files_of(&self, key: TaskKey) -> Result<Vec<FileName>, StoreError> {
-        let folder = self.path(key);
-        let folder = folder.parent().unwrap_or(&self.root);
         let digits = key.to_string();
-        let names = files::names(folder)?.into_iter().filter(|name| name.starts_with(&digits));
-        let files = names.filter_map(|name| name.parse().ok());
-        Ok(files.filter(|file| self.path_of(file).is_file()).collect())
+        let files_in = |root: &Path| {
+            let path = path(root, key);
+            let names = files::names(path.parent().unwrap_or(root))?.into_iter();
+            let files = names.filter(|name| name.starts_with(&digits));
+            let files = files.filter_map(|name| name.parse().ok());
+            let is_there = |file: &FileName| file_path(root, file).is_file();
+            Ok::<Vec<FileName>, StoreError>(files.filter(is_there).collect())
+        };
+        let mut files = files_in(&self.root)?;
+        for root in self.layers() {
+            let found = files_in(root).unwrap_or_default();
+            self.add_layer(&mut files, root, found);
+        }
+        Ok(files)
     }
 
-    /// Returns the path of a file with the table of a task or with rows of a series.
+    /// Returns the files with tables in the folder of the key `key`, by key: those of this store,
+    /// then those that only layers have.
+    pub(in crate::store) fn finished_beside(
+        &self,
+        key: TaskKey,
+    ) -> Result<HashMap<TaskKey, Vec<FileName>>, StoreError> {
+        let finished_in = |root: &Path| {
+            let path = path(root, key);
+            let folder = path.parent().unwrap_or(root);
+            finished_in(folder).map_err(|source| StoreError::reading(folder, source))
+        };
+        let mut finished = finished_in(&self.root)?;
+        for root in self.layers() {
+            for (key, found) in finished_in(root).unwrap_or_default() {
+                self.add_layer(finished.entry(key).or_default(), root, found);
+            }
+        }
+        Ok(finished)
+    }
+
+    /// Adds the files `found` of the layer `root` that can be used and are not in `files` yet.
+    fn add_layer(&self, files: &mut Vec<FileName>, root: &Path, found: Vec<FileName>) {
+        for file in found {
+            if !files.contains(&file) && !self.layers.is_ignored(&file_path(root, &file)) {
+                files.push(file);
+            }
+        }
+    }
+
+    /// Returns the path in this store of a file with the table of a task or with rows of a series.
     pub fn path_of(&self, name: &FileName) -> PathBuf {
-        self.path(name.key).with_file_name(name.to_string())
+        file_path(&self.root, name)
     }
 
     /// Stores rows of a series, or one part of these rows. `table` has the rows with exactly the
@@ -221,7 +298,7 @@ impl Store {
     }
 }
 
-/// Listing of a store for many questions about missing rows. Each folder is listed once.
+/// Listing of a store for many questions about its rows. Each folder is listed once.
 pub struct Listing<'a> {
     store: &'a Store,
     folders: RefCell<HashMap<u8, HashMap<TaskKey, Vec<FileName>>>>,
@@ -237,18 +314,29 @@ impl<'a> Listing<'a> {
     /// # Errors
     /// Returns an error if a folder cannot be listed.
     pub fn missing_rows(&self, table: &TableRef) -> Result<MissingRows, StoreError> {
+        self.with_files(table, |names| self.store.missing_rows_among(table, names))
+    }
+
+    /// Returns the indices of the layers from which rows of a finished table are read.
+    ///
+    /// # Errors
+    /// Returns an error if a folder cannot be listed.
+    pub fn layers_of(&self, table: &TableRef) -> Result<BTreeSet<usize>, StoreError> {
+        self.with_files(table, |names| self.store.layers_read(table, names))
+    }
+
+    /// Calls `read` with the names of the files that the store has for a table.
+    fn with_files<T>(
+        &self,
+        table: &TableRef,
+        read: impl FnOnce(&[FileName]) -> T,
+    ) -> Result<T, StoreError> {
         let mut folders = self.folders.borrow_mut();
         let files = match folders.entry(table.key.first_byte()) {
             Entry::Occupied(listed) => listed.into_mut(),
-            Entry::Vacant(entry) => {
-                let path = self.store.path(table.key);
-                let folder = path.parent().unwrap_or(&self.store.root);
-                let unreadable = |source| StoreError::reading(folder, source);
-                entry.insert(finished_in(folder).map_err(unreadable)?)
-            }
+            Entry::Vacant(entry) => entry.insert(self.store.finished_beside(table.key)?),
         };
-        let names = files.get(&table.key).map_or(&[][..], Vec::as_slice);
-        Ok(self.store.missing_rows_among(table, names))
+        Ok(read(files.get(&table.key).map_or(&[][..], Vec::as_slice)))
     }
 }
 
