@@ -217,3 +217,13 @@ def test_settings_override_keys_and_leave_the_file(study):
         asperity.Study(study.path, set={"stage surfaces": 3})
     with pytest.raises(asperity.ManifestError, match="realisations"):
         asperity.Study(study.path, set={"stage.surfaces.realisations": 3}).check()
+
+
+def test_tables_of_a_listed_store_are_not_computed_again(finished, tmp_path):
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / "asperity.toml").write_text('stores = ["../data"]\n')
+    above = asperity.Study(finished.path, data=own)
+    assert above.plan().to_run == 0
+    assert above.run(progress=False).computed == 0
+    assert above.table("contact").to_pandas().equals(finished.table("contact").to_pandas())
