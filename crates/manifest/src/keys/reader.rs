@@ -72,10 +72,15 @@ pub fn read<T: KeyTable>(
     problems: &mut Problems,
 ) -> Section<T> {
     let layout = T::layout();
+    let expressions = expected.scope.map(|scope| Expressions { layout, scope });
+    let table = match expressions {
+        Some(expressions) => expressions.with_quantities(table),
+        None => table,
+    };
     let mut reader = Reader::<T> {
         layout,
         pairs: Pairs::among(&table, layout),
-        expressions: expected.scope.map(|scope| Expressions { layout, scope }),
+        expressions,
         expected,
         problems,
         grid: Grid::default(),

@@ -1,0 +1,246 @@
+//! Evaluation of the expressions of a parameter point.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::Value;
+use serde_spanned::Spanned as TomlSpanned;
+use toml::de::{DeTable, DeValue};
+
+use super::{Expressions, Written, has_unit};
+use crate::decimal;
+use crate::diagnostics::Problem;
+use crate::expression::Expression;
+use crate::keys::bounds::number;
+use crate::keys::parameters::Parameters;
+use crate::keys::validation::{alternatives, is_type};
+
+/// A parameter point whose keys may be expressions.
+pub struct Point<'a> {
+    expressions: Expressions<'a>,
+    table: &'a DeTable<'a>,
+    /// The values of the swept parameters at this point.
+    chosen: &'a BTreeMap<&'a str, &'a Written<'a>>,
+    /// Keys with a problem that has been reported.
+    reported_keys: &'a BTreeSet<String>,
+    /// Results by the position of the expression.
+    results: RefCell<BTreeMap<usize, Progress>>,
+    /// Problems with expressions, each with the key that contains the expression.
+    problems: RefCell<Vec<(String, Problem)>>,
+}
+
+/// The progress of the evaluation of an expression.
+#[derive(Clone, Copy)]
+enum Progress {
+    UnderWay,
+    Done(f64),
+    /// The expression has no result, and a problem was reported.
+    Failed,
+}
+
+/// The numbers of a parameter point as TOML texts, by the positions of their expressions. `None` if
+/// an expression has no valid result.
+pub type Numbers = BTreeMap<usize, Option<String>>;
+
+/// A reason why an expression has no result.
+enum Failure {
+    /// A problem with one of its names has been reported.
+    Reported,
+    Reason(String),
+}
+
+impl<'a> Point<'a> {
+    /// Evaluates all expressions of a point. Returns the numbers, and problems with the keys of
+    /// expressions.
+    pub fn evaluate(
+        expressions: Expressions<'a>,
+        table: &'a DeTable<'a>,
+        chosen: &'a BTreeMap<&'a str, &'a Written<'a>>,
+        reported_keys: &'a BTreeSet<String>,
+    ) -> (Numbers, Vec<(String, Problem)>) {
+        let (results, problems) = Default::default();
+        let point = Point { expressions, table, chosen, reported_keys, results, problems };
+        let mut numbers = Numbers::new();
+        for (key, value) in table {
+            let key = key.get_ref().as_ref();
+            let schema = &expressions.layout.properties()[key];
+            expressions.for_each(value, schema, &mut |written, alternatives, expression| {
+                let number = point.result(key, written, &expression);
+                let text = number.ok().map(|number| match point.exact_integer(key, &expression) {
+                    Some(integer) => integer,
+                    None => toml_number(number, alternatives),
+                });
+                numbers.insert(written.span().start, text);
+            });
+        }
+        (numbers, point.problems.into_inner())
+    }
+
+    /// Returns the value of a key as written, if the point contains the key.
+    pub fn value(&self, key: &str) -> Option<&DeValue<'_>> {
+        self.table.get(key).map(TomlSpanned::get_ref)
+    }
+
+    /// Returns the number of a key, or its declared default. Returns `None` if the key holds no
+    /// single number.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.key(key).ok().or_else(|| self.expressions.layout.default_number(key))
+    }
+
+    /// Returns the result of the expression `written` in the value of a key. Reports a problem if
+    /// there is none.
+    fn result(
+        &self,
+        key: &str,
+        written: &Written<'_>,
+        expression: &Expression,
+    ) -> Result<f64, Failure> {
+        let position = written.span().start;
+        let known = self.results.borrow().get(&position).copied();
+        match known {
+            Some(Progress::Done(result)) => return Ok(result),
+            Some(Progress::Failed) => return Err(Failure::Reported),
+            Some(Progress::UnderWay) => {
+                return Err(Failure::Reason(format!("`{key}` depends on this key")));
+            }
+            None => self.results.borrow_mut().insert(position, Progress::UnderWay),
+        };
+        let result = self.computed(key, expression);
+        let progress = result.as_ref().map_or(Progress::Failed, |result| Progress::Done(*result));
+        self.results.borrow_mut().insert(position, progress);
+        result.map_err(|failure| {
+            if let Failure::Reason(reason) = failure {
+                let text = written.get_ref().as_str().unwrap_or_default();
+                let message = format!("`{key}`: cannot compute `{text}`");
+                let problem = Problem::new(message, written.span(), reason);
+                self.problems.borrow_mut().push((key.to_owned(), problem));
+            }
+            Failure::Reported
+        })
+    }
+
+    fn computed(&self, key: &str, expression: &Expression) -> Result<f64, Failure> {
+        let names = expression.columns().into_iter();
+        let values = names.map(|name| Ok((name, self.name(name, key)?)));
+        let values = values.collect::<Result<BTreeMap<&str, f64>, Failure>>()?;
+        let result = expression.value(&|name| values[name]);
+        if result.is_finite() {
+            return Ok(result);
+        }
+        let values = values.iter().map(|(name, value)| format!("`{name}` is {value}, "));
+        Err(Failure::Reason(format!("{}the result is {result}", values.collect::<String>())))
+    }
+
+    /// Returns the number that a name means in the value of `key`.
+    fn name(&self, name: &str, key: &str) -> Result<f64, Failure> {
+        let Expressions { layout, scope } = self.expressions;
+        if name != key && self.table.contains_key(name) {
+            return self.key(name);
+        }
+        if name != key && self.reported_keys.contains(name) {
+            return Err(Failure::Reported);
+        }
+        if let Some(parameters) = scope.parameters.filter(|known| known.get(name).is_some()) {
+            return self.parameter(parameters, name);
+        }
+        if let Some(known) = scope.known.as_ref().filter(|known| known.name == name) {
+            return (known.value)(key, self).map_err(Failure::Reason);
+        }
+        let reason = if name == key {
+            format!("`{key}` depends on itself, and there is no parameter `{key}`")
+        } else if let Some(default) = layout.default_number(name) {
+            return Ok(default);
+        } else {
+            format!("`{name}` is not given")
+        };
+        Err(Failure::Reason(reason))
+    }
+
+    /// Returns the number of another key of the point.
+    fn key(&self, name: &str) -> Result<f64, Failure> {
+        let no_number = || Failure::Reason(format!("`{name}` is not a single number here"));
+        let written = self.table.get(name).ok_or(Failure::Reported)?;
+        match written.get_ref() {
+            value @ (DeValue::Integer(_) | DeValue::Float(_)) => Ok(number(value)),
+            value @ DeValue::String(_) => {
+                let schema = &self.expressions.layout.properties()[name];
+                match self.expressions.parse(value, &alternatives(schema)) {
+                    Some(Ok(expression)) => self.result(name, written, &expression),
+                    _ => Err(no_number()),
+                }
+            }
+            _ => Err(no_number()),
+        }
+    }
+
+    /// Returns the number of a parameter at this point.
+    fn parameter(&self, parameters: &Parameters<'_>, name: &str) -> Result<f64, Failure> {
+        let first = || parameters.get(name).and_then(|parameter| parameter.values.first());
+        let value = self.chosen.get(name).copied().or_else(first).ok_or(Failure::Reported)?;
+        let text = match value.get_ref() {
+            DeValue::String(text) => text.as_ref(),
+            plain => return Ok(number(plain)),
+        };
+        if has_unit(text) {
+            let reason = format!("`{name}` is {text:?}, and expressions take plain numbers");
+            return Err(Failure::Reason(reason));
+        }
+        let expression = Expression::parse(text).map_err(|_| Failure::Reported)?;
+        let names = expression.columns().into_iter();
+        let values = names.map(|name| Ok((name, self.parameter(parameters, name)?)));
+        let values = values.collect::<Result<BTreeMap<&str, f64>, Failure>>()?;
+        Ok(expression.value(&|name| values[name]))
+    }
+
+    /// Returns the integer of an expression that only names a parameter. Integers above 2⁵³, such
+    /// as seeds, are not rounded.
+    fn exact_integer(&self, key: &str, expression: &Expression) -> Option<String> {
+        let Expression::Column(name) = expression else {
+            return None;
+        };
+        if name != key && self.table.contains_key(name.as_str()) {
+            return None;
+        }
+        let parameter = self.expressions.scope.parameters?.get(name)?;
+        let value = self.chosen.get(name.as_str()).copied().or(parameter.values.first())?;
+        value.get_ref().as_integer().map(ToString::to_string)
+    }
+}
+
+/// Returns a value in which numbers take the places of their expressions, or `None` if one of the
+/// expressions has no valid result.
+pub fn replaced<'p>(value: Written<'p>, numbers: &'p Numbers) -> Option<Written<'p>> {
+    let span = value.span();
+    let plain = match value.into_inner() {
+        DeValue::Array(items) => {
+            let items = items.into_iter().map(|item| replaced(item, numbers));
+            DeValue::Array(items.collect::<Option<_>>()?)
+        }
+        DeValue::Table(table) => {
+            let entries = table.into_iter();
+            let entries = entries.map(|(key, value)| Some((key, replaced(value, numbers)?)));
+            DeValue::Table(entries.collect::<Option<_>>()?)
+        }
+        other => match numbers.get(&span.start) {
+            Some(number) => {
+                let number = DeValue::parse(number.as_ref()?);
+                number.expect("a number is valid TOML").into_inner()
+            }
+            None => other,
+        },
+    };
+    Some(TomlSpanned::new(span, plain))
+}
+
+/// Formats a computed number for a key: whole numbers as integers if the key takes integers.
+fn toml_number(number: f64, alternatives: &[&Value]) -> String {
+    /// Largest number up to which all integers are exact in double precision.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    let number = decimal::nearest(number);
+    let takes_integer = alternatives.iter().any(|one| is_type(one, "integer"));
+    if takes_integer && number.fract() == 0.0 && number.abs() <= EXACT {
+        format!("{}", number as i64)
+    } else {
+        format!("{number:?}")
+    }
+}
