@@ -125,7 +125,7 @@ fn unit_of(largest: f64, pascals: Option<f64>) -> Scaled {
 }
 
 /// Formats a pressure in the unit of the tables.
-pub fn pressure_text(pressure: f64, pascals: Option<f64>) -> String {
+fn pressure_text(pressure: f64, pascals: Option<f64>) -> String {
     let Scaled { factor, unit } = unit_of(pressure, pascals);
     match pascals {
         Some(_) => format!("{} {unit}", digits(factor * pressure, 3)),
@@ -150,7 +150,7 @@ pub fn pascals_of(table: &Table, units: &Units) -> Result<Option<f64>, TableErro
 }
 
 /// Returns the pascals in a unit such as `MPa`.
-fn pascals_in(unit: &str) -> Option<f64> {
+pub fn pascals_in(unit: &str) -> Option<f64> {
     let known =
         [("Pa", 1.0), ("kPa", 1e3), ("bar", 1e5), ("MPa", 1e6), ("N/mm²", 1e6), ("GPa", 1e9)];
     known.into_iter().find(|(name, _)| *name == unit).map(|(_, pascals)| pascals)

@@ -11,10 +11,10 @@ use crate::Subject;
 use crate::ensembles::Point;
 use crate::figure_data::{FigureData, FinishedStages, LIGHT};
 use crate::figures::sample;
-use crate::loads::{Loads, pascals_of, pressure_text};
+use crate::loads::{Loads, pascals_in, pascals_of};
 use crate::styles::ascending;
 use crate::symbols;
-use crate::units::{LengthUnit, digits};
+use crate::units::{LengthUnit, Scaled, digits, in_pascals};
 use asperity_stages::aggregate::{self, Groups, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, CONTENT, K_ROLLOFF, LOAD, PRESSURE, STOP,
@@ -328,7 +328,9 @@ fn shown(
         let value = value?;
         let description = picked.descriptions();
         let description = description.into_iter().find(|one| one.name == estimate.columns[0])?;
-        let (factor, unit) = written.unit(&description, &value);
+        let largest = value.iter().flatten().fold(0.0, |most: f64, one| most.max(one.abs()));
+        let Scaled { factor, unit } = written.unit(&description, largest);
+        let unit = if unit.is_empty() { unit } else { format!(", {unit}") };
         let cells = (0..picked.rows()).map(|row| {
             let real = |column: &Option<Float64Array>| {
                 let column = column.as_ref().filter(|column| column.is_valid(row));
@@ -420,21 +422,25 @@ impl Written {
         }
     }
 
-    /// Returns the factor and the text of the unit in which the values of a column are written.
-    fn unit(&self, description: &Description, values: &Float64Array) -> (f64, String) {
-        let largest = values.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
-        match (description.unit.as_str(), self.pascals) {
-            ("length", _) if self.lengths != LengthUnit::Unknown => {
-                let own = self.lengths.factor(self.length_unit.as_deref());
-                let scaled = self.lengths.scaled(own * largest);
-                (own * scaled.factor, format!(", {}", scaled.unit))
-            }
-            ("pressure", Some(pascals)) => {
-                let scaled = crate::units::in_pascals(pascals * largest);
-                (pascals * scaled.factor, format!(", {}", scaled.unit))
-            }
-            _ => (1.0, String::new()),
+    /// Returns the unit in which values of a column up to `largest` are written; its name is empty
+    /// for pure numbers.
+    fn unit(&self, description: &Description, largest: f64) -> Scaled {
+        let unit = description.unit.as_str();
+        let pascals = if unit == "pressure" { self.pascals } else { pascals_in(unit) };
+        if let Some(pascals) = pascals {
+            let Scaled { factor, unit } = in_pascals(pascals * largest);
+            return Scaled { factor: pascals * factor, unit };
         }
+        let (lengths, own) = match unit {
+            "length" => (self.lengths.clone(), self.length_unit.as_deref()),
+            _ => (LengthUnit::common([Some(unit)]), Some(unit)),
+        };
+        if lengths == LengthUnit::Metre || (unit == "length" && lengths != LengthUnit::Unknown) {
+            let own = lengths.factor(own);
+            let Scaled { factor, unit } = lengths.scaled(own * largest);
+            return Scaled { factor: own * factor, unit };
+        }
+        Scaled { factor: 1.0, unit: String::new() }
     }
 }
 
@@ -445,14 +451,10 @@ fn column_cells(table: &Table, description: &Description, written: &Written) -> 
         let column = table.batch().column_by_name(name).expect("the table has described it");
         return cells(column.as_ref(), table.rows());
     };
-    let text = |value: f64| match (description.unit.as_str(), written.pascals) {
-        ("length", _) => {
-            let values = Float64Array::from(vec![value]);
-            let (factor, unit) = written.unit(description, &values);
-            format!("{}{}", digits(factor * value, 6), unit.replace(", ", " "))
-        }
-        ("pressure", Some(pascals)) => pressure_text(value, Some(pascals)),
-        _ => digits(value, 6),
+    let text = |value: f64| {
+        let Scaled { factor, unit } = written.unit(description, value.abs());
+        let number = digits(factor * value, if unit.is_empty() { 6 } else { 4 });
+        format!("{number} {unit}").trim_end().to_owned()
     };
     values.iter().map(|value| value.map_or_else(|| "–".to_owned(), text)).collect()
 }
