@@ -152,17 +152,17 @@ fn missing_text(study: &StudyComparison) -> String {
         if names.is_empty() {
             continue;
         }
-        text += &format!("\n{side} has no results of {}", shortened(&names));
+        let mut missing = format!("{side} has no results of {}", shortened(&names));
         if origin.is_manifest {
             let manifest = origin.path.display();
-            text += &format!(
+            missing += &format!(
                 " for its parameters; run `asperity run {manifest}`. If another version of the \
                  manifest or the program made its tables, name their folder `DATA/results/{}` \
                  instead",
                 origin.study
             );
         }
-        text.push('\n');
+        text += &format!("\n{}\n", wrapped(&missing));
     }
     text
 }

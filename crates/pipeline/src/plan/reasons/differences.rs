@@ -12,6 +12,7 @@ use serde_json::Value;
 use super::changes::Shown;
 use super::counterparts;
 use super::record::{PointRecord, Record, StageRecord};
+use asperity_manifest::decimal;
 use asperity_stages::Kind;
 
 /// Maximum number of elements of a list that are named as missing in the other list.
@@ -162,6 +163,10 @@ fn has_same_elements(a: &[Value], b: &[Value]) -> bool {
 fn shown(values: &[Value]) -> String {
     match values {
         [] => "–".to_owned(),
+        // Numbers as users write them: 2e9 and not 2000000000.0.
+        [Value::Number(number)] if number.is_f64() => {
+            number.as_f64().map_or_else(|| number.to_string(), decimal::written)
+        }
         [one] => Shown::from_json(&one.to_string()).0,
         all => Shown::from_json(&Value::from(all.to_vec()).to_string()).0,
     }
@@ -242,11 +247,15 @@ mod tests {
 
     #[test]
     fn added_removed_and_changed_keys_have_their_values() {
-        let a = stage("contact", Kind::Solve, &[&[("tolerance", "1e-6"), ("hardness", "2.5")]]);
+        let a = stage(
+            "contact",
+            Kind::Solve,
+            &[&[("tolerance", "1e-6"), ("hardness", "2500000000.0")]],
+        );
         let b = stage("contact", Kind::Solve, &[&[("tolerance", "0.01"), ("flow", "true")]]);
         let expected = [
             "contact: flow – → true",
-            "contact: hardness 2.5 → –",
+            "contact: hardness 2.5e9 → –",
             "contact: tolerance 1e-6 → 0.01",
         ];
         assert_eq!(compared(&a, &b), expected);
