@@ -19,6 +19,16 @@ pub fn nearest(value: f64) -> f64 {
     written.parse::<f64>().map_or(value, |value| value + 0.0)
 }
 
+/// Returns the decimal number `text` × 10^`power`, for example `("0.1", 3)` → 100.
+///
+/// The decimal point is moved before the text is converted to binary, so that the result is exact
+/// wherever the decimal result is. Returns infinity if the text is not a number.
+pub fn shifted(text: &str, power: i32) -> f64 {
+    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let exponent = exponent.parse::<i32>().map_or(i32::MAX, |own| own.saturating_add(power));
+    format!("{digits}e{exponent}").parse().unwrap_or(f64::INFINITY)
+}
+
 /// Formats a number as users write it: `0.1`, `2e9`.
 pub fn written(value: f64) -> String {
     if (1e-4..1e6).contains(&value.abs()) || value == 0.0 {
@@ -58,6 +68,22 @@ mod tests {
         assert_eq!(nearest(-0.0).to_bits(), 0.0_f64.to_bits());
         assert_eq!(nearest(f64::INFINITY), f64::INFINITY);
         assert!(nearest(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn moving_the_decimal_point_is_exact() {
+        for (text, power, exact) in [
+            ("0.1", 3, 100.0),
+            ("210", 3, 210_000.0),
+            ("1.1e2", -6, 0.00011),
+            ("-5.5E-3", 9, -5.5e6),
+            ("+7", 0, 7.0),
+        ] {
+            assert_eq!(shifted(text, power), exact, "{text}");
+        }
+        assert_ne!(1.1e2 * 1e-6, 0.00011, "a product is not exact");
+        assert_eq!(shifted("1e99999999999", 0), f64::INFINITY);
+        assert_eq!(shifted("one", 0), f64::INFINITY);
     }
 
     #[test]

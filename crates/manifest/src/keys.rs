@@ -17,6 +17,7 @@ pub mod expected_keys;
 pub mod layout;
 pub mod on_axes;
 pub mod parameters;
+pub mod quantity;
 pub mod reader;
 pub mod validation;
 

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::quantity::Units;
 use super::{GridPoint, Key, KeyTable, Layout, Section, Spanned};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span};
@@ -19,6 +20,8 @@ pub struct Checks<'a> {
     span: &'a Span,
     reported_keys: &'a BTreeSet<String>,
     layout: &'static Layout,
+    /// Units of the lengths and pressures of the table.
+    pub units: &'a Units,
 }
 
 impl<'a> Checks<'a> {
@@ -33,6 +36,7 @@ impl<'a> Checks<'a> {
             span: &point.span,
             reported_keys: &section.reported_keys,
             layout: T::layout(),
+            units: &section.units,
         }
     }
 

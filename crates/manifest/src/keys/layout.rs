@@ -10,8 +10,8 @@ use serde_json::{Map, Value};
 
 use super::validation::alternatives;
 
-/// Transforms for `#[schemars(transform = …)]`, which declare that a key is required and how lists
-/// are read.
+/// Transforms for `#[schemars(transform = …)]`, which declare that a key is required, how lists are
+/// read, and that a number is a length or a pressure.
 pub mod declare {
     use schemars::Schema;
     use serde_json::{Value, json};
@@ -21,6 +21,10 @@ pub mod declare {
     pub(super) const LIST: &str = "x-list";
     pub(super) const PAIR: &str = "x-pair";
     pub(super) const ALWAYS_PAIR: &str = "x-always-pair";
+    pub(super) const UNIT_OF_LENGTHS: &str = "x-unit-of-lengths";
+    pub(super) const UNIT_OF_PRESSURES: &str = "x-unit-of-pressures";
+    /// Dimension of the numbers of a key. Unlike the other markers it stays in the schema.
+    pub const QUANTITY: &str = "x-quantity";
 
     /// Declares that the key is required. The attribute `required` has no effect on a struct whose
     /// fields have defaults.
@@ -50,6 +54,32 @@ pub mod declare {
     pub fn always_pair(schema: &mut Schema) {
         or_a_pair(schema);
         schema.insert(ALWAYS_PAIR.to_owned(), true.into());
+    }
+
+    /// Declares that the numbers of the key are lengths. They may be written with a unit; see
+    /// [`quantity`](crate::keys::quantity).
+    pub fn length(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "length".into());
+    }
+
+    /// Declares that the numbers of the key are pressures, which may be written with a unit.
+    pub fn pressure(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "pressure".into());
+    }
+
+    /// Declares that the numbers of the key are pressures with a unit, or pure numbers without one.
+    pub fn pressure_or_ratio(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "pressure or ratio".into());
+    }
+
+    /// Declares that the key names the unit of the lengths of the table.
+    pub fn unit_of_lengths(schema: &mut Schema) {
+        schema.insert(UNIT_OF_LENGTHS.to_owned(), true.into());
+    }
+
+    /// Declares that the key may name the unit of the pressures of the table.
+    pub fn unit_of_pressures(schema: &mut Schema) {
+        schema.insert(UNIT_OF_PRESSURES.to_owned(), true.into());
     }
 
     /// Declares that the numbers of a list are positive.
@@ -85,6 +115,12 @@ pub struct Layout {
     pub pairs: Vec<&'static str>,
     /// Keys that take a number or a pair, for which a list of two numbers is always a pair.
     pub always_pairs: Vec<&'static str>,
+    /// Key that names the unit of the lengths of the table.
+    pub unit_of_lengths: Option<&'static str>,
+    /// Key that may name the unit of the pressures of the table.
+    pub unit_of_pressures: Option<&'static str>,
+    /// Names of all keys in the order of their declaration.
+    pub names: &'static [&'static str],
     /// JSON Schema of the table, without references.
     pub schema: Schema,
 }
@@ -112,10 +148,22 @@ impl Layout {
         let [required, swept, lists, pairs, always_pairs] =
             [declare::REQUIRED, declare::SWEPT, declare::LIST, declare::PAIR, declare::ALWAYS_PAIR]
                 .map(&mut take_marked);
+        let [unit_of_lengths, unit_of_pressures] =
+            [declare::UNIT_OF_LENGTHS, declare::UNIT_OF_PRESSURES]
+                .map(|marker| take_marked(marker).first().copied());
         if !required.is_empty() {
             schema.insert("required".to_owned(), required.into());
         }
-        Self { swept, lists, pairs, always_pairs, schema }
+        Self {
+            swept,
+            lists,
+            pairs,
+            always_pairs,
+            unit_of_lengths,
+            unit_of_pressures,
+            names: fields::<T>(),
+            schema,
+        }
     }
 
     /// Returns the schemas of the keys by name.

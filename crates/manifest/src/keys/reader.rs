@@ -16,6 +16,7 @@ use super::derived::{Expressions, Point, replaced};
 use super::expected_keys::ExpectedKeys;
 use super::on_axes::Pairs;
 use super::parameters::Parameters;
+use super::quantity::{self, Units};
 use super::validation::{found, validate};
 use super::{KeyTable, Layout};
 use crate::diagnostics::{Problem, Problems, Span, listed};
@@ -39,6 +40,8 @@ pub struct Section<T> {
     pub reported_keys: BTreeSet<String>,
     /// True if several lists were read as pairs that could also be swept.
     pub may_be_swept: bool,
+    /// Units of the lengths and pressures of the table.
+    pub units: Units,
 }
 
 /// One point of a parameter grid: one value of each key of a table.
@@ -53,7 +56,13 @@ pub struct GridPoint<T> {
 impl<T> Section<T> {
     /// Creates a section without points, for a table that cannot be read.
     pub fn unreadable(span: Span) -> Self {
-        Self { span, points: Vec::new(), reported_keys: BTreeSet::new(), may_be_swept: false }
+        Self {
+            span,
+            points: Vec::new(),
+            reported_keys: BTreeSet::new(),
+            may_be_swept: false,
+            units: Units::default(),
+        }
     }
 }
 
@@ -77,6 +86,9 @@ pub fn read<T: KeyTable>(
         Some(expressions) => expressions.with_quantities(table),
         None => table,
     };
+    let mut read = Units::read(&table, layout, problems);
+    let units = std::mem::take(&mut read.units);
+    let table = quantity::replace(table, &read);
     let mut reader = Reader::<T> {
         layout,
         pairs: Pairs::among(&table, layout),
@@ -84,7 +96,7 @@ pub fn read<T: KeyTable>(
         expected,
         problems,
         grid: Grid::default(),
-        reported_keys: BTreeSet::new(),
+        reported_keys: read.reported_keys.clone(),
         table: PhantomData,
     };
     let mut cases = None;
@@ -104,7 +116,7 @@ pub fn read<T: KeyTable>(
         Vec::new()
     });
     let (reported_keys, pairs) = (reader.reported_keys, reader.pairs);
-    Section { span, points, reported_keys, may_be_swept: pairs.may_be_swept }
+    Section { span, points, reported_keys, may_be_swept: pairs.may_be_swept, units }
 }
 
 struct Reader<'a, 'i, T> {

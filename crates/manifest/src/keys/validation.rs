@@ -5,9 +5,9 @@ use serde_json::{Map, Value};
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::DeValue;
 
-use super::Layout;
 use super::bounds::out_of_bounds;
 use super::derived::Expressions;
+use super::{Layout, quantity};
 use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
@@ -212,7 +212,7 @@ pub fn found(value: &DeValue<'_>) -> String {
 }
 
 /// Formats a number as in the manifest.
-fn shown(value: &DeValue<'_>) -> String {
+pub(super) fn shown(value: &DeValue<'_>) -> String {
     match value {
         DeValue::Integer(number) => number.to_string(),
         DeValue::Float(number) => number.to_string(),
@@ -331,16 +331,11 @@ fn wrong_length(length: usize, schema: &Value) -> Option<String> {
 /// Returns help for a number that is written as a text, with or without a unit.
 fn number_in_quotes(value: &DeValue<'_>) -> Option<String> {
     let text = value.as_str()?.trim();
-    let number = text.trim_end_matches(|letter: char| !letter.is_ascii_digit());
-    let unit = text[number.len()..].trim();
-    number.parse::<f64>().ok()?;
-    Some(match unit {
-        "" => "write numbers without quotes".to_owned(),
-        unit => format!(
-            "write the number without quotes and without `{unit}`; you choose one unit for all \
-             lengths of a study and one for all pressures"
-        ),
-    })
+    if let Some((number, unit)) = quantity::split(text) {
+        return Some(format!("it has no unit: write `{number}` without quotes and `{unit}`"));
+    }
+    text.parse::<f64>().ok()?;
+    Some("write numbers without quotes".to_owned())
 }
 
 #[cfg(test)]
@@ -420,7 +415,7 @@ mod tests {
             ),
             ("length = 1e-31", vec!["(must be from 1e-30 to 1e30; another unit may help)"]),
             ("length = 2024-01-01", vec!["`length` must be a number (this is a date)"]),
-            ("length = \"2 mm\"", vec!["write the number without quotes and without `mm`"]),
+            ("length = \"2 mm\"", vec!["it has no unit: write `2` without quotes and `mm`"]),
             ("words = []", vec!["`words` is empty (must have at least one entry)"]),
             (
                 "words = [\"twoo\", 1]",

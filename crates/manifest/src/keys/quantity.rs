@@ -1,0 +1,602 @@
+//! Lengths and pressures with units: `side = "100 um"`, `youngs_modulus = "210 GPa"`.
+//!
+//! A key whose numbers are declared as lengths or pressures also accepts texts of a number and a
+//! unit. All lengths of a table are read in one unit, and so are all its pressures. This is the
+//! unit that a key of the table names (`unit = "um"`), otherwise the unit of the first quantity, in
+//! the order in which the keys are declared. [`Units::read`] finds the units and the number of each
+//! quantity, and [`replace`] puts these numbers into the table. All later steps read plain numbers.
+//!
+//! Every unit is a power of ten of the metre or the pascal. A conversion only moves the decimal
+//! point and is exact.
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use serde_json::Value;
+use serde_spanned::Spanned as TomlSpanned;
+use toml::de::{DeTable, DeValue};
+
+use super::Layout;
+use super::declare::QUANTITY;
+use super::validation::{alternatives, shown};
+use crate::decimal;
+use crate::diagnostics::{Problem, Problems, Span, listed, suggestion};
+
+/// A physical quantity whose numbers may have a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    Length,
+    Pressure,
+}
+
+/// A unit of length or pressure.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Unit {
+    /// Symbol of the unit in tables and messages.
+    pub symbol: &'static str,
+    pub dimension: Dimension,
+    /// The unit is 10^`power` metres or pascals.
+    pub power: i32,
+    /// True for the metre and the pascal, and for their multiples by 1000.
+    is_si: bool,
+    /// Further spellings of the unit.
+    spellings: &'static [&'static str],
+}
+
+const fn unit(
+    symbol: &'static str,
+    dimension: Dimension,
+    power: i32,
+    spellings: &'static [&'static str],
+) -> Unit {
+    let is_si = power % 3 == 0 && !matches!(symbol.as_bytes(), [b'N', ..]);
+    Unit { symbol, dimension, power, is_si, spellings }
+}
+
+/// All units. Messages list the symbols in this order.
+pub static UNITS: [Unit; 13] = [
+    unit("m", Dimension::Length, 0, &[]),
+    unit("cm", Dimension::Length, -2, &[]),
+    unit("mm", Dimension::Length, -3, &[]),
+    // The Greek letter mu stands for the micro sign.
+    unit("µm", Dimension::Length, -6, &["um", "μm", "micron", "microns"]),
+    unit("nm", Dimension::Length, -9, &[]),
+    unit("Å", Dimension::Length, -10, &["\u{212b}", "angstrom"]),
+    unit("pm", Dimension::Length, -12, &[]),
+    unit("Pa", Dimension::Pressure, 0, &[]),
+    unit("kPa", Dimension::Pressure, 3, &[]),
+    unit("MPa", Dimension::Pressure, 6, &[]),
+    unit("GPa", Dimension::Pressure, 9, &[]),
+    unit("N/mm²", Dimension::Pressure, 6, &["N/mm^2", "N/mm2"]),
+    unit("bar", Dimension::Pressure, 5, &[]),
+];
+
+/// Regular expression of a number with a unit, for editors.
+pub const PATTERN: &str = r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?\s*[^\s0-9.+*-]\S*\s*$";
+
+impl Unit {
+    /// Returns the unit with this symbol or spelling.
+    pub fn find(text: &str) -> Option<&'static Unit> {
+        let text = text.trim();
+        UNITS.iter().find(|unit| unit.symbol == text || unit.spellings.contains(&text))
+    }
+
+    /// Returns the factor that converts numbers in this unit to numbers in the unit `to`.
+    pub fn factor_to(&self, to: &Unit) -> f64 {
+        decimal::shifted("1", self.power - to.power)
+    }
+}
+
+impl Dimension {
+    /// Returns the symbols of the units of the dimension.
+    fn symbols(self) -> impl Iterator<Item = &'static str> {
+        UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)
+    }
+}
+
+impl fmt::Display for Dimension {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Dimension::Length => "length",
+            Dimension::Pressure => "pressure",
+        })
+    }
+}
+
+/// The declaration that the numbers of a key are quantities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Declared {
+    dimension: Dimension,
+    /// True if numbers without a unit may be pure numbers.
+    or_ratio: bool,
+}
+
+impl Declared {
+    fn from_schema(schema: &Value) -> Option<Declared> {
+        let (dimension, or_ratio) = match schema.get(QUANTITY)?.as_str()? {
+            "length" => (Dimension::Length, false),
+            "pressure" => (Dimension::Pressure, false),
+            _ => (Dimension::Pressure, true),
+        };
+        Some(Declared { dimension, or_ratio })
+    }
+}
+
+/// Splits a text into a number and a unit. Returns `None` for all other texts, such as words and
+/// arithmetic expressions.
+pub fn split(text: &str) -> Option<(&str, &str)> {
+    let text = text.trim();
+    let mut end = 0;
+    for (index, letter) in text.char_indices() {
+        let rest = &text[index..];
+        let is_exponent = matches!(letter, 'e' | 'E')
+            && rest[1..]
+                .trim_start_matches(['+', '-'])
+                .starts_with(|next: char| next.is_ascii_digit());
+        let is_sign =
+            matches!(letter, '+' | '-') && (index == 0 || text[..index].ends_with(['e', 'E']));
+        if !(letter.is_ascii_digit() || letter == '.' || is_exponent || is_sign) {
+            break;
+        }
+        end = index + letter.len_utf8();
+    }
+    let (number, unit) = (&text[..end], text[end..].trim_start());
+    let is_unit = unit.starts_with(char::is_alphabetic)
+        && unit.chars().all(|letter| letter.is_alphanumeric() || "_/^".contains(letter));
+    (is_unit && number.parse::<f64>().is_ok()).then_some((number, unit))
+}
+
+/// The unit of the lengths or pressures of a table, and the position that determines it.
+#[derive(Debug, Clone)]
+pub struct NamedUnit {
+    pub unit: &'static Unit,
+    /// Position of the key that names the unit, or of the first quantity.
+    pub span: Span,
+    /// True if a key names the unit. Numbers without a unit then have this unit, too.
+    pub by_key: bool,
+}
+
+/// The units of a table, and its quantities.
+#[derive(Debug, Default)]
+pub struct Units {
+    /// Unit of the lengths; `None` if no length has a unit and no key names a known unit.
+    pub length: Option<NamedUnit>,
+    /// Unit of the pressures; `None` if no pressure has a unit and no key names one.
+    pub pressure: Option<NamedUnit>,
+    /// Start and end of each quantity in the text of the manifest.
+    quantities: BTreeSet<(usize, usize)>,
+}
+
+/// What [`Units::read`] found in a table.
+pub struct ReadUnits {
+    pub units: Units,
+    /// For each scalar of the table, in order, its number if it is a quantity.
+    pub numbers: Vec<Option<String>>,
+    /// Keys with a reported problem.
+    pub reported_keys: BTreeSet<String>,
+}
+
+/// A scalar of a table.
+struct Scalar<'v> {
+    /// Key of the table, or of one of its cases.
+    key: &'v str,
+    /// Key in messages, with the keys of inner tables: `loads.from`.
+    path: String,
+    declared: Option<Declared>,
+    value: &'v TomlSpanned<DeValue<'v>>,
+}
+
+impl<'v> Scalar<'v> {
+    /// Returns the number and the unit if the scalar is a quantity of a known unit.
+    fn quantity(&self, dimension: Dimension) -> Option<(&'v str, &'static Unit)> {
+        let (number, unit) = split(self.value.get_ref().as_str()?)?;
+        let unit = Unit::find(unit).filter(|unit| unit.dimension == dimension)?;
+        let is_declared = self.declared.is_some_and(|declared| declared.dimension == dimension);
+        is_declared.then_some((number, unit))
+    }
+
+    /// Returns the problem of a text whose unit is unknown or belongs to another dimension.
+    fn problem(&self) -> Option<Problem> {
+        let dimension = self.declared?.dimension;
+        let (_, unit) = split(self.value.get_ref().as_str()?)?;
+        let path = &self.path;
+        let (message, label) = match Unit::find(unit) {
+            Some(known) if known.dimension == dimension => return None,
+            Some(known) => (
+                format!("`{path}` is a {dimension}, but `{unit}` is a unit of {}", known.dimension),
+                format!("needs a unit of {dimension}"),
+            ),
+            None => (
+                format!("unknown unit `{unit}`"),
+                suggestion('`', unit, dimension.symbols(), "unknown unit"),
+            ),
+        };
+        let help = format!("units of {dimension} are {}", listed(dimension.symbols(), "and"));
+        Some(Problem::new(message, self.value.span(), label).help(help))
+    }
+
+    /// Returns the problem of a number without a unit in a table whose quantities have units.
+    fn mixed(&self, first: &Scalar, named: &NamedUnit, key: Option<&str>) -> Problem {
+        let symbol = named.unit.symbol;
+        let number = shown(self.value.get_ref());
+        let message = format!("`{}` has no unit, but `{}` has one", self.path, first.path);
+        let label = format!("write \"{number} {symbol}\" if it is in {symbol}");
+        let problem = Problem::new(message, self.value.span(), label);
+        let problem = problem.and(named.span.clone(), "has a unit");
+        match key {
+            Some(key) => problem.help(format!(
+                "or set `{key} = \"{symbol}\"`, which is then the unit of all numbers without a unit"
+            )),
+            None => problem,
+        }
+    }
+}
+
+impl Units {
+    /// Finds the units of a table and converts its quantities. Reports unknown units, and numbers
+    /// without a unit beside quantities.
+    pub fn read(table: &DeTable<'_>, layout: &Layout, problems: &mut Problems) -> ReadUnits {
+        let scalars = scalars(table, layout);
+        let mut read = ReadUnits {
+            units: Units::default(),
+            numbers: vec![None; scalars.len()],
+            reported_keys: BTreeSet::new(),
+        };
+        for scalar in &scalars {
+            if let Some(problem) = scalar.problem() {
+                problems.push(problem);
+                read.reported_keys.insert(scalar.key.to_owned());
+            }
+        }
+        let keys = [
+            (Dimension::Length, layout.unit_of_lengths),
+            (Dimension::Pressure, layout.unit_of_pressures),
+        ];
+        for (dimension, key) in keys {
+            let named = read.convert(dimension, key, table, &scalars, layout, problems);
+            match dimension {
+                Dimension::Length => read.units.length = named,
+                Dimension::Pressure => read.units.pressure = named,
+            }
+        }
+        read
+    }
+
+    /// Returns whether the value at this position was written with a unit.
+    pub fn is_quantity(&self, span: &Span) -> bool {
+        self.quantities.contains(&(span.start, span.end))
+    }
+}
+
+impl ReadUnits {
+    /// Converts the quantities of one dimension. Returns their unit, if they have any.
+    fn convert(
+        &mut self,
+        dimension: Dimension,
+        key: Option<&'static str>,
+        table: &DeTable<'_>,
+        scalars: &[Scalar],
+        layout: &Layout,
+        problems: &mut Problems,
+    ) -> Option<NamedUnit> {
+        let order = |scalar: &&Scalar| layout.names.iter().position(|name| *name == scalar.key);
+        let quantities = scalars.iter().filter(|scalar| scalar.quantity(dimension).is_some());
+        let first = quantities.min_by_key(order);
+        // The unit must be the same at all parameter points, so a swept unit names none.
+        let common = key.and_then(|key| table.get(key));
+        let of_case = || scalars.iter().find(|scalar| Some(scalar.key) == key);
+        let written = common.or_else(|| of_case().map(|scalar| scalar.value));
+        let text = common.and_then(|written| written.get_ref().as_str());
+        let unit = text.and_then(Unit::find).filter(|unit| unit.dimension == dimension);
+        let named = match (unit, written) {
+            (Some(unit), Some(written)) => NamedUnit { unit, span: written.span(), by_key: true },
+            _ => {
+                let (_, unit) = first?.quantity(dimension)?;
+                NamedUnit { unit, span: first?.value.span(), by_key: false }
+            }
+        };
+        let words = key.and_then(|key| layout.properties().get(key)).map(alternatives);
+        let is_label = words.is_some_and(|words| {
+            words.iter().all(|one| one.get("const").or(one.get("enum")).is_none())
+        });
+        if let (false, true, Some(written), Some(first), Some(key)) =
+            (named.by_key, is_label, written, first, key)
+        {
+            let message = format!("`{key}` does not name one unit of {dimension}");
+            let problem = Problem::new(message, written.span(), "must be one of these units")
+                .and(first.value.span(), "cannot be converted");
+            let units = listed(dimension.symbols(), "and");
+            problems.push(problem.help(format!("units of {dimension} are {units}")));
+            self.reported_keys.extend([key.to_owned(), first.key.to_owned()]);
+            return None;
+        }
+        for (scalar, number) in scalars.iter().zip(&mut self.numbers) {
+            let is_number = |value: &DeValue| value.is_integer() || value.is_float();
+            if let Some((digits, unit)) = scalar.quantity(dimension) {
+                let value = decimal::shifted(digits, unit.power - named.unit.power);
+                *number = Some(decimal::written(value));
+                let span = scalar.value.span();
+                self.units.quantities.insert((span.start, span.end));
+            } else if let (false, Some(first)) = (named.by_key, first)
+                && is_number(scalar.value.get_ref())
+                && scalar.declared == Some(Declared { dimension, or_ratio: false })
+            {
+                problems.push(scalar.mixed(first, &named, key));
+                self.reported_keys.insert(scalar.key.to_owned());
+            }
+        }
+        Some(named)
+    }
+}
+
+/// Returns all scalars of a table in the order of [`replace`].
+fn scalars<'v>(table: &'v DeTable<'v>, layout: &Layout) -> Vec<Scalar<'v>> {
+    let mut found = Vec::new();
+    for (key, value) in table {
+        let key = key.get_ref().as_ref();
+        let cases = value.get_ref().as_array().filter(|_| key == "cases" && !layout.has(key));
+        match cases {
+            Some(cases) => cases.iter().for_each(|case| match case.get_ref().as_table() {
+                Some(case) => found.extend(scalars(case, layout)),
+                None => visit(key, key.to_owned(), case, &Value::Null, None, &mut found),
+            }),
+            None => {
+                let schema = layout.properties().get(key).unwrap_or(&Value::Null);
+                visit(key, key.to_owned(), value, schema, None, &mut found);
+            }
+        }
+    }
+    found
+}
+
+fn visit<'v>(
+    key: &'v str,
+    path: String,
+    value: &'v TomlSpanned<DeValue<'v>>,
+    schema: &Value,
+    outer: Option<Declared>,
+    found: &mut Vec<Scalar<'v>>,
+) {
+    let declared = Declared::from_schema(schema).or(outer);
+    match value.get_ref() {
+        DeValue::Array(items) => {
+            // A swept list has the schema of its items.
+            let of_items = alternatives(schema).into_iter().find_map(|one| one.get("items"));
+            for item in items.iter() {
+                visit(key, path.clone(), item, of_items.unwrap_or(schema), declared, found);
+            }
+        }
+        DeValue::Table(table) => {
+            for (name, value) in table {
+                let name = name.get_ref().as_ref();
+                let own = alternatives(schema);
+                let own = own.into_iter().find_map(|one| one.get("properties")?.get(name));
+                let path = format!("{path}.{name}");
+                visit(key, path, value, own.unwrap_or(&Value::Null), None, found);
+            }
+        }
+        _ => found.push(Scalar { key, path, declared, value }),
+    }
+}
+
+/// Replaces the quantities of a table by their numbers, and removes keys with a reported problem.
+pub fn replace<'n>(mut table: DeTable<'n>, read: &'n ReadUnits) -> DeTable<'n> {
+    let mut numbers = read.numbers.iter().map(Option::as_deref);
+    table.iter_mut().for_each(|(_, value)| replace_scalars(value, &mut numbers));
+    for key in &read.reported_keys {
+        table.remove(key.as_str());
+        if let Some(DeValue::Array(cases)) = table.get_mut("cases").map(TomlSpanned::get_mut) {
+            for case in cases.iter_mut() {
+                if let DeValue::Table(case) = case.get_mut() {
+                    case.remove(key.as_str());
+                }
+            }
+        }
+    }
+    table
+}
+
+fn replace_scalars<'n>(
+    value: &mut TomlSpanned<DeValue<'n>>,
+    numbers: &mut impl Iterator<Item = Option<&'n str>>,
+) {
+    match value.get_mut() {
+        DeValue::Array(items) => items.iter_mut().for_each(|item| replace_scalars(item, numbers)),
+        DeValue::Table(table) => {
+            table.iter_mut().for_each(|(_, value)| replace_scalars(value, numbers));
+        }
+        scalar => {
+            let number = numbers.next().flatten().map(DeValue::parse);
+            if let Some(Ok(number)) = number {
+                *scalar = number.into_inner();
+            }
+        }
+    }
+}
+
+/// Formats a quantity as a person writes it: `10 MPa`, `5.5 GPa`. Numbers below 0.001 or from
+/// 10,000 are written in another unit with an SI prefix, if there is one. Unknown units are
+/// labels. Without a unit, the number alone is formatted.
+pub fn written(value: f64, unit: Option<&str>) -> String {
+    let Some(unit) = unit.filter(|unit| !unit.is_empty()) else {
+        return decimal::written(value);
+    };
+    let is_plain = value == 0.0 || (1e-3..1e4).contains(&value.abs());
+    let known = Unit::find(unit).filter(|_| !is_plain);
+    let better = known.and_then(|known| {
+        let converted = |to: &Unit| decimal::nearest(value * known.factor_to(to));
+        let family = UNITS.iter().filter(|to| to.dimension == known.dimension && to.is_si);
+        let suitable = family.filter(|to| (1.0..1e3).contains(&converted(to).abs()));
+        suitable.map(|to| format!("{} {}", decimal::written(converted(to)), to.symbol)).next()
+    });
+    better.unwrap_or_else(|| format!("{} {unit}", decimal::written(value)))
+}
+
+#[cfg(test)]
+mod tests {
+    use schemars::JsonSchema;
+    use serde::Deserialize;
+
+    use super::*;
+    use crate::keys::declare::{
+        length, pair, pressure, pressure_or_ratio, swept, unit_of_lengths, unit_of_pressures,
+    };
+    use crate::keys::expected_keys::ExpectedKeys;
+    use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
+
+    #[derive(Debug, Default, Deserialize, JsonSchema)]
+    #[serde(default, deny_unknown_fields)]
+    struct Example {
+        #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+        #[schemars(transform = pair, transform = swept, transform = length)]
+        side: Key<OnAxes<f64>>,
+        #[schemars(transform = swept, transform = length)]
+        wavelength: Key<f64>,
+        #[schemars(transform = unit_of_lengths)]
+        unit: Key<String>,
+        #[schemars(transform = pressure_or_ratio)]
+        loads: Key<Vec<Spanned<f64>>>,
+        #[schemars(transform = pressure, transform = swept)]
+        modulus: Key<f64>,
+        #[schemars(transform = unit_of_pressures)]
+        load_unit: Key<Word>,
+        bodies: Key<Vec<Body>>,
+        hurst: Key<f64>,
+    }
+
+    table!(Example);
+
+    #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+    enum Word {
+        MPa,
+        Relative,
+    }
+
+    #[derive(Debug, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    struct Body {
+        #[schemars(transform = pressure)]
+        youngs_modulus: f64,
+    }
+
+    fn read(text: &str) -> (Section<Example>, Vec<String>) {
+        let table = DeTable::parse(text).unwrap().into_inner();
+        let mut problems = Problems::default();
+        let expected = ExpectedKeys::of_table("the example");
+        let section = reader::read(table, 0..0, &expected, &mut problems);
+        let errors = problems.into_errors("example.toml", text);
+        (section, errors.problems().iter().map(ToString::to_string).collect())
+    }
+
+    fn valid(text: &str) -> Section<Example> {
+        let (section, problems) = read(text);
+        assert_eq!(problems, [""; 0], "{text}");
+        section
+    }
+
+    #[test]
+    fn texts_of_a_number_and_a_unit_are_quantities_and_others_are_not() {
+        for (text, parts) in [
+            ("100 um", ("100", "um")),
+            ("5.5e-3GPa", ("5.5e-3", "GPa")),
+            (" -1 N/mm^2 ", ("-1", "N/mm^2")),
+            ("2 Mpa", ("2", "Mpa")),
+        ] {
+            assert_eq!(split(text), Some(parts), "{text}");
+        }
+        for text in ["8 * k_upper", "all", "1e3", "", "k / 2", "1.2.3 m", "2 mm + 1 m", "um"] {
+            assert_eq!(split(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn quantities_are_written_as_people_write_them() {
+        for (value, unit, text) in [
+            (10.0, "MPa", "10 MPa"),
+            (5500.0, "MPa", "5500 MPa"),
+            (210_000.0, "MPa", "210 GPa"),
+            (5.5e9, "Pa", "5.5 GPa"),
+            (1e-6, "m", "1 µm"),
+            (2e-4, "px", "0.0002 px"),
+            (0.0, "µm", "0 µm"),
+            (3.0, "", "3"),
+        ] {
+            assert_eq!(written(value, Some(unit)), text);
+        }
+        assert_eq!(written(2e9, None), "2e9");
+    }
+
+    #[test]
+    fn a_unit_has_several_spellings() {
+        for text in ["um", "µm", "μm"] {
+            assert_eq!(Unit::find(text).unwrap().symbol, "µm");
+        }
+        assert_eq!(Unit::find("N/mm2").unwrap().power, Unit::find("MPa").unwrap().power);
+        assert_eq!(Unit::find("mpa"), None);
+        let [nm, m] = ["nm", "m"].map(|unit| Unit::find(unit).unwrap());
+        assert_eq!((nm.factor_to(m), m.factor_to(nm)), (1e-9, 1e9));
+    }
+
+    #[test]
+    fn lengths_are_read_in_the_unit_of_the_first_key_and_conversions_are_exact() {
+        let section = valid("wavelength = [\"500 nm\", \"0.1 mm\"]\nside = \"100 um\"\n");
+        let [one, other] = section.points.as_slice() else { panic!("two points") };
+        assert_eq!(one.table.side.value(), Some(OnAxes::Both(100.0)));
+        assert_eq!(one.table.wavelength.value(), Some(0.5));
+        assert_eq!(other.table.wavelength.value(), Some(100.0));
+        let unit = section.units.length.as_ref().unwrap();
+        assert_eq!((unit.unit.symbol, unit.by_key), ("µm", false));
+        assert!(section.units.is_quantity(&one.table.wavelength.written().unwrap().span));
+    }
+
+    #[test]
+    fn a_key_can_name_the_unit_and_then_numbers_without_unit_have_it() {
+        let section = valid("side = [\"0.1 mm\", 2]\nwavelength = 7\nunit = \"um\"\n");
+        assert_eq!(section.points[0].table.side.value(), Some(OnAxes::Both(100.0)));
+        assert_eq!(section.points[1].table.side.value(), Some(OnAxes::Both(2.0)));
+        assert!(section.units.length.unwrap().by_key);
+        let plain = valid("side = 2\nunit = \"px\"\n");
+        assert!(plain.units.length.is_none());
+    }
+
+    #[test]
+    fn pairs_cases_and_inner_tables_may_have_units() {
+        let section = valid("cases = [{ side = [\"1 mm\", \"0.5 mm\"] }, { side = \"100 um\" }]");
+        assert_eq!(section.points[0].table.side.value(), Some(OnAxes::Each([1.0, 0.5])));
+        assert_eq!(section.points[1].table.side.value(), Some(OnAxes::Both(0.1)));
+        let text = "bodies = [{ youngs_modulus = \"210 GPa\" }]\nload_unit = \"MPa\"\nloads = [10]";
+        let table = &valid(text).points[0].table;
+        assert_eq!(table.bodies.written().unwrap().value[0].youngs_modulus, 210_000.0);
+        assert_eq!(table.load_unit.value(), Some(Word::MPa));
+    }
+
+    #[test]
+    fn numbers_without_units_are_ratios_only_where_this_is_declared() {
+        let section = valid("loads = [0.1]\nmodulus = \"70 GPa\"\nload_unit = \"Relative\"");
+        assert_eq!(section.points[0].table.loads.written().unwrap().value[0].value, 0.1);
+        assert_eq!(section.units.pressure.unwrap().unit.symbol, "GPa");
+    }
+
+    #[test]
+    fn mistakes_in_units_are_reported_once_with_a_suggestion() {
+        for (text, part) in [
+            ("modulus = \"2 Mpa\"", "unknown unit `Mpa` (did you mean `MPa`?)"),
+            ("side = \"2 MPa\"", "`side` is a length, but `MPa` is a unit of pressure"),
+            (
+                "side = 2\nwavelength = \"1 um\"",
+                "`side` has no unit, but `wavelength` has one (write \"2 µm\"",
+            ),
+            (
+                "bodies = [{ youngs_modulus = 2 }]\nmodulus = \"1 Pa\"",
+                "`bodies.youngs_modulus` has no unit",
+            ),
+            ("side = \"2 m\"\nunit = \"px\"", "`unit` does not name one unit of length"),
+            ("cases = [{ side = \"-2 m\" }]", "`side` is -2 (must be above 0)"),
+            ("hurst = \"0.8 um\"", "`hurst` must be a number"),
+        ] {
+            let (_, problems) = read(text);
+            let [problem] = problems.as_slice() else { panic!("{text}: {problems:?}") };
+            assert!(problem.contains(part), "{text}: {problem}");
+        }
+    }
+}
